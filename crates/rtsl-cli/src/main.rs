@@ -1,0 +1,3 @@
+//! The `rtsl` command.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! The single-ray intermediate representation of RTSL and its interpreter

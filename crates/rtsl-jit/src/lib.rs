@@ -1,0 +1,1 @@
+//! Finds LLVM at run time and compiles RTSL kernels with it

@@ -1,0 +1,1 @@
+//! LLVM text from RTSL packet code

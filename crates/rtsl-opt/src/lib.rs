@@ -1,0 +1,1 @@
+//! Passes over the single-ray intermediate representation of RTSL

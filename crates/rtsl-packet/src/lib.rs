@@ -1,0 +1,1 @@
+//! Packet lowering of RTSL: uniformity and masks

@@ -1,0 +1,1 @@
+//! Renderers that speak RTSL: scenes, acceleration, film

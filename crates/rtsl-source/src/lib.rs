@@ -1,0 +1,18 @@
+//! Source files, spans and diagnostics: what every stage that reads text shares.
+//!
+//! This crate knows nothing of the language: no token, no type. It does no input or output;
+//! the text of a file is handed to it. [`render`] turns diagnostics into text for a terminal.
+
+mod codes;
+mod diagnostic;
+mod map;
+pub mod render;
+
+pub use codes::{Code, CodeInfo, code_info, codes};
+pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity, Suggestion};
+pub use map::{FileId, Position, SourceFile, SourceMap, Span};
+
+/// The constants that name every diagnostic: `diagnostic_codes::UNKNOWN_NAME` and so on.
+pub mod diagnostic_codes {
+    pub use crate::codes::names::*;
+}

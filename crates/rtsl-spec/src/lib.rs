@@ -1,0 +1,1 @@
+//! The RTSL language as data: roles, state variables, built-in functions

@@ -1,0 +1,1 @@
+//! Preprocessor, lexer and parser of RTSL

@@ -1,0 +1,1 @@
+//! RTSL, the Ray Tracing Shading Language: compile, link, set parameters, call
