@@ -13,20 +13,19 @@ pub fn to_text(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String 
     let files = Files(map);
     let text = if color {
         let mut buffer = term::termcolor::Ansi::new(Vec::new());
-        term::emit_to_write_style(&mut buffer, &config, &files, &shown).map(|()| buffer.into_inner())
+        term::emit_to_write_style(&mut buffer, &config, &files, &shown)
+            .map(|()| buffer.into_inner())
     } else {
         let mut buffer = term::termcolor::NoColor::new(Vec::new());
-        term::emit_to_write_style(&mut buffer, &config, &files, &shown).map(|()| buffer.into_inner())
+        term::emit_to_write_style(&mut buffer, &config, &files, &shown)
+            .map(|()| buffer.into_inner())
     };
     match text {
         Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
         // Only a span outside its file brings us here; the message is worth more than its place.
-        Err(_) => format!(
-            "{}[{}]: {}\n",
-            diagnostic.severity.name(),
-            diagnostic.code,
-            diagnostic.message
-        ),
+        Err(_) => {
+            format!("{}[{}]: {}\n", diagnostic.severity.name(), diagnostic.code, diagnostic.message)
+        }
     }
 }
 
@@ -92,9 +91,8 @@ impl<'a> files::Files<'a> for Files<'a> {
         id: FileId,
         line_index: usize,
     ) -> Result<std::ops::Range<usize>, files::Error> {
-        self.0.line_range(id, line_index).ok_or(files::Error::LineTooLarge {
-            given: line_index,
-            max: self.0.line_count(id),
-        })
+        self.0
+            .line_range(id, line_index)
+            .ok_or(files::Error::LineTooLarge { given: line_index, max: self.0.line_count(id) })
     }
 }

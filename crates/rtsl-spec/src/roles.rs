@@ -1,0 +1,163 @@
+//! The five roles and their methods.
+
+/// One of the five parts of a ray tracer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Role {
+    /// Makes rays.
+    Camera,
+    /// Is hit by rays.
+    Primitive,
+    /// Gives colours and numbers over surfaces and space.
+    Texture,
+    /// Lights points.
+    Light,
+    /// Scatters and emits light at a surface.
+    Material,
+}
+
+impl Role {
+    /// All roles, in the order of the paper.
+    pub const ALL: [Role; 5] =
+        [Role::Camera, Role::Primitive, Role::Texture, Role::Light, Role::Material];
+
+    /// The name in messages: `camera`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Role::Camera => "camera",
+            Role::Primitive => "primitive",
+            Role::Texture => "texture",
+            Role::Light => "light",
+            Role::Material => "material",
+        }
+    }
+
+    /// The base class: `rt_Camera`.
+    pub const fn class(self) -> &'static str {
+        match self {
+            Role::Camera => "rt_Camera",
+            Role::Primitive => "rt_Primitive",
+            Role::Texture => "rt_Texture",
+            Role::Light => "rt_Light",
+            Role::Material => "rt_Material",
+        }
+    }
+
+    /// The role whose base class is `name`.
+    pub fn from_class(name: &str) -> Option<Role> {
+        Role::ALL.into_iter().find(|role| role.class() == name)
+    }
+
+    /// The interface methods of this role, `constructor` not among them.
+    pub fn methods(self) -> impl Iterator<Item = Method> {
+        Method::ALL.into_iter().filter(move |method| method.roles().contains(&self))
+    }
+}
+
+/// The interface methods that hosts call. `constructor` belongs to every role and is not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "each is documented by `Method::doc`")]
+pub enum Method {
+    GenerateRay,
+    Intersect,
+    ComputeBounds,
+    ComputeNormal,
+    ComputeTextureCoordinates,
+    ComputeDerivatives,
+    GenerateSample,
+    SamplePdf,
+    Lookup,
+    Shade,
+    Bsdf,
+    SampleBsdf,
+    EvaluatePdf,
+    Emission,
+    Illumination,
+}
+
+impl Method {
+    /// All methods, grouped by role.
+    pub const ALL: [Method; 15] = [
+        Method::GenerateRay,
+        Method::Intersect,
+        Method::ComputeBounds,
+        Method::ComputeNormal,
+        Method::ComputeTextureCoordinates,
+        Method::ComputeDerivatives,
+        Method::GenerateSample,
+        Method::SamplePdf,
+        Method::Lookup,
+        Method::Shade,
+        Method::Bsdf,
+        Method::SampleBsdf,
+        Method::EvaluatePdf,
+        Method::Emission,
+        Method::Illumination,
+    ];
+
+    /// The name in RTSL text.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::GenerateRay => "generateRay",
+            Method::Intersect => "intersect",
+            Method::ComputeBounds => "computeBounds",
+            Method::ComputeNormal => "computeNormal",
+            Method::ComputeTextureCoordinates => "computeTextureCoordinates",
+            Method::ComputeDerivatives => "computeDerivatives",
+            Method::GenerateSample => "generateSample",
+            Method::SamplePdf => "samplePDF",
+            Method::Lookup => "lookup",
+            Method::Shade => "shade",
+            Method::Bsdf => "BSDF",
+            Method::SampleBsdf => "sampleBSDF",
+            Method::EvaluatePdf => "evaluatePDF",
+            Method::Emission => "emission",
+            Method::Illumination => "illumination",
+        }
+    }
+
+    /// The method that RTSL text calls `name`.
+    pub fn from_name(name: &str) -> Option<Method> {
+        Method::ALL.into_iter().find(|method| method.name() == name)
+    }
+
+    /// The roles that have it. Materials and lights share `evaluatePDF` and `emission`.
+    pub const fn roles(self) -> &'static [Role] {
+        match self {
+            Method::GenerateRay => &[Role::Camera],
+            Method::Intersect
+            | Method::ComputeBounds
+            | Method::ComputeNormal
+            | Method::ComputeTextureCoordinates
+            | Method::ComputeDerivatives
+            | Method::GenerateSample
+            | Method::SamplePdf => &[Role::Primitive],
+            Method::Lookup => &[Role::Texture],
+            Method::Shade | Method::Bsdf | Method::SampleBsdf => &[Role::Material],
+            Method::EvaluatePdf | Method::Emission => &[Role::Material, Role::Light],
+            Method::Illumination => &[Role::Light],
+        }
+    }
+
+    /// What it is for, in one sentence.
+    pub const fn doc(self) -> &'static str {
+        match self {
+            Method::GenerateRay => "makes the ray of a place on the image and the lens",
+            Method::Intersect => "offers the ray's hits to `hit()`",
+            Method::ComputeBounds => "gives an axis-aligned box around the primitive",
+            Method::ComputeNormal => "gives the normals at the hit point",
+            Method::ComputeTextureCoordinates => "gives the texture coordinates of the hit point",
+            Method::ComputeDerivatives => "gives the surface's and the coordinates' derivatives",
+            Method::GenerateSample => {
+                "chooses a point on the primitive, seen from a point to be lit"
+            }
+            Method::SamplePdf => "gives the density with which `generateSample` chooses a point",
+            Method::Lookup => "gives the texture's value",
+            Method::Shade => "gives the radiance that returns to the ray",
+            Method::Bsdf => "gives the scattering function for one pair of directions",
+            Method::SampleBsdf => "chooses a direction of scattered light",
+            Method::EvaluatePdf => "gives the density with which a direction is chosen",
+            Method::Emission => "gives the radiance emitted towards the ray's origin",
+            Method::Illumination => "gives the light that arrives at a point",
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! The one table: which state variable which role has, in which methods, which way, with which
+//! default.
+//!
+//! A [`Row`] speaks of one variable in one role. A variable that several roles share has one
+//! type and one place in a host's storage; [`StateVariable`] is that.
+
+use std::sync::LazyLock;
+
+use crate::{Method, Role, StateType};
+
+/// Which way a state variable passes between the host and a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// The host sets it before the call; the method may not write it.
+    In,
+    /// The method sets it; it holds its default until then.
+    Out,
+    /// The host sets it; the method may change it.
+    InOut,
+}
+
+impl Direction {
+    /// `in`, `out` or `inout`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Direction::In => "in",
+            Direction::Out => "out",
+            Direction::InOut => "inout",
+        }
+    }
+}
+
+/// Where a part of the language comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Origin {
+    /// The paper of 2007.
+    Paper,
+    /// This language.
+    Extension,
+}
+
+/// The value that an `out` variable has where its method leaves it unset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Default {
+    /// All components have this value. Also what `in` variables hold where a host sets none.
+    Constant(f32),
+    /// These components.
+    Components(&'static [f32]),
+    /// The value of another variable of the role, at the end of the method (or where it is read).
+    Variable(&'static str),
+    /// `color(...)` of a float variable: grey.
+    Grey(&'static str),
+    /// `luminance(...)` of a color variable.
+    Luminance(&'static str),
+    /// The first (`false`) or second (`true`) unit tangent of `rt_GeometricNormal`:
+    /// `perpendicularTo(normal)`, and the cross product of the normal and that.
+    Tangent(bool),
+}
+
+/// In which methods a row's variable passes which way.
+#[derive(Clone, Copy, Debug)]
+pub struct Access {
+    /// The methods; all methods of the role where empty.
+    pub methods: &'static [Method],
+    /// The way.
+    pub direction: Direction,
+}
+
+/// One variable in one role.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The role; `None` for what all roles have.
+    pub role: Option<Role>,
+    /// The name, with its `rt_`.
+    pub name: &'static str,
+    /// Its type, the same in every role.
+    pub ty: StateType,
+    /// The directions by method; the first entry that names a method counts. In a method
+    /// that no entry names, the variable is a local that starts with the default.
+    pub access: &'static [Access],
+    /// Inside an `illuminance` body the variable holds the light's sample and is read-only.
+    pub illuminance: bool,
+    /// The value where nobody sets it.
+    pub default: Default,
+    /// Meaning, unit and space, in one or two sentences.
+    pub doc: &'static str,
+    /// The paper's or ours.
+    pub origin: Origin,
+}
+
+impl Row {
+    /// The direction in `method`, `None` where the method's table does not have the variable.
+    pub fn direction(&self, method: Method) -> Option<Direction> {
+        self.access
+            .iter()
+            .find(|access| access.methods.is_empty() || access.methods.contains(&method))
+            .map(|access| access.direction)
+    }
+}
+
+/// A distinct state variable, as hosts store it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StateVariable {
+    /// Its index in [`state_variables`].
+    pub index: u32,
+    /// The name, with its `rt_`.
+    pub name: &'static str,
+    /// The type.
+    pub ty: StateType,
+    /// The index of its first component in a host's table of component arrays.
+    pub first_component: u32,
+}
+
+/// All rows, by role.
+pub fn rows() -> &'static [Row] {
+    ROWS
+}
+
+/// The distinct state variables, in the order of their first row.
+pub fn state_variables() -> &'static [StateVariable] {
+    static VARIABLES: LazyLock<Vec<StateVariable>> = LazyLock::new(|| {
+        let mut variables: Vec<StateVariable> = Vec::new();
+        let mut first_component = 0;
+        for row in ROWS {
+            if variables.iter().all(|variable| variable.name != row.name) {
+                let index = variables.len() as u32;
+                variables.push(StateVariable {
+                    index,
+                    name: row.name,
+                    ty: row.ty,
+                    first_component,
+                });
+                first_component += row.ty.components();
+            }
+        }
+        variables
+    });
+    &VARIABLES
+}
+
+/// The number of component arrays that hold all state variables.
+pub fn state_component_count() -> u32 {
+    state_variables().last().map_or(0, |last| last.first_component + last.ty.components())
+}
+
+/// The state variable called `name`, if there is one in any role.
+pub fn lookup_state(name: &str) -> Option<&'static StateVariable> {
+    state_variables().iter().find(|variable| variable.name == name)
+}
+
+impl Role {
+    /// This role's row for the variable `name`, those common to all roles included.
+    pub fn row(self, name: &str) -> Option<&'static Row> {
+        ROWS.iter().find(|row| row.name == name && row.role.is_none_or(|role| role == self))
+    }
+}
+
+const IN: &[Access] = &[Access { methods: &[], direction: Direction::In }];
+const OUT: &[Access] = &[Access { methods: &[], direction: Direction::Out }];
+const INOUT: &[Access] = &[Access { methods: &[], direction: Direction::InOut }];
+
+const fn all(
+    role: Role,
+    name: &'static str,
+    ty: StateType,
+    access: &'static [Access],
+    default: Default,
+    doc: &'static str,
+) -> Row {
+    let role = Some(role);
+    Row { role, name, ty, access, illuminance: false, default, doc, origin: Origin::Paper }
+}
+
+const fn ours(row: Row) -> Row {
+    Row { origin: Origin::Extension, ..row }
+}
+
+const fn lit(row: Row) -> Row {
+    Row { illuminance: true, ..row }
+}
+
+macro_rules! access {
+    ($($direction:ident: $($method:ident),*;)*) => {
+        &[$(Access { methods: &[$(Method::$method),*], direction: Direction::$direction }),*]
+    };
+}
+
+use self::Default::{Components, Constant, Grey, Luminance, Tangent, Variable};
+use crate::Role::{Camera, Light, Material, Primitive, Texture};
+use crate::StateType::{Color, Float, Vec2, Vec3};
+
+const ZERO: Default = Constant(0.0);
+const ONE: Default = Constant(1.0);
+const INFINITE: Default = Constant(f32::INFINITY);
+
+#[rustfmt::skip]
+const ROWS: &[Row] = &[
+    Row { role: None, name: "rt_TimeSeed", ty: Float, access: IN, illuminance: false, default: ZERO,
+        doc: "time within the shutter, in [0,1)", origin: Origin::Paper },
+
+    all(Camera, "rt_ScreenCoord", Vec2, IN, ZERO, "sample position on the image, [0,1]^2, (0,0) lower left"),
+    all(Camera, "rt_LensCoord", Vec2, IN, ZERO, "lens sample, [0,1)^2"),
+    all(Camera, "rt_du", Float, IN, ZERO, "width of a pixel in `rt_ScreenCoord`"),
+    all(Camera, "rt_dv", Float, IN, ZERO, "height of a pixel in `rt_ScreenCoord`"),
+    all(Camera, "rt_RayOrigin", Vec3, OUT, ZERO, "origin of the ray, in camera space"),
+    all(Camera, "rt_RayDirection", Vec3, OUT, Components(&[0.0, 0.0, 1.0]), "direction of the ray, in camera space; need not be unit length"),
+    all(Camera, "rt_InverseRayDirection", Vec3, IN, ZERO, "1/rt_RayDirection, componentwise; the host computes it after the method"),
+    all(Camera, "rt_Epsilon", Float, INOUT, Constant(1e-4), "least distance at which a hit counts, 1e-4 of the scene's scale unless set"),
+    all(Camera, "rt_HitDistance", Float, INOUT, INFINITE, "greatest distance at which a hit counts (far clip)"),
+    ours(all(Camera, "rt_SampleColor", Color, OUT, ONE, "weight of the ray (vignetting)")),
+
+    all(Primitive, "rt_RayOrigin", Vec3, IN, ZERO, "origin of the ray, in the primitive's space; in `generateSample` and `samplePDF` the point to be lit"),
+    all(Primitive, "rt_RayDirection", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "direction of the ray, in the primitive's space; need not be unit length"),
+    all(Primitive, "rt_InverseRayDirection", Vec3, IN, ZERO, "1/rt_RayDirection, componentwise"),
+    all(Primitive, "rt_Epsilon", Float, IN, Constant(1e-4), "least distance at which a hit counts"),
+    all(Primitive, "rt_HitDistance", Float, access![InOut: Intersect; In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives;], INFINITE,
+        "parameter t of the nearest hit so far, in units of the direction's length"),
+    all(Primitive, "rt_HitPoint", Vec3, access![In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives, SamplePdf; Out: GenerateSample;], ZERO,
+        "point on the surface, in the primitive's space"),
+    all(Primitive, "rt_BoundMin", Vec3, access![Out: ComputeBounds;], Constant(f32::NEG_INFINITY), "least corner of the box"),
+    all(Primitive, "rt_BoundMax", Vec3, access![Out: ComputeBounds;], INFINITE, "greatest corner of the box"),
+    all(Primitive, "rt_GeometricNormal", Vec3, access![Out: ComputeNormal, GenerateSample; In: ComputeTextureCoordinates, ComputeDerivatives, SamplePdf;],
+        Components(&[0.0, 0.0, 1.0]), "normal of the surface, outward, any length; the host normalises"),
+    all(Primitive, "rt_ShadingNormal", Vec3, access![Out: ComputeNormal; In: ComputeTextureCoordinates, ComputeDerivatives;],
+        Variable("rt_GeometricNormal"), "normal for shading, outward, any length; the host normalises"),
+    all(Primitive, "rt_TextureUV", Vec2, access![Out: ComputeTextureCoordinates; In: ComputeDerivatives;], ZERO, "surface parameters"),
+    all(Primitive, "rt_TextureUVW", Vec3, access![Out: ComputeTextureCoordinates; In: ComputeDerivatives;], Variable("rt_HitPoint"), "coordinates for solid textures"),
+    all(Primitive, "rt_dPdu", Vec3, access![Out: ComputeDerivatives;], Tangent(false), "derivative of the surface point by u"),
+    all(Primitive, "rt_dPdv", Vec3, access![Out: ComputeDerivatives;], Tangent(true), "derivative of the surface point by v"),
+    all(Primitive, "rt_dsdu", Float, access![Out: ComputeDerivatives;], ONE, "derivative of the first texture coordinate by u"),
+    all(Primitive, "rt_dsdv", Float, access![Out: ComputeDerivatives;], ZERO, "derivative of the first texture coordinate by v"),
+    ours(all(Primitive, "rt_dtdu", Float, access![Out: ComputeDerivatives;], ZERO, "derivative of the second texture coordinate by u")),
+    ours(all(Primitive, "rt_dtdv", Float, access![Out: ComputeDerivatives;], ONE, "derivative of the second texture coordinate by v")),
+    all(Primitive, "rt_PDF", Float, access![Out: GenerateSample, SamplePdf;], ZERO, "density per unit solid angle, seen from `rt_RayOrigin`"),
+
+    all(Texture, "rt_TextureUV", Vec2, IN, ZERO, "where, in surface parameters"),
+    all(Texture, "rt_TextureUVW", Vec3, IN, ZERO, "where, in space"),
+    all(Texture, "rt_du", Float, IN, ZERO, "width of the filter in surface parameters, along u"),
+    all(Texture, "rt_dv", Float, IN, ZERO, "width of the filter in surface parameters, along v"),
+    all(Texture, "rt_dsdu", Float, IN, ONE, "derivative of the first texture coordinate by u"),
+    all(Texture, "rt_dtdu", Float, IN, ZERO, "derivative of the second texture coordinate by u"),
+    all(Texture, "rt_dsdv", Float, IN, ZERO, "derivative of the first texture coordinate by v"),
+    all(Texture, "rt_dtdv", Float, IN, ONE, "derivative of the second texture coordinate by v"),
+    all(Texture, "rt_dPdu", Vec3, IN, Components(&[1.0, 0.0, 0.0]), "derivative of the surface point by u, in world space"),
+    all(Texture, "rt_dPdv", Vec3, IN, Components(&[0.0, 1.0, 0.0]), "derivative of the surface point by v, in world space"),
+    ours(all(Texture, "rt_HitPoint", Vec3, IN, ZERO, "the point, in world space")),
+    all(Texture, "rt_TextureColor", Color, OUT, Grey("rt_FloatTextureValue"), "the texture's colour"),
+    all(Texture, "rt_FloatTextureValue", Float, OUT, Luminance("rt_TextureColor"), "the texture's value; 0 where neither it nor the colour is set"),
+
+    all(Material, "rt_RayOrigin", Vec3, IN, ZERO, "origin of the ray, in world space"),
+    all(Material, "rt_RayDirection", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "direction of the ray, towards the surface; need not be unit length"),
+    all(Material, "rt_InverseRayDirection", Vec3, IN, ZERO, "1/rt_RayDirection, componentwise"),
+    all(Material, "rt_HitPoint", Vec3, IN, ZERO, "the point, in world space"),
+    all(Material, "rt_HitDistance", Float, IN, INFINITE, "parameter t of the hit, in units of the direction's length"),
+    all(Material, "rt_Epsilon", Float, IN, Constant(1e-4), "least distance at which a hit counts"),
+    all(Material, "rt_ShadingNormal", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "normal for shading, unit length, outward"),
+    all(Material, "rt_GeometricNormal", Vec3, IN, Components(&[0.0, 0.0, 1.0]), "normal of the surface, unit length, outward"),
+    all(Material, "rt_TextureUV", Vec2, IN, ZERO, "surface parameters"),
+    ours(all(Material, "rt_TextureUVW", Vec3, IN, ZERO, "coordinates for solid textures")),
+    all(Material, "rt_dPdu", Vec3, IN, Components(&[1.0, 0.0, 0.0]), "derivative of the surface point by u, in world space"),
+    all(Material, "rt_dPdv", Vec3, IN, Components(&[0.0, 1.0, 0.0]), "derivative of the surface point by v, in world space"),
+    all(Material, "rt_du", Float, IN, ZERO, "width of the filter in surface parameters, along u"),
+    all(Material, "rt_dv", Float, IN, ZERO, "width of the filter in surface parameters, along v"),
+    lit(all(Material, "rt_LightDirection", Vec3, access![In: Bsdf, EvaluatePdf; Out: SampleBsdf;], Components(&[0.0, 0.0, 1.0]),
+        "unit vector away from the surface, towards the light")),
+    lit(all(Material, "rt_LightDistance", Float, &[], INFINITE, "distance to the light")),
+    lit(all(Material, "rt_LightColor", Color, &[], ZERO, "the light's sample")),
+    all(Material, "rt_BSDFSeed", Vec3, access![In: SampleBsdf;], ZERO, "uniform in [0,1)^3; z picks the lobe"),
+    all(Material, "rt_BSDFValue", Color, access![Out: Bsdf, SampleBsdf;], ZERO, "the scattering function, without the cosine"),
+    lit(all(Material, "rt_PDF", Float, access![Out: SampleBsdf, EvaluatePdf;], ZERO,
+        "density per solid angle; 0 from `sampleBSDF` means a delta, whose value is the whole Monte Carlo weight")),
+    all(Material, "rt_EmissionColor", Color, access![Out: Emission;], ZERO, "radiance leaving towards the ray's origin"),
+    all(Material, "rt_SampleColor", Color, access![Out: Shade;], ZERO, "radiance returned to the ray"),
+
+    all(Light, "rt_HitPoint", Vec3, access![In: Illumination, EvaluatePdf;], ZERO, "the point to be lit, in world space"),
+    all(Light, "rt_GeometricNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal of the surface to be lit, unit length"),
+    all(Light, "rt_ShadingNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal for shading there, unit length"),
+    all(Light, "rt_LightDirection", Vec3, access![Out: Illumination; In: EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "unit vector towards the light"),
+    ours(all(Light, "rt_LightDistance", Float, access![Out: Illumination;], INFINITE, "distance to the light")),
+    ours(all(Light, "rt_LightColor", Color, access![Out: Illumination;], ZERO,
+        "radiance where `rt_PDF` > 0; else the whole contribution (a delta light: intensity over distance squared)")),
+    ours(all(Light, "rt_PDF", Float, access![Out: Illumination, EvaluatePdf;], ZERO, "density per solid angle; 0 for a delta")),
+    ours(all(Light, "rt_RayDirection", Vec3, access![In: Emission;], Components(&[0.0, 0.0, 1.0]), "direction of a ray that leaves the scene")),
+    ours(all(Light, "rt_EmissionColor", Color, access![Out: Emission;], ZERO, "radiance that such a ray brings back")),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variable_has_one_type_in_every_role() {
+        for row in rows() {
+            assert_eq!(
+                lookup_state(row.name).map(|variable| variable.ty),
+                Some(row.ty),
+                "{}",
+                row.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_role_has_each_variable_once() {
+        for (index, row) in rows().iter().enumerate() {
+            let again = rows()[index + 1..]
+                .iter()
+                .any(|other| other.role == row.role && other.name == row.name);
+            assert!(!again, "{:?} has {} twice", row.role, row.name);
+        }
+    }
+
+    #[test]
+    fn defaults_name_variables_of_the_same_role() {
+        for row in rows() {
+            if let Variable(other) | Grey(other) | Luminance(other) = row.default {
+                assert!(row.role.unwrap().row(other).is_some(), "{}", row.name);
+            }
+        }
+    }
+
+    #[test]
+    fn access_names_methods_of_the_role() {
+        for row in rows() {
+            for method in row.access.iter().flat_map(|access| access.methods) {
+                assert!(method.roles().contains(&row.role.unwrap()), "{} {method:?}", row.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The types that state variables have.
+
+/// How many components a `color` has in this build: red, green and blue, linear, Rec. 709
+/// primaries. Shader text never sees the number.
+pub const COLOR_COMPONENTS: u32 = 3;
+
+/// The type of a state variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StateType {
+    /// One f32.
+    Float,
+    /// Two.
+    Vec2,
+    /// Three.
+    Vec3,
+    /// [`COLOR_COMPONENTS`].
+    Color,
+}
+
+impl StateType {
+    /// The number of f32 components.
+    pub const fn components(self) -> u32 {
+        match self {
+            StateType::Float => 1,
+            StateType::Vec2 => 2,
+            StateType::Vec3 => 3,
+            StateType::Color => COLOR_COMPONENTS,
+        }
+    }
+
+    /// The type as RTSL writes it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StateType::Float => "float",
+            StateType::Vec2 => "vec2",
+            StateType::Vec3 => "vec3",
+            StateType::Color => "color",
+        }
+    }
+}
