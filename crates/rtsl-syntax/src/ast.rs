@@ -1,0 +1,375 @@
+//! The syntax tree: the text's structure, with a span on everything that a diagnostic may name.
+//!
+//! Names are as written; nothing is resolved. Trees are bounded in depth by the parser (see
+//! [`MAX_DEPTH`]), so that recursive visitors are safe on ordinary stacks.
+
+use rtsl_source::Span;
+
+/// The greatest nesting of expressions and statements, counted together; a long chain of binary
+/// operators counts its length. Deeper text is an error.
+pub const MAX_DEPTH: usize = 256;
+
+/// A name and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identifier {
+    /// The name.
+    pub name: String,
+    /// Where.
+    pub span: Span,
+}
+
+/// A whole translation unit, includes and macros expanded.
+#[derive(Clone, Debug, Default)]
+pub struct TranslationUnit {
+    /// Everything at file scope, in order.
+    pub items: Vec<Item>,
+}
+
+/// What may stand at file scope or in a class.
+#[derive(Clone, Debug)]
+pub enum Item {
+    /// `struct Name { ... };`
+    Struct(Struct),
+    /// A function or a prototype; in a class also a method or the constructor.
+    Function(Function),
+    /// One declarator of a constant or a member. `float a, b[2];` gives two.
+    Variable(Variable),
+    /// `class Name : bases;` or `{ ... }`. Only at file scope.
+    Class(Class),
+}
+
+/// A class in either form.
+#[derive(Clone, Debug)]
+pub struct Class {
+    /// Its name.
+    pub name: Identifier,
+    /// What follows the colon: roles and at most one class (the checker's rule).
+    pub bases: Vec<Identifier>,
+    /// How it was written.
+    pub form: ClassForm,
+    /// Members, structs, functions, methods; no classes.
+    pub items: Vec<Item>,
+    /// The documentation comment just before the class, without its comment marks.
+    pub documentation: Option<String>,
+    /// The header, from `class` to the `;` or `{`.
+    pub span: Span,
+}
+
+/// How a class was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClassForm {
+    /// `class A : B;` with its items following to the next header or the end.
+    Header,
+    /// `class A : B { ... };`
+    Block,
+}
+
+/// `struct Name { fields };`
+#[derive(Clone, Debug)]
+pub struct Struct {
+    /// Its name; GLSL's unnamed structs get a generated one that no text can write.
+    pub name: Identifier,
+    /// Its fields, one declarator each.
+    pub fields: Vec<Field>,
+    /// The whole declaration.
+    pub span: Span,
+}
+
+/// A field of a struct.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its type, array sizes of the declarator included.
+    pub ty: TypeName,
+    /// Its name.
+    pub name: Identifier,
+}
+
+/// A type as written. `float[2] a[3]` is normalised: `sizes` lists the outermost dimension first,
+/// here 3 then 2.
+#[derive(Clone, Debug)]
+pub struct TypeName {
+    /// `float`, `vec3`, `color`, `rt_Texture`, a struct's name, `void`.
+    pub name: Identifier,
+    /// Array dimensions, outermost first; `None` for `[]`.
+    pub sizes: Vec<Option<Expression>>,
+    /// The whole type.
+    pub span: Span,
+}
+
+/// What stands before a declaration's type.
+#[derive(Clone, Debug, Default)]
+pub struct Qualifiers {
+    /// All of them, in order, none twice (the parser has complained).
+    pub list: Vec<(Qualifier, Span)>,
+}
+
+impl Qualifiers {
+    /// Where `qualifier` stands, if it does.
+    pub fn find(&self, qualifier: Qualifier) -> Option<Span> {
+        self.list.iter().find(|(each, _)| *each == qualifier).map(|(_, span)| *span)
+    }
+}
+
+/// A qualifier of a declaration. Precision qualifiers are accepted and dropped by the parser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "each is the keyword of its name")]
+pub enum Qualifier {
+    Public,
+    Private,
+    Scratch,
+    Const,
+    Uniform,
+    Precise,
+    Invariant,
+    In,
+    Out,
+    InOut,
+}
+
+/// One `key value` of an annotation `[[key value, key value]]`.
+#[derive(Clone, Debug)]
+pub struct Annotation {
+    /// `label`, `min`, `max`, `doc`, ...
+    pub key: Identifier,
+    /// What follows the key.
+    pub value: AnnotationValue,
+}
+
+/// The value of an annotation.
+#[derive(Clone, Debug)]
+pub enum AnnotationValue {
+    /// Nothing: a flag.
+    None,
+    /// Double-quoted text, its escapes resolved.
+    Text(String, Span),
+    /// A constant expression.
+    Expression(Expression),
+}
+
+/// A variable: member, constant, local.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// `[[...]]` before it; only members may have them.
+    pub annotations: Vec<Annotation>,
+    /// `public`, `const`, ...
+    pub qualifiers: Qualifiers,
+    /// Its type with all array dimensions.
+    pub ty: TypeName,
+    /// Its name.
+    pub name: Identifier,
+    /// `= ...`
+    pub initializer: Option<Initializer>,
+    /// The declarator.
+    pub span: Span,
+}
+
+/// What follows the `=` of a declaration.
+#[derive(Clone, Debug)]
+pub enum Initializer {
+    /// An expression.
+    Expression(Expression),
+    /// `{ a, b, { c } }`, a trailing comma allowed.
+    List(Vec<Initializer>, Span),
+}
+
+/// A function, prototype, method or constructor.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Qualifiers before the return type (`precise`, `const`), and `public`/`private` on methods.
+    pub qualifiers: Qualifiers,
+    /// The result; `None` for a constructor written without `void`.
+    pub result: Option<TypeName>,
+    /// The name; `constructor` for the constructor.
+    pub name: Identifier,
+    /// Its parameters. `(void)` gives none.
+    pub parameters: Vec<Parameter>,
+    /// The body; `None` for a prototype.
+    pub body: Option<Block>,
+    /// From the first qualifier to the closing parenthesis.
+    pub span: Span,
+}
+
+/// A parameter of a function.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// `[[...]]` before it; only constructor parameters may have them.
+    pub annotations: Vec<Annotation>,
+    /// `in`, `out`, `inout`, `const`.
+    pub qualifiers: Qualifiers,
+    /// Its type.
+    pub ty: TypeName,
+    /// Its name, which GLSL allows to be left out.
+    pub name: Option<Identifier>,
+    /// `= ...`, allowed on constructor parameters.
+    pub default: Option<Initializer>,
+    /// The whole.
+    pub span: Span,
+}
+
+/// `{ ... }`
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Its statements.
+    pub statements: Vec<Statement>,
+    /// With its braces.
+    pub span: Span,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Statement {
+    /// What it is.
+    pub kind: StatementKind,
+    /// The whole.
+    pub span: Span,
+}
+
+/// The statements of GLSL, and `illuminance`.
+#[derive(Clone, Debug)]
+pub enum StatementKind {
+    /// `;`, or what recovery put in place of a statement it could not read.
+    Empty,
+    /// `expression;`
+    Expression(Expression),
+    /// A declaration of one or more variables.
+    Variables(Vec<Variable>),
+    /// A struct declared in a block, with the variables declared along with it.
+    Struct(Struct, Vec<Variable>),
+    /// A function prototype in a block (GLSL ES style), or a nested function: the checker complains.
+    Function(Function),
+    /// `{ ... }`, a scope.
+    Block(Block),
+    /// `if (c) a else b`
+    If { condition: Expression, then: Box<Statement>, otherwise: Option<Box<Statement>> },
+    /// `switch (e) { case 1: ... }`; the statements of each run up to the next label.
+    Switch { selector: Expression, cases: Vec<SwitchCase> },
+    /// `for (init; condition; step) body`
+    For {
+        initializer: Box<Statement>,
+        condition: Option<Condition>,
+        step: Option<Expression>,
+        body: Box<Statement>,
+    },
+    /// `while (c) body`
+    While { condition: Condition, body: Box<Statement> },
+    /// `do body while (c);`
+    DoWhile { body: Box<Statement>, condition: Expression },
+    /// `illuminance body`, `illuminance(P) body`, `illuminance(P, N, angle) body`: 0, 1 or 3
+    /// arguments (the checker's rule).
+    Illuminance { arguments: Vec<Expression>, body: Box<Statement> },
+    /// `return e;`
+    Return(Option<Expression>),
+    /// `break;`
+    Break,
+    /// `continue;`
+    Continue,
+}
+
+/// The condition of a loop.
+#[derive(Clone, Debug)]
+pub enum Condition {
+    /// An expression.
+    Expression(Expression),
+    /// `bool b = ...`
+    Declaration(Box<Variable>),
+}
+
+/// One group of labels of a `switch` with its statements.
+#[derive(Clone, Debug)]
+pub struct SwitchCase {
+    /// `case e:`, or `default:` where `None`.
+    pub label: Option<Expression>,
+    /// Where the label stands.
+    pub span: Span,
+    /// Statements up to the next label; empty where labels follow each other.
+    pub statements: Vec<Statement>,
+}
+
+/// An expression.
+#[derive(Clone, Debug)]
+pub struct Expression {
+    /// What it is.
+    pub kind: ExpressionKind,
+    /// The whole, parentheses excluded.
+    pub span: Span,
+}
+
+/// The expressions of GLSL.
+#[derive(Clone, Debug)]
+pub enum ExpressionKind {
+    /// What recovery put where no expression could be read; already reported.
+    Error,
+    /// `12`, `0xC`, `012` (value as the bits of a 32-bit integer).
+    Int(i32),
+    /// `3u`
+    Uint(u32),
+    /// `1.5`, `1e3f`: the nearest f32.
+    Float(f32),
+    /// `true`, `false`
+    Bool(bool),
+    /// A name.
+    Name(String),
+    /// `(a, b)`
+    Sequence(Box<Expression>, Box<Expression>),
+    /// `-a`, `!a`, `~a`, `+a`
+    Unary(UnaryOperator, Box<Expression>),
+    /// `++a`, `a++`, `--a`, `a--`
+    Step { target: Box<Expression>, by: StepOperator, prefix: bool },
+    /// `a + b`, `a && b`
+    Binary(BinaryOperator, Box<Expression>, Box<Expression>),
+    /// `a = b`, `a += b`
+    Assign { target: Box<Expression>, operator: Option<BinaryOperator>, value: Box<Expression> },
+    /// `c ? a : b`
+    Conditional(Box<Expression>, Box<Expression>, Box<Expression>),
+    /// `a[i]`; also the head of `float[2](...)`, where `index` may be absent: `float[](...)`.
+    Index(Box<Expression>, Option<Box<Expression>>),
+    /// `a.b`: a field or swizzle.
+    Member(Box<Expression>, Identifier),
+    /// `f(x)`, `vec3(x)`, `float[2](x, y)`: function or constructor.
+    Call { callee: Box<Expression>, arguments: Vec<Expression> },
+    /// `a.length()`, `kd.lookup(uv)`.
+    MethodCall { receiver: Box<Expression>, method: Identifier, arguments: Vec<Expression> },
+}
+
+/// `-`, `!`, `~`, `+`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "named by what they do")]
+pub enum UnaryOperator {
+    Negate,
+    Not,
+    BitNot,
+    Plus,
+}
+
+/// `++` and `--`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "named by what they do")]
+pub enum StepOperator {
+    Increment,
+    Decrement,
+}
+
+/// The binary operators, assignment and comma excepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "named by what they do")]
+pub enum BinaryOperator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Remainder,
+    ShiftLeft,
+    ShiftRight,
+    BitAnd,
+    BitOr,
+    BitXor,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Equal,
+    NotEqual,
+    And,
+    Or,
+    Xor,
+}
