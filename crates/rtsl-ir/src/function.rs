@@ -1,0 +1,114 @@
+//! Functions, regions and values.
+
+use crate::{Op, Place, PlaceId, PlaceKind, Scalar};
+
+/// An SSA value: an index into [`Function::values`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Value(pub u32);
+
+/// A run of values with consecutive numbers: the results of one operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub struct Values {
+    /// The number of the first.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+impl Values {
+    /// The value at `index`.
+    ///
+    /// # Panics
+    /// If there are not that many.
+    pub fn get(self, index: u32) -> Value {
+        assert!(index < self.count, "value {index} of {}", self.count);
+        Value(self.first + index)
+    }
+
+    /// All of them.
+    pub fn iter(self) -> impl DoubleEndedIterator<Item = Value> + ExactSizeIterator {
+        (self.first..self.first + self.count).map(Value)
+    }
+}
+
+/// Operations in order, and the values handed to whoever holds the region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Region {
+    /// Values defined on entry: the carried values of a loop; none elsewhere.
+    pub params: Vec<Value>,
+    /// The operations, in order.
+    pub ops: Vec<Op>,
+    /// What the region gives: the results of an `if`; for the body of a loop first a bool, "again",
+    /// then the next carried values; for a function's body one value for each output.
+    pub yields: Vec<Value>,
+}
+
+/// Where a yielded value of a function's body goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// A state, member, parameter, scratch or accepted place.
+    pub place: PlaceId,
+    /// Which scalar of it.
+    pub component: u32,
+}
+
+/// What one method does for one ray and one object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Function {
+    /// `Class.method`.
+    pub name: String,
+    /// The places that it may read and store.
+    pub places: Vec<Place>,
+    /// The type of every value.
+    pub values: Vec<Scalar>,
+    /// What it does.
+    pub body: Region,
+    /// Where the body's yields go, one each; no place and component twice.
+    pub outputs: Vec<Output>,
+}
+
+impl Function {
+    /// A function that does nothing.
+    pub fn new(name: impl Into<String>) -> Self {
+        Function {
+            name: name.into(),
+            places: Vec::new(),
+            values: Vec::new(),
+            body: Region::default(),
+            outputs: Vec::new(),
+        }
+    }
+
+    /// The type of `value`.
+    pub fn scalar(&self, value: Value) -> Scalar {
+        self.values[value.0 as usize]
+    }
+
+    /// The place `id`.
+    pub fn place(&self, id: PlaceId) -> &Place {
+        &self.places[id.0 as usize]
+    }
+
+    /// The place of this kind and name, if the function has it.
+    pub fn find_place(&self, kind: PlaceKind, name: &str) -> Option<PlaceId> {
+        let found = self.places.iter().position(|place| place.kind == kind && place.name == name);
+        found.map(|index| PlaceId(index as u32))
+    }
+
+    /// The place equal to `place`, added where it is missing.
+    pub fn intern_place(&mut self, place: Place) -> PlaceId {
+        if let Some(id) = self.find_place(place.kind, &place.name) {
+            debug_assert_eq!(*self.place(id), place);
+            return id;
+        }
+        self.places.push(place);
+        PlaceId(self.places.len() as u32 - 1)
+    }
+
+    /// A new value of each of these types, numbered consecutively.
+    pub fn new_values(&mut self, scalars: &[Scalar]) -> Values {
+        let first = self.values.len() as u32;
+        self.values.extend_from_slice(scalars);
+        Values { first, count: scalars.len() as u32 }
+    }
+}

@@ -1,0 +1,133 @@
+//! What shaders ask of the renderer that runs them.
+//!
+//! Requests come from up to [`MAX_LANES`] rays at a time. Lane `i` of a request is ray
+//! [`LaneSet::base`]` + i` of the call; only lanes whose bit is set in [`LaneSet::active`] ask, and
+//! only their answers are read. An answer must depend on its own ray alone, never on which rays
+//! asked along with it: that keeps results independent of the SIMD width.
+
+use rtsl_spec::COLOR_COMPONENTS;
+
+/// The greatest number of rays in one request.
+pub const MAX_LANES: usize = 16;
+
+/// One f32 for each lane.
+pub type LaneFloats = [f32; MAX_LANES];
+
+/// A vector for each lane, component by component.
+pub type LaneVectors = [LaneFloats; 3];
+
+/// A colour for each lane, component by component.
+pub type LaneColors = [LaneFloats; COLOR_COMPONENTS as usize];
+
+/// Which rays of a call ask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LaneSet {
+    /// The ray of lane 0, counted within the call.
+    pub base: u32,
+    /// Bit `i`: lane `i` asks.
+    pub active: u32,
+}
+
+impl LaneSet {
+    /// The lanes that ask, in order.
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        (0..MAX_LANES).filter(move |lane| self.active >> lane & 1 != 0)
+    }
+}
+
+/// Rays, one a lane.
+#[repr(C, align(64))]
+#[derive(Clone, Debug, Default)]
+pub struct RayLanes {
+    /// Origins, world space.
+    pub origin: LaneVectors,
+    /// Directions, world space, any length.
+    pub direction: LaneVectors,
+    /// Greatest parameters of a hit.
+    pub limit: LaneFloats,
+}
+
+/// Points that ask for light, one a lane.
+#[repr(C, align(64))]
+#[derive(Clone, Debug, Default)]
+pub struct LightQueryLanes {
+    /// The points, world space.
+    pub point: LaneVectors,
+    /// Axes of the cones, any length.
+    pub normal: LaneVectors,
+    /// Least cosines between axis and light; -infinity for no cone.
+    pub cosine: LaneFloats,
+}
+
+/// Samples of a light, one a lane.
+#[repr(C, align(64))]
+#[derive(Clone, Debug, Default)]
+pub struct LightLanes {
+    /// Unit vectors towards the light.
+    pub direction: LaneVectors,
+    /// Distances.
+    pub distance: LaneFloats,
+    /// Radiance, or the whole contribution where the density is 0.
+    pub color: LaneColors,
+    /// Densities per solid angle; 0 for a delta.
+    pub pdf: LaneFloats,
+}
+
+/// The renderer's side.
+pub trait Host {
+    /// The radiance along new rays.
+    fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors);
+
+    /// Which lanes have anything on their rays before the limit: bit `i` for lane `i`.
+    fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32;
+
+    /// The number of light samples that [`Host::light_sample`] has; the same throughout a call.
+    fn light_count(&mut self) -> u32;
+
+    /// Light sample `index` (less than the count) at points. Returns the lanes that the
+    /// light reaches unshadowed from within their cone; only those lanes of `light` are read,
+    /// the others read as zeros.
+    fn light_sample(
+        &mut self,
+        lanes: LaneSet,
+        index: u32,
+        query: &LightQueryLanes,
+        light: &mut LightLanes,
+    ) -> u32;
+
+    /// The scene's ambient light.
+    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize];
+
+    /// The next dimension of each ray's sampler, in [0,1).
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats);
+}
+
+/// A host without a scene: black, unlit, and `rand` is 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoHost;
+
+impl Host for NoHost {
+    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
+        *radiance = Default::default();
+    }
+
+    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
+        0
+    }
+
+    fn light_count(&mut self) -> u32 {
+        0
+    }
+
+    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
+        0
+    }
+
+    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
+        Default::default()
+    }
+
+    fn rand(&mut self, _: LaneSet, values: &mut LaneFloats) {
+        *values = Default::default();
+    }
+}

@@ -1,0 +1,310 @@
+//! Operations.
+
+use rtsl_spec::{Method, Role};
+
+use crate::{PlaceId, Region, Value, Values};
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Scalar {
+    /// IEEE 754 binary32.
+    F32,
+    /// 32 bits, two's complement, wrapping.
+    I32,
+    /// 32 bits, wrapping.
+    U32,
+    /// True or false.
+    Bool,
+}
+
+impl Scalar {
+    /// The keyword of the text form.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Scalar::F32 => "f32",
+            Scalar::I32 => "i32",
+            Scalar::U32 => "u32",
+            Scalar::Bool => "bool",
+        }
+    }
+}
+
+/// A constant. Equality is of bits: -0 is not 0, and a NaN is itself.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "named by their types")]
+pub enum Constant {
+    F32(f32),
+    I32(i32),
+    U32(u32),
+    Bool(bool),
+}
+
+impl Constant {
+    /// Its type.
+    pub const fn scalar(self) -> Scalar {
+        match self {
+            Constant::F32(_) => Scalar::F32,
+            Constant::I32(_) => Scalar::I32,
+            Constant::U32(_) => Scalar::U32,
+            Constant::Bool(_) => Scalar::Bool,
+        }
+    }
+
+    /// Its bits: 0 or 1 for a bool.
+    pub const fn bits(self) -> u32 {
+        match self {
+            Constant::F32(value) => value.to_bits(),
+            Constant::I32(value) => value as u32,
+            Constant::U32(value) => value,
+            Constant::Bool(value) => value as u32,
+        }
+    }
+
+    /// The constant of this type with these bits; any bits but 0 are true.
+    pub const fn from_bits(scalar: Scalar, bits: u32) -> Constant {
+        match scalar {
+            Scalar::F32 => Constant::F32(f32::from_bits(bits)),
+            Scalar::I32 => Constant::I32(bits as i32),
+            Scalar::U32 => Constant::U32(bits),
+            Scalar::Bool => Constant::Bool(bits != 0),
+        }
+    }
+
+    /// Zero or false.
+    pub const fn zero(scalar: Scalar) -> Constant {
+        Constant::from_bits(scalar, 0)
+    }
+}
+
+impl PartialEq for Constant {
+    fn eq(&self, other: &Self) -> bool {
+        self.scalar() == other.scalar() && self.bits() == other.bits()
+    }
+}
+
+impl Eq for Constant {}
+
+impl std::hash::Hash for Constant {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        (self.scalar(), self.bits()).hash(state);
+    }
+}
+
+/// Operations on one value; the result has the operand's type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum UnaryOp {
+    /// f32: flips the sign bit. i32, u32: wrapping.
+    Negate,
+    /// i32, u32: all bits. bool: the other.
+    Not,
+    /// f32: clears the sign bit. i32: wrapping (the least value stays).
+    Abs,
+    /// f32: as IEEE says.
+    Sqrt,
+    /// f32: to an integral value, downward.
+    Floor,
+    /// f32: upward.
+    Ceil,
+    /// f32: towards zero.
+    Trunc,
+    /// f32: to nearest, ties to even.
+    RoundEven,
+}
+
+/// Operations on two values of one type; the result has that type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BinaryOp {
+    /// f32: IEEE. i32, u32: wrapping.
+    Add,
+    /// f32: IEEE. i32, u32: wrapping.
+    Subtract,
+    /// f32: IEEE. i32, u32: wrapping.
+    Multiply,
+    /// f32: IEEE. i32, u32: towards zero; by 0 it is 0; the least i32 by -1 wraps.
+    Divide,
+    /// i32, u32: of the division above, so with the dividend's sign; by 0 it is 0.
+    Remainder,
+    /// `b < a ? b : a`, so `a` where either is NaN and where both are zeros. f32, i32, u32.
+    Min,
+    /// `a < b ? b : a`, likewise.
+    Max,
+    /// i32, u32: bitwise. bool: logical.
+    And,
+    /// i32, u32: bitwise. bool: logical.
+    Or,
+    /// i32, u32: bitwise. bool: logical.
+    Xor,
+    /// i32, u32: left by the low 5 bits of the second operand.
+    ShiftLeft,
+    /// i32: arithmetic; u32: logical; by the low 5 bits.
+    ShiftRight,
+    /// i32, u32: the upper 32 bits of the 64-bit product.
+    MultiplyHigh,
+}
+
+/// Comparisons of two values of one type, to a bool. On bool only `Equal` and `NotEqual`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CompareOp {
+    /// False with a NaN.
+    Equal,
+    /// True with a NaN.
+    NotEqual,
+    /// False with a NaN.
+    Less,
+    /// False with a NaN.
+    LessEqual,
+    /// False with a NaN.
+    Greater,
+    /// False with a NaN.
+    GreaterEqual,
+}
+
+/// Which scalar of a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Index {
+    /// This one; less than the place's length (for a buffer, of the first element).
+    Constant(u32),
+    /// An i32 that the lowering has clamped dimension by dimension; backends clamp it once more to
+    /// the place's length (for buffers: scalars per element times the number of elements; a
+    /// buffer without elements reads as 0), so that no text reaches other memory.
+    Dynamic(Value),
+}
+
+/// One component of a state variable of the one table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StateComponent {
+    /// [`rtsl_spec::StateVariable::index`].
+    pub variable: u32,
+    /// Which component of it.
+    pub component: u32,
+}
+
+/// A reference member, or an element of an array of references.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ReferencePath {
+    /// A single reference.
+    Single,
+    /// The element at this i32, clamped to the array.
+    Element(Value),
+}
+
+/// A call of a method of a referenced instance. Linking replaces it by that method's body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceCall {
+    /// The name of the reference member.
+    pub member: String,
+    /// Which of its elements.
+    pub path: ReferencePath,
+    /// The role it is called in.
+    pub role: Role,
+    /// The method.
+    pub method: Method,
+    /// State that the callee sees instead of what the place holds: what the caller has changed,
+    /// and explicit arguments (`lookup(uv)`).
+    pub overrides: Vec<(StateComponent, Value)>,
+    /// What the call gives, one result of type f32 each.
+    pub results: Vec<StateComponent>,
+}
+
+/// An operation with its results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Op {
+    /// The values it defines.
+    pub results: Values,
+    /// Not to be contracted: it contributes to a `precise` variable.
+    pub precise: bool,
+    /// What it does.
+    pub kind: OpKind,
+}
+
+/// What an operation does. One result where the text does not say otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OpKind {
+    /// This constant.
+    Constant(Constant),
+    /// One operand.
+    Unary(UnaryOp, Value),
+    /// Two operands of one type.
+    Binary(BinaryOp, Value, Value),
+    /// Two operands of one type, to bool.
+    Compare(CompareOp, Value, Value),
+    /// The second value where the first, a bool, is true, else the third.
+    Select(Value, Value, Value),
+    /// `a * b + c` rounded once, f32.
+    Fma(Value, Value, Value),
+    /// To another type by value. f32 to integers: towards zero, saturating, NaN to 0. Integers to
+    /// f32: to nearest even. i32 to u32 and back: the same bits. bool to numbers: 0 or 1. Numbers
+    /// to bool: not equal to 0 (a NaN is true).
+    Convert(Scalar, Value),
+    /// The same bits as another type; between f32, i32 and u32.
+    Bitcast(Scalar, Value),
+    /// A scalar of any place but an accepted one. State, members, parameters and scratch have the
+    /// value from before the call.
+    Load(PlaceId, Index),
+    /// Into a slot. No result.
+    Store(PlaceId, Index, Value),
+    /// The number of elements of a buffer, i32.
+    Length(PlaceId),
+    /// One of two regions without parameters; as many results as each yields.
+    If {
+        /// bool.
+        condition: Value,
+        /// Where it is true.
+        then: Region,
+        /// Where it is false.
+        otherwise: Region,
+    },
+    /// Runs its body at least once. The body's parameters are the carried values, at first
+    /// `initial`; it yields a bool and the next carried values. While the bool is true it runs again
+    /// with them; when it is false they are the results.
+    Loop {
+        /// The first carried values.
+        initial: Vec<Value>,
+        /// What is repeated.
+        body: Region,
+    },
+    /// The radiance along a new ray, up to this parameter: `COLOR_COMPONENTS` results, f32.
+    Trace {
+        /// World space.
+        origin: [Value; 3],
+        /// World space, any length.
+        direction: [Value; 3],
+        /// The greatest parameter of a hit.
+        limit: Value,
+    },
+    /// Whether anything lies on the ray before `limit`; bool.
+    Occluded {
+        /// World space.
+        origin: [Value; 3],
+        /// World space, any length.
+        direction: [Value; 3],
+        /// The greatest parameter of a hit.
+        limit: Value,
+    },
+    /// How many light samples there are for this call, i32; the same for every ray of a call.
+    LightCount,
+    /// The light sample `index` at a point. Results: bool, whether the light reaches the
+    /// point unshadowed from within the cone; direction (3, unit, towards the light); distance;
+    /// colour (`COLOR_COMPONENTS`); density. All f32 but the first.
+    LightSample {
+        /// From 0 to the count, i32; the same for every ray of a call that is still in the loop.
+        index: Value,
+        /// The point to be lit, world space.
+        point: [Value; 3],
+        /// The cone's axis, any length.
+        normal: [Value; 3],
+        /// Lights are taken where the cosine between axis and light is at least this; -infinity
+        /// for no cone.
+        cosine: Value,
+    },
+    /// The scene's ambient light: `COLOR_COMPONENTS` results, f32.
+    Ambient,
+    /// The next dimension of this ray's sampler, in [0,1), f32.
+    Rand,
+    /// A method of another instance, until linking.
+    ReferenceCall(Box<ReferenceCall>),
+    /// Whether a reference is set, until linking; bool.
+    IsSet(String, ReferencePath),
+    /// Reports that this ray used up its budget of loop iterations. No result.
+    ReportBudget,
+}
