@@ -1,1 +1,31 @@
-//! Finds LLVM at run time and compiles RTSL kernels with it
+//! Finds LLVM at run time, compiles LLVM text with it, and hands out safe handles to the
+//! kernels.
+//!
+//! Nothing links against LLVM: its library is loaded through the C API when it is first
+//! asked for, so that RTSL builds without it and runs, on the interpreter, where there is
+//! none. [`Llvm::load`] searches, [`Llvm::compile`] makes machine code of a module's text, and
+//! a [`Module`] owns the code.
+//!
+//! This is the one crate of the compiler that holds `unsafe`. It must not know the language,
+//! the single-ray IR's operations or how packet code is made: it knows the form of a call
+//! and text that LLVM reads.
+#![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
+
+mod api;
+mod compile;
+mod error;
+mod llvm;
+mod memory;
+mod module;
+mod object;
+mod relocation;
+mod runtime;
+mod search;
+mod target;
+mod worker;
+
+pub use compile::OptLevel;
+pub use error::{JitError, LlvmError, LlvmVersion};
+pub use llvm::Llvm;
+pub use module::Module;
+pub use target::Target;

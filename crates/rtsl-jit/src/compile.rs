@@ -1,0 +1,364 @@
+//! From a module's text to assembly, object code or a loaded [`Module`].
+
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::ptr::null_mut;
+use std::sync::Arc;
+
+use crate::api::{self, Api};
+use crate::error::JitError;
+use crate::llvm::Llvm;
+use crate::module::Module;
+use crate::target::{Target, c_string};
+use crate::worker;
+
+/// How much work goes into the code; the result is the same at every level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum OptLevel {
+    /// Straight code generation.
+    O0,
+    /// The cheapest passes: for code that runs once.
+    O1,
+    /// What pays for its compile time.
+    #[default]
+    O2,
+    /// All of it.
+    O3,
+}
+
+impl OptLevel {
+    /// The passes, in LLVM's notation. The single-ray IR comes here folded, numbered and with
+    /// invariants hoisted, so that what is left is the mess of packet lowering: slots to
+    /// values, equal masks, blocks that fall together. Vectorisers and unrolling never run:
+    /// the code is vectors already.
+    fn passes(self) -> Option<&'static str> {
+        match self {
+            OptLevel::O0 => None,
+            OptLevel::O1 => Some("function(sroa,early-cse,simplifycfg)"),
+            OptLevel::O2 => Some(
+                "function(sroa,early-cse<memssa>,simplifycfg,instcombine<no-verify-fixpoint>,\
+                 loop-mssa(licm),gvn,dse,adce,simplifycfg,instcombine<no-verify-fixpoint>)",
+            ),
+            OptLevel::O3 => Some("default<O3>"),
+        }
+    }
+
+    /// `LLVMCodeGenOptLevel`.
+    fn code_generation(self) -> c_int {
+        match self {
+            OptLevel::O0 => 0,
+            OptLevel::O1 => 1,
+            OptLevel::O2 => 2,
+            OptLevel::O3 => 3,
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Output {
+    Text,
+    Assembly,
+    Object,
+}
+
+impl Llvm {
+    /// Compiles a module for this machine and loads it.
+    ///
+    /// # Errors
+    /// See [`JitError`]; no text makes this panic or end the process.
+    pub fn compile(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+    ) -> Result<Module, JitError> {
+        if !target.is_host() {
+            return Err(JitError::ForeignTarget(target.triple().to_owned()));
+        }
+        Module::load(&self.object(module, target, level)?)
+    }
+
+    /// The module after LLVM's passes, as text.
+    ///
+    /// # Errors
+    /// See [`JitError`].
+    pub fn optimized(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+    ) -> Result<String, JitError> {
+        self.emit(module, target, level, Output::Text).map(lossy)
+    }
+
+    /// The module as assembly text of `target`.
+    ///
+    /// # Errors
+    /// See [`JitError`].
+    pub fn assembly(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+    ) -> Result<String, JitError> {
+        self.emit(module, target, level, Output::Assembly).map(lossy)
+    }
+
+    /// The module as an object file (ELF) of `target`.
+    ///
+    /// # Errors
+    /// See [`JitError`].
+    pub fn object(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+    ) -> Result<Vec<u8>, JitError> {
+        self.emit(module, target, level, Output::Object)
+    }
+
+    fn emit(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+        output: Output,
+    ) -> Result<Vec<u8>, JitError> {
+        let (llvm, module, target) = (self.clone(), c_string(module), target.clone());
+        worker::run(move || {
+            let machine = Machine::new(&llvm.api, &target, level)?;
+            let context = Context::new(&llvm.api);
+            let module = context.parse(&module)?;
+            module.set_target(&machine, &target);
+            module.verify()?;
+            module.run_passes(&machine, level)?;
+            let bytes = match output {
+                Output::Text => module.print().into_bytes(),
+                Output::Assembly => module.generate(&machine, api::ASSEMBLY_FILE)?,
+                Output::Object => module.generate(&machine, api::OBJECT_FILE)?,
+            };
+            context.check()?;
+            Ok(bytes)
+        })
+    }
+}
+
+fn lossy(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes)
+        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
+}
+
+/// A target machine, freed with this.
+struct Machine<'a> {
+    api: &'a Api,
+    raw: *mut api::TargetMachine,
+}
+
+impl<'a> Machine<'a> {
+    fn new(api: &'a Api, target: &Target, level: OptLevel) -> Result<Self, JitError> {
+        let triple = c_string(&target.triple);
+        let (cpu, features) = (c_string(&target.cpu), c_string(&target.features));
+        let unknown = |reason| JitError::UnknownTarget { triple: target.triple.clone(), reason };
+        let (mut handle, mut message) = (null_mut(), null_mut());
+        // Safety: texts end in a zero byte and live through the calls; the message is ours.
+        unsafe {
+            if (api.LLVMGetTargetFromTriple)(triple.as_ptr(), &mut handle, &mut message) != 0 {
+                return Err(unknown(api.take_message(message)));
+            }
+            let raw = (api.LLVMCreateTargetMachine)(
+                handle,
+                triple.as_ptr(),
+                cpu.as_ptr(),
+                features.as_ptr(),
+                level.code_generation(),
+                api::RELOCATION_PIC,
+                api::CODE_MODEL_SMALL,
+            );
+            if raw.is_null() {
+                return Err(unknown("LLVM makes no code for it".to_owned()));
+            }
+            Ok(Machine { api, raw })
+        }
+    }
+}
+
+impl Drop for Machine<'_> {
+    fn drop(&mut self) {
+        // Safety: made by `LLVMCreateTargetMachine`, freed once.
+        unsafe { (self.api.LLVMDisposeTargetMachine)(self.raw) };
+    }
+}
+
+/// An LLVM context and the errors that were reported to it.
+struct Context<'a> {
+    api: &'a Api,
+    raw: *mut api::Context,
+    /// Boxed because LLVM holds its address.
+    reported: Box<Reported<'a>>,
+}
+
+struct Reported<'a> {
+    api: &'a Api,
+    errors: std::cell::RefCell<Vec<String>>,
+}
+
+impl<'a> Context<'a> {
+    fn new(api: &'a Api) -> Self {
+        let reported = Box::new(Reported { api, errors: Vec::new().into() });
+        let user: *const Reported<'_> = &raw const *reported;
+        // Safety: the handler gets `user`, which lives as long as the context.
+        let raw = unsafe {
+            let raw = (api.LLVMContextCreate)();
+            (api.LLVMContextSetDiagnosticHandler)(
+                raw,
+                Some(on_diagnostic),
+                user.cast::<c_void>().cast_mut(),
+            );
+            raw
+        };
+        Context { api, raw, reported }
+    }
+
+    fn parse(&self, text: &CString) -> Result<ParsedModule<'_, 'a>, JitError> {
+        let (mut module, mut message) = (null_mut(), null_mut());
+        // Safety: the buffer is a copy of the text, which `LLVMParseIRInContext` takes over.
+        unsafe {
+            let buffer = (self.api.LLVMCreateMemoryBufferWithMemoryRangeCopy)(
+                text.as_ptr(),
+                text.as_bytes().len(),
+                c"kernel".as_ptr(),
+            );
+            if (self.api.LLVMParseIRInContext)(self.raw, buffer, &mut module, &mut message) != 0 {
+                return Err(JitError::InvalidModule(self.api.take_message(message)));
+            }
+        }
+        Ok(ParsedModule { context: self, raw: module })
+    }
+
+    /// The errors that the diagnostic handler heard of.
+    fn check(&self) -> Result<(), JitError> {
+        let errors = self.reported.errors.borrow();
+        if errors.is_empty() { Ok(()) } else { Err(JitError::CodeGeneration(errors.join("; "))) }
+    }
+}
+
+impl Drop for Context<'_> {
+    fn drop(&mut self) {
+        // Safety: made by `LLVMContextCreate`; modules borrow the context and are gone.
+        unsafe { (self.api.LLVMContextDispose)(self.raw) };
+    }
+}
+
+unsafe extern "C" fn on_diagnostic(info: *mut api::DiagnosticInfo, user: *mut c_void) {
+    // Safety: `user` is the `Reported` that `Context::new` gave; it outlives the context.
+    let reported = unsafe { &*user.cast::<Reported<'_>>() };
+    // Safety: LLVM gives a valid diagnostic; the description is ours to free.
+    let (severity, description) = unsafe {
+        (
+            (reported.api.LLVMGetDiagInfoSeverity)(info),
+            reported.api.take_message((reported.api.LLVMGetDiagInfoDescription)(info)),
+        )
+    };
+    if severity == api::SEVERITY_ERROR {
+        reported.errors.borrow_mut().push(description);
+    }
+}
+
+/// A module in memory, freed with this.
+struct ParsedModule<'c, 'a> {
+    context: &'c Context<'a>,
+    raw: *mut api::ModuleData,
+}
+
+impl ParsedModule<'_, '_> {
+    fn api(&self) -> &Api {
+        self.context.api
+    }
+
+    fn set_target(&self, machine: &Machine<'_>, target: &Target) {
+        let triple = c_string(&target.triple);
+        // Safety: the layout is copied into the module before it is freed.
+        unsafe {
+            let layout = (self.api().LLVMCreateTargetDataLayout)(machine.raw);
+            (self.api().LLVMSetTarget)(self.raw, triple.as_ptr());
+            (self.api().LLVMSetModuleDataLayout)(self.raw, layout);
+            (self.api().LLVMDisposeTargetData)(layout);
+        }
+    }
+
+    fn verify(&self) -> Result<(), JitError> {
+        let mut message = null_mut();
+        // Safety: the module is alive; the message is ours to free, even if there is no error.
+        let (failed, message) = unsafe {
+            let failed =
+                (self.api().LLVMVerifyModule)(self.raw, api::RETURN_STATUS, &mut message) != 0;
+            (failed, self.api().take_message(message))
+        };
+        if failed { Err(JitError::InvalidModule(message)) } else { Ok(()) }
+    }
+
+    fn run_passes(&self, machine: &Machine<'_>, level: OptLevel) -> Result<(), JitError> {
+        let Some(passes) = level.passes() else { return Ok(()) };
+        let (api, passes) = (self.api(), c_string(passes));
+        // Safety: options are made and freed here; an error is consumed by asking its message.
+        let message = unsafe {
+            let options = (api.LLVMCreatePassBuilderOptions)();
+            (api.LLVMPassBuilderOptionsSetLoopVectorization)(options, 0);
+            (api.LLVMPassBuilderOptionsSetLoopInterleaving)(options, 0);
+            (api.LLVMPassBuilderOptionsSetLoopUnrolling)(options, 0);
+            (api.LLVMPassBuilderOptionsSetSLPVectorization)(options, 0);
+            let error = (api.LLVMRunPasses)(self.raw, passes.as_ptr(), machine.raw, options);
+            (api.LLVMDisposePassBuilderOptions)(options);
+            if error.is_null() {
+                None
+            } else {
+                let message = (api.LLVMGetErrorMessage)(error);
+                let text = std::ffi::CStr::from_ptr(message).to_string_lossy().into_owned();
+                (api.LLVMDisposeErrorMessage)(message);
+                Some(text)
+            }
+        };
+        match message {
+            None => self.context.check(),
+            Some(message) => Err(JitError::CodeGeneration(message)),
+        }
+    }
+
+    fn print(&self) -> String {
+        // Safety: the text is ours to free.
+        unsafe { self.api().take_message((self.api().LLVMPrintModuleToString)(self.raw)) }
+    }
+
+    fn generate(&self, machine: &Machine<'_>, kind: c_int) -> Result<Vec<u8>, JitError> {
+        let api = self.api();
+        let mut message: *mut c_char = null_mut();
+        let mut buffer: *mut api::MemoryBuffer = null_mut();
+        // Safety: module and machine are alive; buffer and message are ours to free.
+        unsafe {
+            let failed = (api.LLVMTargetMachineEmitToMemoryBuffer)(
+                machine.raw,
+                self.raw,
+                kind,
+                &mut message,
+                &mut buffer,
+            );
+            if failed != 0 {
+                return Err(JitError::CodeGeneration(api.take_message(message)));
+            }
+            let start: *const u8 = (api.LLVMGetBufferStart)(buffer).cast();
+            let size = (api.LLVMGetBufferSize)(buffer);
+            let bytes = match size {
+                0 => Vec::new(),
+                _ => std::slice::from_raw_parts(start, size).to_vec(),
+            };
+            (api.LLVMDisposeMemoryBuffer)(buffer);
+            Ok(bytes)
+        }
+    }
+}
+
+impl Drop for ParsedModule<'_, '_> {
+    fn drop(&mut self) {
+        // Safety: made by the parser, freed once, before its context.
+        unsafe { (self.api().LLVMDisposeModule)(self.raw) };
+    }
+}

@@ -1,0 +1,146 @@
+//! A loaded LLVM.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use libloading::Library;
+
+use crate::api::{self, Api};
+use crate::error::{LlvmError, LlvmVersion};
+use crate::search::{self, Candidates};
+use crate::target::Target;
+use crate::worker;
+
+/// The oldest LLVM whose C API and text serve.
+pub(crate) const OLDEST_MAJOR: u32 = 17;
+
+/// An LLVM library in this process. It stays loaded until the process ends: LLVM's own
+/// globals do not survive less.
+pub struct Llvm {
+    pub(crate) api: Api,
+    version: LlvmVersion,
+    path: PathBuf,
+    host: Target,
+}
+
+static LOADED: OnceLock<Result<Arc<Llvm>, LlvmError>> = OnceLock::new();
+
+impl Llvm {
+    /// The LLVM of this process: the first call searches and loads, later ones give the
+    /// same answer.
+    ///
+    /// The environment variable `RTSL_LLVM`, a library's file or its folder, overrules the
+    /// search; what it names must serve.
+    pub fn load() -> Result<Arc<Llvm>, LlvmError> {
+        LOADED.get_or_init(search_and_open).clone()
+    }
+
+    /// The libraries that a search looks at, the first choice first, whether they serve or
+    /// not.
+    pub fn installed() -> Vec<PathBuf> {
+        search::installed()
+    }
+
+    /// What the library says its version is.
+    pub fn version(&self) -> LlvmVersion {
+        self.version
+    }
+
+    /// Where the library lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// This machine.
+    pub fn host(&self) -> &Target {
+        &self.host
+    }
+
+    fn open(path: &Path) -> Result<Llvm, String> {
+        check_named_version(path)?;
+        // Safety: loading runs LLVM's constructors of globals, which do not touch ours.
+        let library = unsafe { Library::new(path) }.map_err(|error| plain(&error))?;
+        // A library that was looked at stays: unloading runs destructors that others may need.
+        let library: &'static Library = Box::leak(Box::new(library));
+        let version = supported_version(library)?;
+        let api = Api::resolve(library)
+            .map_err(|name| format!("LLVM {version} without the function {name}"))?;
+        api::initialize_targets(library);
+        worker::install_fatal_error_handler(&api);
+        let host = host_target(&api);
+        Ok(Llvm { api, version, path: path.to_owned(), host })
+    }
+}
+
+impl std::fmt::Debug for Llvm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "LLVM {} at {}", self.version, self.path.display())
+    }
+}
+
+fn search_and_open() -> Result<Arc<Llvm>, LlvmError> {
+    let (paths, chosen_by_user): (Box<dyn Iterator<Item = PathBuf>>, bool) =
+        match search::candidates() {
+            Candidates::Chosen(paths) => (Box::new(paths.into_iter()), true),
+            Candidates::Found(paths) => (paths, false),
+        };
+    let mut tried = Vec::new();
+    for path in paths {
+        if tried.iter().any(|(other, _)| *other == path) {
+            continue;
+        }
+        match Llvm::open(&path) {
+            Ok(llvm) => return Ok(Arc::new(llvm)),
+            Err(reason) => tried.push((path, reason)),
+        }
+    }
+    Err(LlvmError { tried, chosen_by_user })
+}
+
+/// A name such as `libLLVM-14.so` spares loading what would be refused.
+fn check_named_version(path: &Path) -> Result<(), String> {
+    if !path.exists() {
+        return Err("there is no such file".to_owned());
+    }
+    if path.is_dir() {
+        return Err("no LLVM library lies in this folder".to_owned());
+    }
+    match search::major_by_name(path) {
+        Some(major) if major < OLDEST_MAJOR => Err(too_old(&major.to_string())),
+        _ => Ok(()),
+    }
+}
+
+fn supported_version(library: &Library) -> Result<LlvmVersion, String> {
+    match api::version(library) {
+        None => Err("not LLVM, or older than 16".to_owned()),
+        Some((major, minor, patch)) => {
+            let version = LlvmVersion { major, minor, patch };
+            if major < OLDEST_MAJOR { Err(too_old(&version.to_string())) } else { Ok(version) }
+        }
+    }
+}
+
+fn too_old(version: &str) -> String {
+    format!("version {version} is too old, {OLDEST_MAJOR} is the oldest that serves")
+}
+
+/// The loader's words on one line.
+fn plain(error: &libloading::Error) -> String {
+    let mut text = error.to_string();
+    if let Some(source) = std::error::Error::source(error) {
+        text = source.to_string();
+    }
+    text.replace('\n', " ")
+}
+
+fn host_target(api: &Api) -> Target {
+    // Safety: these functions take nothing and return messages that the caller frees.
+    let (cpu, features) = unsafe {
+        (
+            api.take_message((api.LLVMGetHostCPUName)()),
+            api.take_message((api.LLVMGetHostCPUFeatures)()),
+        )
+    };
+    Target { triple: Target::host_triple().to_owned(), cpu, features, is_host: true }
+}

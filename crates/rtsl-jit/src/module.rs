@@ -1,0 +1,53 @@
+//! Machine code in memory.
+
+use std::collections::BTreeMap;
+
+use crate::error::JitError;
+use crate::memory::CodeMemory;
+use crate::object::Object;
+use crate::runtime;
+
+/// Loaded machine code; its memory is freed with the value.
+pub struct Module {
+    memory: CodeMemory,
+    functions: BTreeMap<String, usize>,
+}
+
+impl Module {
+    /// Loads an object file made for this machine.
+    pub(crate) fn load(object: &[u8]) -> Result<Module, JitError> {
+        let object = Object::parse(object)?;
+        let layout = object.layout()?;
+        let mut memory = CodeMemory::new(layout.size)?;
+        let base = memory.address();
+        object.write(&layout, base, memory.bytes(), runtime::address)?;
+        memory.protect(layout.code_size)?;
+        Ok(Module { memory, functions: object.functions(&layout) })
+    }
+
+    /// The names of the functions, sorted.
+    pub fn functions(&self) -> impl Iterator<Item = &str> {
+        self.functions.keys().map(String::as_str)
+    }
+
+    /// The address of a function, valid as long as the module lives.
+    ///
+    /// # Errors
+    /// [`JitError::MissingFunction`].
+    pub fn function(&self, name: &str) -> Result<*const u8, JitError> {
+        let offset =
+            self.functions.get(name).ok_or_else(|| JitError::MissingFunction(name.to_owned()))?;
+        Ok(self.memory.at(*offset))
+    }
+
+    /// How many bytes of memory the code and its constants take.
+    pub fn size(&self) -> usize {
+        self.memory.size()
+    }
+}
+
+impl std::fmt::Debug for Module {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Module").field("functions", &self.functions.keys()).finish()
+    }
+}

@@ -1,0 +1,214 @@
+//! Where a libLLVM may lie.
+//!
+//! The order: `RTSL_LLVM`, which silences every other place; the system's libraries, the
+//! newest first; the library inside the Rust toolchain. Looking is paths and folders only;
+//! `rustc` is run as the very last resort, since that alone takes longer than loading LLVM.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The libraries to try, lazily and in order.
+pub enum Candidates {
+    /// The user named a file or a folder.
+    Chosen(Vec<PathBuf>),
+    /// The places to look in.
+    Found(Box<dyn Iterator<Item = PathBuf>>),
+}
+
+/// The libraries to try, the best first.
+pub fn candidates() -> Candidates {
+    match std::env::var_os("RTSL_LLVM").filter(|value| !value.is_empty()) {
+        Some(value) => Candidates::Chosen(chosen(Path::new(&value))),
+        None => {
+            let places: [fn() -> Vec<PathBuf>; 3] =
+                [system_libraries, toolchain_libraries, asked_toolchain_libraries];
+            Candidates::Found(Box::new(places.into_iter().flat_map(|place| place())))
+        }
+    }
+}
+
+/// Every library that lies where a search looks, `RTSL_LLVM` set aside.
+pub fn installed() -> Vec<PathBuf> {
+    let mut paths = system_libraries();
+    paths.extend(toolchain_libraries());
+    let mut seen = Vec::new();
+    paths.retain(|path| {
+        let new = !seen.contains(path);
+        seen.push(path.clone());
+        new
+    });
+    paths
+}
+
+/// What `RTSL_LLVM` names: the file itself, or the libraries of the folder, its `lib` included.
+/// A path that is neither is handed on, so that the error can say so.
+fn chosen(path: &Path) -> Vec<PathBuf> {
+    if path.is_dir() {
+        let found = libraries_in([path.to_owned(), path.join("lib")]);
+        if !found.is_empty() {
+            return found;
+        }
+    }
+    vec![path.to_owned()]
+}
+
+fn system_libraries() -> Vec<PathBuf> {
+    libraries_in(system_folders())
+}
+
+fn system_folders() -> Vec<PathBuf> {
+    let mut folders = Vec::new();
+    for variable in ["LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"] {
+        if let Some(value) = std::env::var_os(variable) {
+            folders
+                .extend(std::env::split_paths(&value).filter(|path| !path.as_os_str().is_empty()));
+        }
+    }
+    if cfg!(windows) {
+        if let Some(value) = std::env::var_os("PATH") {
+            folders.extend(std::env::split_paths(&value));
+        }
+        folders.push("C:\\Program Files\\LLVM\\bin".into());
+        return folders;
+    }
+    let multiarch = format!("/usr/lib/{}-linux-gnu", std::env::consts::ARCH);
+    for folder in [
+        multiarch.as_str(),
+        "/usr/lib64",
+        "/usr/lib",
+        "/usr/local/lib",
+        "/opt/homebrew/opt/llvm/lib",
+        "/usr/local/opt/llvm/lib",
+    ] {
+        folders.push(folder.into());
+    }
+    for parent in ["/usr/lib", "/usr/lib64"] {
+        let versioned = entries(Path::new(parent)).into_iter().filter(|path| {
+            path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("llvm"))
+        });
+        folders.extend(versioned.map(|path| path.join("lib")));
+    }
+    folders
+}
+
+fn toolchain_libraries() -> Vec<PathBuf> {
+    let mut sysroots = Vec::new();
+    if let Some(rustup) = rustup_home() {
+        let toolchains = rustup.join("toolchains");
+        if let Some(name) = std::env::var_os("RUSTUP_TOOLCHAIN") {
+            sysroots.push(toolchains.join(name));
+        }
+        sysroots.push(PathBuf::from(env!("RTSL_BUILD_SYSROOT")));
+        sysroots.extend(entries(&toolchains));
+    } else {
+        sysroots.push(PathBuf::from(env!("RTSL_BUILD_SYSROOT")));
+    }
+    sysroots.retain(|sysroot| !sysroot.as_os_str().is_empty());
+    sysroots.into_iter().flat_map(|sysroot| sysroot_libraries(&sysroot)).collect()
+}
+
+fn rustup_home() -> Option<PathBuf> {
+    std::env::var_os("RUSTUP_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::home_dir().map(|home| home.join(".rustup")))
+}
+
+fn asked_toolchain_libraries() -> Vec<PathBuf> {
+    let output = Command::new("rustc").args(["--print", "sysroot"]).output();
+    match output {
+        Ok(output) if output.status.success() => {
+            sysroot_libraries(Path::new(String::from_utf8_lossy(&output.stdout).trim()))
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn sysroot_libraries(sysroot: &Path) -> Vec<PathBuf> {
+    libraries_in([sysroot.join("lib"), sysroot.join("bin")])
+}
+
+/// The LLVM libraries of the folders, the newest first by their names; a link and its target
+/// count once.
+fn libraries_in(folders: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
+    let mut seen = Vec::new();
+    let mut found: Vec<PathBuf> = Vec::new();
+    for path in folders.into_iter().flat_map(|folder| entries(&folder)) {
+        let is_library =
+            path.file_name().and_then(|name| name.to_str()).is_some_and(is_library_name);
+        let Ok(real) = path.canonicalize() else { continue };
+        if is_library && is_binary(&real) && !seen.contains(&real) {
+            seen.push(real);
+            found.push(path);
+        }
+    }
+    found.sort_by_key(|path| std::cmp::Reverse(major_by_name(path)));
+    found
+}
+
+fn is_library_name(name: &str) -> bool {
+    let extension = name.contains(".so") || name.ends_with(".dylib") || name.ends_with(".dll");
+    extension
+        && (name.starts_with("libLLVM") || name == "LLVM-C.dll" || name == "LLVM.dll")
+        && !name.starts_with("libLLVM-C")
+}
+
+/// A few bytes tell a library from the linker script that may bear its name.
+fn is_binary(path: &Path) -> bool {
+    use std::io::Read;
+    let mut start = [0; 4];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && !start.iter().all(|byte| byte.is_ascii_graphic())
+}
+
+/// The major version that a library's name gives: 19 for `libLLVM.so.19.1` and `libLLVM-19.so`.
+pub fn major_by_name(path: &Path) -> Option<u32> {
+    let name = path.file_name()?.to_str()?;
+    let digits = name.find(|character: char| character.is_ascii_digit())?;
+    let rest = &name[digits..];
+    let end = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
+    rest[..end].parse().ok()
+}
+
+/// What lies in a folder, sorted, so that the choice is the same on every run.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .collect();
+    paths.sort();
+    paths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_give_versions() {
+        for (name, major) in [
+            ("libLLVM.so.19.1", Some(19)),
+            ("libLLVM-15.so.1", Some(15)),
+            ("libLLVM-14.0.6.so.1", Some(14)),
+            ("libLLVM.so.22.1-rust-1.95.0-stable", Some(22)),
+            ("libLLVM.dylib", None),
+        ] {
+            assert_eq!(major_by_name(Path::new(name)), major, "{name}");
+            assert!(is_library_name(name), "{name}");
+        }
+        for name in ["libLLVMSupport.a", "libLTO.so", "libLLVM", "libLLVM-C.so.19"] {
+            assert!(!is_library_name(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_linker_script_is_no_library() {
+        let folder = std::env::temp_dir().join(format!("rtsl-search-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("libLLVM-22.so"), "INPUT(libLLVM.so.22.1)").unwrap();
+        std::fs::write(folder.join("libLLVM.so.19.1"), b"\x7fELF....").unwrap();
+        let found = libraries_in([folder.clone()]);
+        assert_eq!(found, [folder.join("libLLVM.so.19.1")]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
