@@ -1,0 +1,73 @@
+//! How a kernel is called: the offsets that generated code and its callers agree on.
+//!
+//! A kernel is a C function of one argument, a pointer to a `Call`. All pointers are to 4-byte words
+//! unless said otherwise; floats, integers and bools (0 and -1 as i32 in lane arrays, 0 and 1 in
+//! members) are words. Lane arrays hold one word a ray. They are readable and writable up to the call's count
+//! rounded up to the kernel's width; rays that the mask leaves out, and rays past the
+//! count, are not changed in meaning: a kernel may write their words back as it read them.
+//!
+//! | offset | field | meaning |
+//! |---|---|---|
+//! | 0 | `state: **u32` | a lane array for each state component, by component index of the one table; only those that the kernel names need be there |
+//! | 8 | `scratch: **u32` | a lane array for each scratch scalar, by the class layout |
+//! | 16 | `mask: *i32` | 0 or -1 a ray; null: all rays |
+//! | 24 | `accepted: *i32` | `intersect` writes 0 or -1 for every ray of the mask, 0 for the others up to the count |
+//! | 32 | `instance: *u8` | packet shape: the instance's block |
+//! | 40 | `instances: **u8` | stream shape: blocks by instance number |
+//! | 48 | `index: *u32` | stream shape: the instance number of each ray |
+//! | 56 | `host: *HostTable` | the functions below |
+//! | 64 | `user: *void` | passed to them |
+//! | 72 | `count: u32` | rays |
+//! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
+//!
+//! An instance's block holds the members at the word offsets of the class layout. A buffer takes
+//! [`BUFFER_WORDS`] words at an even offset: a 64-bit address of its words, the number of elements, and a
+//! word unused. Blocks are 8-byte aligned.
+//!
+//! The host table holds C function pointers in the order of the `HOST_` constants. Lane sets are
+//! passed as `(base: u32, active: u32)`; lanes, queries and samples by pointers to structs of
+//! arrays of 16 words, 64-byte aligned:
+//!
+//! | function | signature |
+//! |---|---|
+//! | trace | `(user, base, active, rays: *RayLanes, radiance: *[[f32; 16]; COLORS])` |
+//! | occluded | `(user, base, active, rays: *RayLanes) -> u32` lanes |
+//! | light count | `(user) -> u32` |
+//! | light sample | `(user, base, active, index: u32, query: *LightQueryLanes, light: *LightLanes) -> u32` lanes |
+//! | ambient | `(user, color: *[f32; COLORS])` |
+//! | rand | `(user, base, active, values: *[f32; 16])` |
+//!
+//! `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16); `LightQueryLanes` point (3 x 16), normal (3 x 16),
+//! cosine (16); `LightLanes` direction (3 x 16), distance (16), colour (COLORS x 16), density (16).
+
+#![allow(missing_docs, reason = "the table above documents the offsets")]
+
+pub const CALL_STATE: u32 = 0;
+pub const CALL_SCRATCH: u32 = 8;
+pub const CALL_MASK: u32 = 16;
+pub const CALL_ACCEPTED: u32 = 24;
+pub const CALL_INSTANCE: u32 = 32;
+pub const CALL_INSTANCES: u32 = 40;
+pub const CALL_INDEX: u32 = 48;
+pub const CALL_HOST: u32 = 56;
+pub const CALL_USER: u32 = 64;
+pub const CALL_COUNT: u32 = 72;
+pub const CALL_STATUS: u32 = 76;
+pub const CALL_SIZE: u32 = 80;
+
+/// A ray used up its budget of loop iterations.
+pub const STATUS_BUDGET: u32 = 1;
+
+/// Words that a buffer takes in an instance's block.
+pub const BUFFER_WORDS: u32 = 4;
+
+/// Lane arrays are allocated for a multiple of this many rays.
+pub const LANE_PADDING: u32 = 16;
+
+pub const HOST_TRACE: u32 = 0;
+pub const HOST_OCCLUDED: u32 = 1;
+pub const HOST_LIGHT_COUNT: u32 = 2;
+pub const HOST_LIGHT_SAMPLE: u32 = 3;
+pub const HOST_AMBIENT: u32 = 4;
+pub const HOST_RAND: u32 = 5;
+pub const HOST_FUNCTIONS: u32 = 6;
