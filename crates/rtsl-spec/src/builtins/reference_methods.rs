@@ -1,0 +1,127 @@
+//! The methods that shaders call on references to other shaders: `kd.lookup()`
+
+use super::SpecType;
+use super::SpecType::{Color, Float, Vec};
+use super::spec_type::Scalar;
+use crate::{Method, Role};
+
+/// A method of a reference
+#[derive(Debug)]
+pub struct ReferenceMethod {
+    /// The role of the reference
+    pub role: Role,
+    /// The name that shaders call
+    pub name: &'static str,
+    /// The parameters, each with name and type
+    pub parameters: &'static [(&'static str, SpecType)],
+    /// The type of the result
+    pub result: SpecType,
+    /// The interface method of the referred class that runs
+    pub runs: Method,
+    /// The state variable of the callee that is the result
+    pub returns: &'static str,
+    /// State variables that the call also sets in the caller
+    pub also_sets: &'static [&'static str],
+    /// What it does
+    pub doc: &'static str,
+}
+
+/// The method of that name with that many parameters of these types
+pub fn reference_method(
+    role: Role,
+    name: &str,
+    parameters: &[SpecType],
+) -> Option<&'static ReferenceMethod> {
+    REFERENCE_METHODS.iter().find(|method| {
+        method.role == role
+            && method.name == name
+            && method.parameters.iter().map(|(_, ty)| ty).eq(parameters)
+    })
+}
+
+const UV: (&str, SpecType) = ("uv", Vec(Scalar::Float, 2));
+const UVW: (&str, SpecType) = ("uvw", Vec(Scalar::Float, 3));
+
+/// Every method of every reference
+///
+/// The callee sees the caller's ray and hit; a parameter takes the place of the state variable
+/// `rt_TextureUV` or `rt_TextureUVW`.
+pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
+    lookup("lookup", &[], Color, "The texture's color where the caller's hit is."),
+    lookup("lookup", &[UV], Color, "The texture's color at these surface coordinates."),
+    lookup("lookup", &[UVW], Color, "The texture's color at this place."),
+    lookup("lookupFloat", &[], Float, "The texture's float where the caller's hit is."),
+    lookup("lookupFloat", &[UV], Float, "The texture's float at these surface coordinates."),
+    lookup("lookupFloat", &[UVW], Float, "The texture's float at this place."),
+    material(
+        Method::Shade,
+        Color,
+        "rt_SampleColor",
+        &[],
+        "The radiance that the material returns.",
+    ),
+    material(Method::Bsdf, Color, "rt_BSDFValue", &[], "The BSDF's value for rt_LightDirection."),
+    material(
+        Method::SampleBsdf,
+        Color,
+        "rt_BSDFValue",
+        &["rt_LightDirection", "rt_PDF"],
+        "The BSDF's value for a direction that the material picks; sets the caller's \
+         rt_LightDirection and rt_PDF.",
+    ),
+    material(
+        Method::EvaluatePdf,
+        Float,
+        "rt_PDF",
+        &[],
+        "The density with which sampleBSDF picks rt_LightDirection.",
+    ),
+    material(
+        Method::Emission,
+        Color,
+        "rt_EmissionColor",
+        &[],
+        "The radiance that the material emits towards the ray.",
+    ),
+];
+
+const fn lookup(
+    name: &'static str,
+    parameters: &'static [(&'static str, SpecType)],
+    result: SpecType,
+    doc: &'static str,
+) -> ReferenceMethod {
+    let returns = match result {
+        Float => "rt_FloatTextureValue",
+        _ => "rt_TextureColor",
+    };
+    ReferenceMethod {
+        role: Role::Texture,
+        name,
+        parameters,
+        result,
+        runs: Method::Lookup,
+        returns,
+        also_sets: &[],
+        doc,
+    }
+}
+
+const fn material(
+    runs: Method,
+    result: SpecType,
+    returns: &'static str,
+    also_sets: &'static [&'static str],
+    doc: &'static str,
+) -> ReferenceMethod {
+    ReferenceMethod {
+        role: Role::Material,
+        name: runs.name(),
+        parameters: &[],
+        result,
+        runs,
+        returns,
+        also_sets,
+        doc,
+    }
+}

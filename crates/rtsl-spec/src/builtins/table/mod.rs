@@ -1,0 +1,30 @@
+//! The entries, one file a chapter or two
+
+mod color;
+mod common;
+mod exponential;
+mod geometric;
+mod integer;
+mod noise;
+mod ray_tracing;
+mod sampling;
+mod trigonometry;
+
+use super::Builtin;
+
+/// The chapters in the order of the manual
+pub(super) static CHAPTERS: &[&[Builtin]] = &[
+    trigonometry::TRIGONOMETRY,
+    exponential::EXPONENTIAL,
+    common::COMMON,
+    common::PACKING,
+    geometric::GEOMETRIC,
+    geometric::MATRIX,
+    integer::RELATIONAL,
+    integer::INTEGER,
+    color::COLOR,
+    ray_tracing::RAY_TRACING,
+    noise::NOISE,
+    sampling::SAMPLING,
+    integer::INTRINSIC,
+];

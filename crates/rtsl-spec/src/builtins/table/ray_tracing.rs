@@ -1,0 +1,83 @@
+//! What a ray tracer adds; `illuminance` is a statement, not a function
+
+use crate::Method;
+use crate::builtins::{Builtin, Chapter, Special, Usable};
+
+pub(super) static RAY_TRACING: &[Builtin] = &[
+    function(
+        "hit",
+        Special::Hit,
+        Usable::Methods(&[Method::Intersect]),
+        &["bool hit(float t)"],
+        "Offers a hit at t. Where rt_Epsilon < t < rt_HitDistance it is accepted: the result is \
+         true and rt_HitDistance becomes t. Else nothing changes.",
+    ),
+    function(
+        "trace",
+        Special::Trace,
+        SHADE,
+        &[
+            "color trace(vec3 origin, vec3 direction)",
+            "color trace(vec3 origin, vec3 direction, float tMax)",
+        ],
+        "The radiance along a new ray, up to tMax lengths of the direction; black once the host's \
+         limit of depth is reached.",
+    ),
+    function(
+        "occluded",
+        Special::Occluded,
+        SHADE,
+        &["bool occluded(vec3 origin, vec3 direction, float tMax)"],
+        "Whether anything lies on a new ray nearer than tMax lengths of the direction.",
+    ),
+    function(
+        "ambient",
+        Special::Ambient,
+        SHADE,
+        &["color ambient()"],
+        "The scene's ambient light.",
+    ),
+    function(
+        "inside",
+        Special::Inside,
+        MATERIAL,
+        &["bool inside()"],
+        "Whether the ray meets the surface from inside: dot(rt_RayDirection, rt_GeometricNormal) > 0.",
+    ),
+    function(
+        "isSet",
+        Special::IsSet,
+        Usable::Anywhere,
+        &["bool isSet(reference shader)"],
+        "Whether the host has set this member that refers to another shader.",
+    ),
+    function(
+        "rand",
+        Special::Rand,
+        Usable::Anywhere,
+        &["float rand()"],
+        "A number in [0, 1): the next dimension of the host's sampler for this ray.",
+    ),
+];
+
+/// Where rays may be traced and light gathered
+const SHADE: Usable = Usable::Methods(&[Method::Shade]);
+
+/// The methods that know the ray and the normal of a hit
+const MATERIAL: Usable = Usable::Methods(&[
+    Method::Shade,
+    Method::Bsdf,
+    Method::SampleBsdf,
+    Method::EvaluatePdf,
+    Method::Emission,
+]);
+
+const fn function(
+    name: &'static str,
+    special: Special,
+    usable: Usable,
+    signatures: &'static [&'static str],
+    doc: &'static str,
+) -> Builtin {
+    Builtin::special(Chapter::RayTracing, name, special, usable, signatures, doc)
+}
