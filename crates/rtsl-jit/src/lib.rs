@@ -12,8 +12,13 @@
 #![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
 
 mod api;
+mod call;
+mod callbacks;
 mod compile;
 mod error;
+mod instance;
+mod kernel;
+mod lanes;
 mod llvm;
 mod memory;
 mod module;
@@ -24,8 +29,12 @@ mod search;
 mod target;
 mod worker;
 
+pub use call::{CallArguments, CallStatus, Instances};
 pub use compile::OptLevel;
 pub use error::{JitError, LlvmError, LlvmVersion};
+pub use instance::{BoundBuffer, InstanceBlock, InstanceTable};
+pub use kernel::{CompiledKernel, Signature};
+pub use lanes::{LaneBlock, LaneIndices, LaneMask};
 pub use llvm::Llvm;
 pub use module::Module;
 pub use target::Target;

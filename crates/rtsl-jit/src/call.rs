@@ -1,0 +1,90 @@
+//! The arguments of a call, for those who call and as machine code reads them.
+
+use std::ffi::c_void;
+
+use rtsl_ir::host::Host;
+
+use crate::callbacks::HostTable;
+use crate::instance::{InstanceBlock, InstanceTable};
+use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
+
+/// The arguments of a call of a kernel for `count` rays.
+pub struct CallArguments<'a> {
+    /// One array for each state component, by the index of the one table.
+    pub state: &'a mut LaneBlock,
+    /// One array for each scalar of the class's scratch.
+    pub scratch: &'a mut LaneBlock,
+    /// How many rays, at most the lanes of the blocks.
+    pub count: usize,
+    /// Which rays take part; all where `None`. The others' state does not change.
+    pub mask: Option<&'a LaneMask>,
+    /// For `intersect`: the kernel sets which rays it found a hit for; false for those
+    /// that took no part.
+    pub accepted: Option<&'a mut LaneMask>,
+    /// The object, or for the stream shape each ray's object.
+    pub instances: Instances<'a>,
+    /// Answers the shader's questions.
+    pub host: &'a mut dyn Host,
+}
+
+/// Whose method is called.
+#[derive(Clone, Copy)]
+pub enum Instances<'a> {
+    /// One object for all rays.
+    One(&'a InstanceBlock),
+    /// An object for each ray, by its number in the table.
+    Many(&'a InstanceTable, &'a LaneIndices),
+}
+
+/// How a call ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[must_use]
+pub struct CallStatus {
+    /// A ray used up its budget of loop iterations; its results are those of the loop cut short.
+    pub budget_exhausted: bool,
+}
+
+/// The call as machine code reads it; see `rtsl_packet::abi`.
+#[repr(C)]
+pub(crate) struct RawCall {
+    pub state: *const *mut u32,
+    pub scratch: *const *mut u32,
+    pub mask: *const i32,
+    pub accepted: *mut i32,
+    pub instance: *const u8,
+    pub instances: *const *const u8,
+    pub index: *const u32,
+    pub host: *const HostTable,
+    pub user: *mut c_void,
+    pub count: u32,
+    pub status: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use rtsl_packet::abi;
+
+    use super::*;
+
+    #[test]
+    fn offsets_are_those_of_the_interface() {
+        for (name, offset, expected) in [
+            ("state", offset_of!(RawCall, state), abi::CALL_STATE),
+            ("scratch", offset_of!(RawCall, scratch), abi::CALL_SCRATCH),
+            ("mask", offset_of!(RawCall, mask), abi::CALL_MASK),
+            ("accepted", offset_of!(RawCall, accepted), abi::CALL_ACCEPTED),
+            ("instance", offset_of!(RawCall, instance), abi::CALL_INSTANCE),
+            ("instances", offset_of!(RawCall, instances), abi::CALL_INSTANCES),
+            ("index", offset_of!(RawCall, index), abi::CALL_INDEX),
+            ("host", offset_of!(RawCall, host), abi::CALL_HOST),
+            ("user", offset_of!(RawCall, user), abi::CALL_USER),
+            ("count", offset_of!(RawCall, count), abi::CALL_COUNT),
+            ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
+            ("size", size_of::<RawCall>(), abi::CALL_SIZE),
+        ] {
+            assert_eq!(offset, expected as usize, "{name}");
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The host's functions as machine code calls them.
+//!
+//! A panic of the host must not unwind through machine code, which has no tables for that.
+//! It is caught and kept; from then on the host is not asked again and answers are zeros;
+//! when the kernel has returned, the panic goes on.
+
+use std::any::Any;
+use std::ffi::c_void;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl_spec::COLOR_COMPONENTS;
+
+type Color = [f32; COLOR_COMPONENTS as usize];
+
+/// Pointers to the functions, in the order of the `HOST_` constants of `rtsl_packet::abi`.
+#[repr(C)]
+pub(crate) struct HostTable {
+    trace: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes, *mut LaneColors),
+    occluded: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes) -> u32,
+    light_count: unsafe extern "C" fn(*mut c_void) -> u32,
+    light_sample: unsafe extern "C" fn(
+        *mut c_void,
+        u32,
+        u32,
+        u32,
+        *const LightQueryLanes,
+        *mut LightLanes,
+    ) -> u32,
+    ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
+    rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
+}
+
+/// The one table: which host is asked stands in the user pointer.
+pub(crate) static HOST_TABLE: HostTable =
+    HostTable { trace, occluded, light_count, light_sample, ambient, rand };
+
+/// What the user pointer points to.
+pub(crate) struct HostCalls<'a> {
+    pub host: &'a mut dyn Host,
+    pub panic: Option<Box<dyn Any + Send>>,
+}
+
+impl HostCalls<'_> {
+    fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
+        if self.panic.is_some() {
+            return T::default();
+        }
+        match catch_unwind(AssertUnwindSafe(|| question(self.host))) {
+            Ok(answer) => answer,
+            Err(panic) => {
+                self.panic = Some(panic);
+                T::default()
+            }
+        }
+    }
+}
+
+/// The calls behind the user pointer.
+///
+/// # Safety
+/// `user` is the pointer of the running call, and nothing else uses the calls meanwhile.
+unsafe fn calls<'a>(user: *mut c_void) -> &'a mut HostCalls<'a> {
+    // Safety: the caller's promise.
+    unsafe { &mut *user.cast() }
+}
+
+unsafe extern "C" fn trace(
+    user: *mut c_void,
+    base: u32,
+    active: u32,
+    rays: *const RayLanes,
+    radiance: *mut LaneColors,
+) {
+    // Safety: kernels pass their user pointer, and lanes on their own stack.
+    let (calls, rays, radiance) = unsafe { (calls(user), &*rays, &mut *radiance) };
+    *radiance = calls.ask(|host| {
+        let mut answer = LaneColors::default();
+        host.trace(LaneSet { base, active }, rays, &mut answer);
+        answer
+    });
+}
+
+unsafe extern "C" fn occluded(
+    user: *mut c_void,
+    base: u32,
+    active: u32,
+    rays: *const RayLanes,
+) -> u32 {
+    // Safety: as for `trace`.
+    let (calls, rays) = unsafe { (calls(user), &*rays) };
+    calls.ask(|host| host.occluded(LaneSet { base, active }, rays)) & active
+}
+
+unsafe extern "C" fn light_count(user: *mut c_void) -> u32 {
+    // Safety: as for `trace`.
+    let calls = unsafe { calls(user) };
+    calls.ask(|host| host.light_count())
+}
+
+unsafe extern "C" fn light_sample(
+    user: *mut c_void,
+    base: u32,
+    active: u32,
+    index: u32,
+    query: *const LightQueryLanes,
+    light: *mut LightLanes,
+) -> u32 {
+    // Safety: as for `trace`.
+    let (calls, query, light) = unsafe { (calls(user), &*query, &mut *light) };
+    let lanes = LaneSet { base, active };
+    let (answer, reached) = calls.ask(|host| {
+        let mut answer = LightLanes::default();
+        let reached = host.light_sample(lanes, index, query, &mut answer);
+        (answer, reached)
+    });
+    *light = answer;
+    reached & active
+}
+
+unsafe extern "C" fn ambient(user: *mut c_void, color: *mut Color) {
+    // Safety: as for `trace`.
+    let (calls, color) = unsafe { (calls(user), &mut *color) };
+    *color = calls.ask(|host| host.ambient());
+}
+
+unsafe extern "C" fn rand(user: *mut c_void, base: u32, active: u32, values: *mut LaneFloats) {
+    // Safety: as for `trace`.
+    let (calls, values) = unsafe { (calls(user), &mut *values) };
+    *values = calls.ask(|host| {
+        let mut answer = LaneFloats::default();
+        host.rand(LaneSet { base, active }, &mut answer);
+        answer
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use rtsl_packet::abi;
+
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_interface() {
+        for (offset, index) in [
+            (offset_of!(HostTable, trace), abi::HOST_TRACE),
+            (offset_of!(HostTable, occluded), abi::HOST_OCCLUDED),
+            (offset_of!(HostTable, light_count), abi::HOST_LIGHT_COUNT),
+            (offset_of!(HostTable, light_sample), abi::HOST_LIGHT_SAMPLE),
+            (offset_of!(HostTable, ambient), abi::HOST_AMBIENT),
+            (offset_of!(HostTable, rand), abi::HOST_RAND),
+            (size_of::<HostTable>(), abi::HOST_FUNCTIONS),
+        ] {
+            assert_eq!(offset, index as usize * size_of::<usize>());
+        }
+    }
+}

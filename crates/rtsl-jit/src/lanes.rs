@@ -1,0 +1,279 @@
+//! Storage for the per-ray values of calls: one array of 32-bit words for each component.
+
+use rtsl_packet::abi::LANE_PADDING;
+
+const PADDING: usize = LANE_PADDING as usize;
+
+/// As many words as the widest vector has, aligned for it.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+pub(crate) struct Chunk([u32; PADDING]);
+
+/// Zeroed chunks on the heap, reached by one pointer only, so that kernels may keep copies of it.
+pub(crate) struct Chunks {
+    start: *mut Chunk,
+    count: usize,
+}
+
+impl Chunks {
+    pub(crate) fn new(count: usize) -> Chunks {
+        let chunks = vec![Chunk([0; PADDING]); count].into_boxed_slice();
+        Chunks { start: Box::into_raw(chunks).cast(), count }
+    }
+
+    pub(crate) fn words(&self) -> *mut u32 {
+        self.start.cast()
+    }
+
+    pub(crate) fn all(&self) -> &[u32] {
+        // Safety: a chunk is `PADDING` words without gaps; all are owned and initialised.
+        unsafe { std::slice::from_raw_parts(self.words(), self.count * PADDING) }
+    }
+
+    pub(crate) fn all_mut(&mut self) -> &mut [u32] {
+        // Safety: as for `all`, and borrowed mutably.
+        unsafe { std::slice::from_raw_parts_mut(self.words(), self.count * PADDING) }
+    }
+}
+
+impl Drop for Chunks {
+    fn drop(&mut self) {
+        let chunks = std::ptr::slice_from_raw_parts_mut(self.start, self.count);
+        // Safety: made by `Box::into_raw` in `new`, freed once.
+        drop(unsafe { Box::from_raw(chunks) });
+    }
+}
+
+/// Arrays of 32-bit words, one for each component of the state or of scratch, one word for
+/// each lane (ray). Every array is aligned to 64 bytes and as long as the number of lanes rounded
+/// up to a multiple of [`LANE_PADDING`], so that a kernel of any width may read and write whole
+/// vectors.
+pub struct LaneBlock {
+    memory: Chunks,
+    /// Where each component's array starts, for kernels.
+    table: Vec<*mut u32>,
+    lanes: usize,
+    /// Lanes of an array with its padding.
+    stride: usize,
+}
+
+// Safety: the pointers are to the block's own heap memory, which is nobody else's.
+unsafe impl Send for LaneBlock {}
+// Safety: through a shared reference memory is only read.
+unsafe impl Sync for LaneBlock {}
+
+impl LaneBlock {
+    /// Zeros: `components` arrays for `lanes` rays.
+    pub fn new(components: usize, lanes: usize) -> LaneBlock {
+        let stride = lanes.next_multiple_of(PADDING);
+        let memory = Chunks::new(components * stride / PADDING);
+        // Safety: `index * stride` words are within the chunks, or at their end.
+        let table =
+            (0..components).map(|index| unsafe { memory.words().add(index * stride) }).collect();
+        LaneBlock { memory, table, lanes, stride }
+    }
+
+    /// The number of arrays.
+    pub fn components(&self) -> usize {
+        self.table.len()
+    }
+
+    /// The number of rays there is room for.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// The array of a component, without its padding.
+    ///
+    /// # Panics
+    /// If there is no such component; so for all methods here.
+    pub fn words(&self, component: usize) -> &[u32] {
+        let start = self.start_of(component);
+        &self.all()[start..start + self.lanes]
+    }
+
+    /// The array of a component, to write.
+    pub fn words_mut(&mut self, component: usize) -> &mut [u32] {
+        let (start, lanes) = (self.start_of(component), self.lanes);
+        &mut self.all_mut()[start..start + lanes]
+    }
+
+    /// The array of a component of type f32.
+    pub fn floats(&self, component: usize) -> &[f32] {
+        let words = self.words(component);
+        // Safety: f32 has the size and alignment of u32, and any bits are a value.
+        unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), words.len()) }
+    }
+
+    /// The array of a component of type f32, to write.
+    pub fn floats_mut(&mut self, component: usize) -> &mut [f32] {
+        let words = self.words_mut(component);
+        // Safety: as for `floats`; the words are borrowed mutably.
+        unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
+    }
+
+    /// The arrays of `N` components that follow one another, such as those of a vector, to
+    /// write at the same time.
+    pub fn vectors_mut<const N: usize>(&mut self, first: usize) -> [&mut [f32]; N] {
+        assert!(first + N <= self.components(), "components {first}..{}", first + N);
+        let lanes = self.lanes;
+        // Safety: the arrays do not overlap and are borrowed mutably along with the block;
+        // f32 has the size and alignment of u32.
+        std::array::from_fn(|index| unsafe {
+            let start = self.table[first + index];
+            std::slice::from_raw_parts_mut(start.cast::<f32>(), lanes)
+        })
+    }
+
+    /// The table of arrays for a kernel, which may read and write each up to the padding's end.
+    pub(crate) fn table_mut(&mut self) -> *const *mut u32 {
+        self.table.as_ptr()
+    }
+
+    fn start_of(&self, component: usize) -> usize {
+        assert!(component < self.components(), "component {component} of {}", self.components());
+        component * self.stride
+    }
+
+    fn all(&self) -> &[u32] {
+        self.memory.all()
+    }
+
+    fn all_mut(&mut self) -> &mut [u32] {
+        self.memory.all_mut()
+    }
+}
+
+impl Clone for LaneBlock {
+    fn clone(&self) -> Self {
+        let mut copy = LaneBlock::new(self.components(), self.lanes);
+        copy.all_mut().copy_from_slice(self.all());
+        copy
+    }
+}
+
+impl std::fmt::Debug for LaneBlock {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "LaneBlock({} components, {} lanes)", self.components(), self.lanes)
+    }
+}
+
+/// A bool for each lane, as kernels hold them: words of 0 and -1.
+pub struct LaneMask {
+    words: Chunks,
+    lanes: usize,
+}
+
+impl LaneMask {
+    /// All false.
+    pub fn new(lanes: usize) -> LaneMask {
+        LaneMask { words: Chunks::new(lanes.div_ceil(PADDING)), lanes }
+    }
+
+    /// `is_on` says which lanes are true.
+    pub fn from_fn(lanes: usize, mut is_on: impl FnMut(usize) -> bool) -> LaneMask {
+        let mut mask = LaneMask::new(lanes);
+        (0..lanes).for_each(|lane| mask.set(lane, is_on(lane)));
+        mask
+    }
+
+    /// The number of lanes.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Whether `lane` is true.
+    ///
+    /// # Panics
+    /// If there is no such lane; so for all methods here.
+    pub fn get(&self, lane: usize) -> bool {
+        self.words.all()[..self.lanes][lane] != 0
+    }
+
+    /// Changes a lane.
+    pub fn set(&mut self, lane: usize, is_on: bool) {
+        let lanes = self.lanes;
+        self.words.all_mut()[..lanes][lane] = if is_on { u32::MAX } else { 0 };
+    }
+
+    /// Changes all lanes.
+    pub fn fill(&mut self, is_on: bool) {
+        let lanes = self.lanes;
+        self.words.all_mut()[..lanes].fill(if is_on { u32::MAX } else { 0 });
+    }
+
+    /// Whether any lane is true.
+    pub fn any(&self) -> bool {
+        self.words.all()[..self.lanes].iter().any(|word| *word != 0)
+    }
+
+    /// The lanes that are true, in order.
+    pub fn iter_on(&self) -> impl Iterator<Item = usize> {
+        let words = self.words.all()[..self.lanes].iter().enumerate();
+        words.filter(|(_, word)| **word != 0).map(|(lane, _)| lane)
+    }
+
+    pub(crate) fn pointer(&self) -> *mut i32 {
+        self.words.words().cast()
+    }
+}
+
+// Safety: the memory is owned by the mask alone.
+unsafe impl Send for LaneMask {}
+// Safety: through a shared reference memory is only read.
+unsafe impl Sync for LaneMask {}
+
+/// The number of an instance for each lane; 0 at first.
+pub struct LaneIndices {
+    words: Chunks,
+    lanes: usize,
+}
+
+impl LaneIndices {
+    /// All 0.
+    pub fn new(lanes: usize) -> LaneIndices {
+        LaneIndices { words: Chunks::new(lanes.div_ceil(PADDING)), lanes }
+    }
+
+    /// The numbers.
+    pub fn as_slice(&self) -> &[u32] {
+        &self.words.all()[..self.lanes]
+    }
+
+    /// The numbers, to write.
+    pub fn as_mut_slice(&mut self) -> &mut [u32] {
+        let lanes = self.lanes;
+        &mut self.words.all_mut()[..lanes]
+    }
+
+    pub(crate) fn pointer(&self) -> *const u32 {
+        self.words.words()
+    }
+}
+
+// Safety: the memory is owned by the indices alone.
+unsafe impl Send for LaneIndices {}
+// Safety: through a shared reference memory is only read.
+unsafe impl Sync for LaneIndices {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_apart_and_aligned() {
+        let mut block = LaneBlock::new(3, 21);
+        for component in 0..3 {
+            assert_eq!(block.words(component).as_ptr() as usize % 64, 0);
+            block.words_mut(component).fill(component as u32);
+        }
+        let [a, b] = block.vectors_mut::<2>(1);
+        a[20] = 1.0;
+        b[0] = 2.0;
+        let copy = block.clone();
+        assert_eq!(copy.words(0), [0; 21]);
+        assert_eq!((copy.floats(1)[20], copy.words(1)[19]), (1.0, 1));
+        assert_eq!((copy.floats(2)[0], copy.words(2)[1]), (2.0, 2));
+        assert!(LaneBlock::new(0, 5).components() == 0 && LaneBlock::new(2, 0).words(1).is_empty());
+    }
+}
