@@ -7,10 +7,12 @@ mod codes;
 mod diagnostic;
 mod map;
 pub mod render;
+mod similar;
 
 pub use codes::{Code, CodeInfo, code_info, codes};
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity, Suggestion};
 pub use map::{FileId, Position, SourceFile, SourceMap, Span};
+pub use similar::most_similar;
 
 /// The constants that name every diagnostic: `diagnostic_codes::UNKNOWN_NAME` and so on.
 pub mod diagnostic_codes {
