@@ -28,15 +28,22 @@
 //!
 //! This crate knows nothing of syntax, types of the language, packets or targets.
 
+mod builder;
 pub mod class;
+mod constants;
+pub mod evaluate;
 mod function;
 pub mod host;
 mod op;
 mod place;
+mod visit;
 
+pub use builder::Builder;
+pub use constants::ConstantPool;
 pub use function::{Function, Output, Region, Value, Values};
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
 pub use place::{Place, PlaceId, PlaceKind};
+pub use visit::Effect;

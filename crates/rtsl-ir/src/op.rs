@@ -236,7 +236,9 @@ pub enum OpKind {
     /// f32: to nearest even. i32 to u32 and back: the same bits. bool to numbers: 0 or 1. Numbers
     /// to bool: not equal to 0 (a NaN is true).
     Convert(Scalar, Value),
-    /// The same bits as another type; between f32, i32 and u32.
+    /// The same bits as another type; between f32, i32 and u32. From f32 to an integer every NaN
+    /// gives [`CANONICAL_NAN`](crate::evaluate::CANONICAL_NAN), since machines differ in the bits
+    /// of the NaNs they make.
     Bitcast(Scalar, Value),
     /// A scalar of any place but an accepted one. State, members, parameters and scratch have the
     /// value from before the call.

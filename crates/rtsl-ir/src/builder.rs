@@ -1,0 +1,390 @@
+//! Makes functions, operation by operation.
+
+use rtsl_spec::COLOR_COMPONENTS;
+
+use crate::{
+    BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Output, Place,
+    PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value, Values, evaluate,
+};
+
+/// A function under construction: operations are added to the innermost open region.
+///
+/// Operations on constants are computed at once, and equal constants are one value, defined at the
+/// start of the function.
+///
+/// # Panics
+/// Its methods panic where the caller breaks the rules that the verifier checks on
+/// types and places, as far as they need to look: the builder is for code that has checked its
+/// input already.
+#[derive(Clone, Debug)]
+pub struct Builder {
+    function: Function,
+    constants: ConstantPool,
+    /// For each value its constant, if it is one.
+    known: Vec<Option<Constant>>,
+    /// The open regions, the body first.
+    open: Vec<OpenRegion>,
+    precise: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct OpenRegion {
+    region: Region,
+    /// For the body of a loop: what the carried values are at first.
+    initial: Vec<Value>,
+}
+
+impl Builder {
+    /// An empty function of this name.
+    pub fn new(name: impl Into<String>) -> Self {
+        Builder {
+            function: Function::new(name),
+            constants: ConstantPool::default(),
+            known: Vec::new(),
+            open: vec![OpenRegion::default()],
+            precise: false,
+        }
+    }
+
+    /// The function so far: its places, outputs and types of values, without the open regions.
+    pub fn function(&self) -> &Function {
+        &self.function
+    }
+
+    /// The type of `value`.
+    pub fn scalar(&self, value: Value) -> Scalar {
+        self.function.scalar(value)
+    }
+
+    /// The constant that `value` is known to be.
+    pub fn known(&self, value: Value) -> Option<Constant> {
+        self.known.get(value.0 as usize).copied().flatten()
+    }
+
+    /// How many regions are open, the body among them.
+    pub fn depth(&self) -> usize {
+        self.open.len()
+    }
+
+    /// The number of values so far: grows with every operation, so that callers can bound the size.
+    pub fn value_count(&self) -> usize {
+        self.function.values.len()
+    }
+
+    /// Marks the operations that follow as precise or not; returns what was set before.
+    pub fn set_precise(&mut self, precise: bool) -> bool {
+        std::mem::replace(&mut self.precise, precise)
+    }
+
+    // Places.
+
+    /// The place equal to `place`, added where it is missing.
+    pub fn place(&mut self, place: Place) -> PlaceId {
+        self.function.intern_place(place)
+    }
+
+    /// A new slot; its name starts with `name` and gets a number where that is taken.
+    pub fn slot(&mut self, name: &str, scalar: Scalar, len: u32) -> PlaceId {
+        let mut unique = name.to_owned();
+        let mut number = 1;
+        while self.function.find_place(PlaceKind::Slot, &unique).is_some() {
+            number += 1;
+            unique = format!("{name}.{number}");
+        }
+        self.place(Place { kind: PlaceKind::Slot, name: unique, scalar, len })
+    }
+
+    /// Makes `value` the output to this scalar of a place.
+    pub fn output(&mut self, place: PlaceId, component: u32, value: Value) {
+        assert_eq!(self.open.len(), 1, "outputs belong to the function's body");
+        self.function.outputs.push(Output { place, component });
+        self.region().yields.push(value);
+    }
+
+    // Operations.
+
+    /// Adds an operation, whatever it is, and returns its results. Does not fold.
+    pub fn push(&mut self, kind: OpKind) -> Values {
+        let mut scalars = Vec::new();
+        kind.result_scalars(&self.function, &mut scalars);
+        let results = self.function.new_values(&scalars);
+        let precise = self.precise;
+        self.region().ops.push(Op { results, precise, kind });
+        results
+    }
+
+    /// Adds an operation with one result, or finds its value where that is a constant.
+    pub fn emit(&mut self, kind: OpKind) -> Value {
+        match evaluate::fold(&kind, |value| self.known(value)) {
+            Some(constant) => self.constant(constant),
+            None => self.push(kind).get(0),
+        }
+    }
+
+    /// A constant.
+    pub fn constant(&mut self, constant: Constant) -> Value {
+        let value = self.constants.intern(&mut self.function.values, constant);
+        let index = value.0 as usize;
+        if self.known.len() <= index {
+            self.known.resize(index + 1, None);
+        }
+        self.known[index] = Some(constant);
+        value
+    }
+
+    /// A constant of type f32.
+    pub fn f32(&mut self, constant: f32) -> Value {
+        self.constant(Constant::F32(constant))
+    }
+
+    /// A constant of type i32.
+    pub fn i32(&mut self, constant: i32) -> Value {
+        self.constant(Constant::I32(constant))
+    }
+
+    /// A constant of type u32.
+    pub fn u32(&mut self, constant: u32) -> Value {
+        self.constant(Constant::U32(constant))
+    }
+
+    /// A constant of type bool.
+    pub fn bool(&mut self, constant: bool) -> Value {
+        self.constant(Constant::Bool(constant))
+    }
+
+    /// [`OpKind::Unary`]
+    pub fn unary(&mut self, op: UnaryOp, a: Value) -> Value {
+        self.emit(OpKind::Unary(op, a))
+    }
+
+    /// [`OpKind::Binary`]
+    pub fn binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Value {
+        self.emit(OpKind::Binary(op, a, b))
+    }
+
+    /// [`BinaryOp::Add`]
+    pub fn add(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::Add, a, b)
+    }
+
+    /// [`BinaryOp::Subtract`]
+    pub fn subtract(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::Subtract, a, b)
+    }
+
+    /// [`BinaryOp::Multiply`]
+    pub fn multiply(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::Multiply, a, b)
+    }
+
+    /// [`BinaryOp::Divide`]
+    pub fn divide(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::Divide, a, b)
+    }
+
+    /// [`UnaryOp::Not`]
+    pub fn not(&mut self, a: Value) -> Value {
+        self.unary(UnaryOp::Not, a)
+    }
+
+    /// [`BinaryOp::And`]
+    pub fn and(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::And, a, b)
+    }
+
+    /// [`BinaryOp::Or`]
+    pub fn or(&mut self, a: Value, b: Value) -> Value {
+        self.binary(BinaryOp::Or, a, b)
+    }
+
+    /// [`OpKind::Compare`]
+    pub fn compare(&mut self, op: CompareOp, a: Value, b: Value) -> Value {
+        self.emit(OpKind::Compare(op, a, b))
+    }
+
+    /// [`OpKind::Select`]. With a known condition it is the chosen value.
+    pub fn select(&mut self, condition: Value, a: Value, b: Value) -> Value {
+        match self.known(condition) {
+            Some(known) => [b, a][known.bits() as usize],
+            None if a == b => a,
+            None => self.emit(OpKind::Select(condition, a, b)),
+        }
+    }
+
+    /// [`OpKind::Fma`]
+    pub fn fma(&mut self, a: Value, b: Value, c: Value) -> Value {
+        self.emit(OpKind::Fma(a, b, c))
+    }
+
+    /// [`OpKind::Convert`]; the value itself where it has that type.
+    pub fn convert(&mut self, to: Scalar, a: Value) -> Value {
+        if self.scalar(a) == to { a } else { self.emit(OpKind::Convert(to, a)) }
+    }
+
+    /// [`OpKind::Bitcast`]; the value itself where it has that type.
+    pub fn bitcast(&mut self, to: Scalar, a: Value) -> Value {
+        if self.scalar(a) == to { a } else { self.emit(OpKind::Bitcast(to, a)) }
+    }
+
+    /// The scalar of a place at a constant index.
+    pub fn load(&mut self, place: PlaceId, index: u32) -> Value {
+        self.push(OpKind::Load(place, Index::Constant(index))).get(0)
+    }
+
+    /// The scalar of a place at an i32, constant or not. The index must be in range if it is known.
+    pub fn load_at(&mut self, place: PlaceId, index: Value) -> Value {
+        let index = self.index(index);
+        self.push(OpKind::Load(place, index)).get(0)
+    }
+
+    /// Stores to a slot at a constant index.
+    pub fn store(&mut self, slot: PlaceId, index: u32, value: Value) {
+        self.push(OpKind::Store(slot, Index::Constant(index), value));
+    }
+
+    /// Stores to a slot at an i32, constant or not. The index must be in range if it is known.
+    pub fn store_at(&mut self, slot: PlaceId, index: Value, value: Value) {
+        let index = self.index(index);
+        self.push(OpKind::Store(slot, index, value));
+    }
+
+    /// [`OpKind::Length`]
+    pub fn length(&mut self, buffer: PlaceId) -> Value {
+        self.emit(OpKind::Length(buffer))
+    }
+
+    /// [`OpKind::ReportBudget`]
+    pub fn report_budget(&mut self) {
+        self.push(OpKind::ReportBudget);
+    }
+
+    // Regions.
+
+    /// Opens a region; what is added goes there until [`Builder::end_region`].
+    pub fn begin_region(&mut self) {
+        self.open.push(OpenRegion::default());
+    }
+
+    /// Closes the region opened last by [`Builder::begin_region`].
+    pub fn end_region(&mut self, yields: Vec<Value>) -> Region {
+        let OpenRegion { mut region, initial } = self.close();
+        assert!(initial.is_empty() && region.params.is_empty(), "the open region is a loop's");
+        region.yields = yields;
+        region
+    }
+
+    /// An `if` of two closed regions.
+    pub fn if_regions(&mut self, condition: Value, then: Region, otherwise: Region) -> Values {
+        self.push(OpKind::If { condition, then, otherwise })
+    }
+
+    /// An `if` whose regions the closures fill; they return the yields.
+    pub fn if_(
+        &mut self,
+        condition: Value,
+        then: impl FnOnce(&mut Self) -> Vec<Value>,
+        otherwise: impl FnOnce(&mut Self) -> Vec<Value>,
+    ) -> Values {
+        self.begin_region();
+        let yields = then(self);
+        let then = self.end_region(yields);
+        self.begin_region();
+        let yields = otherwise(self);
+        let otherwise = self.end_region(yields);
+        self.if_regions(condition, then, otherwise)
+    }
+
+    /// Opens the body of a loop and returns its carried values.
+    pub fn begin_loop(&mut self, initial: Vec<Value>) -> Values {
+        let scalars: Vec<Scalar> = initial.iter().map(|value| self.scalar(*value)).collect();
+        let params = self.function.new_values(&scalars);
+        let region = Region { params: params.iter().collect(), ..Region::default() };
+        self.open.push(OpenRegion { region, initial });
+        params
+    }
+
+    /// Closes the body of the loop opened last, which runs `again` with the `next` carried values or
+    /// ends with them as its results.
+    pub fn end_loop(&mut self, again: Value, next: &[Value]) -> Values {
+        let OpenRegion { region: mut body, initial } = self.close();
+        assert_eq!(initial.len(), next.len(), "a loop carries as many values as it starts with");
+        body.yields = [&[again], next].concat();
+        self.push(OpKind::Loop { initial, body })
+    }
+
+    /// A loop whose body the closure fills from the carried values; it returns "again" and the next
+    /// carried values.
+    pub fn loop_(
+        &mut self,
+        initial: Vec<Value>,
+        body: impl FnOnce(&mut Self, Values) -> (Value, Vec<Value>),
+    ) -> Values {
+        let params = self.begin_loop(initial);
+        let (again, next) = body(self, params);
+        self.end_loop(again, &next)
+    }
+
+    /// The function, with its constants at the start.
+    pub fn finish(mut self) -> Function {
+        let OpenRegion { region, .. } = self.close();
+        assert!(self.open.is_empty(), "{} regions are still open", self.open.len());
+        self.function.body = region;
+        self.constants.define_in(&mut self.function);
+        self.function
+    }
+
+    fn region(&mut self) -> &mut Region {
+        &mut self.open.last_mut().expect("the body is open").region
+    }
+
+    fn close(&mut self) -> OpenRegion {
+        self.open.pop().expect("a region is open")
+    }
+
+    fn index(&self, index: Value) -> Index {
+        match self.known(index) {
+            Some(constant) => Index::Constant(constant.bits()),
+            None => Index::Dynamic(index),
+        }
+    }
+}
+
+impl OpKind {
+    /// Appends the types of its results to `scalars`, as the operation's shape and its operands'
+    /// types give them. For an `if` these are the types of what the first region yields.
+    pub fn result_scalars(&self, function: &Function, scalars: &mut Vec<Scalar>) {
+        match self {
+            OpKind::Constant(constant) => scalars.push(constant.scalar()),
+            OpKind::Unary(_, a) | OpKind::Binary(_, a, _) | OpKind::Select(_, a, _) => {
+                scalars.push(function.scalar(*a));
+            }
+            OpKind::Compare(..) | OpKind::Occluded { .. } | OpKind::IsSet(..) => {
+                scalars.push(Scalar::Bool);
+            }
+            OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
+            OpKind::Load(place, _) => scalars.push(function.place(*place).scalar),
+            OpKind::Store(..) | OpKind::ReportBudget => {}
+            OpKind::Length(_) | OpKind::LightCount => scalars.push(Scalar::I32),
+            OpKind::If { then, .. } => {
+                scalars.extend(then.yields.iter().map(|value| function.scalar(*value)));
+            }
+            OpKind::Loop { initial, .. } => {
+                scalars.extend(initial.iter().map(|value| function.scalar(*value)));
+            }
+            OpKind::Fma(..) | OpKind::Rand => scalars.push(Scalar::F32),
+            OpKind::Trace { .. } | OpKind::Ambient => {
+                scalars.extend([Scalar::F32; COLOR_COMPONENTS as usize]);
+            }
+            OpKind::LightSample { .. } => {
+                scalars.push(Scalar::Bool);
+                scalars.extend([Scalar::F32; LIGHT_SAMPLE_FLOATS]);
+            }
+            OpKind::ReferenceCall(call) => {
+                scalars.extend(call.results.iter().map(|_| Scalar::F32));
+            }
+        }
+    }
+}
+
+/// The results of a light sample after the first: direction, distance, colour, density.
+const LIGHT_SAMPLE_FLOATS: usize = 3 + 1 + COLOR_COMPONENTS as usize + 1;

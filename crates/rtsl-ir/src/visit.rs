@@ -1,0 +1,191 @@
+//! Walking operations: the one place that knows the operands and regions of each.
+
+use crate::{Index, Op, OpKind, Place, PlaceId, PlaceKind, ReferencePath, Region, Value};
+
+/// Calls `$visit` with each operand of `$kind`, in the order of the text form. One body for shared
+/// and exclusive access: `$borrow` is `&` or `&mut`, and `$kind` a reference of that sort.
+macro_rules! visit_operands {
+    ($kind:expr, $visit:expr, $($borrow:tt)+) => {{
+        let mut visit = $visit;
+        match $kind {
+            OpKind::Constant(_)
+            | OpKind::Length(_)
+            | OpKind::LightCount
+            | OpKind::Ambient
+            | OpKind::Rand
+            | OpKind::ReportBudget => {}
+            OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => visit(a),
+            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => {
+                visit(a);
+                visit(b);
+            }
+            OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => {
+                visit(a);
+                visit(b);
+                visit(c);
+            }
+            OpKind::Load(_, index) => match index {
+                Index::Constant(_) => {}
+                Index::Dynamic(index) => visit(index),
+            },
+            OpKind::Store(_, index, value) => {
+                match index {
+                    Index::Constant(_) => {}
+                    Index::Dynamic(index) => visit(index),
+                }
+                visit(value);
+            }
+            OpKind::If { condition, then: _, otherwise: _ } => visit(condition),
+            OpKind::Loop { initial, body: _ } => {
+                for value in initial {
+                    visit(value);
+                }
+            }
+            OpKind::Trace { origin, direction, limit }
+            | OpKind::Occluded { origin, direction, limit } => {
+                for value in origin {
+                    visit(value);
+                }
+                for value in direction {
+                    visit(value);
+                }
+                visit(limit);
+            }
+            OpKind::LightSample { index, point, normal, cosine } => {
+                visit(index);
+                for value in point {
+                    visit(value);
+                }
+                for value in normal {
+                    visit(value);
+                }
+                visit(cosine);
+            }
+            OpKind::ReferenceCall(call) => {
+                match $($borrow)+ call.path {
+                    ReferencePath::Single => {}
+                    ReferencePath::Element(index) => visit(index),
+                }
+                for (_, value) in $($borrow)+ call.overrides {
+                    visit(value);
+                }
+            }
+            OpKind::IsSet(_, path) => match path {
+                ReferencePath::Single => {}
+                ReferencePath::Element(index) => visit(index),
+            },
+        }
+    }};
+}
+
+/// What an operation does besides giving results. Regions that it holds have effects of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Nothing: it may be removed, repeated, moved, and done where the program did not ask for it.
+    None,
+    /// Its result depends on what has been stored to this slot.
+    ReadsSlot(PlaceId),
+    /// It stores to this slot.
+    WritesSlot(PlaceId),
+    /// It asks the host, which may advance samplers and count: neither removed nor reordered.
+    Host,
+}
+
+impl OpKind {
+    /// Calls `visit` with each operand, in the order of the text form. Values that regions of
+    /// the operation yield are not among them.
+    pub fn for_each_operand(&self, mut visit: impl FnMut(Value)) {
+        visit_operands!(self, |value: &Value| visit(*value), &)
+    }
+
+    /// The same, to change them.
+    pub fn for_each_operand_mut(&mut self, visit: impl FnMut(&mut Value)) {
+        visit_operands!(self, visit, &mut)
+    }
+
+    /// The regions it holds, in the order of the text form.
+    pub fn regions(&self) -> impl DoubleEndedIterator<Item = &Region> {
+        let regions = match self {
+            OpKind::If { then, otherwise, .. } => [Some(then), Some(otherwise)],
+            OpKind::Loop { body, .. } => [Some(body), None],
+            _ => [None, None],
+        };
+        regions.into_iter().flatten()
+    }
+
+    /// The same, to change them.
+    pub fn regions_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Region> {
+        let regions = match self {
+            OpKind::If { then, otherwise, .. } => [Some(then), Some(otherwise)],
+            OpKind::Loop { body, .. } => [Some(body), None],
+            _ => [None, None],
+        };
+        regions.into_iter().flatten()
+    }
+
+    /// What the operation itself does besides giving results, in a function with these places.
+    pub fn effect(&self, places: &[Place]) -> Effect {
+        let is_slot = |place: &PlaceId| places[place.0 as usize].kind == PlaceKind::Slot;
+        match self {
+            OpKind::Load(place, _) if is_slot(place) => Effect::ReadsSlot(*place),
+            OpKind::Store(place, ..) => Effect::WritesSlot(*place),
+            OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightSample { .. }
+            | OpKind::Rand
+            | OpKind::ReferenceCall(_)
+            | OpKind::ReportBudget => Effect::Host,
+            OpKind::Constant(_)
+            | OpKind::Unary(..)
+            | OpKind::Binary(..)
+            | OpKind::Compare(..)
+            | OpKind::Select(..)
+            | OpKind::Fma(..)
+            | OpKind::Convert(..)
+            | OpKind::Bitcast(..)
+            | OpKind::Load(..)
+            | OpKind::Length(_)
+            | OpKind::If { .. }
+            | OpKind::Loop { .. }
+            | OpKind::LightCount
+            | OpKind::Ambient
+            | OpKind::IsSet(..) => Effect::None,
+        }
+    }
+}
+
+impl Region {
+    /// Calls `visit` with every operation of this region and of those inside it, in the order of the
+    /// text form: an operation before those of its regions.
+    pub fn for_each_op<'a>(&'a self, visit: &mut impl FnMut(&'a Op)) {
+        for op in &self.ops {
+            visit(op);
+            for region in op.kind.regions() {
+                region.for_each_op(visit);
+            }
+        }
+    }
+
+    /// Calls `visit` with every use of a value in this region and those inside it: operands and
+    /// yields.
+    pub fn for_each_use(&self, visit: &mut impl FnMut(Value)) {
+        for op in &self.ops {
+            op.kind.for_each_operand(&mut *visit);
+            for region in op.kind.regions() {
+                region.for_each_use(visit);
+            }
+        }
+        self.yields.iter().for_each(|value| visit(*value));
+    }
+
+    /// The same, to change them.
+    pub fn for_each_use_mut(&mut self, visit: &mut impl FnMut(&mut Value)) {
+        for op in &mut self.ops {
+            op.kind.for_each_operand_mut(&mut *visit);
+            for region in op.kind.regions_mut() {
+                region.for_each_use_mut(visit);
+            }
+        }
+        self.yields.iter_mut().for_each(visit);
+    }
+}
