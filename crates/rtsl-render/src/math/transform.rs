@@ -1,0 +1,202 @@
+//! Transforms: 4x4 matrices in binary64 while a scene is read, 3x4 in binary32 while it renders.
+
+use glam::{DMat4, DVec3, DVec4};
+
+use super::sine_and_cosine_of_degrees;
+
+/// A transform of the scene format, with the conventions of that format: points are columns, a new
+/// transform applies before those that stand already.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform(DMat4);
+
+impl Transform {
+    /// No change.
+    pub const IDENTITY: Transform = Transform(DMat4::IDENTITY);
+
+    /// A translation.
+    pub fn translate(by: [f64; 3]) -> Self {
+        Transform(DMat4::from_translation(DVec3::from_array(by)))
+    }
+
+    /// A scaling along the axes.
+    pub fn scale(by: [f64; 3]) -> Self {
+        Transform(DMat4::from_scale(DVec3::from_array(by)))
+    }
+
+    /// A rotation about an axis; `None` where the axis has no length.
+    pub fn rotate(degrees: f64, axis: [f64; 3]) -> Option<Self> {
+        let axis = DVec3::from_array(axis);
+        let length = dot64(axis, axis).sqrt();
+        if !(length > 0.0 && length.is_finite()) {
+            return None;
+        }
+        let a = DVec3::new(axis.x / length, axis.y / length, axis.z / length);
+        let (s, c) = sine_and_cosine_of_degrees(degrees);
+        let k = 1.0 - c;
+        let x = DVec4::new(a.x * a.x * k + c, a.x * a.y * k + a.z * s, a.x * a.z * k - a.y * s, 0.0);
+        let y = DVec4::new(a.x * a.y * k - a.z * s, a.y * a.y * k + c, a.y * a.z * k + a.x * s, 0.0);
+        let z = DVec4::new(a.x * a.z * k + a.y * s, a.y * a.z * k - a.x * s, a.z * a.z * k + c, 0.0);
+        Some(Transform(DMat4::from_cols(x, y, z, DVec4::W)))
+    }
+
+    /// The transform from world to camera space of a camera at `eye` that looks along +z at
+    /// `target`, with y up and x to the right (a left-handed frame). `None` where that is no frame.
+    pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3]) -> Option<Self> {
+        let eye = DVec3::from_array(eye);
+        let forward = unit64(DVec3::from_array(target) - eye)?;
+        let right = unit64(cross64(unit64(DVec3::from_array(up))?, forward))?;
+        let up = cross64(forward, right);
+        let camera_to_world =
+            DMat4::from_cols(right.extend(0.0), up.extend(0.0), forward.extend(0.0), eye.extend(1.0));
+        Transform(camera_to_world).inverse()
+    }
+
+    /// From 16 numbers in the order of the format: column after column.
+    pub fn from_columns(numbers: &[f64; 16]) -> Self {
+        Transform(DMat4::from_cols_array(numbers))
+    }
+
+    /// `self` after `first`.
+    pub fn after(self, first: Transform) -> Self {
+        Transform(self.0 * first.0)
+    }
+
+    /// The inverse; `None` where there is none that is finite.
+    pub fn inverse(self) -> Option<Self> {
+        let inverse = self.0.inverse();
+        let regular = self.0.determinant() != 0.0 && self.0.is_finite() && inverse.is_finite();
+        regular.then_some(Transform(inverse))
+    }
+
+    /// Whether its last row is that of an affine map, which keeps parallel lines parallel.
+    pub fn is_affine(self) -> bool {
+        let row = self.0.row(3);
+        row.x == 0.0 && row.y == 0.0 && row.z == 0.0 && row.w == 1.0
+    }
+
+    /// Whether it turns right-handed frames into left-handed ones.
+    pub fn swaps_handedness(self) -> bool {
+        self.0.determinant() < 0.0
+    }
+
+    /// The point that `point` becomes, in binary64.
+    pub fn point(self, point: [f64; 3]) -> [f64; 3] {
+        let p = DVec3::from_array(point);
+        (self.0 * p.extend(1.0)).truncate().to_array()
+    }
+
+    /// The map in binary32.
+    pub fn affine(self) -> Affine {
+        let column = |index: usize| {
+            let column = self.0.col(index);
+            [column.x as f32, column.y as f32, column.z as f32]
+        };
+        Affine { columns: [column(0), column(1), column(2), column(3)] }
+    }
+}
+
+fn dot64(a: DVec3, b: DVec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+fn cross64(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
+fn unit64(v: DVec3) -> Option<DVec3> {
+    let length = dot64(v, v).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| v / length)
+}
+
+/// An affine map in binary32, applied with one fixed order of operations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    /// The images of the three axes, then that of the origin.
+    pub columns: [[f32; 3]; 4],
+}
+
+impl Affine {
+    /// No change.
+    pub const IDENTITY: Affine =
+        Affine { columns: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]] };
+
+    /// Whether it changes nothing.
+    pub fn is_identity(&self) -> bool {
+        *self == Affine::IDENTITY
+    }
+
+    /// The point that `p` becomes.
+    pub fn point(&self, p: [f32; 3]) -> [f32; 3] {
+        let v = self.vector(p);
+        let origin = self.columns[3];
+        [v[0] + origin[0], v[1] + origin[1], v[2] + origin[2]]
+    }
+
+    /// The vector that `v` becomes.
+    pub fn vector(&self, v: [f32; 3]) -> [f32; 3] {
+        let [x, y, z, _] = &self.columns;
+        std::array::from_fn(|row| x[row] * v[0] + y[row] * v[1] + z[row] * v[2])
+    }
+
+    /// The vector that `v` becomes under the transposed linear part: what a normal becomes under
+    /// the transform whose inverse this is.
+    pub fn transposed_vector(&self, v: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|row| dot(self.columns[row], v))
+    }
+}
+
+/// The scalar product.
+pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `v` with length one, or `otherwise` where `v` has no direction.
+pub fn normalize_or(v: [f32; 3], otherwise: [f32; 3]) -> [f32; 3] {
+    // Scaled first, so that no square overflows or vanishes.
+    let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
+    if !(largest > 0.0 && largest.is_finite() && v.iter().all(|x| !x.is_nan())) {
+        return otherwise;
+    }
+    let scaled = [v[0] / largest, v[1] / largest, v[2] / largest];
+    let length = dot(scaled, scaled).sqrt();
+    [scaled[0] / length, scaled[1] / length, scaled[2] / length]
+}
+
+/// One over each component.
+pub fn reciprocal(v: [f32; 3]) -> [f32; 3] {
+    [1.0 / v[0], 1.0 / v[1], 1.0 / v[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn look_at_is_left_handed_along_z() {
+        let world_to_camera =
+            Transform::look_at([0.0, 0.0, -5.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
+        assert_eq!(world_to_camera.point([0.0, 0.0, 0.0]), [0.0, 0.0, 5.0]);
+        assert_eq!(world_to_camera.point([1.0, 2.0, 0.0]), [1.0, 2.0, 5.0]);
+    }
+
+    #[test]
+    fn rotation_about_z_takes_x_to_y() {
+        let rotation = Transform::rotate(90.0, [0.0, 0.0, 2.0]).unwrap();
+        assert_eq!(rotation.point([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn what_has_no_inverse_gives_none() {
+        assert!(Transform::scale([1.0, 0.0, 1.0]).inverse().is_none());
+        assert!(Transform::look_at([0.0; 3], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]).is_none());
+        assert!(Transform::rotate(10.0, [0.0; 3]).is_none());
+    }
+
+    #[test]
+    fn normals_stay_at_right_angles() {
+        let transform = Transform::scale([1.0, 2.0, 1.0]);
+        let inverse = transform.inverse().unwrap().affine();
+        let tangent = transform.affine().vector([1.0, -1.0, 0.0]);
+        assert_eq!(dot(inverse.transposed_vector([1.0, 1.0, 0.0]), tangent), 0.0);
+    }
+}

@@ -1,0 +1,133 @@
+//! The directives of the scene format, as a table: the word, and what follows it.
+
+/// A directive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "each is the word of the same spelling")]
+pub enum Keyword {
+    Accelerator,
+    ActiveTransform,
+    AreaLightSource,
+    Attribute,
+    AttributeBegin,
+    AttributeEnd,
+    Camera,
+    ColorSpace,
+    ConcatTransform,
+    CoordinateSystem,
+    CoordSysTransform,
+    Film,
+    Identity,
+    Import,
+    Include,
+    Integrator,
+    LightSource,
+    LookAt,
+    MakeNamedMaterial,
+    MakeNamedMedium,
+    Material,
+    MediumInterface,
+    NamedMaterial,
+    ObjectBegin,
+    ObjectEnd,
+    ObjectInstance,
+    Option,
+    PixelFilter,
+    ReverseOrientation,
+    Rotate,
+    Sampler,
+    Scale,
+    Shape,
+    Texture,
+    Transform,
+    TransformBegin,
+    TransformEnd,
+    TransformTimes,
+    Translate,
+    WorldBegin,
+}
+
+/// What follows a directive's word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Operands {
+    /// So many numbers, with or without brackets around them.
+    pub numbers: usize,
+    /// At least so many quoted strings.
+    pub texts: usize,
+    /// Further quoted strings that may be left out.
+    pub optional_texts: usize,
+    /// Whether a list of parameters ends it.
+    pub parameters: bool,
+}
+
+const NOTHING: Operands = Operands { numbers: 0, texts: 0, optional_texts: 0, parameters: false };
+const NAME: Operands = Operands { texts: 1, ..NOTHING };
+const PARAMETERS: Operands = Operands { parameters: true, ..NOTHING };
+const ENTITY: Operands = Operands { texts: 1, ..PARAMETERS };
+
+const fn numbers(numbers: usize) -> Operands {
+    Operands { numbers, ..NOTHING }
+}
+
+/// Every directive, in the order of the alphabet.
+const DIRECTIVES: &[(&str, Keyword, Operands)] = &[
+    ("Accelerator", Keyword::Accelerator, ENTITY),
+    ("ActiveTransform", Keyword::ActiveTransform, NOTHING),
+    ("AreaLightSource", Keyword::AreaLightSource, ENTITY),
+    ("Attribute", Keyword::Attribute, ENTITY),
+    ("AttributeBegin", Keyword::AttributeBegin, NOTHING),
+    ("AttributeEnd", Keyword::AttributeEnd, NOTHING),
+    ("Camera", Keyword::Camera, ENTITY),
+    ("ColorSpace", Keyword::ColorSpace, NAME),
+    ("ConcatTransform", Keyword::ConcatTransform, numbers(16)),
+    ("CoordSysTransform", Keyword::CoordSysTransform, NAME),
+    ("CoordinateSystem", Keyword::CoordinateSystem, NAME),
+    ("Film", Keyword::Film, ENTITY),
+    ("Identity", Keyword::Identity, NOTHING),
+    ("Import", Keyword::Import, NAME),
+    ("Include", Keyword::Include, NAME),
+    ("Integrator", Keyword::Integrator, ENTITY),
+    ("LightSource", Keyword::LightSource, ENTITY),
+    ("LookAt", Keyword::LookAt, numbers(9)),
+    ("MakeNamedMaterial", Keyword::MakeNamedMaterial, ENTITY),
+    ("MakeNamedMedium", Keyword::MakeNamedMedium, ENTITY),
+    ("Material", Keyword::Material, ENTITY),
+    ("MediumInterface", Keyword::MediumInterface, Operands { optional_texts: 1, ..NAME }),
+    ("NamedMaterial", Keyword::NamedMaterial, NAME),
+    ("ObjectBegin", Keyword::ObjectBegin, NAME),
+    ("ObjectEnd", Keyword::ObjectEnd, NOTHING),
+    ("ObjectInstance", Keyword::ObjectInstance, NAME),
+    ("Option", Keyword::Option, PARAMETERS),
+    ("PixelFilter", Keyword::PixelFilter, ENTITY),
+    ("ReverseOrientation", Keyword::ReverseOrientation, NOTHING),
+    ("Rotate", Keyword::Rotate, numbers(4)),
+    ("Sampler", Keyword::Sampler, ENTITY),
+    ("Scale", Keyword::Scale, numbers(3)),
+    ("Shape", Keyword::Shape, ENTITY),
+    ("Texture", Keyword::Texture, Operands { texts: 3, ..PARAMETERS }),
+    ("Transform", Keyword::Transform, numbers(16)),
+    ("TransformBegin", Keyword::TransformBegin, NOTHING),
+    ("TransformEnd", Keyword::TransformEnd, NOTHING),
+    ("TransformTimes", Keyword::TransformTimes, numbers(2)),
+    ("Translate", Keyword::Translate, numbers(3)),
+    ("WorldBegin", Keyword::WorldBegin, NOTHING),
+];
+
+/// The directive spelled `word`, and what follows it.
+pub fn directive(word: &str) -> Option<(Keyword, Operands)> {
+    DIRECTIVES
+        .iter()
+        .find(|(spelling, ..)| *spelling == word)
+        .map(|(_, keyword, operands)| (*keyword, *operands))
+}
+
+/// The words of all directives.
+pub fn directive_words() -> impl Iterator<Item = &'static str> {
+    DIRECTIVES.iter().map(|(spelling, ..)| *spelling)
+}
+
+impl Keyword {
+    /// The word, as it is spelled.
+    pub fn word(self) -> &'static str {
+        DIRECTIVES.iter().find(|(_, keyword, _)| *keyword == self).map_or("", |(word, ..)| word)
+    }
+}

@@ -1,0 +1,96 @@
+//! Where the texts of a scene come from: the disk, or memory in tests.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// Reads files.
+pub trait FileSource {
+    /// The contents of a file.
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// The files in a folder, sorted by name.
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
+}
+
+/// The file system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiskFiles;
+
+/// No scene or shader text is larger; spans count bytes in 32 bits.
+const LARGEST_FILE: u64 = 1 << 30;
+
+impl FileSource for DiskFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let metadata = std::fs::metadata(path)?;
+        if !metadata.is_file() {
+            return Err(io::Error::other("not a regular file"));
+        }
+        if metadata.len() > LARGEST_FILE {
+            return Err(io::Error::other("larger than 1 GiB"));
+        }
+        std::fs::read(path)
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        // The folder of "scene.pbrt" is "", which the system does not know.
+        let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(shown)? {
+            let entry = entry?;
+            if entry.path().is_file() {
+                files.push(folder.join(entry.file_name()));
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+}
+
+/// Files that exist in memory only.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryFiles(pub BTreeMap<PathBuf, String>);
+
+impl FileSource for MemoryFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
+        Ok(text.clone().into_bytes())
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        Ok(self.0.keys().filter(|path| path.parent() == Some(folder)).cloned().collect())
+    }
+}
+
+/// `path` as seen from the file `from`, with `.` and `..` resolved as far as text allows, so that
+/// one file has one name.
+pub fn resolve(from: &Path, path: &str) -> PathBuf {
+    let joined = from.parent().unwrap_or(Path::new("")).join(path);
+    let mut resolved = PathBuf::new();
+    for component in joined.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(resolved.components().next_back(), Some(Component::Normal(_))) => {
+                resolved.pop();
+            }
+            Component::ParentDir | Component::Normal(_) | Component::RootDir | Component::Prefix(_) => {
+                resolved.push(component);
+            }
+        }
+    }
+    resolved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_the_including_file() {
+        let resolved = |path| resolve(Path::new("scenes/a/main.pbrt"), path);
+        assert_eq!(resolved("part.pbrt"), Path::new("scenes/a/part.pbrt"));
+        assert_eq!(resolved("./../b/../part.pbrt"), Path::new("scenes/part.pbrt"));
+        assert_eq!(resolve(Path::new("main.pbrt"), "../../x"), Path::new("../../x"));
+        assert_eq!(resolved("/x/../y"), Path::new("/y"));
+    }
+}

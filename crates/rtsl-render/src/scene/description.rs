@@ -1,0 +1,124 @@
+//! A scene as its text describes it, before any class is looked up.
+
+use rtsl::Span;
+
+use crate::math::Transform;
+use crate::reader::Parameter;
+
+/// Everything that a scene's text says.
+#[derive(Clone, Debug, Default)]
+pub struct Description {
+    /// Every use of a class or of a setting; the other fields index it.
+    pub entities: Vec<Entity>,
+    /// The camera.
+    pub camera: Option<EntityId>,
+    /// The film.
+    pub film: Option<EntityId>,
+    /// The sampler.
+    pub sampler: Option<EntityId>,
+    /// The integrator.
+    pub integrator: Option<EntityId>,
+    /// Lights, in order.
+    pub lights: Vec<EntityId>,
+    /// Shapes outside all object definitions.
+    pub shapes: Vec<ShapeUse>,
+    /// Objects that `ObjectBegin` defines.
+    pub objects: Vec<ObjectDefinition>,
+    /// Uses of those objects.
+    pub instances: Vec<InstanceUse>,
+}
+
+/// The index of an entity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EntityId(pub usize);
+
+/// A use of a class or of a setting, with its parameters.
+#[derive(Clone, Debug)]
+pub struct Entity {
+    /// What it is used as.
+    pub kind: EntityKind,
+    /// The class, or the name of the setting.
+    pub class: String,
+    /// The place of the class's name.
+    pub class_span: Span,
+    /// The name by which other parts of the scene, and `-D`, refer to it.
+    pub name: Option<String>,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// The transform that stood where it was made: from its own space to the world's, for a
+    /// camera from the world's to its own.
+    pub transform: Transform,
+}
+
+/// What an entity is used as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EntityKind {
+    /// `Camera`
+    Camera,
+    /// `Film`
+    Film,
+    /// `Sampler`
+    Sampler,
+    /// `Integrator`
+    Integrator,
+    /// `Texture`
+    Texture,
+    /// `Material`, `MakeNamedMaterial`
+    Material,
+    /// `AreaLightSource`: a material whose `emission` lights the scene.
+    AreaLight,
+    /// `LightSource`
+    Light,
+    /// `Shape`
+    Shape,
+}
+
+impl EntityKind {
+    /// The word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            EntityKind::Camera => "camera",
+            EntityKind::Film => "film",
+            EntityKind::Sampler => "sampler",
+            EntityKind::Integrator => "integrator",
+            EntityKind::Texture => "texture",
+            EntityKind::Material => "material",
+            EntityKind::AreaLight => "area light",
+            EntityKind::Light => "light",
+            EntityKind::Shape => "shape",
+        }
+    }
+}
+
+/// A shape, placed and given a material.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeUse {
+    /// The shape; its transform places it.
+    pub shape: EntityId,
+    /// Its material; `None` for the default one.
+    pub material: Option<EntityId>,
+    /// What it emits.
+    pub area_light: Option<EntityId>,
+    /// Its normals point the other way.
+    pub reverse_orientation: bool,
+}
+
+/// Shapes that are placed together.
+#[derive(Clone, Debug)]
+pub struct ObjectDefinition {
+    /// The name.
+    pub name: String,
+    /// Where it is defined.
+    pub span: Span,
+    /// Its shapes; their transforms lead to the space in which the object was defined.
+    pub shapes: Vec<ShapeUse>,
+}
+
+/// An object, placed.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceUse {
+    /// The index of its definition.
+    pub object: usize,
+    /// From the definition's space to the world's.
+    pub transform: Transform,
+}
