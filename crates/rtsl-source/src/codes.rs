@@ -67,4 +67,23 @@ macro_rules! diagnostics {
 
 diagnostics! {
     E0201 UNKNOWN_NAME "a name that nothing here declares";
+    E0601 UNREADABLE_FILE "a file that cannot be read";
+    E0602 SCENE_SYNTAX "a scene text that does not follow the format";
+    E0603 BAD_NUMBER "what stands for a number is none";
+    E0604 UNKNOWN_DIRECTIVE "a directive that the scene format does not have";
+    E0605 INCLUDE_CYCLE "files that include one another without end";
+    E0606 BAD_DECLARATION "a parameter that is not declared by a type and a name";
+    E0607 WRONG_VALUE "a value that its parameter cannot take";
+    E0608 UNKNOWN_PARAMETER "a parameter that the class or setting does not have";
+    E0609 UNKNOWN_CLASS "a type name that is no class";
+    E0610 UNKNOWN_SCENE_NAME "a name that nothing in the scene has";
+    E0611 DUPLICATE_NAME "something that is given twice";
+    E0612 MISPLACED_DIRECTIVE "a directive in the wrong place";
+    E0613 BAD_TRANSFORM "a transform that cannot place anything";
+    E0614 UNSUPPORTED_DIRECTIVE "a directive that is not supported";
+    E0615 SCENE_LIMIT "a scene beyond a limit";
+    E0616 WRONG_ROLE "a class that is not of the kind needed";
+    E0618 BAD_DEFINE "a definition of the command line that fits nothing";
+    E0619 BUDGET_EXHAUSTED "a shader that ran past its budget of loop iterations";
+    W0601 IGNORED_SETTING "a setting that has no effect here";
 }

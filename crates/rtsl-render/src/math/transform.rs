@@ -33,9 +33,12 @@ impl Transform {
         let a = DVec3::new(axis.x / length, axis.y / length, axis.z / length);
         let (s, c) = sine_and_cosine_of_degrees(degrees);
         let k = 1.0 - c;
-        let x = DVec4::new(a.x * a.x * k + c, a.x * a.y * k + a.z * s, a.x * a.z * k - a.y * s, 0.0);
-        let y = DVec4::new(a.x * a.y * k - a.z * s, a.y * a.y * k + c, a.y * a.z * k + a.x * s, 0.0);
-        let z = DVec4::new(a.x * a.z * k + a.y * s, a.y * a.z * k - a.x * s, a.z * a.z * k + c, 0.0);
+        let x =
+            DVec4::new(a.x * a.x * k + c, a.x * a.y * k + a.z * s, a.x * a.z * k - a.y * s, 0.0);
+        let y =
+            DVec4::new(a.x * a.y * k - a.z * s, a.y * a.y * k + c, a.y * a.z * k + a.x * s, 0.0);
+        let z =
+            DVec4::new(a.x * a.z * k + a.y * s, a.y * a.z * k - a.x * s, a.z * a.z * k + c, 0.0);
         Some(Transform(DMat4::from_cols(x, y, z, DVec4::W)))
     }
 
@@ -46,8 +49,12 @@ impl Transform {
         let forward = unit64(DVec3::from_array(target) - eye)?;
         let right = unit64(cross64(unit64(DVec3::from_array(up))?, forward))?;
         let up = cross64(forward, right);
-        let camera_to_world =
-            DMat4::from_cols(right.extend(0.0), up.extend(0.0), forward.extend(0.0), eye.extend(1.0));
+        let camera_to_world = DMat4::from_cols(
+            right.extend(0.0),
+            up.extend(0.0),
+            forward.extend(0.0),
+            eye.extend(1.0),
+        );
         Transform(camera_to_world).inverse()
     }
 

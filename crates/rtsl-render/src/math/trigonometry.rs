@@ -40,6 +40,7 @@ fn cosine(x: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "the platform's functions are the reference")]
 mod tests {
     use super::*;
 

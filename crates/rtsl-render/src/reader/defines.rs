@@ -5,12 +5,11 @@
 //! parameters, given in the scene or not. `VALUE` is numbers, `true`/`false`, or a name, several
 //! of them separated by commas: `-D lamp.intensity=10,9,8`.
 
-use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes, most_similar};
 
 use crate::scene::{Description, EntityKind};
 
 use super::parameter::{Parameter, ParameterType, Values};
-use super::spelling::nearest;
 
 /// Applies definitions to a scene, in order.
 pub fn apply_defines(
@@ -28,7 +27,11 @@ pub fn apply_defines(
     }
 }
 
-fn apply_define(description: &mut Description, define: &str, span: Span) -> Result<(), Box<Diagnostic>> {
+fn apply_define(
+    description: &mut Description,
+    define: &str,
+    span: Span,
+) -> Result<(), Box<Diagnostic>> {
     let malformed = || {
         let message = format!("`{define}` is not of the form `name.parameter=value`");
         Box::new(Diagnostic::new(codes::BAD_DEFINE, message).at(span, ""))
@@ -41,7 +44,7 @@ fn apply_define(description: &mut Description, define: &str, span: Span) -> Resu
         let diagnostic = Diagnostic::new(codes::BAD_DEFINE, message).at(span, "");
         let names = description.entities.iter().filter_map(|entity| entity.name.as_deref());
         let names = names.chain(["camera", "film", "sampler", "integrator"]);
-        return Err(Box::new(match nearest(name, names) {
+        return Err(Box::new(match most_similar(name, names) {
             Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
             None => diagnostic.help("give the shape or light a `\"string name\"` in the scene"),
         }));

@@ -1,10 +1,12 @@
 //! Carries out the directives of a scene, one method for each, and so builds its description.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use rtsl::{Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes};
+use rtsl::{
+    Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, most_similar,
+};
 
 use crate::math::Transform;
 use crate::scene::{
@@ -15,15 +17,19 @@ use super::directive::Keyword;
 use super::files::{FileSource, resolve};
 use super::parameter::{ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
-use super::spelling::nearest;
+
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
 
 /// Includes nest no deeper.
 const DEEPEST_INCLUDE: usize = 64;
 
-/// A scene has no more directives than this, includes expanded: files that include one another
-/// twice would otherwise grow without bound.
-const MOST_DIRECTIVES: usize = 20_000_000;
+/// Directives from files that were included before: without a limit, files that include one another
+/// twice would grow without bound.
+const MOST_REPEATED_DIRECTIVES: usize = 1_000_000;
+
+/// Parameters, and values of them, that `Attribute` may give to each of the entities that follow.
+const MOST_ATTRIBUTES: usize = 64;
+const MOST_ATTRIBUTE_VALUES: usize = 1024;
 
 /// Reads the scene in the file `path`. Errors go to `diagnostics`; the description then holds what
 /// was understood.
@@ -55,7 +61,9 @@ struct Interpreter<'a> {
     objects: BTreeMap<String, usize>,
     /// Uses of named materials, looked up when all are known: `(shape's list, index, name)`.
     material_uses: Vec<MaterialUse>,
-    directives: usize,
+    /// How many of the open files were read before, and how many directives such files gave.
+    repeated_files: usize,
+    repeated_directives: usize,
 }
 
 struct MaterialUse {
@@ -87,7 +95,8 @@ impl<'a> Interpreter<'a> {
             named_textures: BTreeMap::new(),
             objects: BTreeMap::new(),
             material_uses: Vec::new(),
-            directives: 0,
+            repeated_files: 0,
+            repeated_directives: 0,
         }
     }
 
@@ -106,37 +115,39 @@ impl<'a> Interpreter<'a> {
     }
 
     fn read_file(&mut self, path: PathBuf, included_at: Option<Span>) {
-        let file = match self.known_files.get(&path) {
-            Some(file) => *file,
-            None => match self.load_file(&path, included_at) {
-                Some(file) => file,
-                None => return,
-            },
-        };
+        let known = self.known_files.get(&path).copied();
+        let Some(file) = known.or_else(|| self.load_file(&path, included_at)) else { return };
         self.open_files.push(path);
+        self.repeated_files += usize::from(known.is_some());
         // The text is shared with the map for as long as this file is read.
         let text = self.map.file(file).text.clone();
         let mut parser = Parser::new(file, &text);
         while let Some(command) = parser.next_command(self.diagnostics) {
-            self.directives += 1;
-            if self.directives > MOST_DIRECTIVES {
-                self.report_once_too_many(command.span);
+            if self.repeated_files > 0 && !self.count_repeated_directive(command.span) {
                 break;
             }
             if let Err(diagnostic) = self.execute(command) {
                 self.diagnostics.push(*diagnostic);
             }
         }
+        self.repeated_files -= usize::from(known.is_some());
         self.open_files.pop();
     }
 
-    fn report_once_too_many(&mut self, span: Span) {
-        if self.directives == MOST_DIRECTIVES + 1 {
-            let message = format!("the scene has more than {MOST_DIRECTIVES} directives");
+    /// Whether one more is within the limit; says once that it is not.
+    fn count_repeated_directive(&mut self, span: Span) -> bool {
+        self.repeated_directives += 1;
+        if self.repeated_directives == MOST_REPEATED_DIRECTIVES + 1 {
+            let message = format!(
+                "files included more than once give more than {MOST_REPEATED_DIRECTIVES} directives"
+            );
             self.diagnostics.push(
-                Diagnostic::new(codes::SCENE_LIMIT, message).at(span, "reading stops before this one"),
+                Diagnostic::new(codes::SCENE_LIMIT, message)
+                    .at(span, "reading stops before this one")
+                    .help("place repeated parts with `ObjectInstance`"),
             );
         }
+        self.repeated_directives <= MOST_REPEATED_DIRECTIVES
     }
 
     fn load_file(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
@@ -166,8 +177,12 @@ impl<'a> Interpreter<'a> {
         self.check_part(&command)?;
         match command.keyword {
             Keyword::Identity => self.state.transform = Transform::IDENTITY,
-            Keyword::Translate => self.concatenate(Some(Transform::translate(array(&command))), &command)?,
-            Keyword::Scale => self.concatenate(Some(Transform::scale(array(&command))), &command)?,
+            Keyword::Translate => {
+                self.concatenate(Some(Transform::translate(array(&command))), &command)?
+            }
+            Keyword::Scale => {
+                self.concatenate(Some(Transform::scale(array(&command))), &command)?
+            }
             Keyword::Rotate => self.rotate(&command)?,
             Keyword::LookAt => self.look_at(&command)?,
             Keyword::Transform => self.state.transform = self.matrix(&command)?,
@@ -257,8 +272,12 @@ impl<'a> Interpreter<'a> {
         );
         let word = command.keyword.word();
         let message = match self.in_world {
-            true if only_before => format!("`{word}` stands after `WorldBegin`, expected before it"),
-            false if only_after => format!("`{word}` stands before `WorldBegin`, expected after it"),
+            true if only_before => {
+                format!("`{word}` stands after `WorldBegin`, expected before it")
+            }
+            false if only_after => {
+                format!("`{word}` stands before `WorldBegin`, expected after it")
+            }
             true | false => return Ok(()),
         };
         Err(Box::new(Diagnostic::new(codes::MISPLACED_DIRECTIVE, message).at(command.span, "")))
@@ -268,7 +287,8 @@ impl<'a> Interpreter<'a> {
 
     fn concatenate(&mut self, transform: Option<Transform>, command: &Command) -> Executed {
         let Some(transform) = transform else {
-            let message = format!("`{}` is not given a frame: it has no direction", command.keyword.word());
+            let message =
+                format!("`{}` is not given a frame: it has no direction", command.keyword.word());
             return Err(Box::new(
                 Diagnostic::new(codes::BAD_TRANSFORM, message).at(command.span, ""),
             ));
@@ -396,8 +416,7 @@ impl<'a> Interpreter<'a> {
             None => Err(match self.blocks.last() {
                 None => misplaced(format!("`{}` without its `{}`", kind.end(), kind.begin())),
                 Some(open) => {
-                    let message =
-                        format!("found `{}`, expected `{}`", kind.end(), open.kind.end());
+                    let message = format!("found `{}`, expected `{}`", kind.end(), open.kind.end());
                     Box::new(misplaced(message).label(open.span, "this block is open"))
                 }
             }),
@@ -418,7 +437,15 @@ impl<'a> Interpreter<'a> {
         };
         let list = Rc::make_mut(self.state.defaults.entry(kind).or_default());
         list.extend(command.parameters);
-        Ok(())
+        let values: usize = list.iter().map(|parameter| parameter.values.len()).sum();
+        if list.len() <= MOST_ATTRIBUTES && values <= MOST_ATTRIBUTE_VALUES {
+            return Ok(());
+        }
+        list.clear();
+        let message = format!(
+            "`Attribute` gives more than {MOST_ATTRIBUTES} parameters or {MOST_ATTRIBUTE_VALUES} values"
+        );
+        Err(Box::new(Diagnostic::new(codes::SCENE_LIMIT, message).at(command.span, "")))
     }
 
     // Objects.
@@ -560,7 +587,11 @@ impl<'a> Interpreter<'a> {
         let name = command.texts[0].clone();
         let kind = &command.texts[1];
         if !["float", "spectrum", "color", "rgb"].contains(&kind.text.as_str()) {
-            return Err(unknown_name("type of texture", kind, ["float", "spectrum", "color", "rgb"]));
+            return Err(unknown_name(
+                "type of texture",
+                kind,
+                ["float", "spectrum", "color", "rgb"],
+            ));
         }
         if let Some(earlier) = self.named_textures.get(&name.text) {
             let earlier = self.description.entities[earlier.0].class_span;
@@ -577,7 +608,7 @@ impl<'a> Interpreter<'a> {
     fn add(&mut self, kind: EntityKind, command: Command) -> EntityId {
         let mut parameters = command.parameters;
         if let Some(defaults) = self.state.defaults.get(&kind) {
-            let given: std::collections::BTreeSet<String> =
+            let given: BTreeSet<String> =
                 parameters.iter().map(|parameter| parameter.name.clone()).collect();
             let missing = defaults.iter().filter(|default| !given.contains(&default.name));
             parameters.extend(missing.cloned());
@@ -645,7 +676,7 @@ fn unknown_name<'a>(
 ) -> Box<Diagnostic> {
     let message = format!("unknown {what} `{}`", name.text);
     let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message).at(name.span, "");
-    Box::new(match nearest(&name.text, known) {
+    Box::new(match most_similar(&name.text, known) {
         Some(near) => diagnostic.suggest("did you mean this?", name.span, format!("\"{near}\"")),
         None => diagnostic,
     })

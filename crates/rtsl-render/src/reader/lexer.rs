@@ -114,7 +114,8 @@ impl<'a> Lexer<'a> {
 
     fn lex_word_or_number(&mut self) -> TokenKind {
         let rest = &self.text[self.offset..];
-        let ends = |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'[' | b']' | b'"' | b'#');
+        let ends =
+            |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'[' | b']' | b'"' | b'#');
         let length = rest.as_bytes().iter().position(|byte| ends(byte)).unwrap_or(rest.len());
         self.offset += length;
         classify(&rest[..length])
@@ -133,12 +134,14 @@ fn unescape(character: char) -> char {
 /// A word that starts like a number must be one. Rust's own reader would also take `inf` and
 /// `nan`, which the format has not, and gives infinity for what is too large.
 fn classify(word: &str) -> TokenKind {
-    let starts_number = word.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
+    let starts_number =
+        word.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
     if !starts_number {
         return TokenKind::Word;
     }
-    let spelled_as_number =
-        word.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.' | b'e' | b'E'));
+    let spelled_as_number = word
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.' | b'e' | b'E'));
     match word.parse::<f64>() {
         Ok(value) if spelled_as_number && value.is_finite() => TokenKind::Number(value),
         _ => TokenKind::BadNumber,
@@ -173,9 +176,10 @@ mod tests {
     #[test]
     fn what_is_no_number_is_said_to_be_none() {
         use TokenKind::*;
-        assert_eq!(kinds("1e999 1.2.3 0x10 -inf nan + 1f"), [
-            BadNumber, BadNumber, BadNumber, BadNumber, Word, BadNumber, BadNumber
-        ]);
+        assert_eq!(
+            kinds("1e999 1.2.3 0x10 -inf nan + 1f"),
+            [BadNumber, BadNumber, BadNumber, BadNumber, Word, BadNumber, BadNumber]
+        );
     }
 
     #[test]

@@ -26,7 +26,6 @@ mod interpreter;
 mod lexer;
 mod parameter;
 mod parser;
-mod spelling;
 mod state;
 
 pub use files::{DiskFiles, FileSource, MemoryFiles, resolve};
@@ -34,7 +33,6 @@ pub use interpreter::read_scene;
 pub use parameter::{
     Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };
-pub use spelling::nearest;
 
 #[cfg(doc)]
 use crate::scene::Description;

@@ -6,12 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes};
+use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, most_similar};
 
 use super::directive::{Keyword, Operands, directive, directive_words};
 use super::lexer::{Lexer, Token, TokenKind};
 use super::parameter::{Parameter, ParameterType, Values, parameter_type, parameter_type_words};
-use super::spelling::nearest;
 
 /// A directive with all that belongs to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,10 +91,12 @@ impl<'a> Parser<'a> {
         }
         let spelling = self.text_of(word.span);
         directive(spelling).ok_or_else(|| {
-            let diagnostic =
-                Diagnostic::new(codes::UNKNOWN_DIRECTIVE, format!("unknown directive `{}`", shorten(spelling)))
-                    .at(word.span, "not a directive of the scene format");
-            Box::new(match nearest(spelling, directive_words()) {
+            let diagnostic = Diagnostic::new(
+                codes::UNKNOWN_DIRECTIVE,
+                format!("unknown directive `{}`", shorten(spelling)),
+            )
+            .at(word.span, "not a directive of the scene format");
+            Box::new(match most_similar(spelling, directive_words()) {
                 Some(near) => diagnostic.suggest("did you mean this?", word.span, near),
                 None => diagnostic,
             })
@@ -217,7 +218,12 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn push_value(&self, values: &mut Values, token: Token, declaration: &SpannedText) -> Parsed<()> {
+    fn push_value(
+        &self,
+        values: &mut Values,
+        token: Token,
+        declaration: &SpannedText,
+    ) -> Parsed<()> {
         match (values, &token.kind) {
             (Values::Numbers(values), TokenKind::Number(value)) => values.push(*value),
             (Values::Texts(values), TokenKind::Text(text)) => values.push(text.clone()),
@@ -318,10 +324,12 @@ fn parse_declaration(declaration: &SpannedText) -> Parsed<(ParameterType, String
         ));
     };
     let found = parameter_type(kind).ok_or_else(|| {
-        let diagnostic =
-            Diagnostic::new(codes::BAD_DECLARATION, format!("unknown parameter type `{}`", shorten(kind)))
-                .at(declaration.span, "not a type that a parameter can have");
-        Box::new(match nearest(kind, parameter_type_words()) {
+        let diagnostic = Diagnostic::new(
+            codes::BAD_DECLARATION,
+            format!("unknown parameter type `{}`", shorten(kind)),
+        )
+        .at(declaration.span, "not a type that a parameter can have");
+        Box::new(match most_similar(kind, parameter_type_words()) {
             Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
             None if kind == "blackbody" => {
                 diagnostic.help("give the colour as `rgb`: spectra are not supported")
@@ -346,15 +354,17 @@ fn check_values(
     };
     let name = shorten(&declaration.text);
     match (kind, values) {
-        (ParameterType::Numeric { component: Component::Bool, count, .. }, Values::Booleans(list)) => {
+        (
+            ParameterType::Numeric { component: Component::Bool, count, .. },
+            Values::Booleans(list),
+        ) => {
             check_groups(*count, list.len()).or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
         // Older files quote their truth values.
-        (ParameterType::Numeric { component: Component::Bool, count: 1, .. }, Values::Texts(list))
-            if list.iter().all(|text| text == "true" || text == "false") =>
-        {
-            Ok(())
-        }
+        (
+            ParameterType::Numeric { component: Component::Bool, count: 1, .. },
+            Values::Texts(list),
+        ) if list.iter().all(|text| text == "true" || text == "false") => Ok(()),
         (ParameterType::Numeric { component: Component::Bool, .. }, other) => {
             wrong(format!("`{name}` takes `true` or `false`, found {}", other.description()))
         }
