@@ -1,0 +1,451 @@
+//! Types: their names in text and messages, conversions, sizes.
+
+use std::collections::BTreeMap;
+
+use rtsl_ir::Scalar;
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_spec::builtins::{self, SpecType};
+use rtsl_spec::{COLOR_COMPONENTS, Role, StateType};
+use rtsl_syntax::ast;
+
+use super::Checker;
+use super::scope::Entity;
+use crate::hir::{StructId, Type};
+
+/// The most scalars that a value may have.
+pub(super) const MAX_LEAVES: u32 = 65_536;
+
+/// The deepest nesting of arrays and structs in a type.
+const MAX_TYPE_DEPTH: u32 = 16;
+
+/// What is known of a struct beyond its fields.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StructInfo {
+    leaves: u32,
+    depth: u32,
+}
+
+/// The float type.
+pub(super) const FLOAT: Type = Type::Scalar(Scalar::F32);
+/// The int type.
+pub(super) const INT: Type = Type::Scalar(Scalar::I32);
+/// The uint type.
+pub(super) const UINT: Type = Type::Scalar(Scalar::U32);
+/// The bool type.
+pub(super) const BOOL: Type = Type::Scalar(Scalar::Bool);
+/// The vec3 type.
+pub(super) const VEC3: Type = Type::Vector(Scalar::F32, 3);
+
+/// The scalar that a vector, matrix or color is made of, or the scalar itself.
+pub(super) fn component_scalar(ty: &Type) -> Option<Scalar> {
+    match ty {
+        Type::Scalar(scalar) | Type::Vector(scalar, _) => Some(*scalar),
+        Type::Matrix(..) | Type::Color => Some(Scalar::F32),
+        Type::Void
+        | Type::Struct(_)
+        | Type::Array(..)
+        | Type::Buffer(_)
+        | Type::Reference(_)
+        | Type::Error => None,
+    }
+}
+
+/// How many components a scalar, vector, matrix or color has.
+pub(super) fn component_count(ty: &Type) -> Option<u32> {
+    match ty {
+        Type::Scalar(_) => Some(1),
+        Type::Vector(_, size) => Some(u32::from(*size)),
+        Type::Matrix(columns, rows) => Some(u32::from(*columns) * u32::from(*rows)),
+        Type::Color => Some(COLOR_COMPONENTS),
+        Type::Void
+        | Type::Struct(_)
+        | Type::Array(..)
+        | Type::Buffer(_)
+        | Type::Reference(_)
+        | Type::Error => None,
+    }
+}
+
+/// The type of the same shape with another scalar; scalars and vectors only.
+pub(super) fn with_scalar(ty: &Type, scalar: Scalar) -> Option<Type> {
+    match ty {
+        Type::Scalar(_) => Some(Type::Scalar(scalar)),
+        Type::Vector(_, size) => Some(Type::Vector(scalar, *size)),
+        _ => None,
+    }
+}
+
+/// Whether GLSL converts a value of type `from` to `to` unasked: int to uint to float, in
+/// vectors too. A type does not convert to itself.
+pub(super) fn converts(from: &Type, to: &Type) -> bool {
+    match (from, to) {
+        (Type::Scalar(from), Type::Scalar(to)) => scalar_converts(*from, *to),
+        (Type::Vector(from, size), Type::Vector(to, other)) => {
+            size == other && scalar_converts(*from, *to)
+        }
+        _ => false,
+    }
+}
+
+fn scalar_converts(from: Scalar, to: Scalar) -> bool {
+    matches!(
+        (from, to),
+        (Scalar::I32, Scalar::U32) | (Scalar::I32, Scalar::F32) | (Scalar::U32, Scalar::F32)
+    )
+}
+
+/// The registry's type in the checker's terms. `reference` has no counterpart; calls that take
+/// one are resolved by hand.
+pub(super) fn from_spec(ty: SpecType) -> Type {
+    match ty {
+        SpecType::Void => Type::Void,
+        SpecType::Bool => BOOL,
+        SpecType::Int => INT,
+        SpecType::Uint => UINT,
+        SpecType::Float => FLOAT,
+        SpecType::Vec(scalar, size) => Type::Vector(from_spec_scalar(scalar), size),
+        SpecType::Mat(columns, rows) => Type::Matrix(columns, rows),
+        SpecType::Color => Type::Color,
+        SpecType::Reference => Type::Error,
+    }
+}
+
+fn from_spec_scalar(scalar: builtins::Scalar) -> Scalar {
+    match scalar {
+        builtins::Scalar::Bool => Scalar::Bool,
+        builtins::Scalar::Int => Scalar::I32,
+        builtins::Scalar::Uint => Scalar::U32,
+        builtins::Scalar::Float => Scalar::F32,
+    }
+}
+
+/// The type of a state variable.
+pub(super) fn from_state(ty: StateType) -> Type {
+    match ty {
+        StateType::Float => FLOAT,
+        StateType::Vec2 => Type::Vector(Scalar::F32, 2),
+        StateType::Vec3 => VEC3,
+        StateType::Color => Type::Color,
+    }
+}
+
+/// The type that the language itself calls `name`.
+pub(super) fn builtin_type(name: &str) -> Option<Type> {
+    if let Some(role) = Role::from_class(name) {
+        return Some(Type::Reference(role));
+    }
+    match SpecType::from_name(name)? {
+        SpecType::Reference => None,
+        ty => Some(from_spec(ty)),
+    }
+}
+
+/// Whether values of the type are references, or hold some.
+fn holds_reference(ty: &Type) -> bool {
+    match ty {
+        Type::Reference(_) => true,
+        Type::Array(element, _) | Type::Buffer(element) => holds_reference(element),
+        _ => false,
+    }
+}
+
+/// Where a type is written, which decides what it may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TypePlace {
+    /// A member: buffers and references are welcome.
+    Member,
+    /// A variable or constant: `[]` takes its size from the initializer.
+    Variable,
+    /// A parameter.
+    Parameter,
+    /// A field of a struct.
+    Field,
+    /// A result: `void` is welcome.
+    Result,
+    /// The head of a constructor: `float[](...)`.
+    Constructor,
+}
+
+impl Checker<'_> {
+    /// The type as the language writes it.
+    pub(super) fn show(&self, ty: &Type) -> String {
+        let mut suffix = String::new();
+        let mut ty = ty;
+        loop {
+            match ty {
+                Type::Array(element, size) => {
+                    suffix.push_str(&format!("[{size}]"));
+                    ty = element;
+                }
+                Type::Buffer(element) => {
+                    suffix.push_str("[]");
+                    ty = element;
+                }
+                _ => return self.show_element(ty) + &suffix,
+            }
+        }
+    }
+
+    fn show_element(&self, ty: &Type) -> String {
+        match ty {
+            Type::Struct(id) => self.module.structs[id.0 as usize].name.clone(),
+            _ => plain_type_name(ty),
+        }
+    }
+
+    /// How many scalars a value of the type has; references and buffers count as one.
+    pub(super) fn leaf_count(&self, ty: &Type) -> u32 {
+        leaf_count(&self.struct_info, ty)
+    }
+
+    fn type_depth(&self, ty: &Type) -> u32 {
+        match ty {
+            Type::Struct(id) => self.struct_info[id.0 as usize].depth,
+            Type::Array(element, _) | Type::Buffer(element) => 1 + self.type_depth(element),
+            _ => 0,
+        }
+    }
+
+    /// Takes note of a struct that was just added to the module.
+    pub(super) fn measure_struct(&mut self, id: StructId, span: Span) {
+        let fields = self.module.structs[id.0 as usize].fields.clone();
+        let mut info = StructInfo { leaves: 0, depth: 0 };
+        for (_, ty) in &fields {
+            info.leaves = info.leaves.saturating_add(self.leaf_count(ty));
+            info.depth = info.depth.max(self.type_depth(ty));
+        }
+        info.depth += 1;
+        if info.leaves > MAX_LEAVES || info.depth > MAX_TYPE_DEPTH {
+            self.report_type_limit(info.leaves, span);
+            info = StructInfo { leaves: 1, depth: 1 };
+        }
+        debug_assert_eq!(self.struct_info.len(), id.0 as usize);
+        self.struct_info.push(info);
+    }
+
+    fn report_type_limit(&mut self, leaves: u32, span: Span) {
+        let (what, note) = if leaves > MAX_LEAVES {
+            ("this type is too large", format!("a value may have at most {MAX_LEAVES} numbers"))
+        } else {
+            (
+                "this type is nested too deeply",
+                format!("arrays and structs may be nested {MAX_TYPE_DEPTH} deep"),
+            )
+        };
+        self.report(
+            Diagnostic::new(codes::TYPE_TOO_LARGE, what)
+                .at(span, "")
+                .note(note)
+                .help("large tables are buffers: members declared with `[]`, set by the host"),
+        );
+    }
+
+    /// The type that `written` means in this place; [`Type::Error`] where there is none, which
+    /// has been reported. Unsized dimensions give [`Type::Buffer`].
+    pub(super) fn resolve_type(&mut self, written: &ast::TypeName, place: TypePlace) -> Type {
+        let element = self.resolve_type_name(&written.name, place);
+        let sizes = self.check_sizes(&written.sizes);
+        let ty = self.array_of(element, &sizes, written.span);
+        self.check_type_place(ty, written.span, place)
+    }
+
+    /// Arrays of `element`, the outermost size first.
+    pub(super) fn array_of(&mut self, element: Type, sizes: &[Option<u32>], span: Span) -> Type {
+        if element == Type::Error || sizes.is_empty() {
+            return element;
+        }
+        if element == Type::Void {
+            self.report(Diagnostic::new(codes::VOID_VALUE, "there are no arrays of `void`").at(span, ""));
+            return Type::Error;
+        }
+        if sizes.len() as u32 + self.type_depth(&element) > MAX_TYPE_DEPTH {
+            self.report_type_limit(0, span);
+            return Type::Error;
+        }
+        let ty = sizes.iter().rev().fold(element, |element, size| match size {
+            Some(size) => Type::Array(Box::new(element), *size),
+            None => Type::Buffer(Box::new(element)),
+        });
+        let leaves = self.leaf_count(&ty);
+        if leaves > MAX_LEAVES {
+            self.report_type_limit(leaves, span);
+            return Type::Error;
+        }
+        ty
+    }
+
+    fn resolve_type_name(&mut self, name: &ast::Identifier, place: TypePlace) -> Type {
+        match self.find(&name.name).map(|named| named.entity.clone()) {
+            Some(Entity::Struct(id)) => return Type::Struct(id),
+            Some(Entity::Error) => return Type::Error,
+            Some(Entity::Class(_)) => {
+                self.report_class_as_type(name);
+                return Type::Error;
+            }
+            Some(_) | None => {}
+        }
+        match builtin_type(&name.name) {
+            Some(Type::Void) if place != TypePlace::Result => {
+                self.report(
+                    Diagnostic::new(codes::VOID_VALUE, "`void` is not the type of a value")
+                        .at(name.span, "expected a type with values"),
+                );
+                Type::Error
+            }
+            Some(ty) => ty,
+            None => {
+                self.report_unknown_type(name);
+                Type::Error
+            }
+        }
+    }
+
+    fn report_class_as_type(&mut self, name: &ast::Identifier) {
+        self.report(
+            Diagnostic::new(
+                codes::UNKNOWN_TYPE,
+                format!("`{}` is a class, and classes are not types", name.name),
+            )
+            .at(name.span, "not a type")
+            .help("a member that refers to another shader has the type of its role, such as `rt_Texture`"),
+        );
+    }
+
+    fn report_unknown_type(&mut self, name: &ast::Identifier) {
+        let mut diagnostic =
+            Diagnostic::new(codes::UNKNOWN_TYPE, format!("there is no type `{}`", name.name))
+                .at(name.span, "unknown type");
+        if let Some(similar) = self.similar_type(&name.name) {
+            diagnostic =
+                diagnostic.suggest(format!("did you mean `{similar}`?"), name.span, similar);
+        }
+        self.report(diagnostic);
+    }
+
+    fn check_type_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {
+        if ty == Type::Error {
+            return ty;
+        }
+        if holds_reference(&ty) {
+            return self.check_reference_place(ty, span, place);
+        }
+        let buffer_inside = match &ty {
+            Type::Array(element, _) => holds_buffer(element),
+            Type::Buffer(element) => {
+                holds_buffer(element)
+                    && !matches!(place, TypePlace::Variable | TypePlace::Constructor)
+            }
+            _ => false,
+        };
+        let outermost = matches!(ty, Type::Buffer(_));
+        let allowed = match place {
+            TypePlace::Member => !buffer_inside,
+            TypePlace::Variable | TypePlace::Constructor => true,
+            TypePlace::Parameter | TypePlace::Field | TypePlace::Result => {
+                !outermost && !buffer_inside
+            }
+        };
+        if allowed {
+            return ty;
+        }
+        self.report(
+            Diagnostic::new(codes::MISPLACED_BUFFER, "an array without a size cannot stand here")
+                .at(span, "the size is missing")
+                .note("only members may be buffers, and only their first dimension is open"),
+        );
+        Type::Error
+    }
+
+    fn check_reference_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {
+        let single = match &ty {
+            Type::Array(element, _) => matches!(**element, Type::Reference(_)),
+            _ => matches!(ty, Type::Reference(_)),
+        };
+        if place == TypePlace::Member && single {
+            return ty;
+        }
+        let shown = self.show(&ty);
+        self.report(
+            Diagnostic::new(
+                codes::REFERENCE_AS_VALUE,
+                format!("`{shown}` cannot stand here: only members refer to shaders"),
+            )
+            .at(span, "not a value")
+            .note("a member may be a reference, or an array of references with a size"),
+        );
+        Type::Error
+    }
+}
+
+/// Whether an array without a size is anywhere inside.
+fn holds_buffer(ty: &Type) -> bool {
+    match ty {
+        Type::Buffer(_) => true,
+        Type::Array(element, _) => holds_buffer(element),
+        _ => false,
+    }
+}
+
+/// How many scalars a value of the type has; references and buffers count as one.
+pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
+    match ty {
+        Type::Void | Type::Error => 0,
+        Type::Reference(_) => 1,
+        Type::Buffer(element) => leaf_count(structs, element),
+        Type::Struct(id) => structs[id.0 as usize].leaves,
+        Type::Array(element, size) => leaf_count(structs, element).saturating_mul(*size),
+        Type::Scalar(_) | Type::Vector(..) | Type::Matrix(..) | Type::Color => {
+            component_count(ty).unwrap_or(0)
+        }
+    }
+}
+
+/// The name of a type that has no struct in it; arrays and structs are the caller's business.
+pub(crate) fn plain_type_name(ty: &Type) -> String {
+    match ty {
+        Type::Void => "void".into(),
+        Type::Scalar(scalar) => scalar_name(*scalar).into(),
+        Type::Vector(scalar, size) => {
+            let prefix = match scalar {
+                Scalar::F32 => "",
+                Scalar::I32 => "i",
+                Scalar::U32 => "u",
+                Scalar::Bool => "b",
+            };
+            format!("{prefix}vec{size}")
+        }
+        Type::Matrix(columns, rows) if columns == rows => format!("mat{columns}"),
+        Type::Matrix(columns, rows) => format!("mat{columns}x{rows}"),
+        Type::Color => "color".into(),
+        Type::Reference(role) => role.class().into(),
+        Type::Struct(_) => "struct".into(),
+        Type::Array(..) | Type::Buffer(_) => "array".into(),
+        Type::Error => "?".into(),
+    }
+}
+
+fn scalar_name(scalar: Scalar) -> &'static str {
+    match scalar {
+        Scalar::F32 => "float",
+        Scalar::I32 => "int",
+        Scalar::U32 => "uint",
+        Scalar::Bool => "bool",
+    }
+}
+
+/// The names of all types that the language itself has, for suggestions.
+pub(super) fn builtin_type_names() -> Vec<String> {
+    let scalars = [Scalar::F32, Scalar::I32, Scalar::U32, Scalar::Bool];
+    let mut types = vec![Type::Void, Type::Color];
+    types.extend(scalars.map(Type::Scalar));
+    for scalar in scalars {
+        types.extend((2..=4).map(|size| Type::Vector(scalar, size)));
+    }
+    for columns in 2..=4 {
+        types.extend((2..=4).map(|rows| Type::Matrix(columns, rows)));
+    }
+    types.extend(Role::ALL.map(Type::Reference));
+    let names: BTreeMap<String, ()> =
+        types.iter().map(|ty| (plain_type_name(ty), ())).collect();
+    names.into_keys().collect()
+}
