@@ -67,6 +67,15 @@ macro_rules! diagnostics {
 
 diagnostics! {
     E0201 UNKNOWN_NAME "a name that nothing here declares";
+    E0501 MISSING_PARAMETER "a parameter that must be set and is not";
+    E0502 NO_SUCH_PARAMETER "a parameter that the class does not have";
+    E0503 PARAMETER_TYPE "a value of another type than its parameter";
+    E0504 PARAMETER_RANGE "a value outside the range of its parameter";
+    E0505 REFERENCE_CYCLE "instances that refer to one another in a circle";
+    E0506 REFERENCE_ROLE "a reference to an instance of another role";
+    E0507 NO_SUCH_CLASS "a class that the text does not have";
+    E0508 NO_SUCH_METHOD "a method that the class does not have";
+    E0509 LINK_LIMIT "instances that refer to too many others";
     E0601 UNREADABLE_FILE "a file that cannot be read";
     E0602 SCENE_SYNTAX "a scene text that does not follow the format";
     E0603 BAD_NUMBER "what stands for a number is none";
@@ -85,5 +94,10 @@ diagnostics! {
     E0616 WRONG_ROLE "a class that is not of the kind needed";
     E0618 BAD_DEFINE "a definition of the command line that fits nothing";
     E0619 BUDGET_EXHAUSTED "a shader that ran past its budget of loop iterations";
+    E0701 NO_LLVM "machine code is asked for and there is no LLVM";
+    E0702 CODE_GENERATION "LLVM could not make machine code";
+    E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";
+    W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
+    W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
 }

@@ -1,6 +1,67 @@
-//! RTSL, the Ray Tracing Shading Language: compile, link, set parameters, call
+//! RTSL, the Ray Tracing Shading Language, for programs that host it: compile text, make
+//! instances of its classes, call their methods for many rays at once.
+//!
+//! # The way
+//!
+//! 1. A [`Compiler`] turns text into a [`Unit`], the classes of a file, or says what is wrong.
+//! 2. An [`Instance`] is a class with its parameters set. It may refer to other instances.
+//! 3. An [`Engine`] links an instance with those it refers to into a [`Program`], and makes
+//!    [`Kernel`]s of its methods: machine code, or the interpreter where there is no LLVM.
+//! 4. A kernel is [called](Kernel::call) with state and scratch for many rays
+//!    ([`LaneBlock`]), the instance's data ([`InstanceBlock`]), and a [`Host`](host::Host) that
+//!    answers `trace`, `illuminance` and their like.
+//!
+//! Parameters are data: instances that differ only in their parameters share a program, and
+//! changing one compiles nothing.
+//!
+//! [`pipeline`] names every stage of the compiler in order.
+//!
+//! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
+//! the project: what they use of those below is exported here.
 
+mod compiler;
+mod engine;
+mod environment;
+mod errors;
+mod instance;
+mod kernel;
+mod link;
+mod options;
+mod parameters;
+pub mod pipeline;
+mod program;
+mod state;
+mod tree;
+mod unit;
+mod value;
+
+pub use compiler::CompilerOptions;
+pub use engine::{Engine, KernelRequest};
+pub use errors::unknown_class;
+pub use instance::Instance;
+pub use kernel::Kernel;
+pub use options::{Backend, EngineOptions, Math};
+pub use parameters::{scalar_name, type_name};
+pub use program::{LinkedMethod, Program};
+pub use state::{new_state, set_defaults};
+pub use unit::{Compilation, Unit};
+pub use value::{Numbers, Value};
+
+pub use options::Shape;
+pub use rtsl_ir::class::{
+    Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
+};
+pub use rtsl_ir::{Constant, Place, Scalar, host};
+pub use rtsl_jit::{
+    CallArguments, CallStatus, InstanceBlock, InstanceTable, Instances, LaneBlock, LaneIndices,
+    LaneMask, Llvm, LlvmError, OptLevel, Target,
+};
+pub use rtsl_packet::Layout;
 pub use rtsl_source::{
-    Code, Diagnostic, Diagnostics, FileId, Label, Position, Severity, SourceFile, SourceMap, Span,
-    Suggestion, code_info, codes, diagnostic_codes, most_similar, render,
+    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
+    code_info, codes, diagnostic_codes, most_similar, render,
+};
+pub use rtsl_spec::{
+    COLOR_COMPONENTS, Direction, Method, Role, StateType, StateVariable, lookup_state, rows,
+    state_component_count, state_variables,
 };

@@ -1,0 +1,103 @@
+//! The diagnostics of linking and parameters: one function each.
+
+use rtsl_ir::class::{Class, Parameter};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
+use rtsl_spec::Method;
+
+use crate::parameters::{Mismatch, type_name};
+
+/// How many names a message lists.
+const LISTED: usize = 12;
+
+pub(crate) fn missing_parameters(class: &Class, missing: &[&Parameter]) -> Diagnostic {
+    let names: Vec<&str> = missing.iter().map(|parameter| parameter.name.as_str()).collect();
+    let plural = if names.len() == 1 { "the parameter" } else { "the parameters" };
+    let mut diagnostic = Diagnostic::new(
+        codes::MISSING_PARAMETER,
+        format!("{plural} {} of `{}` must be set", list(&names), class.name),
+    );
+    for parameter in missing.iter().take(LISTED) {
+        diagnostic =
+            diagnostic.note(format!("`{}` is a {}", parameter.name, type_name(&parameter.ty)));
+    }
+    diagnostic
+}
+
+pub(crate) fn unknown_parameter(class: &Class, name: &str) -> Diagnostic {
+    let names: Vec<&str> = class.parameters.iter().map(|it| it.name.as_str()).collect();
+    let diagnostic = Diagnostic::new(
+        codes::NO_SUCH_PARAMETER,
+        format!("`{}` has no parameter `{name}`", class.name),
+    );
+    match most_similar(name, names.iter().copied()) {
+        Some(similar) => diagnostic.help(format!("did you mean `{similar}`?")),
+        None if names.is_empty() => diagnostic.note(format!("`{}` has no parameters", class.name)),
+        None => diagnostic.note(format!("it has {}", list(&names))),
+    }
+}
+
+pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch) -> Diagnostic {
+    let name = format!("the parameter `{}` of `{}`", parameter.name, class.name);
+    match mismatch {
+        Mismatch::Type { expected, found } => Diagnostic::new(
+            codes::PARAMETER_TYPE,
+            format!("{name} is {}, found {found}", with_article(&expected)),
+        ),
+        Mismatch::Range(reason) => {
+            Diagnostic::new(codes::PARAMETER_RANGE, format!("{name} is out of range: {reason}"))
+        }
+        Mismatch::Role { class, role } => Diagnostic::new(
+            codes::REFERENCE_ROLE,
+            format!("{name} is a {role}, and `{class}` is none"),
+        ),
+    }
+}
+
+pub(crate) fn too_many_references(class: &Class) -> Diagnostic {
+    Diagnostic::new(
+        codes::LINK_LIMIT,
+        format!("an instance of `{}` refers to too many others", class.name),
+    )
+    .note("an instance may reach 4096 others, through 64 references one behind the other")
+}
+
+/// A class that a host asked for and that is not there.
+pub fn unknown_class<'a>(name: &str, classes: impl IntoIterator<Item = &'a str>) -> Diagnostic {
+    let names: Vec<&str> = classes.into_iter().collect();
+    let diagnostic = Diagnostic::new(codes::NO_SUCH_CLASS, format!("there is no class `{name}`"));
+    match most_similar(name, names.iter().copied()) {
+        Some(similar) => diagnostic.help(format!("did you mean `{similar}`?")),
+        None if names.is_empty() => diagnostic,
+        None => diagnostic.note(format!("there are {}", list(&names))),
+    }
+}
+
+pub(crate) fn missing_method(class: &Class, method: Method) -> Diagnostic {
+    let diagnostic = Diagnostic::new(
+        codes::NO_SUCH_METHOD,
+        format!("`{}` has no method `{}`", class.name, method.name()),
+    );
+    let names: Vec<&str> = class.methods.keys().map(|method| method.name()).collect();
+    if names.is_empty() {
+        diagnostic.note(format!("`{}` has no methods", class.name))
+    } else {
+        diagnostic.note(format!("it has {}", list(&names)))
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().take(LISTED).map(|name| format!("`{name}`")).collect();
+    match (quoted.as_slice(), names.len() > LISTED) {
+        (all, true) => format!("{} and {} more", all.join(", "), names.len() - LISTED),
+        ([], false) => String::new(),
+        ([only], false) => only.clone(),
+        ([all @ .., last], false) => format!("{} and {last}", all.join(", ")),
+    }
+}
+
+fn with_article(name: &str) -> String {
+    let vowel = name.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'U']);
+    // `uint`, `uvec3` are spoken "you-int".
+    let article = if vowel && !name.starts_with('u') { "an" } else { "a" };
+    format!("{article} {name}")
+}

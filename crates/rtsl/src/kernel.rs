@@ -1,0 +1,38 @@
+//! A method, ready to be called for many rays.
+
+use rtsl_jit::{CallArguments, CallStatus, CompiledKernel};
+
+/// A method, ready to be called. Machine code and the interpreter are called alike and give
+/// the same bits.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Compiled(CompiledKernel),
+}
+
+impl Kernel {
+    pub(crate) fn compiled(kernel: CompiledKernel) -> Kernel {
+        Kernel { kind: Kind::Compiled(kernel) }
+    }
+
+    /// Runs the method for all rays of the call.
+    ///
+    /// # Panics
+    /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
+    pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
+        match &self.kind {
+            Kind::Compiled(kernel) => kernel.call(call),
+        }
+    }
+
+    /// Whether it is machine code.
+    pub fn is_compiled(&self) -> bool {
+        match self.kind {
+            Kind::Compiled(_) => true,
+        }
+    }
+}

@@ -1,0 +1,551 @@
+//! Linking: a method with the methods that it calls through references becomes one function.
+//!
+//! The body of the referenced instance's method stands in place of each call, its members,
+//! buffers and scratch under the path of the reference (`kd.scale`), reading the caller's state
+//! as the caller sees it at that moment. Which instance an index into an array of references
+//! chooses is decided by comparisons. A reference that is not set gives the role's defaults.
+
+use std::collections::BTreeSet;
+
+use rtsl_ir::class::Reference;
+use rtsl_ir::{
+    CompareOp, Constant, Function, Index, Op, OpKind, Output, Place, PlaceId, PlaceKind,
+    ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
+};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
+
+use crate::tree::{ClassTree, element_path};
+
+/// Operations of a linked function.
+const OPERATION_LIMIT: usize = 1 << 20;
+/// Regions inside regions, those of callees included: later stages recurse over them.
+const DEPTH_LIMIT: usize = 400;
+/// Slots up to this size are zeroed without a loop.
+const UNROLLED_SLOT: u32 = 16;
+
+/// A method without references, and what there is to warn about.
+#[derive(Clone, Debug)]
+pub(crate) struct Linked {
+    pub function: Function,
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Links `method` of the tree's root; `None` if the class has no such method.
+pub(crate) fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
+    let function = tree.class.methods.get(&method)?;
+    let mut linker = Linker {
+        out: Function::new(function.name.clone()),
+        operations: 0,
+        depth: 0,
+        slots: 0,
+        warnings: BTreeSet::new(),
+    };
+    Some(linker.root(tree, function).map(|()| Linked {
+        function: linker.out,
+        warnings: linker.warnings.into_iter().map(unset_warning).collect(),
+    }))
+}
+
+struct Linker {
+    out: Function,
+    operations: usize,
+    depth: usize,
+    slots: u32,
+    /// Class and reference path.
+    warnings: BTreeSet<(String, String)>,
+}
+
+/// One body that is being copied.
+struct Site<'a> {
+    tree: &'a ClassTree,
+    function: &'a Function,
+    /// `""`, or `kd.`.
+    prefix: String,
+    is_root: bool,
+    /// State that differs from what the host's places hold.
+    overrides: Vec<(StateComponent, Value)>,
+    values: Vec<Option<Value>>,
+    places: Vec<Option<PlaceId>>,
+    in_loop: bool,
+}
+
+impl<'a> Site<'a> {
+    fn new(tree: &'a ClassTree, function: &'a Function, prefix: String) -> Site<'a> {
+        Site {
+            tree,
+            function,
+            is_root: prefix.is_empty(),
+            prefix,
+            overrides: Vec::new(),
+            values: vec![None; function.values.len()],
+            places: vec![None; function.places.len()],
+            in_loop: false,
+        }
+    }
+
+    fn value(&self, value: Value) -> Value {
+        self.values[value.0 as usize].expect("the verifier saw values defined before their use")
+    }
+
+    fn define(&mut self, value: Value, new: Value) {
+        self.values[value.0 as usize] = Some(new);
+    }
+
+    fn find_override(&self, component: StateComponent) -> Option<Value> {
+        find_override(&self.overrides, component)
+    }
+}
+
+fn find_override(overrides: &[(StateComponent, Value)], wanted: StateComponent) -> Option<Value> {
+    overrides.iter().rev().find(|(component, _)| *component == wanted).map(|(_, value)| *value)
+}
+
+type Linking<T> = Result<T, Diagnostic>;
+
+impl Linker {
+    fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
+        let mut site = Site::new(tree, function, String::new());
+        self.out.body = self.copy_region(&mut site, &function.body)?;
+        for output in &function.outputs {
+            let place = self.place(&mut site, output.place);
+            self.out.outputs.push(Output { place, component: output.component });
+        }
+        Ok(())
+    }
+
+    fn copy_region(&mut self, site: &mut Site<'_>, region: &Region) -> Linking<Region> {
+        self.nested(|linker| {
+            let mut copy = Region::default();
+            for param in &region.params {
+                let new = linker.out.new_values(&[site.function.scalar(*param)]).get(0);
+                site.define(*param, new);
+                copy.params.push(new);
+            }
+            linker.copy_ops(site, &region.ops, &mut copy.ops)?;
+            copy.yields = region.yields.iter().map(|value| site.value(*value)).collect();
+            Ok(copy)
+        })
+    }
+
+    fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
+        if self.depth >= DEPTH_LIMIT {
+            return Err(limit_error(&self.out.name, "is nested too deeply"));
+        }
+        self.depth += 1;
+        let result = work(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn copy_ops(&mut self, site: &mut Site<'_>, from: &[Op], to: &mut Vec<Op>) -> Linking<()> {
+        from.iter().try_for_each(|op| self.copy_op(site, op, to))
+    }
+
+    fn copy_op(&mut self, site: &mut Site<'_>, op: &Op, to: &mut Vec<Op>) -> Linking<()> {
+        let kind = match &op.kind {
+            OpKind::ReferenceCall(call) => {
+                let results = self.reference_call(site, call, to)?;
+                for (old, new) in op.results.iter().zip(results) {
+                    site.define(old, new);
+                }
+                return Ok(());
+            }
+            OpKind::IsSet(member, path) => {
+                let result = self.is_set(site, member, *path, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::Load(place, index)
+                if site.function.place(*place).kind == PlaceKind::State
+                    && !site.overrides.is_empty() =>
+            {
+                let result = self.load_state(site, *place, *index, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::If { condition, then, otherwise } => OpKind::If {
+                condition: site.value(*condition),
+                then: self.copy_region(site, then)?,
+                otherwise: self.copy_region(site, otherwise)?,
+            },
+            OpKind::Loop { initial, body } => {
+                let initial = initial.iter().map(|value| site.value(*value)).collect();
+                let was_in_loop = std::mem::replace(&mut site.in_loop, true);
+                let body = self.copy_region(site, body)?;
+                site.in_loop = was_in_loop;
+                OpKind::Loop { initial, body }
+            }
+            simple => self.copy_simple(site, simple),
+        };
+        let scalars: Vec<Scalar> =
+            op.results.iter().map(|value| site.function.scalar(value)).collect();
+        let results = self.emit(to, kind, &scalars, op.precise)?;
+        for (old, new) in op.results.iter().zip(results.iter()) {
+            site.define(old, new);
+        }
+        Ok(())
+    }
+
+    /// Operations without regions and references: operands and places are renamed.
+    fn copy_simple(&mut self, site: &mut Site<'_>, kind: &OpKind) -> OpKind {
+        let mut kind = kind.clone();
+        match &mut kind {
+            OpKind::Load(place, index) => {
+                *place = self.place(site, *place);
+                *index = map_index(site, *index);
+            }
+            OpKind::Store(place, index, value) => {
+                *place = self.place(site, *place);
+                *index = map_index(site, *index);
+                *value = site.value(*value);
+            }
+            OpKind::Length(place) => *place = self.place(site, *place),
+            OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => {
+                *a = site.value(*a);
+            }
+            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => {
+                (*a, *b) = (site.value(*a), site.value(*b));
+            }
+            OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => {
+                (*a, *b, *c) = (site.value(*a), site.value(*b), site.value(*c));
+            }
+            OpKind::Trace { origin, direction, limit }
+            | OpKind::Occluded { origin, direction, limit } => {
+                origin.iter_mut().chain(direction).for_each(|value| *value = site.value(*value));
+                *limit = site.value(*limit);
+            }
+            OpKind::LightSample { index, point, normal, cosine } => {
+                point.iter_mut().chain(normal).for_each(|value| *value = site.value(*value));
+                (*index, *cosine) = (site.value(*index), site.value(*cosine));
+            }
+            OpKind::Constant(_)
+            | OpKind::LightCount
+            | OpKind::Ambient
+            | OpKind::Rand
+            | OpKind::ReportBudget => {}
+            OpKind::If { .. }
+            | OpKind::Loop { .. }
+            | OpKind::ReferenceCall(_)
+            | OpKind::IsSet(..) => unreachable!("copied by `copy_op`"),
+        }
+        kind
+    }
+
+    /// The place in the linked function that stands for one of the site's.
+    fn place(&mut self, site: &mut Site<'_>, id: PlaceId) -> PlaceId {
+        if let Some(known) = site.places[id.0 as usize] {
+            return known;
+        }
+        let place = site.function.place(id);
+        let name = match place.kind {
+            PlaceKind::State | PlaceKind::Parameter | PlaceKind::Accepted => place.name.clone(),
+            PlaceKind::Member | PlaceKind::Scratch | PlaceKind::Buffer => {
+                format!("{}{}", site.prefix, place.name)
+            }
+            PlaceKind::Slot if site.is_root => place.name.clone(),
+            PlaceKind::Slot => {
+                self.slots += 1;
+                format!("{}{}.{}", site.prefix, place.name, self.slots)
+            }
+        };
+        let new = self.out.intern_place(Place { name, ..place.clone() });
+        site.places[id.0 as usize] = Some(new);
+        new
+    }
+
+    fn emit(
+        &mut self,
+        to: &mut Vec<Op>,
+        kind: OpKind,
+        results: &[Scalar],
+        precise: bool,
+    ) -> Linking<Values> {
+        self.operations += 1;
+        if self.operations > OPERATION_LIMIT {
+            return Err(limit_error(&self.out.name, "is too large"));
+        }
+        let results = self.out.new_values(results);
+        to.push(Op { results, precise, kind });
+        Ok(results)
+    }
+
+    fn constant(&mut self, to: &mut Vec<Op>, constant: Constant) -> Linking<Value> {
+        Ok(self.emit(to, OpKind::Constant(constant), &[constant.scalar()], false)?.get(0))
+    }
+
+    /// A state component as a callee sees it.
+    fn load_state(
+        &mut self,
+        site: &mut Site<'_>,
+        place: PlaceId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let info = site.function.place(place);
+        let variable = lookup_state(&info.name).map(|variable| variable.index);
+        let len = info.len;
+        let wanted = |component| variable.map(|variable| StateComponent { variable, component });
+        let new = self.place(site, place);
+        let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| match wanted(component)
+            .and_then(|wanted| site.find_override(wanted))
+        {
+            Some(value) => Ok(value),
+            None => {
+                let kind = OpKind::Load(new, Index::Constant(component));
+                Ok(linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
+            }
+        };
+        match index {
+            Index::Constant(component) => load(self, to, component),
+            Index::Dynamic(index) => {
+                let index = site.value(index);
+                let mut chosen = load(self, to, len - 1)?;
+                for component in (0..len - 1).rev() {
+                    let value = load(self, to, component)?;
+                    let bound = self.constant(to, Constant::I32(component as i32))?;
+                    let kind = OpKind::Compare(CompareOp::LessEqual, index, bound);
+                    let is_it = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+                    let kind = OpKind::Select(is_it, value, chosen);
+                    chosen = self.emit(to, kind, &[Scalar::F32], false)?.get(0);
+                }
+                Ok(chosen)
+            }
+        }
+    }
+
+    fn is_set(
+        &mut self,
+        site: &Site<'_>,
+        member: &str,
+        path: ReferencePath,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let (_, elements) = find_reference(site.tree, member);
+        let mut element = |linker: &mut Self, index: usize, to: &mut Vec<Op>| {
+            let is_set = elements.get(index).is_some_and(Option::is_some);
+            Ok(vec![linker.constant(to, Constant::Bool(is_set))?])
+        };
+        let chosen = match path {
+            ReferencePath::Single => element(self, 0, to)?,
+            ReferencePath::Element(index) => {
+                let choice = Choice { index: site.value(index), results: &[Scalar::Bool] };
+                self.choose(&choice, 0..elements.len(), &mut element, to)?
+            }
+        };
+        Ok(chosen[0])
+    }
+
+    fn reference_call(
+        &mut self,
+        site: &Site<'_>,
+        call: &ReferenceCall,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let (reference, elements) = find_reference(site.tree, &call.member);
+        let mut overrides = site.overrides.clone();
+        for (component, value) in &call.overrides {
+            overrides.retain(|(other, _)| other != component);
+            overrides.push((*component, site.value(*value)));
+        }
+        let mut element = |linker: &mut Self, index: usize, to: &mut Vec<Op>| {
+            let path = reference.map_or_else(String::new, |it| element_path(it, index));
+            match elements.get(index).and_then(Option::as_ref) {
+                Some(tree) => {
+                    let prefix = format!("{}{path}.", site.prefix);
+                    linker.inline(tree, prefix, call, &overrides, site.in_loop, to)
+                }
+                None => {
+                    if reference.is_some_and(|reference| !reference.tested) {
+                        let path = format!("{}{path}", site.prefix);
+                        linker.warnings.insert((site.tree.class.name.clone(), path));
+                    }
+                    linker.defaults(call, to)
+                }
+            }
+        };
+        match call.path {
+            ReferencePath::Single => element(self, 0, to),
+            ReferencePath::Element(index) => {
+                let results = vec![Scalar::F32; call.results.len()];
+                let choice = Choice { index: site.value(index), results: &results };
+                self.choose(&choice, 0..elements.len(), &mut element, to)
+            }
+        }
+    }
+
+    /// Puts the body of the called method here.
+    fn inline(
+        &mut self,
+        tree: &ClassTree,
+        prefix: String,
+        call: &ReferenceCall,
+        overrides: &[(StateComponent, Value)],
+        in_loop: bool,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let Some(function) = tree.class.methods.get(&call.method) else {
+            return self.defaults(call, to);
+        };
+        let mut site = Site::new(tree, function, prefix);
+        site.overrides = overrides.to_vec();
+        site.in_loop = in_loop;
+        if in_loop {
+            self.zero_slots(&mut site, to)?;
+        }
+        self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
+        let result = |linker: &mut Self, wanted: &StateComponent, to: &mut Vec<Op>| {
+            let output = function.outputs.iter().position(|output| {
+                let place = function.place(output.place);
+                let variable = lookup_state(&place.name).map(|variable| variable.index);
+                place.kind == PlaceKind::State
+                    && variable == Some(wanted.variable)
+                    && output.component == wanted.component
+            });
+            match output {
+                Some(index) => Ok(site.value(function.body.yields[index])),
+                None => linker.constant(to, default_of(call.role, *wanted)),
+            }
+        };
+        call.results.iter().map(|wanted| result(self, wanted, to)).collect()
+    }
+
+    /// What the call of an unset reference, or of a method that the class lacks, gives.
+    fn defaults(&mut self, call: &ReferenceCall, to: &mut Vec<Op>) -> Linking<Vec<Value>> {
+        let defaults = call.results.iter().map(|wanted| default_of(call.role, *wanted));
+        defaults.map(|default| self.constant(to, default)).collect()
+    }
+
+    /// The slots of a body that runs more than once start at zero each time.
+    fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
+        let function = site.function;
+        for (id, place) in (0..).map(PlaceId).zip(&function.places) {
+            if place.kind != PlaceKind::Slot {
+                continue;
+            }
+            let slot = self.place(site, id);
+            let zero = self.constant(to, Constant::zero(place.scalar))?;
+            if place.len <= UNROLLED_SLOT {
+                for index in 0..place.len {
+                    self.emit(to, OpKind::Store(slot, Index::Constant(index), zero), &[], false)?;
+                }
+            } else {
+                self.zero_by_loop(slot, place.len, zero, to)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn zero_by_loop(
+        &mut self,
+        slot: PlaceId,
+        len: u32,
+        zero: Value,
+        to: &mut Vec<Op>,
+    ) -> Linking<()> {
+        let first = self.constant(to, Constant::I32(0))?;
+        let one = self.constant(to, Constant::I32(1))?;
+        let end = self.constant(to, Constant::I32(i32::try_from(len).unwrap_or(i32::MAX)))?;
+        let index = self.out.new_values(&[Scalar::I32]).get(0);
+        let mut body = Region { params: vec![index], ..Region::default() };
+        let ops = &mut body.ops;
+        self.emit(ops, OpKind::Store(slot, Index::Dynamic(index), zero), &[], false)?;
+        let next = OpKind::Binary(rtsl_ir::BinaryOp::Add, index, one);
+        let next = self.emit(ops, next, &[Scalar::I32], false)?.get(0);
+        let again = OpKind::Compare(CompareOp::Less, next, end);
+        let again = self.emit(ops, again, &[Scalar::Bool], false)?.get(0);
+        body.yields = vec![again, next];
+        self.emit(to, OpKind::Loop { initial: vec![first], body }, &[Scalar::I32], false)?;
+        Ok(())
+    }
+
+    /// Runs `element` for the one of `range` that the index, clamped, names: halves the range by a
+    /// comparison until one is left.
+    fn choose(
+        &mut self,
+        choice: &Choice<'_>,
+        range: std::ops::Range<usize>,
+        element: &mut dyn FnMut(&mut Self, usize, &mut Vec<Op>) -> Linking<Vec<Value>>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        if range.len() <= 1 {
+            return element(self, range.start, to);
+        }
+        let middle = range.start + range.len() / 2;
+        let bound = self.constant(to, Constant::I32(i32::try_from(middle).unwrap_or(i32::MAX)))?;
+        let kind = OpKind::Compare(CompareOp::Less, choice.index, bound);
+        let condition = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+        let mut half = |linker: &mut Self, range| {
+            linker.nested(|linker| {
+                let mut region = Region::default();
+                region.yields = linker.choose(choice, range, element, &mut region.ops)?;
+                Ok(region)
+            })
+        };
+        let then = half(self, range.start..middle)?;
+        let otherwise = half(self, middle..range.end)?;
+        let kind = OpKind::If { condition, then, otherwise };
+        Ok(self.emit(to, kind, choice.results, false)?.iter().collect())
+    }
+}
+
+/// An index, clamped, that chooses one of several bodies with these results.
+struct Choice<'a> {
+    index: Value,
+    results: &'a [Scalar],
+}
+
+fn map_index(site: &Site<'_>, index: Index) -> Index {
+    match index {
+        Index::Constant(index) => Index::Constant(index),
+        Index::Dynamic(value) => Index::Dynamic(site.value(value)),
+    }
+}
+
+fn find_reference<'a>(
+    tree: &'a ClassTree,
+    member: &str,
+) -> (Option<&'a Reference>, &'a [Option<ClassTree>]) {
+    let index = tree.class.references.iter().position(|reference| reference.name == member);
+    match index {
+        Some(index) => (tree.class.references.get(index), &tree.references[index]),
+        None => (None, &[]),
+    }
+}
+
+/// The value of an `out` that its method leaves unset. Those whose default is another
+/// variable's value are zero, as that other one is.
+fn default_of(role: Role, wanted: StateComponent) -> Constant {
+    let variable = state_variables().get(wanted.variable as usize);
+    let default = variable.and_then(|variable| role.row(variable.name)).map(|row| row.default);
+    Constant::F32(match default {
+        Some(StateDefault::Constant(value)) => value,
+        Some(StateDefault::Components(values)) => {
+            values.get(wanted.component as usize).copied().unwrap_or(0.0)
+        }
+        Some(
+            StateDefault::Variable(_)
+            | StateDefault::Grey(_)
+            | StateDefault::Luminance(_)
+            | StateDefault::Tangent(_),
+        )
+        | None => 0.0,
+    })
+}
+
+fn limit_error(name: &str, problem: &str) -> Diagnostic {
+    Diagnostic::new(
+        codes::LINK_LIMIT,
+        format!("`{name}`, linked with the methods it calls, {problem}"),
+    )
+    .help("refer to fewer or simpler instances")
+}
+
+fn unset_warning((class, path): (String, String)) -> Diagnostic {
+    Diagnostic::new(
+        codes::UNSET_REFERENCE,
+        format!("the reference `{path}` of `{class}` is used but not set"),
+    )
+    .note("a call through it gives the defaults of its role: black, zero")
+    .help(format!("set `{path}`, or test it with `isSet({path})`"))
+}

@@ -1,0 +1,52 @@
+//! The state of rays, by the one table.
+//!
+//! State lives in a [`LaneBlock`] with an array for each component of each state variable;
+//! `rt_RayOrigin` is the three arrays that start at its variable's
+//! [`first_component`](rtsl_spec::StateVariable::first_component). The same block serves
+//! methods of all roles.
+
+use rtsl_jit::LaneBlock;
+use rtsl_spec::{Default as StateDefault, Role, rows, state_component_count, state_variables};
+
+/// State for `lanes` rays, all zero.
+pub fn new_state(lanes: usize) -> LaneBlock {
+    LaneBlock::new(state_component_count() as usize, lanes)
+}
+
+/// Sets what a role's methods read to the values it has where no host sets any: constants of the
+/// one table. Those whose default is another variable's value are left alone.
+pub fn set_defaults(state: &mut LaneBlock, role: Role) {
+    for row in rows().iter().filter(|row| row.role.is_none_or(|it| it == role)) {
+        let Some(variable) = state_variables().iter().find(|it| it.name == row.name) else {
+            continue;
+        };
+        for component in 0..variable.ty.components() {
+            let value = match row.default {
+                StateDefault::Constant(value) => value,
+                StateDefault::Components(values) => values[component as usize],
+                StateDefault::Variable(_)
+                | StateDefault::Grey(_)
+                | StateDefault::Luminance(_)
+                | StateDefault::Tangent(_) => continue,
+            };
+            state.floats_mut((variable.first_component + component) as usize).fill(value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_spec::lookup_state;
+
+    use super::*;
+
+    #[test]
+    fn defaults_are_those_of_the_role() {
+        let mut state = new_state(5);
+        set_defaults(&mut state, Role::Primitive);
+        let first = |name| lookup_state(name).unwrap().first_component as usize;
+        assert_eq!(state.floats(first("rt_HitDistance")), [f32::INFINITY; 5]);
+        assert_eq!(state.floats(first("rt_RayDirection") + 2), [1.0; 5]);
+        assert_eq!(state.floats(first("rt_RayOrigin")), [0.0; 5]);
+    }
+}

@@ -1,0 +1,102 @@
+//! Which classes refer to which: what decides the code of a kernel.
+
+use std::sync::Arc;
+
+use rtsl_ir::Place;
+use rtsl_ir::class::Class;
+use rtsl_packet::Layout;
+
+use crate::Instance;
+
+/// A class with those of the instances that it refers to. Instances with equal trees share
+/// their kernels; what sets them apart is data.
+#[derive(Clone, Debug)]
+pub(crate) struct ClassTree {
+    pub class: Arc<Class>,
+    /// For each reference of the class its instances: one, or those of the array.
+    pub references: Vec<Vec<Option<ClassTree>>>,
+}
+
+impl ClassTree {
+    /// The tree of an instance; its size is bounded when instances are made.
+    pub fn of(instance: &Instance) -> ClassTree {
+        let each = |elements: &Vec<Option<Arc<Instance>>>| {
+            elements.iter().map(|element| element.as_deref().map(ClassTree::of)).collect()
+        };
+        ClassTree {
+            class: instance.class().clone(),
+            references: instance.references().iter().map(each).collect(),
+        }
+    }
+
+    /// Equal for trees of the same classes, as long as those classes are kept alive.
+    pub fn key(&self) -> Vec<usize> {
+        let mut key = Vec::new();
+        self.add_to_key(&mut key);
+        key
+    }
+
+    fn add_to_key(&self, key: &mut Vec<usize>) {
+        key.push(Arc::as_ptr(&self.class) as usize);
+        for element in self.references.iter().flatten() {
+            match element {
+                Some(tree) => tree.add_to_key(key),
+                None => key.push(0),
+            }
+        }
+    }
+
+    /// Every place of the tree, with the path to its instance in its name, in the order of the
+    /// blocks.
+    pub fn places(&self) -> TreePlaces {
+        let mut places = TreePlaces::default();
+        self.add_places("", &mut places);
+        places
+    }
+
+    fn add_places(&self, prefix: &str, places: &mut TreePlaces) {
+        let renamed =
+            |place: &Place| Place { name: format!("{prefix}{}", place.name), ..place.clone() };
+        places.members.extend(self.class.members.iter().map(renamed));
+        places.buffers.extend(self.class.buffers.iter().map(renamed));
+        places.scratch.extend(self.class.scratch.iter().map(renamed));
+        for (path, element) in self.elements() {
+            if let Some(tree) = element {
+                tree.add_places(&format!("{prefix}{path}."), places);
+            }
+        }
+    }
+
+    /// The references and elements of arrays of references, by their paths: `kd`, `layers[2]`.
+    pub fn elements(&self) -> impl Iterator<Item = (String, Option<&ClassTree>)> {
+        let references = self.class.references.iter().zip(&self.references);
+        references.flat_map(|(reference, elements)| {
+            elements
+                .iter()
+                .enumerate()
+                .map(|(index, element)| (element_path(reference, index), element.as_ref()))
+        })
+    }
+}
+
+/// `kd`, or `layers[2]` for an array.
+pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) -> String {
+    match reference.count {
+        None => reference.name.clone(),
+        Some(_) => format!("{}[{index}]", reference.name),
+    }
+}
+
+/// The places of a tree, the root's first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TreePlaces {
+    pub members: Vec<Place>,
+    pub buffers: Vec<Place>,
+    pub scratch: Vec<Place>,
+}
+
+impl TreePlaces {
+    pub fn layout(&self) -> Layout {
+        Layout::new(&self.members, &self.buffers, &self.scratch)
+    }
+}
