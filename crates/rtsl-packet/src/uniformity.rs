@@ -1,0 +1,154 @@
+//! Which values differ from ray to ray.
+//!
+//! A forward analysis over the structured code, to a fixpoint for loops and slots. A value varies
+//! if it comes from a place that varies, from an operand that does, or from control that does:
+//! - the results of an `if` whose condition varies, unless both sides yield the same value;
+//! - the results of a loop that rays leave at different times, though the carried values inside
+//!   may be uniform, for all rays that are still in the loop went round it equally often;
+//! - what a slot holds, if a varying value, index or condition was there at any store.
+
+use rtsl_ir::{Function, Index, Op, OpKind, PlaceId, ReferencePath, Region, Value};
+
+use crate::Shape;
+
+/// The result of the analysis.
+#[derive(Clone, Debug)]
+pub struct Uniformity {
+    values: Vec<bool>,
+    places: Vec<bool>,
+}
+
+impl Uniformity {
+    /// Analyses `function` for calls of `shape`.
+    pub fn new(function: &Function, shape: Shape) -> Uniformity {
+        let mut analysis = Analysis {
+            result: Uniformity {
+                values: vec![false; function.values.len()],
+                places: function.places.iter().map(|place| shape.varies(place)).collect(),
+            },
+            changed: true,
+        };
+        // Facts only ever turn from uniform to varying, so that this ends. Without slots one round
+        // is enough; with them another is needed where a load precedes the store in a loop.
+        while std::mem::take(&mut analysis.changed) {
+            analysis.region(&function.body, false);
+        }
+        analysis.result
+    }
+
+    /// Whether `value` may differ from ray to ray.
+    pub fn varies(&self, value: Value) -> bool {
+        self.values[value.0 as usize]
+    }
+
+    /// Whether what the place holds may differ from ray to ray.
+    pub fn place_varies(&self, place: PlaceId) -> bool {
+        self.places[place.0 as usize]
+    }
+}
+
+struct Analysis {
+    result: Uniformity,
+    changed: bool,
+}
+
+impl Analysis {
+    /// `diverged`: rays may be here without the others.
+    fn region(&mut self, region: &Region, diverged: bool) {
+        for op in &region.ops {
+            self.op(op, diverged);
+        }
+    }
+
+    fn op(&mut self, op: &Op, diverged: bool) {
+        match &op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                let diverges = self.result.varies(*condition);
+                self.region(then, diverged || diverges);
+                self.region(otherwise, diverged || diverges);
+                let sides = then.yields.iter().zip(&otherwise.yields);
+                for (result, (then, otherwise)) in op.results.iter().zip(sides) {
+                    let differ = diverges && then != otherwise;
+                    self.join(result, differ || self.any(&[*then, *otherwise]));
+                }
+            }
+            OpKind::Loop { initial, body } => self.run_loop(op, initial, body, diverged),
+            OpKind::Store(place, index, value) => {
+                if diverged || self.index_varies(*index) || self.result.varies(*value) {
+                    self.changed |= !self.result.places[place.0 as usize];
+                    self.result.places[place.0 as usize] = true;
+                }
+            }
+            kind => {
+                let varies = self.varies_by_operands(kind);
+                op.results.iter().for_each(|result| self.join(result, varies));
+            }
+        }
+    }
+
+    fn run_loop(&mut self, op: &Op, initial: &[Value], body: &Region, diverged: bool) {
+        for (param, initial) in body.params.iter().zip(initial) {
+            self.join(*param, self.result.varies(*initial));
+        }
+        let Some((again, next)) = body.yields.split_first() else { return };
+        loop {
+            let before = std::mem::take(&mut self.changed);
+            let diverges = self.result.varies(*again);
+            self.region(body, diverged || diverges);
+            for (param, next) in body.params.iter().zip(next) {
+                self.join(*param, self.result.varies(*next));
+            }
+            let settled = !std::mem::replace(&mut self.changed, before);
+            if settled {
+                break;
+            }
+            self.changed = true;
+        }
+        let diverges = self.result.varies(*again);
+        for (result, next) in op.results.iter().zip(next) {
+            self.join(result, diverges || self.result.varies(*next));
+        }
+    }
+
+    fn varies_by_operands(&self, kind: &OpKind) -> bool {
+        match kind {
+            OpKind::Constant(_) | OpKind::LightCount | OpKind::Ambient | OpKind::ReportBudget => {
+                false
+            }
+            OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => self.any(&[*a]),
+            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => self.any(&[*a, *b]),
+            OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => self.any(&[*a, *b, *c]),
+            OpKind::Load(place, index) => {
+                self.result.place_varies(*place) || self.index_varies(*index)
+            }
+            OpKind::Length(place) => self.result.place_varies(*place),
+            OpKind::IsSet(_, ReferencePath::Single) => false,
+            OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
+            OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightSample { .. }
+            | OpKind::Rand
+            | OpKind::ReferenceCall(_) => true,
+            OpKind::If { .. } | OpKind::Loop { .. } | OpKind::Store(..) => {
+                unreachable!("handled where operations are told apart")
+            }
+        }
+    }
+
+    fn any(&self, values: &[Value]) -> bool {
+        values.iter().any(|value| self.result.varies(*value))
+    }
+
+    fn index_varies(&self, index: Index) -> bool {
+        match index {
+            Index::Constant(_) => false,
+            Index::Dynamic(value) => self.result.varies(value),
+        }
+    }
+
+    fn join(&mut self, value: Value, varies: bool) {
+        let known = &mut self.result.values[value.0 as usize];
+        self.changed |= varies && !*known;
+        *known |= varies;
+    }
+}

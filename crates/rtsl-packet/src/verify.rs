@@ -1,0 +1,343 @@
+//! Checks a kernel against the rules that code generation relies on:
+//!
+//! 1. Every value is defined once, before its uses, and is visible where it is used: in the
+//!    region that defines it and those inside; values of the prologue everywhere.
+//! 2. The prologue and what it holds define uniform values only, and change nothing.
+//! 3. The result of a pure operation is uniform if all its operands are, else lanes.
+//! 4. Operands have the scalar types that the operation wants; the two of a binary
+//!    operation the same.
+//! 5. Conditions of `if` and "again" of `loop` are uniform bools.
+//! 6. Regions yield as many values as are wanted. A uniform result or carried value never
+//!    gets lanes.
+//! 7. Masks are lanes of bool. A request to the host has one; its light index is uniform.
+//! 8. Places that are named exist and have a kind that the operation may use. Constant
+//!    indices lie inside. A uniform slot never gets lanes, nor a mask, nor an index of lanes.
+//! 9. There is one yield of the body for each output, and the outputs are of state, scratch
+//!    and accepted places.
+
+use rtsl_ir::{BinaryOp, CompareOp, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_spec::COLOR_COMPONENTS;
+
+use crate::Kernel;
+use crate::kernel::{Op, OpKind, Region, Type};
+
+/// A broken rule: a mistake in the compiler, never in a shader.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{kernel}: {what}")]
+pub struct VerifyError {
+    /// The kernel's name.
+    pub kernel: String,
+    /// Which value or operation breaks which rule.
+    pub what: String,
+}
+
+/// Checks `kernel` against the rules above.
+///
+/// # Errors
+/// The first broken rule.
+pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
+    let mut verifier =
+        Verifier { kernel, visible: vec![false; kernel.values.len()], pure_only: false };
+    verifier
+        .kernel()
+        .map_err(|what| VerifyError { kernel: kernel.name.clone(), what })
+}
+
+struct Verifier<'a> {
+    kernel: &'a Kernel,
+    visible: Vec<bool>,
+    /// In the prologue.
+    pure_only: bool,
+}
+
+type Checked = Result<(), String>;
+
+fn ensure(condition: bool, what: impl FnOnce() -> String) -> Checked {
+    if condition { Ok(()) } else { Err(what()) }
+}
+
+impl Verifier<'_> {
+    fn kernel(&mut self) -> Checked {
+        let Kernel { prologue, body, outputs, width, .. } = self.kernel;
+        ensure(width.is_power_of_two() && *width <= 16, || format!("width {width}"))?;
+        ensure(prologue.params.is_empty() && prologue.yields.is_empty(), || {
+            "the prologue has parameters or yields".to_owned()
+        })?;
+        self.pure_only = true;
+        self.ops(prologue)?;
+        self.pure_only = false;
+        ensure(body.params.len() == 1, || "the body has one parameter".to_owned())?;
+        self.region(body)?;
+        ensure(body.yields.len() == outputs.len(), || "outputs and yields differ".to_owned())?;
+        // The body's values went out of scope with it; its yields were checked there.
+        for (output, value) in outputs.iter().zip(&body.yields) {
+            let place = &self.place(output.place)?.place;
+            let kind =
+                matches!(place.kind, PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted);
+            ensure(kind && output.component < place.len, || format!("output to {}", place.name))?;
+            ensure(self.kernel.ty(*value).scalar == place.scalar, || {
+                format!("output {} has another type", place.name)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn region(&mut self, region: &Region) -> Checked {
+        for param in &region.params {
+            self.define(*param)?;
+        }
+        self.ops(region)?;
+        region.yields.iter().try_for_each(|value| self.check_visible(*value))?;
+        let inside = region.ops.iter().flat_map(|op| op.results.iter());
+        for value in inside.chain(region.params.iter().copied()) {
+            self.visible[value.0 as usize] = false;
+        }
+        Ok(())
+    }
+
+    fn ops(&mut self, region: &Region) -> Checked {
+        region.ops.iter().try_for_each(|op| self.op(op))
+    }
+
+    fn op(&mut self, op: &Op) -> Checked {
+        let mut operands = Vec::new();
+        op.kind.for_each_operand(|operand| operands.push(operand));
+        operands.iter().try_for_each(|operand| self.check_visible(*operand))?;
+        self.kind(op, &operands)
+            .map_err(|what| format!("%{} = {:?}: {what}", op.results.first, op.kind))?;
+        op.kind.regions().try_for_each(|region| self.region(region))?;
+        op.results.iter().try_for_each(|result| self.define(result))
+    }
+
+    fn define(&mut self, value: Value) -> Checked {
+        let lanes = self.kernel.values.get(value.0 as usize).map(|ty| ty.lanes);
+        let Some(lanes) = lanes else { return Err(format!("%{} has no type", value.0)) };
+        ensure(!(lanes && self.pure_only), || format!("%{} in the prologue is lanes", value.0))?;
+        ensure(!self.visible[value.0 as usize], || format!("%{} is defined twice", value.0))?;
+        self.visible[value.0 as usize] = true;
+        Ok(())
+    }
+
+    fn check_visible(&self, value: Value) -> Checked {
+        let visible = self.visible.get(value.0 as usize).copied().unwrap_or(false);
+        ensure(visible, || format!("%{} is used where it is not visible", value.0))
+    }
+
+    fn place(&self, id: PlaceId) -> Result<&crate::kernel::KernelPlace, String> {
+        self.kernel.places.get(id.0 as usize).ok_or_else(|| format!("no place {}", id.0))
+    }
+
+    fn ty(&self, value: Value) -> Type {
+        self.kernel.ty(value)
+    }
+
+    fn kind(&self, op: &Op, operands: &[Value]) -> Checked {
+        let results: Vec<Type> = op.results.iter().map(|result| self.ty(result)).collect();
+        let joined = operands.iter().any(|operand| self.ty(*operand).lanes);
+        let want = |scalars: &[Scalar], lanes: bool| {
+            let wanted = scalars.iter().map(|&scalar| Type { scalar, lanes });
+            ensure(wanted.eq(results.iter().copied()), || "results of another type".to_owned())
+        };
+        match &op.kind {
+            OpKind::Constant(constant) => want(&[constant.scalar()], false),
+            OpKind::Unary(op, a) => {
+                let scalar = self.ty(*a).scalar;
+                ensure(unary_takes(*op, scalar), || "operand type".to_owned())?;
+                want(&[scalar], joined)
+            }
+            OpKind::Binary(op, a, _) => {
+                let scalar = self.same(operands)?;
+                ensure(binary_takes(*op, self.ty(*a).scalar), || "operand type".to_owned())?;
+                want(&[scalar], joined)
+            }
+            OpKind::Compare(op, a, b) => {
+                self.same(&[*a, *b])?;
+                let equality = matches!(op, CompareOp::Equal | CompareOp::NotEqual);
+                let ordered = self.ty(*a).scalar != Scalar::Bool;
+                ensure(ordered || equality, || "bools have no order".to_owned())?;
+                want(&[Scalar::Bool], joined)
+            }
+            OpKind::Select(condition, a, b) => {
+                self.check_scalar(*condition, Scalar::Bool)?;
+                let scalar = self.same(&[*a, *b])?;
+                want(&[scalar], joined)
+            }
+            OpKind::Fma(..) => {
+                self.check_scalars(operands, Scalar::F32)?;
+                want(&[Scalar::F32], joined)
+            }
+            OpKind::Convert(to, _) => want(&[*to], joined),
+            OpKind::Bitcast(to, a) => {
+                let bools = *to == Scalar::Bool || self.ty(*a).scalar == Scalar::Bool;
+                ensure(!bools, || "bools have no bits".to_owned())?;
+                want(&[*to], joined)
+            }
+            OpKind::Unspecified => {
+                ensure(results.len() == 1 && results[0].lanes, || "one result of lanes".to_owned())
+            }
+            OpKind::Any(mask) => {
+                self.check_mask(*mask)?;
+                want(&[Scalar::Bool], false)
+            }
+            OpKind::First(mask, value) => {
+                self.check_mask(*mask)?;
+                ensure(self.ty(*value).lanes, || "of a uniform value".to_owned())?;
+                want(&[self.ty(*value).scalar], false)
+            }
+            OpKind::Load(id, index) => {
+                let lanes = self.check_element(*id, *index)?;
+                let place = self.place(*id)?;
+                let loads = place.place.kind != PlaceKind::Accepted;
+                ensure(loads, || "accepted cannot be read".to_owned())?;
+                let slot = place.place.kind == PlaceKind::Slot;
+                ensure(!(slot && self.pure_only), || "slots in the prologue".to_owned())?;
+                want(&[place.place.scalar], lanes)
+            }
+            OpKind::Store { place, index, value, mask } => {
+                self.check_effect()?;
+                let lanes = self.check_element(*place, *index)?;
+                let slot = self.place(*place)?;
+                ensure(slot.place.kind == PlaceKind::Slot, || "not a slot".to_owned())?;
+                self.check_scalar(*value, slot.place.scalar)?;
+                mask.map_or(Ok(()), |mask| self.check_mask(mask))?;
+                let any_lanes = lanes || self.ty(*value).lanes || mask.is_some();
+                ensure(slot.varies || !any_lanes, || "lanes into a uniform slot".to_owned())?;
+                want(&[], false)
+            }
+            OpKind::Length(id) => {
+                let place = self.place(*id)?;
+                ensure(place.place.kind == PlaceKind::Buffer, || "not a buffer".to_owned())?;
+                want(&[Scalar::I32], place.varies)
+            }
+            OpKind::If { condition, then, otherwise } => {
+                self.check_condition(*condition)?;
+                for side in [then, otherwise] {
+                    ensure(side.params.is_empty(), || "sides have no parameters".to_owned())?;
+                    self.check_passed(&side.yields, &results)?;
+                }
+                Ok(())
+            }
+            OpKind::Loop { initial, body } => {
+                let params: Vec<Type> = body.params.iter().map(|param| self.ty(*param)).collect();
+                let Some((again, next)) = body.yields.split_first() else {
+                    return Err("the body yields nothing".to_owned());
+                };
+                self.check_condition(*again)?;
+                self.check_passed(initial, &params)?;
+                self.check_passed(next, &params)?;
+                self.check_passed(next, &results)
+            }
+            OpKind::Trace { mask, .. } => {
+                self.check_request(*mask, &operands[1..])?;
+                want(&[Scalar::F32; COLOR_COMPONENTS as usize], true)
+            }
+            OpKind::Occluded { mask, .. } => {
+                self.check_request(*mask, &operands[1..])?;
+                want(&[Scalar::Bool], true)
+            }
+            OpKind::LightCount => want(&[Scalar::I32], false),
+            OpKind::LightSample { mask, index, .. } => {
+                self.check_request(*mask, &operands[2..])?;
+                let uniform = self.ty(*index) == Type::uniform(Scalar::I32);
+                ensure(uniform, || "the index is a uniform i32".to_owned())?;
+                let mut scalars = vec![Scalar::F32; 6 + COLOR_COMPONENTS as usize];
+                scalars[0] = Scalar::Bool;
+                want(&scalars, true)
+            }
+            OpKind::Ambient => want(&[Scalar::F32; COLOR_COMPONENTS as usize], false),
+            OpKind::Rand(mask) => {
+                self.check_request(*mask, &[])?;
+                want(&[Scalar::F32], true)
+            }
+            OpKind::ReportBudget => {
+                self.check_effect()?;
+                want(&[], false)
+            }
+        }
+    }
+
+    fn same(&self, values: &[Value]) -> Result<Scalar, String> {
+        let scalar = self.ty(values[0]).scalar;
+        self.check_scalars(values, scalar)?;
+        Ok(scalar)
+    }
+
+    fn check_scalars(&self, values: &[Value], scalar: Scalar) -> Checked {
+        values.iter().try_for_each(|value| self.check_scalar(*value, scalar))
+    }
+
+    fn check_scalar(&self, value: Value, scalar: Scalar) -> Checked {
+        ensure(self.ty(value).scalar == scalar, || format!("%{} is no {}", value.0, scalar.name()))
+    }
+
+    fn check_mask(&self, value: Value) -> Checked {
+        ensure(self.ty(value) == Type::MASK, || format!("%{} is no mask", value.0))
+    }
+
+    fn check_condition(&self, value: Value) -> Checked {
+        ensure(self.ty(value) == Type::CONDITION, || format!("%{} is no uniform bool", value.0))
+    }
+
+    fn check_effect(&self) -> Checked {
+        ensure(!self.pure_only, || "the prologue changes nothing".to_owned())
+    }
+
+    fn check_request(&self, mask: Value, floats: &[Value]) -> Checked {
+        self.check_effect()?;
+        self.check_mask(mask)?;
+        self.check_scalars(floats, Scalar::F32)
+    }
+
+    /// Values handed on as `types`: the same scalars; uniform ones may become lanes.
+    fn check_passed(&self, values: &[Value], types: &[Type]) -> Checked {
+        ensure(values.len() == types.len(), || "number of values".to_owned())?;
+        for (value, ty) in values.iter().zip(types) {
+            self.check_scalar(*value, ty.scalar)?;
+            ensure(ty.lanes || !self.ty(*value).lanes, || {
+                format!("%{} is lanes where a uniform value is wanted", value.0)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Whether the element differs from ray to ray.
+    fn check_element(&self, id: PlaceId, index: Index) -> Result<bool, String> {
+        let place = self.place(id)?;
+        match index {
+            Index::Constant(index) => {
+                ensure(index < place.place.len, || format!("index {index}"))?;
+                Ok(place.varies)
+            }
+            Index::Dynamic(index) => {
+                self.check_scalar(index, Scalar::I32)?;
+                Ok(place.varies || self.ty(index).lanes)
+            }
+        }
+    }
+}
+
+fn unary_takes(op: UnaryOp, scalar: Scalar) -> bool {
+    match op {
+        UnaryOp::Negate | UnaryOp::Abs => scalar != Scalar::Bool,
+        UnaryOp::Not => scalar != Scalar::F32,
+        UnaryOp::Sqrt | UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven => {
+            scalar == Scalar::F32
+        }
+    }
+}
+
+fn binary_takes(op: BinaryOp, scalar: Scalar) -> bool {
+    match op {
+        BinaryOp::Add
+        | BinaryOp::Subtract
+        | BinaryOp::Multiply
+        | BinaryOp::Divide
+        | BinaryOp::Min
+        | BinaryOp::Max => scalar != Scalar::Bool,
+        BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => scalar != Scalar::F32,
+        BinaryOp::Remainder
+        | BinaryOp::ShiftLeft
+        | BinaryOp::ShiftRight
+        | BinaryOp::MultiplyHigh => matches!(scalar, Scalar::I32 | Scalar::U32),
+    }
+}
