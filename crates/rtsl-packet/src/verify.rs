@@ -38,9 +38,7 @@ pub struct VerifyError {
 pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
     let mut verifier =
         Verifier { kernel, visible: vec![false; kernel.values.len()], pure_only: false };
-    verifier
-        .kernel()
-        .map_err(|what| VerifyError { kernel: kernel.name.clone(), what })
+    verifier.kernel().map_err(|what| VerifyError { kernel: kernel.name.clone(), what })
 }
 
 struct Verifier<'a> {
@@ -103,9 +101,11 @@ impl Verifier<'_> {
         let mut operands = Vec::new();
         op.kind.for_each_operand(|operand| operands.push(operand));
         operands.iter().try_for_each(|operand| self.check_visible(*operand))?;
+        op.kind.regions().try_for_each(|region| self.region(region))?;
+        let defined = (op.results.first + op.results.count) as usize <= self.kernel.values.len();
+        ensure(defined, || format!("%{} has no type", op.results.first))?;
         self.kind(op, &operands)
             .map_err(|what| format!("%{} = {:?}: {what}", op.results.first, op.kind))?;
-        op.kind.regions().try_for_each(|region| self.region(region))?;
         op.results.iter().try_for_each(|result| self.define(result))
     }
 

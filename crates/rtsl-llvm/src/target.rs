@@ -1,0 +1,67 @@
+//! What the machine compiled for can do.
+
+/// The target of a module: LLVM's names for it, and what the text depends on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TargetFeatures {
+    /// LLVM's name of the kind of machine.
+    pub triple: String,
+    /// LLVM's name of the processor, for the functions' attributes; may be empty.
+    pub cpu: String,
+    /// What the processor has beyond its name, as LLVM writes it: `+fma,-avx512f`; may be empty.
+    pub features: String,
+    /// Fused multiply-add is an instruction.
+    pub fma: bool,
+    /// Masks have registers of their own, so that they are `<W x i1>`; elsewhere they are lanes of 0
+    /// and -1 in vector registers, which LLVM does badly when told `<W x i1>`.
+    pub mask_registers: bool,
+}
+
+impl TargetFeatures {
+    /// The features of a target by LLVM's names.
+    pub fn new(triple: &str, cpu: &str, features: &str) -> TargetFeatures {
+        let level = match cpu {
+            "x86-64-v4" => 4,
+            "x86-64-v3" => 3,
+            _ => 0,
+        };
+        let has = |feature: &str| {
+            let named = |sign: char| {
+                features.split(',').any(|entry| entry.strip_prefix(sign) == Some(feature))
+            };
+            (named('+'), named('-'))
+        };
+        let has_or = |feature, by_level: bool| match has(feature) {
+            (_, true) => false,
+            (true, false) => true,
+            (false, false) => by_level,
+        };
+        TargetFeatures {
+            triple: triple.to_owned(),
+            cpu: cpu.to_owned(),
+            features: features.to_owned(),
+            fma: triple.starts_with("aarch64") || has_or("fma", level >= 3),
+            mask_registers: has_or("avx512vl", level >= 4),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn features_come_from_levels_and_lists() {
+        for (triple, cpu, features, fma, mask_registers) in [
+            ("x86_64-unknown-linux-gnu", "x86-64-v2", "", false, false),
+            ("x86_64-unknown-linux-gnu", "x86-64-v3", "", true, false),
+            ("x86_64-unknown-linux-gnu", "x86-64-v4", "", true, true),
+            ("x86_64-unknown-linux-gnu", "znver3", "+avx2,+fma,-avx512vl", true, false),
+            ("x86_64-unknown-linux-gnu", "znver4", "+fma,+avx512f,+avx512vl", true, true),
+            ("x86_64-unknown-linux-gnu", "x86-64-v3", "-fma", false, false),
+            ("aarch64-unknown-linux-gnu", "generic", "", true, false),
+        ] {
+            let target = TargetFeatures::new(triple, cpu, features);
+            assert_eq!((target.fma, target.mask_registers), (fma, mask_registers), "{target:?}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Requests to the host.
+
+use rtsl_ir::{Scalar, Value};
+use rtsl_spec::COLOR_COMPONENTS;
+
+use super::Lowering;
+use crate::kernel::{OpKind, Ray, Type};
+
+const COLOR: [Scalar; COLOR_COMPONENTS as usize] = [Scalar::F32; COLOR_COMPONENTS as usize];
+
+impl Lowering<'_> {
+    /// Lowers what only the host can answer.
+    pub(super) fn lower_request(&mut self, op: &rtsl_ir::Op) {
+        use rtsl_ir::OpKind as Request;
+        let mask = self.mask;
+        let results = match &op.kind {
+            Request::Trace { origin, direction, limit } => {
+                let ray = self.ray(*origin, *direction, *limit);
+                self.request(OpKind::Trace { mask, ray }, &COLOR)
+            }
+            Request::Occluded { origin, direction, limit } => {
+                let ray = self.ray(*origin, *direction, *limit);
+                self.request(OpKind::Occluded { mask, ray }, &[Scalar::Bool])
+            }
+            Request::LightSample { index, point, normal, cosine } => {
+                self.light_sample(*index, *point, *normal, *cosine)
+            }
+            Request::Ambient => {
+                let types = COLOR.map(Type::uniform);
+                self.push(OpKind::Ambient, &types, true).iter().collect()
+            }
+            Request::Rand => self.request(OpKind::Rand(mask), &[Scalar::F32]),
+            Request::ReportBudget => self.request(OpKind::ReportBudget, &[]),
+            other => unreachable!("{other:?} is no request"),
+        };
+        self.set_results(op, &results);
+    }
+
+    fn request(&mut self, kind: OpKind, results: &[Scalar]) -> Vec<Value> {
+        let types: Vec<Type> = results.iter().map(|scalar| Type::lanes(*scalar)).collect();
+        self.push(kind, &types, false).iter().collect()
+    }
+
+    fn ray(&self, origin: [Value; 3], direction: [Value; 3], limit: Value) -> Ray {
+        Ray {
+            origin: self.values_of(origin),
+            direction: self.values_of(direction),
+            limit: self.value(limit),
+        }
+    }
+
+    /// Hosts take one light index at a time. Loops over lights give it; where a shader's
+    /// text has made it vary after all, lanes with the same one go together.
+    fn light_sample(
+        &mut self,
+        index: Value,
+        point: [Value; 3],
+        normal: [Value; 3],
+        cosine: Value,
+    ) -> Vec<Value> {
+        let (index, cosine) = (self.value(index), self.value(cosine));
+        let (point, normal) = (self.values_of(point), self.values_of(normal));
+        let mut scalars = vec![Scalar::Bool];
+        scalars.extend([Scalar::F32; 3 + 1 + COLOR_COMPONENTS as usize + 1]);
+        if self.ty(index).lanes {
+            return self.for_each_distinct(index, &scalars.clone(), |lowering, index, mask| {
+                lowering
+                    .request(OpKind::LightSample { mask, index, point, normal, cosine }, &scalars)
+            });
+        }
+        let mask = self.mask;
+        self.request(OpKind::LightSample { mask, index, point, normal, cosine }, &scalars)
+    }
+}

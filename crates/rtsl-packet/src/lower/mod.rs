@@ -1,0 +1,353 @@
+//! Single-ray code to packet code.
+//!
+//! Two places take operations: the prologue and the open region of the body. A pure operation
+//! goes to the prologue if all that it needs is there, whatever control stood around it: it is total,
+//! so that doing it in vain does no harm.
+
+mod control;
+mod cost;
+mod host;
+mod memory;
+
+use std::collections::BTreeMap;
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, Function, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value,
+    Values,
+};
+
+use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
+use crate::uniformity::Uniformity;
+use crate::{Layout, Shape, verify};
+
+/// The most memory that the slots of a kernel may take, in words: they live on the stack, and
+/// kernels call hosts that call kernels.
+pub const MAX_SLOT_WORDS: u64 = 1 << 16;
+
+/// Why a function has no packet form.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LowerError {
+    /// A reference that linking should have replaced.
+    #[error("the reference `{0}` is not linked")]
+    Unlinked(String),
+    /// A place that the layout does not have, or that no call has.
+    #[error("the {kind} `{name}` has no place in a call", kind = .0.name(), name = .1)]
+    NoLocation(PlaceKind, String),
+    /// An output to a place that kernels do not store.
+    #[error("kernels do not store the {kind} `{name}`", kind = .0.name(), name = .1)]
+    NotAnOutput(PlaceKind, String),
+    /// Arrays with dynamic indices that are too large.
+    #[error("local arrays take {0} words for all rays of a packet, more than {MAX_SLOT_WORDS}")]
+    TooMuchMemory(u64),
+    /// A width that is not a power of two up to [`rtsl_ir::host::MAX_LANES`].
+    #[error("no packets have {0} rays")]
+    Width(u32),
+}
+
+/// Makes the packet code of a linked function, for calls of one shape, `width` rays at a time.
+///
+/// # Errors
+/// See [`LowerError`].
+pub fn lower(
+    function: &Function,
+    layout: &Layout,
+    shape: Shape,
+    width: u32,
+) -> Result<Kernel, LowerError> {
+    if !width.is_power_of_two() || width as usize > rtsl_ir::host::MAX_LANES {
+        return Err(LowerError::Width(width));
+    }
+    let uniformity = Uniformity::new(function, shape);
+    let kernel = Kernel {
+        name: function.name.clone(),
+        shape,
+        width,
+        places: locate_places(function, layout, &uniformity)?,
+        values: Vec::new(),
+        prologue: Region::default(),
+        body: Region::default(),
+        outputs: locate_outputs(function)?,
+    };
+    check_slots(&kernel)?;
+    let mut lowering = Lowering::new(function, uniformity, kernel);
+    lowering.run()?;
+    let kernel = lowering.kernel;
+    debug_assert_eq!(verify(&kernel), Ok(()), "{kernel}");
+    Ok(kernel)
+}
+
+fn locate_places(
+    function: &Function,
+    layout: &Layout,
+    uniformity: &Uniformity,
+) -> Result<Vec<KernelPlace>, LowerError> {
+    let locate = |(index, place): (usize, &rtsl_ir::Place)| {
+        let name = place.name.as_str();
+        let location = match place.kind {
+            PlaceKind::State => rtsl_spec::lookup_state(name).map(|state| state.first_component),
+            PlaceKind::Scratch => layout.scratch.get(name).copied(),
+            PlaceKind::Member => layout.members.get(name).copied(),
+            PlaceKind::Buffer => layout.buffers.get(name).copied(),
+            PlaceKind::Slot | PlaceKind::Accepted => Some(0),
+            PlaceKind::Parameter => None,
+        };
+        let location = location.ok_or_else(|| LowerError::NoLocation(place.kind, name.into()))?;
+        let varies = uniformity.place_varies(PlaceId(index as u32));
+        Ok(KernelPlace { place: place.clone(), varies, location })
+    };
+    function.places.iter().enumerate().map(locate).collect()
+}
+
+fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> {
+    let locate = |output: &rtsl_ir::Output| {
+        let place = function.place(output.place);
+        match place.kind {
+            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted => {
+                Ok(KernelOutput { place: output.place, component: output.component })
+            }
+            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {
+                Err(LowerError::NotAnOutput(place.kind, place.name.clone()))
+            }
+        }
+    };
+    function.outputs.iter().map(locate).collect()
+}
+
+fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
+    let slots = kernel.places.iter().filter(|place| place.place.kind == PlaceKind::Slot);
+    let words = slots.map(|slot| {
+        u64::from(slot.place.len) * if slot.varies { u64::from(kernel.width) } else { 1 }
+    });
+    match words.sum() {
+        0..=MAX_SLOT_WORDS => Ok(()),
+        words => Err(LowerError::TooMuchMemory(words)),
+    }
+}
+
+/// The state of the walk over the function.
+struct Lowering<'a> {
+    function: &'a Function,
+    uniformity: Uniformity,
+    /// How often each value of the function is used.
+    uses: Vec<u32>,
+    kernel: Kernel,
+    /// The packet value of each value of the function seen so far.
+    values: Vec<Option<Value>>,
+    /// Of each packet value, whether the prologue defines it.
+    hoisted: Vec<bool>,
+    constants: BTreeMap<(Scalar, u32), Value>,
+    /// The open region of the body.
+    open: Vec<Op>,
+    /// The lanes that are on in the open region.
+    mask: Value,
+    /// Rays of the chunk may be off in the open region that are on in the chunk's mask.
+    diverged: bool,
+}
+
+impl<'a> Lowering<'a> {
+    fn new(function: &'a Function, uniformity: Uniformity, kernel: Kernel) -> Self {
+        let mut uses = vec![0; function.values.len()];
+        function.body.for_each_use(&mut |value| uses[value.0 as usize] += 1);
+        Lowering {
+            function,
+            uniformity,
+            uses,
+            kernel,
+            values: vec![None; function.values.len()],
+            hoisted: Vec::new(),
+            constants: BTreeMap::new(),
+            open: Vec::new(),
+            mask: Value(0),
+            diverged: false,
+        }
+    }
+
+    fn run(&mut self) -> Result<(), LowerError> {
+        self.mask = self.new_value(Type::MASK);
+        let yields = self.lower_ops(&self.function.body)?;
+        self.kernel.body =
+            Region { params: vec![self.mask], ops: std::mem::take(&mut self.open), yields };
+        Ok(())
+    }
+
+    /// Lowers the region's operations into the open region and returns what it yields.
+    fn lower_ops(&mut self, region: &rtsl_ir::Region) -> Result<Vec<Value>, LowerError> {
+        region.ops.iter().try_for_each(|op| self.lower_op(op))?;
+        Ok(region.yields.iter().map(|value| self.value(*value)).collect())
+    }
+
+    fn lower_op(&mut self, op: &rtsl_ir::Op) -> Result<(), LowerError> {
+        use rtsl_ir::OpKind as Ray;
+        let value = |operand: &Value| self.value(*operand);
+        let kind = match &op.kind {
+            Ray::Constant(constant) => {
+                let value = self.constant(*constant);
+                self.set_results(op, &[value]);
+                return Ok(());
+            }
+            Ray::Unary(unary, a) => OpKind::Unary(*unary, value(a)),
+            Ray::Binary(binary, a, b) => OpKind::Binary(*binary, value(a), value(b)),
+            Ray::Compare(compare, a, b) => OpKind::Compare(*compare, value(a), value(b)),
+            Ray::Select(condition, a, b) => OpKind::Select(value(condition), value(a), value(b)),
+            Ray::Fma(a, b, c) => OpKind::Fma(value(a), value(b), value(c)),
+            Ray::Convert(to, a) => OpKind::Convert(*to, value(a)),
+            Ray::Bitcast(to, a) => OpKind::Bitcast(*to, value(a)),
+            Ray::Length(place) => OpKind::Length(*place),
+            Ray::LightCount => OpKind::LightCount,
+            Ray::Load(place, index) => {
+                let value = self.lower_load(*place, *index);
+                self.set_results(op, &[value]);
+                return Ok(());
+            }
+            Ray::Store(place, index, stored) => {
+                self.lower_store(*place, *index, *stored);
+                return Ok(());
+            }
+            Ray::If { condition, then, otherwise } => {
+                return self.lower_if(op, *condition, then, otherwise);
+            }
+            Ray::Loop { initial, body } => return self.lower_loop(op, initial, body),
+            Ray::Trace { .. }
+            | Ray::Occluded { .. }
+            | Ray::LightSample { .. }
+            | Ray::Ambient
+            | Ray::Rand
+            | Ray::ReportBudget => {
+                self.lower_request(op);
+                return Ok(());
+            }
+            Ray::ReferenceCall(call) => return Err(LowerError::Unlinked(call.member.clone())),
+            Ray::IsSet(member, _) => return Err(LowerError::Unlinked(member.clone())),
+        };
+        let result = self.pure(kind, self.function.scalar(op.results.get(0)));
+        self.set_results(op, &[result]);
+        Ok(())
+    }
+
+    // Values of the function.
+
+    fn value(&self, value: Value) -> Value {
+        self.values[value.0 as usize].expect("values are defined before they are used")
+    }
+
+    fn values_of<const N: usize>(&self, values: [Value; N]) -> [Value; N] {
+        values.map(|value| self.value(value))
+    }
+
+    fn index(&self, index: Index) -> Index {
+        match index {
+            Index::Constant(index) => Index::Constant(index),
+            Index::Dynamic(value) => Index::Dynamic(self.value(value)),
+        }
+    }
+
+    fn set_results(&mut self, op: &rtsl_ir::Op, values: &[Value]) {
+        for (result, value) in op.results.iter().zip(values) {
+            self.values[result.0 as usize] = Some(*value);
+        }
+    }
+
+    fn is_used(&self, value: Value) -> bool {
+        self.uses[value.0 as usize] > 0
+    }
+
+    // Values of the kernel.
+
+    fn ty(&self, value: Value) -> Type {
+        self.kernel.ty(value)
+    }
+
+    fn new_value(&mut self, ty: Type) -> Value {
+        self.new_values(&[ty]).get(0)
+    }
+
+    fn new_values(&mut self, types: &[Type]) -> Values {
+        let first = self.kernel.values.len() as u32;
+        self.kernel.values.extend_from_slice(types);
+        self.hoisted.resize(self.kernel.values.len(), false);
+        Values { first, count: types.len() as u32 }
+    }
+
+    fn constant(&mut self, constant: Constant) -> Value {
+        let key = (constant.scalar(), constant.bits());
+        if let Some(value) = self.constants.get(&key) {
+            return *value;
+        }
+        let value = self.pure(OpKind::Constant(constant), constant.scalar());
+        self.constants.insert(key, value);
+        value
+    }
+
+    /// Adds an operation without effects that gives one `scalar` a ray, or one for all.
+    fn pure(&mut self, kind: OpKind, scalar: Scalar) -> Value {
+        let lanes = self.gives_lanes(&kind);
+        let hoist = !lanes && self.is_hoistable(&kind);
+        self.push(kind, &[Type { scalar, lanes }], hoist).get(0)
+    }
+
+    fn gives_lanes(&self, kind: &OpKind) -> bool {
+        let from_place = match kind {
+            OpKind::Load(place, _) | OpKind::Length(place) => self.kernel.place(*place).varies,
+            OpKind::Unspecified => true,
+            _ => false,
+        };
+        let mut from_operand = false;
+        kind.for_each_operand(|operand| from_operand |= self.ty(operand).lanes);
+        from_place || from_operand
+    }
+
+    /// Whether a pure uniform operation can be done in the prologue.
+    fn is_hoistable(&self, kind: &OpKind) -> bool {
+        let reads_slot = match kind {
+            OpKind::Load(place, _) => self.kernel.place(*place).place.kind == PlaceKind::Slot,
+            _ => false,
+        };
+        let mut operands_there = true;
+        kind.for_each_operand(|operand| operands_there &= self.hoisted[operand.0 as usize]);
+        operands_there && !reads_slot
+    }
+
+    fn push(&mut self, kind: OpKind, types: &[Type], hoist: bool) -> Values {
+        let results = self.new_values(types);
+        self.push_op(Op { results, kind }, hoist);
+        results
+    }
+
+    fn push_op(&mut self, op: Op, hoist: bool) {
+        if hoist {
+            op.results.iter().for_each(|result| self.hoisted[result.0 as usize] = true);
+            self.kernel.prologue.ops.push(op);
+        } else {
+            self.open.push(op);
+        }
+    }
+
+    fn and(&mut self, a: Value, b: Value) -> Value {
+        self.pure(OpKind::Binary(BinaryOp::And, a, b), Scalar::Bool)
+    }
+
+    fn not(&mut self, a: Value) -> Value {
+        self.pure(OpKind::Unary(UnaryOp::Not, a), Scalar::Bool)
+    }
+
+    fn compare(&mut self, op: CompareOp, a: Value, b: Value) -> Value {
+        self.pure(OpKind::Compare(op, a, b), Scalar::Bool)
+    }
+
+    /// `a` where the condition holds, else `b`.
+    fn select(&mut self, condition: Value, a: Value, b: Value) -> Value {
+        if a == b {
+            return a;
+        }
+        let scalar = self.ty(a).scalar;
+        self.pure(OpKind::Select(condition, a, b), scalar)
+    }
+
+    /// A bool to branch on: the condition, or whether any lane of it is on.
+    fn any(&mut self, condition: Value) -> Value {
+        if !self.ty(condition).lanes {
+            return condition;
+        }
+        self.push(OpKind::Any(condition), &[Type::CONDITION], false).get(0)
+    }
+}
