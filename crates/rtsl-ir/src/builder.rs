@@ -1,7 +1,5 @@
 //! Makes functions, operation by operation.
 
-use rtsl_spec::COLOR_COMPONENTS;
-
 use crate::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Output, Place,
     PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value, Values, evaluate,
@@ -348,43 +346,3 @@ impl Builder {
         }
     }
 }
-
-impl OpKind {
-    /// Appends the types of its results to `scalars`, as the operation's shape and its operands'
-    /// types give them. For an `if` these are the types of what the first region yields.
-    pub fn result_scalars(&self, function: &Function, scalars: &mut Vec<Scalar>) {
-        match self {
-            OpKind::Constant(constant) => scalars.push(constant.scalar()),
-            OpKind::Unary(_, a) | OpKind::Binary(_, a, _) | OpKind::Select(_, a, _) => {
-                scalars.push(function.scalar(*a));
-            }
-            OpKind::Compare(..) | OpKind::Occluded { .. } | OpKind::IsSet(..) => {
-                scalars.push(Scalar::Bool);
-            }
-            OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
-            OpKind::Load(place, _) => scalars.push(function.place(*place).scalar),
-            OpKind::Store(..) | OpKind::ReportBudget => {}
-            OpKind::Length(_) | OpKind::LightCount => scalars.push(Scalar::I32),
-            OpKind::If { then, .. } => {
-                scalars.extend(then.yields.iter().map(|value| function.scalar(*value)));
-            }
-            OpKind::Loop { initial, .. } => {
-                scalars.extend(initial.iter().map(|value| function.scalar(*value)));
-            }
-            OpKind::Fma(..) | OpKind::Rand => scalars.push(Scalar::F32),
-            OpKind::Trace { .. } | OpKind::Ambient => {
-                scalars.extend([Scalar::F32; COLOR_COMPONENTS as usize]);
-            }
-            OpKind::LightSample { .. } => {
-                scalars.push(Scalar::Bool);
-                scalars.extend([Scalar::F32; LIGHT_SAMPLE_FLOATS]);
-            }
-            OpKind::ReferenceCall(call) => {
-                scalars.extend(call.results.iter().map(|_| Scalar::F32));
-            }
-        }
-    }
-}
-
-/// The results of a light sample after the first: direction, distance, colour, density.
-const LIGHT_SAMPLE_FLOATS: usize = 3 + 1 + COLOR_COMPONENTS as usize + 1;

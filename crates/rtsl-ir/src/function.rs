@@ -1,6 +1,9 @@
 //! Functions, regions and values.
 
-use crate::{Op, Place, PlaceId, PlaceKind, Scalar};
+use crate::{Op, OpKind, Place, PlaceId, PlaceKind, Scalar};
+
+/// How deep regions may be nested in a function's body, so that walking them by recursion is safe.
+pub const MAX_NESTING: usize = 256;
 
 /// An SSA value: an index into [`Function::values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -27,7 +30,7 @@ impl Values {
 
     /// All of them.
     pub fn iter(self) -> impl DoubleEndedIterator<Item = Value> + ExactSizeIterator {
-        (self.first..self.first + self.count).map(Value)
+        (self.first..self.first.saturating_add(self.count)).map(Value)
     }
 }
 
@@ -105,10 +108,60 @@ impl Function {
         PlaceId(self.places.len() as u32 - 1)
     }
 
+    /// Numbers the values anew in the order of the text form, without gaps.
+    pub fn renumber(&mut self) {
+        let mut renumbering =
+            Renumbering { new: vec![None; self.values.len()], old: self, values: Vec::new() };
+        let mut body = std::mem::take(&mut renumbering.old.body);
+        renumbering.region(&mut body);
+        self.values = renumbering.values;
+        self.body = body;
+    }
+
     /// A new value of each of these types, numbered consecutively.
     pub fn new_values(&mut self, scalars: &[Scalar]) -> Values {
         let first = self.values.len() as u32;
         self.values.extend_from_slice(scalars);
         Values { first, count: scalars.len() as u32 }
+    }
+}
+
+/// Values by their old numbers, and the types by the new ones.
+struct Renumbering<'a> {
+    old: &'a mut Function,
+    new: Vec<Option<Value>>,
+    values: Vec<Scalar>,
+}
+
+impl Renumbering<'_> {
+    fn region(&mut self, region: &mut Region) {
+        for op in &mut region.ops {
+            op.kind.for_each_operand_mut(|value| *value = self.renamed(*value));
+            let first = self.values.len() as u32;
+            for result in op.results.iter() {
+                self.define(result);
+            }
+            op.results.first = first;
+            if let OpKind::Loop { body, .. } = &mut op.kind {
+                for param in &mut body.params {
+                    *param = self.define(*param);
+                }
+            }
+            op.kind.regions_mut().for_each(|region| self.region(region));
+        }
+        for value in &mut region.yields {
+            *value = self.renamed(*value);
+        }
+    }
+
+    fn define(&mut self, old: Value) -> Value {
+        let new = Value(self.values.len() as u32);
+        self.values.push(self.old.scalar(old));
+        self.new[old.0 as usize] = Some(new);
+        new
+    }
+
+    fn renamed(&self, old: Value) -> Value {
+        self.new[old.0 as usize].expect("values are defined before they are used")
     }
 }

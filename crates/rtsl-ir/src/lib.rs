@@ -36,11 +36,14 @@ mod function;
 pub mod host;
 mod op;
 mod place;
+mod signature;
+pub mod text;
+pub mod verify;
 mod visit;
 
 pub use builder::Builder;
 pub use constants::ConstantPool;
-pub use function::{Function, Output, Region, Value, Values};
+pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,

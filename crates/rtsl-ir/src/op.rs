@@ -18,6 +18,14 @@ pub enum Scalar {
 }
 
 impl Scalar {
+    /// All of them.
+    pub const ALL: [Scalar; 4] = [Scalar::F32, Scalar::I32, Scalar::U32, Scalar::Bool];
+
+    /// The type with this keyword.
+    pub fn from_name(name: &str) -> Option<Scalar> {
+        Scalar::ALL.into_iter().find(|scalar| scalar.name() == name)
+    }
+
     /// The keyword of the text form.
     pub const fn name(self) -> &'static str {
         match self {
@@ -111,6 +119,39 @@ pub enum UnaryOp {
     RoundEven,
 }
 
+/// Gives an enumeration of operators its keywords of the text form.
+macro_rules! named {
+    ($name:ident: $($variant:ident => $keyword:literal,)*) => {
+        impl $name {
+            /// All of them.
+            pub const ALL: &[$name] = &[$($name::$variant),*];
+
+            /// The keyword of the text form.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $($name::$variant => $keyword),*
+                }
+            }
+
+            /// The operator with this keyword.
+            pub fn from_name(name: &str) -> Option<$name> {
+                $name::ALL.iter().copied().find(|op| op.name() == name)
+            }
+        }
+    };
+}
+
+named! { UnaryOp:
+    Negate => "negate",
+    Not => "not",
+    Abs => "abs",
+    Sqrt => "sqrt",
+    Floor => "floor",
+    Ceil => "ceil",
+    Trunc => "trunc",
+    RoundEven => "round_even",
+}
+
 /// Operations on two values of one type; the result has that type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BinaryOp {
@@ -142,6 +183,22 @@ pub enum BinaryOp {
     MultiplyHigh,
 }
 
+named! { BinaryOp:
+    Add => "add",
+    Subtract => "subtract",
+    Multiply => "multiply",
+    Divide => "divide",
+    Remainder => "remainder",
+    Min => "min",
+    Max => "max",
+    And => "and",
+    Or => "or",
+    Xor => "xor",
+    ShiftLeft => "shift_left",
+    ShiftRight => "shift_right",
+    MultiplyHigh => "multiply_high",
+}
+
 /// Comparisons of two values of one type, to a bool. On bool only `Equal` and `NotEqual`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CompareOp {
@@ -157,6 +214,15 @@ pub enum CompareOp {
     Greater,
     /// False with a NaN.
     GreaterEqual,
+}
+
+named! { CompareOp:
+    Equal => "equal",
+    NotEqual => "not_equal",
+    Less => "less",
+    LessEqual => "less_equal",
+    Greater => "greater",
+    GreaterEqual => "greater_equal",
 }
 
 /// Which scalar of a place.
@@ -177,6 +243,27 @@ pub struct StateComponent {
     pub variable: u32,
     /// Which component of it.
     pub component: u32,
+}
+
+impl StateComponent {
+    /// The component `component` of the state variable of this name, if there is one.
+    pub fn named(name: &str, component: u32) -> Option<StateComponent> {
+        let variable = rtsl_spec::lookup_state(name)?;
+        let in_range = component < variable.ty.components();
+        in_range.then_some(StateComponent { variable: variable.index, component })
+    }
+
+    /// Its variable, if there is one with that index.
+    pub fn variable(self) -> Option<&'static rtsl_spec::StateVariable> {
+        rtsl_spec::state_variables().get(self.variable as usize)
+    }
+}
+
+impl std::fmt::Display for StateComponent {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.variable().map_or("?", |variable| variable.name);
+        write!(out, "{name}@{}", self.component)
+    }
 }
 
 /// A reference member, or an element of an array of references.

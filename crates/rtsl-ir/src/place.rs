@@ -42,6 +42,22 @@ pub enum PlaceKind {
 }
 
 impl PlaceKind {
+    /// All of them.
+    pub const ALL: [PlaceKind; 7] = [
+        PlaceKind::State,
+        PlaceKind::Member,
+        PlaceKind::Parameter,
+        PlaceKind::Scratch,
+        PlaceKind::Buffer,
+        PlaceKind::Slot,
+        PlaceKind::Accepted,
+    ];
+
+    /// The kind with this keyword.
+    pub fn from_name(name: &str) -> Option<PlaceKind> {
+        PlaceKind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
     /// The keyword of the text form.
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,0 +1,568 @@
+//! The verifier: what every pass and backend may rely on.
+//!
+//! A verified function never makes the printer, the interpreter, a pass or a backend panic.
+//!
+//! # Invariants
+//!
+//! Names and places
+//! 1. Names of functions, places and references are words of the text form; no two places of one
+//!    kind have the same name.
+//! 2. A place has at least one scalar and, but for buffers and members, at most
+//!    [`MAX_PLACE_SCALARS`]; all slots together have at most [`MAX_SLOT_SCALARS`].
+//! 3. A state place is a variable of the one table, with its type and number of components; an
+//!    accepted place is one bool.
+//!
+//! Values
+//! 4. A value is defined at most once: by an operation or as a parameter of the body of a loop.
+//! 5. A use stands after the definition, in the same region or in one inside it.
+//! 6. Operands have the types that the operation takes, results have the types that it gives, and
+//!    there are as many as it gives.
+//!
+//! Places in operations
+//! 7. `load` names no accepted place, `store` only slots, `length` only buffers; constant indices
+//!    are less than the place's length, dynamic ones are i32.
+//! 8. State components of a reference call exist.
+//!
+//! Regions
+//! 9. Only bodies of loops have parameters: as many as initial values, of their types.
+//! 10. Both regions of an `if` yield the types of its results; the body of a loop yields a bool and
+//!     the types of its parameters.
+//! 11. The function's body yields one value for each output, of the place's type. Outputs go to
+//!     existing components of places that can be outputs, to none twice.
+//! 12. Regions are nested at most [`MAX_NESTING`] deep.
+//!
+//! That loops over lights are uniform is not the verifier's business.
+
+use std::collections::BTreeSet;
+use std::fmt::{self, Display, Formatter};
+
+use crate::{
+    Function, Index, MAX_NESTING, Op, OpKind, Place, PlaceId, PlaceKind, ReferencePath, Region,
+    Scalar, StateComponent, Value, evaluate, text,
+};
+
+/// The greatest number of scalars of a place, but for members and buffers.
+pub const MAX_PLACE_SCALARS: u32 = 1 << 16;
+
+/// The greatest number of scalars of all slots of a function together.
+pub const MAX_SLOT_SCALARS: u32 = 1 << 16;
+
+/// Checks all invariants; the error names the first that is broken, in the order of the text form.
+pub fn verify(function: &Function) -> Result<(), VerifyError> {
+    let mut verifier = Verifier::new(function);
+    verifier.function().map_err(|message| VerifyError {
+        function: function.name.clone(),
+        operation: verifier.failed,
+        message,
+    })
+}
+
+/// An invariant that a function breaks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VerifyError {
+    /// The function's name.
+    pub function: String,
+    /// The first line of the innermost operation that is wrong, if it is one.
+    pub operation: Option<String>,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl Display for VerifyError {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: ", self.function)?;
+        if let Some(operation) = &self.operation {
+            write!(out, "`{operation}`: ")?;
+        }
+        out.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for VerifyError {}
+
+type Result<T = (), E = String> = std::result::Result<T, E>;
+
+/// Whether a value can be used at the current position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Visibility {
+    Undefined,
+    Visible,
+    /// Its region has ended.
+    Hidden,
+}
+
+struct Verifier<'a> {
+    function: &'a Function,
+    visibility: Vec<Visibility>,
+    /// The values that are visible, in the order of their definition.
+    visible: Vec<Value>,
+    depth: usize,
+    /// The first line of the innermost operation that is wrong.
+    failed: Option<String>,
+    /// Kept to save allocations.
+    scalars: Vec<Scalar>,
+}
+
+impl<'a> Verifier<'a> {
+    fn new(function: &'a Function) -> Self {
+        Verifier {
+            function,
+            visibility: vec![Visibility::Undefined; function.values.len()],
+            visible: Vec::new(),
+            depth: 0,
+            failed: None,
+            scalars: Vec::new(),
+        }
+    }
+
+    fn function(&mut self) -> Result {
+        check_word("the function's name", &self.function.name)?;
+        self.check_places()?;
+        let body = &self.function.body;
+        if !body.params.is_empty() {
+            return Err("the function's body has parameters".to_owned());
+        }
+        self.check_ops(body)?;
+        self.check_outputs(body)
+    }
+
+    fn check_places(&self) -> Result {
+        let mut names = BTreeSet::new();
+        let mut slot_scalars = 0;
+        for place in &self.function.places {
+            check_place(place)?;
+            if !names.insert((place.kind, &place.name)) {
+                let (kind, name) = (place.kind.name(), &place.name);
+                return Err(format!("{kind} `{name}` is there twice"));
+            }
+            if place.kind == PlaceKind::Slot {
+                slot_scalars += u64::from(place.len);
+            }
+        }
+        if slot_scalars > u64::from(MAX_SLOT_SCALARS) {
+            return Err(format!("slots have {slot_scalars} scalars, more than {MAX_SLOT_SCALARS}"));
+        }
+        Ok(())
+    }
+
+    fn check_outputs(&self, body: &Region) -> Result {
+        let outputs = &self.function.outputs;
+        if outputs.len() != body.yields.len() {
+            let (yields, outputs) = (body.yields.len(), outputs.len());
+            return Err(format!("the body yields {yields} values for {outputs} outputs"));
+        }
+        let mut seen = BTreeSet::new();
+        for (output, value) in outputs.iter().zip(&body.yields) {
+            let place = self.place(output.place)?;
+            let name = format!("output {}:{}@{}", place.kind.name(), place.name, output.component);
+            match place.kind {
+                PlaceKind::State
+                | PlaceKind::Member
+                | PlaceKind::Parameter
+                | PlaceKind::Scratch
+                | PlaceKind::Accepted => {}
+                PlaceKind::Buffer | PlaceKind::Slot => {
+                    return Err(format!("{name} is in a place that can be no output"));
+                }
+            }
+            if output.component >= place.len {
+                return Err(format!("{name} is beyond the place's length {}", place.len));
+            }
+            if !seen.insert((output.place, output.component)) {
+                return Err(format!("{name} is there twice"));
+            }
+            self.check_use(*value, Some(place.scalar))
+                .map_err(|error| format!("{name}: {error}"))?;
+        }
+        Ok(())
+    }
+
+    /// The operations of a region; leaves what they define visible.
+    fn check_ops(&mut self, region: &Region) -> Result {
+        for op in &region.ops {
+            if let Err(message) = self.check_op(op) {
+                self.failed.get_or_insert_with(|| text::op_line(self.function, op));
+                return Err(message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_op(&mut self, op: &Op) -> Result {
+        let end = u64::from(op.results.first) + u64::from(op.results.count);
+        if end > self.function.values.len() as u64 {
+            return Err("results are beyond the function's values".to_owned());
+        }
+        self.check_operands(&op.kind)?;
+        match &op.kind {
+            OpKind::If { then, otherwise, .. } => {
+                let results = op.results.iter().map(|value| self.function.scalar(value));
+                let results: Vec<Scalar> = results.collect();
+                for region in [then, otherwise] {
+                    if !region.params.is_empty() {
+                        return Err("a region of an `if` has parameters".to_owned());
+                    }
+                    self.check_region(region, &results)?;
+                }
+            }
+            OpKind::Loop { initial, body } => {
+                if body.params.len() != initial.len() {
+                    let (params, initial) = (body.params.len(), initial.len());
+                    return Err(format!("{params} parameters for {initial} initial values"));
+                }
+                let carried = initial.iter().map(|value| self.function.scalar(*value));
+                let yields: Vec<Scalar> = [Scalar::Bool].into_iter().chain(carried).collect();
+                self.check_region(body, &yields)?;
+            }
+            // Without regions.
+            _ => {}
+        }
+        self.check_results(op)?;
+        op.results.iter().try_for_each(|value| self.define(value))
+    }
+
+    /// A region inside an operation, which yields these types.
+    fn check_region(&mut self, region: &Region, yields: &[Scalar]) -> Result {
+        if self.depth == MAX_NESTING {
+            return Err(format!("regions are nested deeper than {MAX_NESTING}"));
+        }
+        self.depth += 1;
+        let outer = self.visible.len();
+        for (position, param) in region.params.iter().enumerate() {
+            self.define(*param)?;
+            let expected = yields.get(position + 1).copied();
+            self.check_use(*param, expected)?;
+        }
+        self.check_ops(region)?;
+        if region.yields.len() != yields.len() {
+            let (found, expected) = (region.yields.len(), yields.len());
+            return Err(format!("a region yields {found} values, expected {expected}"));
+        }
+        for (value, expected) in region.yields.iter().zip(yields) {
+            self.check_use(*value, Some(*expected))?;
+        }
+        for value in self.visible.drain(outer..) {
+            self.visibility[value.0 as usize] = Visibility::Hidden;
+        }
+        self.depth -= 1;
+        Ok(())
+    }
+
+    fn check_operands(&self, kind: &OpKind) -> Result {
+        let mut uses = Ok(());
+        kind.for_each_operand(|value| {
+            if uses.is_ok() {
+                uses = self.check_use(value, None);
+            }
+        });
+        uses?;
+        let scalar = |value: Value| self.function.scalar(value);
+        match kind {
+            OpKind::Constant(_)
+            | OpKind::Loop { .. }
+            | OpKind::LightCount
+            | OpKind::Ambient
+            | OpKind::Rand
+            | OpKind::ReportBudget => Ok(()),
+            OpKind::Unary(op, a) => {
+                check_defined(evaluate::unary(*op, scalar(*a)).is_some(), scalar(*a))
+            }
+            OpKind::Binary(op, a, b) => {
+                check_defined(evaluate::binary(*op, scalar(*a)).is_some(), scalar(*a))?;
+                self.check_use(*b, Some(scalar(*a)))
+            }
+            OpKind::Compare(op, a, b) => {
+                check_defined(evaluate::compare(*op, scalar(*a)).is_some(), scalar(*a))?;
+                self.check_use(*b, Some(scalar(*a)))
+            }
+            OpKind::Select(condition, a, b) => {
+                self.check_use(*condition, Some(Scalar::Bool))?;
+                self.check_use(*b, Some(scalar(*a)))
+            }
+            OpKind::Convert(..) => Ok(()),
+            OpKind::Bitcast(to, a) => {
+                check_defined(evaluate::bitcast(scalar(*a), *to).is_some(), scalar(*a))
+            }
+            OpKind::Load(place, index) => {
+                if self.place(*place)?.kind == PlaceKind::Accepted {
+                    return Err("an accepted place cannot be read".to_owned());
+                }
+                self.check_index(*place, *index)
+            }
+            OpKind::Store(place, index, value) => {
+                let slot = self.place(*place)?;
+                if slot.kind != PlaceKind::Slot {
+                    return Err("only slots can be stored to".to_owned());
+                }
+                self.check_index(*place, *index)?;
+                self.check_use(*value, Some(slot.scalar))
+            }
+            OpKind::Length(place) => match self.place(*place)?.kind {
+                PlaceKind::Buffer => Ok(()),
+                _ => Err("only buffers have a length".to_owned()),
+            },
+            OpKind::If { condition, .. } => self.check_use(*condition, Some(Scalar::Bool)),
+            OpKind::Fma(..) | OpKind::Trace { .. } | OpKind::Occluded { .. } => {
+                self.check_all_f32(kind, 0)
+            }
+            OpKind::LightSample { index, .. } => {
+                self.check_use(*index, Some(Scalar::I32))?;
+                self.check_all_f32(kind, 1)
+            }
+            OpKind::ReferenceCall(call) => {
+                check_word("the reference's name", &call.member)?;
+                self.check_path(call.path)?;
+                for (component, value) in &call.overrides {
+                    check_component(*component)?;
+                    self.check_use(*value, Some(Scalar::F32))?;
+                }
+                call.results.iter().try_for_each(|component| check_component(*component))
+            }
+            OpKind::IsSet(member, path) => {
+                check_word("the reference's name", member)?;
+                self.check_path(*path)
+            }
+        }
+    }
+
+    /// All operands but the first `skipped` are f32.
+    fn check_all_f32(&self, kind: &OpKind, skipped: usize) -> Result {
+        let mut result = Ok(());
+        let mut position = 0;
+        kind.for_each_operand(|value| {
+            if position >= skipped && result.is_ok() {
+                result = self.check_use(value, Some(Scalar::F32));
+            }
+            position += 1;
+        });
+        result
+    }
+
+    fn check_index(&self, id: PlaceId, index: Index) -> Result {
+        match index {
+            Index::Constant(index) => {
+                let len = self.place(id)?.len;
+                if index >= len {
+                    return Err(format!("index {index} is beyond the place's length {len}"));
+                }
+                Ok(())
+            }
+            Index::Dynamic(value) => self.check_use(value, Some(Scalar::I32)),
+        }
+    }
+
+    fn check_path(&self, path: ReferencePath) -> Result {
+        match path {
+            ReferencePath::Single => Ok(()),
+            ReferencePath::Element(value) => self.check_use(value, Some(Scalar::I32)),
+        }
+    }
+
+    fn check_results(&mut self, op: &Op) -> Result {
+        let mut expected = std::mem::take(&mut self.scalars);
+        expected.clear();
+        op.kind.result_scalars(self.function, &mut expected);
+        if expected.len() != op.results.count as usize {
+            let (found, expected) = (op.results.count, expected.len());
+            return Err(format!("{found} results, expected {expected}"));
+        }
+        for (value, expected) in op.results.iter().zip(&expected) {
+            self.check_type(value, *expected)?;
+        }
+        self.scalars = expected;
+        Ok(())
+    }
+
+    fn define(&mut self, value: Value) -> Result {
+        match self.visibility.get_mut(value.0 as usize) {
+            Some(visibility @ Visibility::Undefined) => *visibility = Visibility::Visible,
+            Some(_) => return Err(format!("{value} is defined twice")),
+            None => return Err(format!("{value} is beyond the function's values")),
+        }
+        self.visible.push(value);
+        Ok(())
+    }
+
+    fn check_use(&self, value: Value, expected: Option<Scalar>) -> Result {
+        match self.visibility.get(value.0 as usize) {
+            Some(Visibility::Visible) => {}
+            Some(Visibility::Undefined) => {
+                return Err(format!("{value} is used before it is defined"));
+            }
+            Some(Visibility::Hidden) => {
+                return Err(format!("{value} is used outside the region that defines it"));
+            }
+            None => return Err(format!("{value} is beyond the function's values")),
+        }
+        expected.map_or(Ok(()), |expected| self.check_type(value, expected))
+    }
+
+    fn check_type(&self, value: Value, expected: Scalar) -> Result {
+        let Some(found) = self.function.values.get(value.0 as usize) else {
+            return Err(format!("{value} is beyond the function's values"));
+        };
+        if *found != expected {
+            let (found, expected) = (found.name(), expected.name());
+            return Err(format!("{value} is {found}, expected {expected}"));
+        }
+        Ok(())
+    }
+
+    fn place(&self, id: PlaceId) -> Result<&'a Place> {
+        let place = self.function.places.get(id.0 as usize);
+        place.ok_or_else(|| format!("there is no place {}", id.0))
+    }
+}
+
+fn check_place(place: &Place) -> Result {
+    let Place { kind, name, scalar, len } = place;
+    let (kind_name, scalar_name) = (kind.name(), scalar.name());
+    check_word("the name of a place", name)?;
+    let fits = match kind {
+        PlaceKind::State => {
+            let variable = rtsl_spec::lookup_state(name);
+            let variable = variable.ok_or_else(|| format!("there is no state `{name}`"))?;
+            *scalar == Scalar::F32 && *len == variable.ty.components()
+        }
+        PlaceKind::Accepted => *scalar == Scalar::Bool && *len == 1,
+        PlaceKind::Parameter | PlaceKind::Scratch | PlaceKind::Slot => {
+            (1..=MAX_PLACE_SCALARS).contains(len)
+        }
+        PlaceKind::Member | PlaceKind::Buffer => *len >= 1,
+    };
+    if !fits {
+        return Err(format!("{kind_name} `{name}` cannot be {scalar_name}[{len}]"));
+    }
+    Ok(())
+}
+
+fn check_component(component: StateComponent) -> Result {
+    let exists =
+        component.variable().is_some_and(|variable| component.component < variable.ty.components());
+    let missing = || format!("there is no state component {component}");
+    exists.then_some(()).ok_or_else(missing)
+}
+
+fn check_word(what: &str, name: &str) -> Result {
+    let is_word = !name.is_empty() && name.chars().all(text::is_word_character);
+    let message = || format!("{what} `{name}` is not a word of the text form");
+    is_word.then_some(()).ok_or_else(message)
+}
+
+fn check_defined(defined: bool, scalar: Scalar) -> Result {
+    let message = || format!("the operation does not take {}", scalar.name());
+    defined.then_some(()).ok_or_else(message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Verifies a function of a few places with this body; what the error says.
+    fn error(body: &str) -> String {
+        let text = format!(
+            "function f\nstate rt_RayOrigin: f32[3]\nmember m: i32[2]\nbuffer b: f32[1]\n\
+             slot s: f32[4]\naccepted a: bool[1]\n{{{body}}}"
+        );
+        let function: Function = text.parse().unwrap();
+        verify(&function).expect_err(body).to_string()
+    }
+
+    #[test]
+    fn each_invariant_has_its_error() {
+        let table = [
+            ("%a: i32 = constant 1 %b: f32 = add %a, %a return", "%1 is f32, expected i32"),
+            ("%a: f32 = constant 1 %b: f32 = and %a, %a return", "the operation does not take f32"),
+            (
+                "%a: f32 = constant 1 %c: i32 = constant 1 %b: f32 = add %a, %c return",
+                "%1 is i32, expected f32",
+            ),
+            ("%a: f32, %b: f32 = constant 1 return", "2 results, expected 1"),
+            ("%a: f32 = load accepted:a@0 return", "an accepted place cannot be read"),
+            ("%a: i32 = constant 1 store member:m@0, %a return", "only slots can be stored to"),
+            ("%a: i32 = length member:m return", "only buffers have a length"),
+            ("%a: i32 = load member:m@2 return", "index 2 is beyond the place's length 2"),
+            ("%a: f32 = constant 1 %b: i32 = load member:m@%a return", "%0 is f32, expected i32"),
+            (
+                "%c: bool = constant true if %c { %a: f32 = constant 1 yield } else { yield }
+                 store slot:s@0, %a return",
+                "%1 is used outside the region that defines it",
+            ),
+            (
+                "%c: bool = constant true if %c { yield %c } else { yield } return",
+                "a region yields 1 values, expected 0",
+            ),
+            (
+                "%a: i32 = constant 1 %b: i32 = loop (%p: i32 = %a) { repeat %p, %p } return",
+                "%2 is i32, expected bool",
+            ),
+            (
+                "%a: i32 = constant 1 return state:rt_RayOrigin@0 = %a",
+                "output state:rt_RayOrigin@0: %0 is i32, expected f32",
+            ),
+            (
+                "%a: f32 = constant 1 return state:rt_RayOrigin@3 = %a",
+                "output state:rt_RayOrigin@3 is beyond the place's length 3",
+            ),
+            (
+                "%a: f32 = constant 1 return slot:s@0 = %a",
+                "output slot:s@0 is in a place that can be no output",
+            ),
+            (
+                "%a: f32 = constant 1 return state:rt_RayOrigin@0 = %a, state:rt_RayOrigin@0 = %a",
+                "output state:rt_RayOrigin@0 is there twice",
+            ),
+        ];
+        for (body, expected) in table {
+            let found = error(body);
+            assert!(found.ends_with(expected), "{body}\n{found}");
+        }
+    }
+
+    #[test]
+    fn places_are_checked() {
+        let table = [
+            ("state rt_Nothing: f32[3]", "there is no state `rt_Nothing`"),
+            ("state rt_RayOrigin: f32[2]", "state `rt_RayOrigin` cannot be f32[2]"),
+            ("accepted a: f32[1]", "accepted `a` cannot be f32[1]"),
+            ("slot s: f32[4000000000]", "slot `s` cannot be f32[4000000000]"),
+            ("slot s: f32[65536] slot t: i32[1]", "slots have 65537 scalars, more than 65536"),
+        ];
+        for (places, expected) in table {
+            let function: Function = format!("function f {places} {{ return }}").parse().unwrap();
+            assert_eq!(verify(&function).unwrap_err().message, expected);
+        }
+    }
+
+    #[test]
+    fn values_are_defined_once_and_before_use() {
+        let constant = |first| Op {
+            results: crate::Values { first, count: 1 },
+            precise: false,
+            kind: OpKind::Constant(crate::Constant::I32(0)),
+        };
+        let mut function = Function::new("f");
+        function.values = vec![Scalar::I32];
+        function.body.ops = vec![constant(0), constant(0)];
+        assert_eq!(verify(&function).unwrap_err().message, "%0 is defined twice");
+        function.body.ops = vec![constant(u32::MAX)];
+        let message = verify(&function).unwrap_err().message;
+        assert_eq!(message, "results are beyond the function's values");
+    }
+
+    #[test]
+    fn nesting_is_limited() {
+        let mut region = Region::default();
+        for _ in 0..MAX_NESTING + 1 {
+            let kind =
+                OpKind::If { condition: Value(0), then: region, otherwise: Region::default() };
+            let op = Op { results: Default::default(), precise: false, kind };
+            region = Region { ops: vec![op], ..Region::default() };
+        }
+        let mut function: Function =
+            "function f { %c: bool = constant true return }".parse().unwrap();
+        function.body.ops.append(&mut region.ops);
+        let error = verify(&function).unwrap_err();
+        assert_eq!(error.message, "regions are nested deeper than 256");
+    }
+}
