@@ -1,6 +1,35 @@
 //! RTSL text to tree: preprocessor, lexer and error-recovering parser.
 //!
 //! Parsing always gives a tree, with whatever diagnostics the text deserves. This crate knows the
-//! grammar and nothing else: no types, no built-in names, no roles.
+//! grammar and nothing else: no types, no built-in names, no roles. It does no input or output:
+//! included files come from the caller's [`IncludeLoader`].
 
 pub mod ast;
+mod include;
+mod lexer;
+mod message;
+mod number;
+mod parser;
+mod preprocessor;
+pub mod print;
+mod symbol;
+mod token;
+mod word;
+
+pub use include::{
+    IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path,
+};
+
+use rtsl_source::{Diagnostics, FileId, SourceMap};
+
+/// Reads the translation unit that starts with `file`. Included files are added to `source_map`.
+pub fn parse(
+    source_map: &mut SourceMap,
+    file: FileId,
+    loader: &mut dyn IncludeLoader,
+    diagnostics: &mut Diagnostics,
+) -> ast::TranslationUnit {
+    let mut symbols = symbol::Interner::default();
+    let tokens = preprocessor::preprocess(source_map, file, loader, &mut symbols, diagnostics);
+    parser::parse_tokens(tokens, source_map, &symbols, diagnostics)
+}

@@ -1,0 +1,105 @@
+//! Variables and their initial values.
+
+use super::{Parse, Parser};
+use crate::ast::{
+    Annotation, Expression, ExpressionKind, Identifier, Initializer, Qualifiers, Struct, TypeName,
+    Variable,
+};
+use crate::token::Punctuator;
+
+impl Parser<'_> {
+    /// Reads declarators, the first one's name having been read, up to what is no `,`.
+    /// `copied` is how many tokens each further one copies.
+    pub(super) fn parse_declarators(
+        &mut self,
+        annotations: Vec<Annotation>,
+        qualifiers: Qualifiers,
+        ty: TypeName,
+        first_name: Identifier,
+        copied: usize,
+        variables: &mut Vec<Variable>,
+    ) -> Parse<()> {
+        let mut name = first_name;
+        loop {
+            let mut own_type = ty.clone();
+            let start = name.span;
+            self.parse_declarator_sizes(&mut own_type)?;
+            let (initializer, failed) = self.parse_optional_initializer();
+            variables.push(Variable {
+                annotations: annotations.clone(),
+                qualifiers: qualifiers.clone(),
+                ty: own_type,
+                name,
+                initializer,
+                span: start.to(self.previous_span()),
+            });
+            if self.maybe(Punctuator::Comma).is_none() {
+                return match failed {
+                    // A missing `;` would be an error on top of the one reported.
+                    Some(reported) if !self.at(Punctuator::Semicolon) => Err(reported),
+                    _ => Ok(()),
+                };
+            }
+            self.charge_copy(copied)?;
+            name = self.expect_identifier("the declaration's name")?;
+        }
+    }
+
+    /// Reads `= value` if it is there. One that can't be read gives an error in its place, so
+    /// that the variable is declared all the same.
+    pub(super) fn parse_optional_initializer(
+        &mut self,
+    ) -> (Option<Initializer>, Option<super::Reported>) {
+        let Some(assign) = self.maybe(Punctuator::Assign) else { return (None, None) };
+        match self.parse_initializer() {
+            Ok(initializer) => (Some(initializer), None),
+            Err(reported) => {
+                self.recover_declarator();
+                let kind = ExpressionKind::Error;
+                let error = Expression { kind, span: assign.span.to(self.previous_span()) };
+                (Some(Initializer::Expression(error)), Some(reported))
+            }
+        }
+    }
+
+    pub(super) fn parse_initializer(&mut self) -> Parse<Initializer> {
+        if !self.at(Punctuator::LeftBrace) {
+            return Ok(Initializer::Expression(self.parse_argument()?));
+        }
+        self.nested(|this| {
+            let open = this.bump();
+            let mut values = Vec::new();
+            while !this.at(Punctuator::RightBrace) {
+                values.push(this.parse_initializer()?);
+                if this.maybe(Punctuator::Comma).is_none() {
+                    break;
+                }
+            }
+            let close = this.expect_closing(open, Punctuator::RightBrace)?;
+            Ok(Initializer::List(values, open.span.to(close.span)))
+        })
+    }
+
+    /// Reads a struct and the variables declared along with it, `;` included.
+    pub(super) fn parse_struct_declaration(
+        &mut self,
+        annotations: Vec<Annotation>,
+        annotation_tokens: usize,
+        qualifiers: Qualifiers,
+    ) -> Parse<(Struct, Vec<Variable>)> {
+        let structure = self.parse_struct()?;
+        let mut variables = Vec::new();
+        if !self.at(Punctuator::Semicolon) && self.at_type_name() && !self.peek().starts_line {
+            let ty = TypeName {
+                name: Identifier { name: structure.name.name.clone(), span: structure.name.span },
+                sizes: Vec::new(),
+                span: structure.name.span,
+            };
+            let name = self.expect_identifier("the declaration's name")?;
+            let copied = annotation_tokens + 1;
+            self.parse_declarators(annotations, qualifiers, ty, name, copied, &mut variables)?;
+        }
+        self.expect_semicolon("the struct")?;
+        Ok((structure, variables))
+    }
+}

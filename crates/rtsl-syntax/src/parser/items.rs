@@ -1,0 +1,464 @@
+//! Classes, structs, functions and members: what stands at file scope and in classes.
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+use super::documentation::comment_before;
+use super::{Parse, Parser};
+use crate::ast::{
+    Annotation, AnnotationValue, Class, ClassForm, Field, Function, Identifier, Item, Parameter,
+    Qualifiers, Struct, TranslationUnit, TypeName,
+};
+use crate::token::{Punctuator, Token, TokenKind};
+use crate::word::{Keyword, Word};
+
+/// Where the parser stops reading items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scope {
+    File,
+    HeaderClass,
+    BlockClass,
+}
+
+impl Parser<'_> {
+    pub(super) fn parse_translation_unit(&mut self) -> TranslationUnit {
+        let mut items = Vec::new();
+        while !self.at_end() {
+            let before = self.position;
+            if self.at_class() {
+                if let Ok(class) = self.parse_class() {
+                    items.push(Item::Class(class));
+                }
+            } else {
+                self.parse_items(Scope::File, &mut items);
+            }
+            self.ensure_progress(before);
+        }
+        TranslationUnit { items }
+    }
+
+    fn parse_class(&mut self) -> Parse<Class> {
+        let keyword = self.bump();
+        let documentation = self.documentation_of(keyword);
+        let (name, bases) = match self.parse_class_head() {
+            Ok(head) => head,
+            Err(reported) => {
+                self.recover_class_header();
+                return Err(reported);
+            }
+        };
+        let (form, header_end) = match self.maybe(Punctuator::LeftBrace) {
+            Some(brace) => (ClassForm::Block, brace),
+            None => {
+                if self.expect_semicolon("the class header").is_err() {
+                    self.recover_class_header();
+                }
+                (ClassForm::Header, self.tokens[self.position - 1])
+            }
+        };
+        let mut items = Vec::new();
+        match form {
+            ClassForm::Header => self.parse_items(Scope::HeaderClass, &mut items),
+            ClassForm::Block => {
+                self.parse_items(Scope::BlockClass, &mut items);
+                if self.expect_closing(header_end, Punctuator::RightBrace).is_ok() {
+                    self.maybe(Punctuator::Semicolon);
+                }
+            }
+        }
+        let span = keyword.span.to(header_end.span);
+        Ok(Class { name, bases, form, items, documentation, span })
+    }
+
+    fn documentation_of(&self, keyword: Token) -> Option<String> {
+        let file = self.map.file(keyword.span.file);
+        comment_before(&file.text, keyword.span.start as usize)
+    }
+
+    fn parse_class_head(&mut self) -> Parse<(Identifier, Vec<Identifier>)> {
+        let name = self.expect_identifier("the class's name")?;
+        let mut bases = Vec::new();
+        if self.maybe(Punctuator::Colon).is_some() {
+            loop {
+                // C++ habits: `class A : public B`.
+                if self.maybe_keyword(Keyword::Public).is_some() {
+                    let place = self.previous_span();
+                    self.complain(
+                        codes::UNEXPECTED_TOKEN,
+                        "bases have no access; expected the name of a role or class",
+                        place,
+                        "leave this out",
+                    );
+                }
+                bases.push(self.expect_identifier("the name of a role or class")?);
+                if self.maybe(Punctuator::Comma).is_none() {
+                    break;
+                }
+            }
+        }
+        Ok((name, bases))
+    }
+
+    fn recover_class_header(&mut self) {
+        while !self.at_end() && !self.at_class() {
+            let token = self.peek();
+            if token.is(Punctuator::Semicolon) {
+                self.bump();
+                return;
+            }
+            if token.starts_line || token.is(Punctuator::LeftBrace) {
+                return;
+            }
+            self.bump();
+        }
+    }
+
+    fn parse_items(&mut self, scope: Scope, items: &mut Vec<Item>) {
+        while !self.at_end() {
+            let before = self.position;
+            if self.at_class() {
+                match scope {
+                    Scope::File | Scope::HeaderClass => return,
+                    Scope::BlockClass => {
+                        let place = self.peek().span;
+                        // An unclosed class is likelier than a nested one.
+                        self.report(
+                            Diagnostic::new(codes::NESTED_CLASS, "a class inside a class")
+                                .at(place, "not allowed here")
+                                .help("close the class before it with `};`"),
+                        );
+                        return;
+                    }
+                }
+            }
+            if self.at(Punctuator::RightBrace) {
+                if scope == Scope::BlockClass {
+                    return;
+                }
+                let place = self.peek().span;
+                self.report(
+                    Diagnostic::new(codes::UNCLOSED_DELIMITER, "a `}` that closes nothing")
+                        .at(place, "no `{` before it is open"),
+                );
+                self.bump();
+            } else if self.parse_item(items).is_err() {
+                self.recover_statement();
+                // What is left of a body whose head could not be read.
+                if self.position == before {
+                    self.bump();
+                }
+            }
+            self.ensure_progress(before);
+        }
+    }
+
+    /// Reads a declaration at file scope or in a class.
+    fn parse_item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
+        if self.maybe(Punctuator::Semicolon).is_some() {
+            return Ok(());
+        }
+        if self.at_keyword(Keyword::Precision) {
+            return self.parse_precision();
+        }
+        let start = self.position;
+        let annotations = self.parse_annotations()?;
+        let annotation_tokens = self.position - start;
+        let first = self.peek();
+        let qualifiers = self.parse_qualifiers();
+        if self.at_constructor() {
+            let name = self.bump();
+            let name = self.identifier(name);
+            let function = self.parse_function(qualifiers, None, name, first)?;
+            items.push(Item::Function(function));
+            return Ok(());
+        }
+        if self.at_keyword(Keyword::Struct) {
+            let (structure, variables) =
+                self.parse_struct_declaration(annotations, annotation_tokens, qualifiers)?;
+            items.push(Item::Struct(structure));
+            items.extend(variables.into_iter().map(Item::Variable));
+            return Ok(());
+        }
+        self.refuse_other_declarations(&qualifiers)?;
+        let type_start = self.position;
+        let ty = self.parse_type("a declaration")?;
+        let type_tokens = self.position - type_start;
+        if self.maybe(Punctuator::Semicolon).is_some() {
+            // GLSL allows a declaration that declares nothing: `float;`.
+            return Ok(());
+        }
+        let name = self.expect_declared_name(&ty)?;
+        if self.at(Punctuator::LeftParenthesis) {
+            if let Some(annotation) = annotations.first() {
+                self.complain(
+                    codes::UNEXPECTED_TOKEN,
+                    "annotations belong to members and parameters",
+                    annotation.key.span,
+                    "this declares a function",
+                );
+            }
+            items.push(Item::Function(self.parse_function(qualifiers, Some(ty), name, first)?));
+            return Ok(());
+        }
+        let copied = annotation_tokens + type_tokens;
+        let mut variables = Vec::new();
+        let result =
+            self.parse_declarators(annotations, qualifiers, ty, name, copied, &mut variables);
+        items.extend(variables.into_iter().map(Item::Variable));
+        result?;
+        self.expect_semicolon("the declaration")
+    }
+
+    fn at_constructor(&self) -> bool {
+        let token = self.peek();
+        token.kind == TokenKind::Name
+            && self.text(token) == "constructor"
+            && self.peek_at(1).is(Punctuator::LeftParenthesis)
+    }
+
+    /// The name after the type of a declaration.
+    fn expect_declared_name(&mut self, ty: &TypeName) -> Parse<Identifier> {
+        let next = self.peek();
+        if next.is(Punctuator::LeftParenthesis) {
+            let diagnostic = Diagnostic::new(
+                codes::UNEXPECTED_TOKEN,
+                format!("function `{}` has no result type", crate::message::shorten(&ty.name.name)),
+            )
+            .at(ty.span, "expected a type before the name")
+            .suggest("for a function without result", ty.span.before(), "void ");
+            return Err(self.report(diagnostic));
+        }
+        self.expect_identifier("the declaration's name")
+    }
+
+    /// GLSL's declarations that RTSL has no use for: interface blocks and redeclarations.
+    fn refuse_other_declarations(&mut self, qualifiers: &Qualifiers) -> Parse<()> {
+        if self.word_of(self.peek()) != Some(Word::Plain) || qualifiers.list.is_empty() {
+            return Ok(());
+        }
+        let (message, help) = match self.peek_at(1).kind {
+            TokenKind::Punctuator(Punctuator::LeftBrace) => (
+                "RTSL has no interface blocks",
+                "declare the values as members, or in a `struct` that a member has as its type",
+            ),
+            TokenKind::Punctuator(Punctuator::Semicolon | Punctuator::Comma) => (
+                "a qualifier can't be added to a name declared before",
+                "write the qualifier where the name is declared",
+            ),
+            _ => return Ok(()),
+        };
+        let place = self.peek().span;
+        let diagnostic = Diagnostic::new(codes::UNSUPPORTED_DECLARATION, message)
+            .at(place, "a declaration of GLSL only")
+            .help(help);
+        Err(self.report(diagnostic))
+    }
+
+    /// Reads parameters and body, the name having been read.
+    pub(super) fn parse_function(
+        &mut self,
+        qualifiers: Qualifiers,
+        result: Option<TypeName>,
+        name: Identifier,
+        first: Token,
+    ) -> Parse<Function> {
+        let open = self.expect(Punctuator::LeftParenthesis)?;
+        let parameters = match self.parse_parameters(open) {
+            Ok(parameters) => parameters,
+            // The body is worth reading: its errors are its own.
+            Err(_) => {
+                self.recover_parenthesis();
+                Vec::new()
+            }
+        };
+        let span = first.span.to(self.previous_span());
+        let body = if self.at(Punctuator::LeftBrace) {
+            Some(self.parse_block()?)
+        } else if self.maybe(Punctuator::Semicolon).is_some() {
+            None
+        } else {
+            return Err(self.unexpected("the function's body, or `;`"));
+        };
+        Ok(Function { qualifiers, result, name, parameters, body, span })
+    }
+
+    fn parse_parameters(&mut self, open: Token) -> Parse<Vec<Parameter>> {
+        let mut parameters = Vec::new();
+        let only_void = self.peek().kind == TokenKind::Name
+            && self.text(self.peek()) == "void"
+            && self.peek_at(1).is(Punctuator::RightParenthesis);
+        if only_void {
+            self.bump();
+        }
+        if self.maybe(Punctuator::RightParenthesis).is_some() {
+            return Ok(parameters);
+        }
+        loop {
+            parameters.push(self.parse_parameter()?);
+            if self.maybe(Punctuator::Comma).is_none() {
+                break;
+            }
+        }
+        self.expect_closing(open, Punctuator::RightParenthesis)?;
+        Ok(parameters)
+    }
+
+    fn parse_parameter(&mut self) -> Parse<Parameter> {
+        let first = self.peek();
+        let annotations = self.parse_annotations()?;
+        let qualifiers = self.parse_qualifiers();
+        let mut ty = self.parse_type("a parameter")?;
+        let mut name = None;
+        if self.peek().kind == TokenKind::Name {
+            name = Some(self.expect_identifier("the parameter's name")?);
+            self.parse_declarator_sizes(&mut ty)?;
+        }
+        let default = match self.maybe(Punctuator::Assign) {
+            Some(_) => Some(self.parse_initializer()?),
+            None => None,
+        };
+        let span = first.span.to(self.previous_span());
+        Ok(Parameter { annotations, qualifiers, ty, name, default, span })
+    }
+
+    /// Reads `struct Name { fields }` up to the closing brace.
+    pub(super) fn parse_struct(&mut self) -> Parse<Struct> {
+        let keyword = self.bump();
+        let name = if self.at(Punctuator::LeftBrace) {
+            self.unnamed_structs += 1;
+            Identifier { name: format!("struct@{}", self.unnamed_structs), span: keyword.span }
+        } else {
+            self.expect_identifier("the struct's name")?
+        };
+        let open = self.expect(Punctuator::LeftBrace)?;
+        let mut fields = Vec::new();
+        while !self.at_end() && !self.at(Punctuator::RightBrace) && !self.at_class() {
+            let before = self.position;
+            if self.parse_fields(&mut fields).is_err() {
+                self.recover_statement();
+            }
+            self.ensure_progress(before);
+        }
+        let close = self.expect_closing(open, Punctuator::RightBrace)?;
+        Ok(Struct { name, fields, span: keyword.span.to(close.span) })
+    }
+
+    fn parse_fields(&mut self, fields: &mut Vec<Field>) -> Parse<()> {
+        let qualifiers = self.parse_qualifiers();
+        if let Some((_, place)) = qualifiers.list.first() {
+            self.complain(
+                codes::UNSUPPORTED_DECLARATION,
+                "a field of a struct has no qualifiers",
+                *place,
+                "leave this out",
+            );
+        }
+        if self.at_keyword(Keyword::Struct) {
+            let place = self.peek().span;
+            let diagnostic =
+                Diagnostic::new(codes::UNSUPPORTED_DECLARATION, "a struct declared in a struct")
+                    .at(place, "not allowed here, as in GLSL")
+                    .help("declare it before and name it here");
+            return Err(self.report(diagnostic));
+        }
+        let start = self.position;
+        let ty = self.parse_type("a field")?;
+        let type_tokens = self.position - start;
+        loop {
+            let name = self.expect_identifier("the field's name")?;
+            self.charge_copy(type_tokens)?;
+            let mut ty = ty.clone();
+            self.parse_declarator_sizes(&mut ty)?;
+            fields.push(Field { ty, name });
+            if self.at(Punctuator::Assign) {
+                let place = self.peek().span;
+                self.report(
+                    Diagnostic::new(
+                        codes::UNSUPPORTED_DECLARATION,
+                        "a field of a struct has no initial value",
+                    )
+                    .at(place, "not allowed here, as in GLSL")
+                    .help("give the values where a variable of the struct is declared"),
+                );
+                self.recover_declarator();
+            }
+            if self.maybe(Punctuator::Comma).is_none() {
+                break;
+            }
+        }
+        self.expect_semicolon("the field")
+    }
+
+    /// Reads any number of `[[key value, ...]]`.
+    fn parse_annotations(&mut self) -> Parse<Vec<Annotation>> {
+        let mut annotations = Vec::new();
+        while self.at(Punctuator::LeftBracket) && self.peek_at(1).is(Punctuator::LeftBracket) {
+            let open = self.bump();
+            self.bump();
+            while !self.at(Punctuator::RightBracket) {
+                annotations.push(self.parse_annotation()?);
+                if self.maybe(Punctuator::Comma).is_none() {
+                    break;
+                }
+            }
+            self.expect_closing(open, Punctuator::RightBracket)?;
+            self.expect_closing(open, Punctuator::RightBracket)?;
+        }
+        Ok(annotations)
+    }
+
+    fn parse_annotation(&mut self) -> Parse<Annotation> {
+        if self.peek().kind != TokenKind::Name {
+            return Err(self.unexpected("an annotation's key"));
+        }
+        let key = self.bump();
+        let key = self.identifier(key);
+        self.maybe(Punctuator::Assign);
+        let next = self.peek();
+        let value = match next.kind {
+            TokenKind::Punctuator(Punctuator::Comma | Punctuator::RightBracket) => {
+                AnnotationValue::None
+            }
+            TokenKind::Text => self.parse_text(),
+            _ => AnnotationValue::Expression(self.parse_argument()?),
+        };
+        Ok(Annotation { key, value })
+    }
+
+    /// Reads double-quoted text; texts that follow each other are one.
+    fn parse_text(&mut self) -> AnnotationValue {
+        let mut text = String::new();
+        let mut span = self.peek().span;
+        while self.peek().kind == TokenKind::Text {
+            let token = self.bump();
+            span = span.to(token.span);
+            let quoted = self.text(token);
+            self.append_unescaped(&quoted[1..quoted.len() - 1], token, &mut text);
+        }
+        AnnotationValue::Text(text, span)
+    }
+
+    fn append_unescaped(&mut self, written: &str, token: Token, text: &mut String) {
+        let mut characters = written.chars();
+        while let Some(character) = characters.next() {
+            if character != '\\' {
+                text.push(character);
+                continue;
+            }
+            match characters.next() {
+                Some('n') => text.push('\n'),
+                Some('t') => text.push('\t'),
+                Some(other @ ('"' | '\\' | '\'')) => text.push(other),
+                Some(other) => {
+                    let shown = other.escape_default();
+                    self.complain(
+                        codes::UNKNOWN_ESCAPE,
+                        format!("unknown escape `\\{shown}` in text"),
+                        token.span,
+                        r#"texts know `\n`, `\t`, `\"` and `\\`"#,
+                    );
+                }
+                None => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Types and qualifiers.
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+use super::{Parse, Parser};
+use crate::ast::{Expression, Identifier, Qualifier, Qualifiers, TypeName};
+use crate::token::{Punctuator, Token, TokenKind};
+use crate::word::{Keyword, Reading, Word};
+
+impl Parser<'_> {
+    /// Reads qualifiers in any order. Those of precision are dropped; those that GLSL alone has
+    /// are complained of and dropped.
+    pub(super) fn parse_qualifiers(&mut self) -> Qualifiers {
+        let mut qualifiers = Qualifiers::default();
+        loop {
+            let token = self.peek();
+            match self.word_of(token) {
+                Some(Word::Keyword(Keyword::Lowp | Keyword::Mediump | Keyword::Highp)) => {
+                    self.bump();
+                }
+                Some(Word::Keyword(keyword)) => {
+                    let Some(qualifier) = qualifier(keyword) else { return qualifiers };
+                    self.bump();
+                    self.add_qualifier(&mut qualifiers, qualifier, token);
+                }
+                Some(Word::Reserved(reserved))
+                    if matches!(reserved.reading, Reading::Qualifier | Reading::Layout) =>
+                {
+                    self.complain_reserved(token, reserved);
+                    self.bump();
+                    if reserved.reading == Reading::Layout && self.at(Punctuator::LeftParenthesis) {
+                        self.position = self.after_closing(self.position);
+                    }
+                }
+                _ => return qualifiers,
+            }
+        }
+    }
+
+    fn add_qualifier(&mut self, qualifiers: &mut Qualifiers, qualifier: Qualifier, token: Token) {
+        match qualifiers.find(qualifier) {
+            None => qualifiers.list.push((qualifier, token.span)),
+            Some(first) => {
+                let message = format!("qualifier `{}` twice", self.text(token));
+                self.diagnostics.push(
+                    Diagnostic::new(codes::DUPLICATE_QUALIFIER, message)
+                        .at(token.span, "again")
+                        .label(first, "first here")
+                        .suggest("leave it out", token.span, ""),
+                );
+            }
+        }
+    }
+
+    /// Reads `precision highp float;`, which has no effect.
+    pub(super) fn parse_precision(&mut self) -> Parse<()> {
+        self.bump();
+        if !matches!(
+            self.peek_keyword(),
+            Some(Keyword::Lowp | Keyword::Mediump | Keyword::Highp)
+        ) {
+            return Err(self.unexpected("`lowp`, `mediump` or `highp`"));
+        }
+        self.bump();
+        if self.peek().kind != TokenKind::Name {
+            return Err(self.unexpected("a type"));
+        }
+        self.bump();
+        self.expect_semicolon("the precision statement")
+    }
+
+    /// Whether the next token can name a type.
+    pub(super) fn at_type_name(&self) -> bool {
+        match self.word_of(self.peek()) {
+            Some(Word::Plain | Word::Type) => true,
+            Some(Word::Reserved(reserved)) => matches!(reserved.reading, Reading::Type(_)),
+            Some(Word::Keyword(_)) | None => false,
+        }
+    }
+
+    /// Reads a type with its array sizes. `what` is what the type belongs to, for messages.
+    pub(super) fn parse_type(&mut self, what: &str) -> Parse<TypeName> {
+        if !self.at_type_name() {
+            return Err(self.unexpected(&format!("the type of {what}")));
+        }
+        let token = self.bump();
+        let name = self.type_identifier(token);
+        let sizes = self.parse_sizes()?;
+        Ok(TypeName { name, sizes, span: token.span.to(self.previous_span()) })
+    }
+
+    fn type_identifier(&mut self, token: Token) -> Identifier {
+        if let Some(Word::Reserved(reserved)) = self.word_of(token)
+            && let Reading::Type(instead) = reserved.reading
+        {
+            self.complain_reserved(token, reserved);
+            // `long int` and `unsigned int` are one type.
+            if self.peek().kind == TokenKind::Name && self.text(self.peek()) == "int" {
+                self.bump();
+            }
+            return Identifier { name: instead.to_string(), span: token.span };
+        }
+        self.identifier(token)
+    }
+
+    /// Reads the sizes after a declarator's name; they are the outer dimensions.
+    pub(super) fn parse_declarator_sizes(&mut self, ty: &mut TypeName) -> Parse<()> {
+        let mut sizes = self.parse_sizes()?;
+        if !sizes.is_empty() {
+            ty.span = ty.span.to(self.previous_span());
+            sizes.append(&mut ty.sizes);
+            ty.sizes = sizes;
+        }
+        Ok(())
+    }
+
+    fn parse_sizes(&mut self) -> Parse<Vec<Option<Expression>>> {
+        let mut sizes = Vec::new();
+        while self.at(Punctuator::LeftBracket) {
+            self.check_depth(sizes.len() + 1)?;
+            let open = self.bump();
+            if self.maybe(Punctuator::RightBracket).is_some() {
+                sizes.push(None);
+                continue;
+            }
+            sizes.push(Some(self.parse_expression()?));
+            self.expect_closing(open, Punctuator::RightBracket)?;
+        }
+        Ok(sizes)
+    }
+}
+
+fn qualifier(keyword: Keyword) -> Option<Qualifier> {
+    Some(match keyword {
+        Keyword::Public => Qualifier::Public,
+        Keyword::Private => Qualifier::Private,
+        Keyword::Scratch => Qualifier::Scratch,
+        Keyword::Const => Qualifier::Const,
+        Keyword::Uniform => Qualifier::Uniform,
+        Keyword::Precise => Qualifier::Precise,
+        Keyword::Invariant => Qualifier::Invariant,
+        Keyword::In => Qualifier::In,
+        Keyword::Out => Qualifier::Out,
+        Keyword::InOut => Qualifier::InOut,
+        Keyword::Break
+        | Keyword::Case
+        | Keyword::Class
+        | Keyword::Continue
+        | Keyword::Default
+        | Keyword::Do
+        | Keyword::Else
+        | Keyword::False
+        | Keyword::For
+        | Keyword::Highp
+        | Keyword::If
+        | Keyword::Illuminance
+        | Keyword::Lowp
+        | Keyword::Mediump
+        | Keyword::Precision
+        | Keyword::Return
+        | Keyword::Struct
+        | Keyword::Switch
+        | Keyword::True
+        | Keyword::While => return None,
+    })
+}

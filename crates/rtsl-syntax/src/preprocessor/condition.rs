@@ -1,0 +1,213 @@
+//! The conditions of `#if` and `#elif`: GLSL's constant expressions over integers.
+
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+
+use super::Preprocessor;
+use crate::message::shorten;
+use crate::number::{Number, parse_number};
+use crate::token::{Punctuator, Token, TokenKind};
+
+/// How deep parentheses and unary operators may nest.
+const MAX_DEPTH: usize = 128;
+
+impl Preprocessor<'_> {
+    /// Whether the condition after `directive` holds; `None` where it is no condition.
+    pub(super) fn condition_holds(&mut self, directive: Token, line: &[Token]) -> Option<bool> {
+        let resolved = self.resolve_defined(line)?;
+        let tokens = self.expand_list(resolved, 0);
+        let end = line.last().unwrap_or(&directive).span.after();
+        let mut evaluator = Evaluator { this: self, tokens: &tokens, position: 0, depth: 0, end };
+        let value = evaluator.parse_expression(0, true).and_then(|value| {
+            match evaluator.tokens.get(evaluator.position) {
+                None => Ok(value),
+                Some(extra) => Err((extra.span, "expected an operator".to_string())),
+            }
+        });
+        match value {
+            Ok(value) => Some(value != 0),
+            Err((place, reason)) => {
+                if !self.exhausted {
+                    let message = format!("malformed condition of `#{}`", self.text(directive));
+                    self.report(
+                        Diagnostic::new(codes::INVALID_CONDITION, message).at(place, reason),
+                    );
+                }
+                None
+            }
+        }
+    }
+
+    /// Replaces `defined X` and `defined(X)` by 1 or 0, before macros are expanded.
+    fn resolve_defined(&mut self, line: &[Token]) -> Option<Vec<Token>> {
+        let mut resolved = Vec::with_capacity(line.len());
+        let mut rest = line;
+        while let [first, after @ ..] = rest {
+            rest = after;
+            if first.kind != TokenKind::Name || first.spelling != self.names.defined {
+                resolved.push(*first);
+                continue;
+            }
+            let (name, after) = match after {
+                [open, name, close, after @ ..]
+                    if open.is(Punctuator::LeftParenthesis)
+                        && close.is(Punctuator::RightParenthesis) =>
+                {
+                    (name, after)
+                }
+                [name, after @ ..] => (name, after),
+                [] => (first, after),
+            };
+            if name.kind != TokenKind::Name || name.spelling == self.names.defined {
+                let message = "`defined` without a name";
+                self.report(
+                    Diagnostic::new(codes::INVALID_CONDITION, message)
+                        .at(first.span, "expected `defined NAME` or `defined(NAME)`"),
+                );
+                return None;
+            }
+            let value = if self.is_defined(name.spelling) { "1" } else { "0" };
+            let spelling = self.symbols.intern(value);
+            resolved.push(Token { kind: TokenKind::Number, spelling, ..*name });
+            rest = after;
+        }
+        Some(resolved)
+    }
+}
+
+type Evaluated = Result<i64, (Span, String)>;
+
+struct Evaluator<'a, 'p> {
+    this: &'a Preprocessor<'p>,
+    tokens: &'a [Token],
+    position: usize,
+    depth: usize,
+    end: Span,
+}
+
+impl Evaluator<'_, '_> {
+    /// Reads operators that bind at least as tightly as `binding`. What `live` says is not
+    /// evaluated, as behind `0 &&`, may hold unknown names and divide by zero.
+    fn parse_expression(&mut self, binding: u8, live: bool) -> Evaluated {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            let place = self.tokens.get(self.position).map_or(self.end, |token| token.span);
+            return Err((place, "nested too deeply".to_string()));
+        }
+        let mut left = self.parse_operand(live)?;
+        while let Some((token, operator, operator_binding)) = self.peek_operator() {
+            if operator_binding < binding {
+                break;
+            }
+            self.position += 1;
+            let right_live = match operator {
+                Punctuator::AndAnd => live && left != 0,
+                Punctuator::OrOr => live && left == 0,
+                _ => live,
+            };
+            let right = self.parse_expression(operator_binding + 1, right_live)?;
+            left = apply(operator, left, right)
+                .or_else(|| (!live).then_some(0))
+                .ok_or_else(|| (token.span, "divides by zero".to_string()))?;
+        }
+        self.depth -= 1;
+        Ok(left)
+    }
+
+    fn parse_operand(&mut self, live: bool) -> Evaluated {
+        let Some(token) = self.tokens.get(self.position).copied() else {
+            return Err((self.end, "expected a condition".to_string()));
+        };
+        self.position += 1;
+        const UNARY: u8 = 100;
+        match token.kind {
+            TokenKind::Number => self.integer(token),
+            TokenKind::Name if !live => Ok(0),
+            TokenKind::Name => {
+                let name = shorten(self.this.text(token));
+                Err((token.span, format!("`{name}` is not defined; test it with `defined` first")))
+            }
+            TokenKind::Punctuator(Punctuator::LeftParenthesis) => {
+                let value = self.parse_expression(0, live)?;
+                match self.tokens.get(self.position) {
+                    Some(close) if close.is(Punctuator::RightParenthesis) => {
+                        self.position += 1;
+                        Ok(value)
+                    }
+                    _ => Err((token.span, "this `(` has no `)`".to_string())),
+                }
+            }
+            TokenKind::Punctuator(Punctuator::Minus) => {
+                Ok(self.parse_expression(UNARY, live)?.wrapping_neg())
+            }
+            TokenKind::Punctuator(Punctuator::Plus) => self.parse_expression(UNARY, live),
+            TokenKind::Punctuator(Punctuator::Tilde) => Ok(!self.parse_expression(UNARY, live)?),
+            TokenKind::Punctuator(Punctuator::Bang) => {
+                Ok(i64::from(self.parse_expression(UNARY, live)? == 0))
+            }
+            TokenKind::Text
+            | TokenKind::Punctuator(_)
+            | TokenKind::Invalid(_)
+            | TokenKind::End => Err((token.span, "expected an integer".to_string())),
+        }
+    }
+
+    fn integer(&self, token: Token) -> Evaluated {
+        match parse_number(self.this.text(token)) {
+            Ok(Number::Int(value)) => Ok(i64::from(value as u32)),
+            Ok(Number::Uint(value)) => Ok(i64::from(value)),
+            Ok(Number::Float(_)) => Err((token.span, "conditions are integers".to_string())),
+            Err(_) => Err((token.span, "not an integer".to_string())),
+        }
+    }
+
+    fn peek_operator(&self) -> Option<(Token, Punctuator, u8)> {
+        let token = self.tokens.get(self.position)?;
+        let TokenKind::Punctuator(operator) = token.kind else { return None };
+        Some((*token, operator, binding(operator)?))
+    }
+}
+
+fn binding(operator: Punctuator) -> Option<u8> {
+    Some(match operator {
+        Punctuator::OrOr => 1,
+        Punctuator::AndAnd => 2,
+        Punctuator::Bar => 3,
+        Punctuator::Caret => 4,
+        Punctuator::Ampersand => 5,
+        Punctuator::EqualEqual | Punctuator::NotEqual => 6,
+        Punctuator::Less
+        | Punctuator::Greater
+        | Punctuator::LessEqual
+        | Punctuator::GreaterEqual => 7,
+        Punctuator::ShiftLeft | Punctuator::ShiftRight => 8,
+        Punctuator::Plus | Punctuator::Minus => 9,
+        Punctuator::Star | Punctuator::Slash | Punctuator::Percent => 10,
+        _ => return None,
+    })
+}
+
+/// The value of `left operator right`; `None` for a division by zero.
+fn apply(operator: Punctuator, left: i64, right: i64) -> Option<i64> {
+    let truth = i64::from;
+    Some(match operator {
+        Punctuator::OrOr => truth(left != 0 || right != 0),
+        Punctuator::AndAnd => truth(left != 0 && right != 0),
+        Punctuator::Bar => left | right,
+        Punctuator::Caret => left ^ right,
+        Punctuator::Ampersand => left & right,
+        Punctuator::EqualEqual => truth(left == right),
+        Punctuator::NotEqual => truth(left != right),
+        Punctuator::Less => truth(left < right),
+        Punctuator::Greater => truth(left > right),
+        Punctuator::LessEqual => truth(left <= right),
+        Punctuator::GreaterEqual => truth(left >= right),
+        Punctuator::ShiftLeft => left.wrapping_shl(right as u32),
+        Punctuator::ShiftRight => left.wrapping_shr(right as u32),
+        Punctuator::Plus => left.wrapping_add(right),
+        Punctuator::Minus => left.wrapping_sub(right),
+        Punctuator::Star => left.wrapping_mul(right),
+        Punctuator::Slash => (right != 0).then(|| left.wrapping_div(right))?,
+        Punctuator::Percent => (right != 0).then(|| left.wrapping_rem(right))?,
+        _ => return None,
+    })
+}

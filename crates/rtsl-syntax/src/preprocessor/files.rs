@@ -1,0 +1,235 @@
+//! The files being read, their conditional groups, and `#include`.
+
+use std::rc::Rc;
+
+use rtsl_source::{Diagnostic, FileId, Span, diagnostic_codes as codes};
+
+use super::Preprocessor;
+use crate::include::IncludeError;
+use crate::lexer::lex;
+use crate::message::shorten;
+use crate::token::{Punctuator, Token};
+
+/// The greatest depth of includes.
+const MAX_INCLUDE_DEPTH: usize = 64;
+/// The greatest size in bytes of all included files together.
+const MAX_INCLUDED_BYTES: usize = 64 << 20;
+
+/// A file's tokens, read once.
+pub(super) struct LexedFile {
+    pub file: FileId,
+    pub tokens: Rc<[Token]>,
+}
+
+/// A file being read.
+pub(super) struct OpenFile {
+    pub file: FileId,
+    pub tokens: Rc<[Token]>,
+    pub position: usize,
+    pub conditions: Vec<Conditional>,
+    /// What `#line` adds to line numbers.
+    pub line_offset: i64,
+    /// What `__FILE__` gives.
+    pub number: i64,
+    /// The directive that included it.
+    pub included_at: Option<Span>,
+}
+
+/// An `#if` whose `#endif` is to come.
+pub(super) struct Conditional {
+    /// The `#if`.
+    pub span: Span,
+    pub state: GroupState,
+    /// The `#else`, once met.
+    pub otherwise: Option<Span>,
+}
+
+/// Where a conditional stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum GroupState {
+    /// This group is read.
+    Reading,
+    /// No group was read yet.
+    Seeking,
+    /// A group was read, or the whole conditional is skipped.
+    Finished,
+}
+
+impl OpenFile {
+    /// Whether the text here belongs to a group that is not read.
+    pub fn skips(&self) -> bool {
+        self.conditions.last().is_some_and(|innermost| innermost.state != GroupState::Reading)
+    }
+
+    /// The index of the first token after the line of token `start`.
+    pub fn line_end(&self, start: usize) -> usize {
+        let rest = &self.tokens[start + 1..];
+        start + 1 + rest.iter().position(|token| token.starts_line).unwrap_or(rest.len())
+    }
+}
+
+impl Preprocessor<'_> {
+    /// Starts to read `file`.
+    pub(super) fn open(&mut self, file: FileId, included_at: Option<Span>) {
+        let known = self.lexed.iter().position(|lexed| lexed.file == file);
+        let number = known.unwrap_or_else(|| {
+            let tokens = lex(file, &self.map.file(file).text, self.symbols).into();
+            self.lexed.push(LexedFile { file, tokens });
+            self.lexed.len() - 1
+        });
+        let tokens = self.lexed[number].tokens.clone();
+        if let (Some(_), Some(place)) = (known, included_at)
+            && !self.spend(tokens.len(), place)
+        {
+            return;
+        }
+        self.open.push(OpenFile {
+            file,
+            tokens,
+            position: 0,
+            conditions: Vec::new(),
+            line_offset: 0,
+            number: number as i64,
+            included_at,
+        });
+    }
+
+    /// The next token of the files, directives obeyed.
+    pub(super) fn next_file_token(&mut self) -> Option<Token> {
+        loop {
+            if self.exhausted {
+                return None;
+            }
+            let file = self.open.last_mut()?;
+            let Some(token) = file.tokens.get(file.position).copied() else {
+                self.close();
+                continue;
+            };
+            if token.starts_line && token.is(Punctuator::Hash) {
+                let start = file.position;
+                let end = file.line_end(start);
+                file.position = end;
+                let tokens = file.tokens.clone();
+                self.obey(&tokens[start..end]);
+            } else if file.skips() {
+                file.position = file.line_end(file.position);
+            } else {
+                file.position += 1;
+                return Some(token);
+            }
+        }
+    }
+
+    /// The next token of the innermost file, if it can be the `(` of a macro's call.
+    pub(super) fn peek_file_token(&self) -> Option<Token> {
+        let file = self.open.last()?;
+        file.tokens.get(file.position).copied()
+    }
+
+    fn close(&mut self) {
+        let Some(file) = self.open.pop() else { return };
+        for unclosed in file.conditions {
+            self.report(
+                Diagnostic::new(codes::UNBALANCED_CONDITIONAL, "a conditional without its `#endif`")
+                    .at(unclosed.span, "begins here")
+                    .help("add `#endif` before the end of the file"),
+            );
+        }
+    }
+
+    /// Obeys an `#include` of `path`, which stands at `place`.
+    pub(super) fn include(&mut self, path: &str, place: Span) {
+        let Some(including) = self.open.last().map(|file| file.file) else { return };
+        let key = (including, path.to_string());
+        let file = match self.includes.get(&key) {
+            Some(known) => *known,
+            None => {
+                let found = self.find_include(path, including, place);
+                self.includes.insert(key, found);
+                found
+            }
+        };
+        let Some(file) = file else { return };
+        if self.reports_cycle(file, place) {
+            return;
+        }
+        let met = self.lexed.iter().any(|lexed| lexed.file == file);
+        if met && !self.repeatable.contains(&file) {
+            return;
+        }
+        if self.open.len() >= MAX_INCLUDE_DEPTH {
+            self.report(
+                Diagnostic::new(
+                    codes::EXPANSION_LIMIT,
+                    format!("more than {MAX_INCLUDE_DEPTH} files include each other"),
+                )
+                .at(place, "not included"),
+            );
+            return;
+        }
+        self.open(file, Some(place));
+    }
+
+    fn find_include(&mut self, path: &str, including: FileId, place: Span) -> Option<FileId> {
+        let shown = shorten(path);
+        let error = match self.loader.load(path, &self.map.file(including).name) {
+            Ok(found) => {
+                let known = self
+                    .lexed
+                    .iter()
+                    .map(|lexed| lexed.file)
+                    .find(|file| self.map.file(*file).name == found.name);
+                if known.is_some() {
+                    return known;
+                }
+                let included: usize =
+                    self.lexed.iter().map(|lexed| self.map.file(lexed.file).text.len()).sum();
+                if included + found.text.len() <= MAX_INCLUDED_BYTES {
+                    return Some(self.map.add(found.name, found.text));
+                }
+                Diagnostic::new(
+                    codes::EXPANSION_LIMIT,
+                    format!("included files hold more than {MAX_INCLUDED_BYTES} bytes"),
+                )
+                .at(place, "not included")
+            }
+            Err(IncludeError::NotFound(searched)) => {
+                let diagnostic =
+                    Diagnostic::new(codes::INCLUDE_NOT_FOUND, format!("no file `{shown}`"))
+                        .at(place, "not found");
+                if searched.is_empty() {
+                    diagnostic.note("this text comes from no file, so nothing stands beside it")
+                } else {
+                    diagnostic.note(format!("looked for {}", searched.join(", ")))
+                }
+            }
+            Err(IncludeError::Escapes) => Diagnostic::new(
+                codes::INCLUDE_ESCAPES,
+                format!("`{shown}` leads out of the folders that may be included from"),
+            )
+            .at(place, "not included")
+            .help("add the folder to the search path, and include by a path relative to it"),
+            Err(IncludeError::Unreadable(reason)) => {
+                Diagnostic::new(codes::INCLUDE_NOT_FOUND, format!("can't read `{shown}`: {reason}"))
+                    .at(place, "not included")
+            }
+        };
+        self.report(error);
+        None
+    }
+
+    fn reports_cycle(&mut self, file: FileId, place: Span) -> bool {
+        let Some(start) = self.open.iter().position(|open| open.file == file) else {
+            return false;
+        };
+        let name = shorten(&self.map.file(file).name);
+        let mut diagnostic =
+            Diagnostic::new(codes::INCLUDE_CYCLE, format!("`{name}` includes itself"))
+                .at(place, "the cycle closes here");
+        for span in self.open[start + 1..].iter().filter_map(|open| open.included_at) {
+            diagnostic = diagnostic.label(span, "by way of this include");
+        }
+        self.report(diagnostic);
+        true
+    }
+}

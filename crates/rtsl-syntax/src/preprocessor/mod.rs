@@ -1,0 +1,223 @@
+//! GLSL's preprocessor, and `#include`: files in, one list of tokens out.
+//!
+//! A stack of open files feeds a stack of macro expansions; what leaves the top is the
+//! translation unit. Recursion occurs only where a macro's argument is expanded by itself, to a
+//! bounded depth; everything else is stacks on the heap. One budget bounds the work of
+//! expansions and repeated inclusions.
+
+mod condition;
+mod directive;
+mod expansion;
+mod files;
+mod macros;
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use rtsl_source::{Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes};
+
+use crate::include::IncludeLoader;
+use crate::message::shorten;
+use crate::symbol::{Interner, Symbol};
+use crate::token::{LexicalError, Punctuator, Token, TokenKind};
+use expansion::Input;
+use files::{LexedFile, OpenFile};
+use macros::Macro;
+
+/// How many tokens macros and repeated includes may make in all.
+const BUDGET: usize = 1 << 20;
+/// The longest name, in bytes, as in GLSL.
+const MAX_NAME: usize = 1024;
+
+/// The tokens of the translation unit that starts with `file`; the last is the end.
+pub(crate) fn preprocess(
+    map: &mut SourceMap,
+    file: FileId,
+    loader: &mut dyn IncludeLoader,
+    symbols: &mut Interner,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Token> {
+    let mut preprocessor = Preprocessor::new(map, loader, symbols, diagnostics);
+    preprocessor.open(file, None);
+    preprocessor.run();
+    let mut tokens = preprocessor.output;
+    let end = map.file(file).text.len() as u32;
+    tokens.push(Token {
+        kind: TokenKind::End,
+        spelling: symbols.intern(""),
+        span: Span::new(file, end, end),
+        starts_line: true,
+        spaced: true,
+        painted: false,
+    });
+    tokens
+}
+
+/// The state of one translation unit.
+struct Preprocessor<'a> {
+    map: &'a mut SourceMap,
+    loader: &'a mut dyn IncludeLoader,
+    symbols: &'a mut Interner,
+    diagnostics: &'a mut Diagnostics,
+    macros: HashMap<Symbol, Macro>,
+    /// How many expansions of each macro are being read.
+    active: HashMap<Symbol, usize>,
+    /// The files being read, the innermost last.
+    open: Vec<OpenFile>,
+    /// Every file met, with its number for `__FILE__` being its place here.
+    lexed: Vec<LexedFile>,
+    /// What an include meant, by including file and path as written.
+    includes: BTreeMap<(FileId, String), Option<FileId>>,
+    /// Files that said `#pragma once(off)`.
+    repeatable: HashSet<FileId>,
+    output: Vec<Token>,
+    budget: usize,
+    exhausted: bool,
+    names: Names,
+}
+
+/// Spellings that the preprocessor itself looks for.
+struct Names {
+    defined: Symbol,
+    line: Symbol,
+    file: Symbol,
+    version: Symbol,
+    rtsl: Symbol,
+}
+
+impl Names {
+    fn new(symbols: &mut Interner) -> Self {
+        Names {
+            defined: symbols.intern("defined"),
+            line: symbols.intern("__LINE__"),
+            file: symbols.intern("__FILE__"),
+            version: symbols.intern("__VERSION__"),
+            rtsl: symbols.intern("__RTSL__"),
+        }
+    }
+}
+
+impl<'a> Preprocessor<'a> {
+    fn new(
+        map: &'a mut SourceMap,
+        loader: &'a mut dyn IncludeLoader,
+        symbols: &'a mut Interner,
+        diagnostics: &'a mut Diagnostics,
+    ) -> Self {
+        let names = Names::new(symbols);
+        Preprocessor {
+            map,
+            loader,
+            symbols,
+            diagnostics,
+            macros: HashMap::new(),
+            active: HashMap::new(),
+            open: Vec::new(),
+            lexed: Vec::new(),
+            includes: BTreeMap::new(),
+            repeatable: HashSet::new(),
+            output: Vec::new(),
+            budget: BUDGET,
+            exhausted: false,
+            names,
+        }
+    }
+
+    fn run(&mut self) {
+        let mut input = Input::files();
+        while let Some(token) = self.next_expanded(&mut input) {
+            self.emit(token);
+        }
+    }
+
+    /// Hands a token to the parser, or reports that it is none.
+    fn emit(&mut self, token: Token) {
+        match token.kind {
+            TokenKind::Invalid(error) => self.report_invalid(token, error),
+            TokenKind::Punctuator(Punctuator::Hash | Punctuator::HashHash) => {
+                let message = format!("`{}` outside a directive", self.text(token));
+                self.report(
+                    Diagnostic::new(codes::UNEXPECTED_CHARACTER, message)
+                        .at(token.span, "not part of any directive")
+                        .note("a directive's `#` is the first thing on its line"),
+                );
+            }
+            TokenKind::Name if self.text(token).len() > MAX_NAME => {
+                let message = format!(
+                    "a name of {} characters, where {MAX_NAME} are the limit",
+                    self.text(token).len()
+                );
+                self.report(
+                    Diagnostic::new(codes::NAME_TOO_LONG, message).at(token.span, "this name"),
+                );
+                // The rest of the compiler gets a name within the limit.
+                let short = self.text(token)[..MAX_NAME].to_string();
+                let spelling = self.symbols.intern(&short);
+                self.output.push(Token { spelling, ..token });
+            }
+            TokenKind::Name
+            | TokenKind::Number
+            | TokenKind::Text
+            | TokenKind::Punctuator(_)
+            | TokenKind::End => self.output.push(token),
+        }
+    }
+
+    fn report_invalid(&mut self, token: Token, error: LexicalError) {
+        let shown = shorten(self.map.text(token.span));
+        let new = |message: String| Diagnostic::new(error.code(), message);
+        let diagnostic = match error {
+            LexicalError::UnexpectedCharacter => new(format!("unexpected character `{shown}`"))
+                .at(token.span, "no token begins with this"),
+            LexicalError::NonAsciiCharacter => {
+                new(format!("`{shown}` is not ASCII")).at(token.span, "outside a comment").note(
+                    "names are ASCII as in GLSL; other characters may stand in comments and in \
+                     the text of annotations",
+                )
+            }
+            LexicalError::UnterminatedComment => {
+                let start = Span { end: token.span.start + 2, ..token.span };
+                new("a comment that never ends".to_string()).at(start, "begins here").note(
+                    "comments do not nest: the first `*/` ends a comment",
+                )
+            }
+            LexicalError::UnterminatedText => {
+                new("text without its closing quotation mark".to_string())
+                    .at(token.span, "begins here")
+                    .suggest("add the mark", token.span.after(), "\"")
+            }
+        };
+        self.report(diagnostic);
+    }
+
+    /// Takes `amount` from the budget; false, with an error the first time, where it is spent.
+    fn spend(&mut self, amount: usize, place: Span) -> bool {
+        if self.exhausted {
+            return false;
+        }
+        match self.budget.checked_sub(amount) {
+            Some(left) => {
+                self.budget = left;
+                true
+            }
+            None => {
+                self.exhausted = true;
+                self.report(
+                    Diagnostic::new(
+                        codes::EXPANSION_LIMIT,
+                        format!("macros and repeated includes make more than {BUDGET} tokens"),
+                    )
+                    .at(place, "the limit is reached here; the rest is not read"),
+                );
+                false
+            }
+        }
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    fn text(&self, token: Token) -> &str {
+        self.symbols.text(token.spelling)
+    }
+}
