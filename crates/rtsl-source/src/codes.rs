@@ -66,6 +66,40 @@ macro_rules! diagnostics {
 }
 
 diagnostics! {
+    E0001 UNEXPECTED_CHARACTER "a character that no token begins with";
+    E0002 NON_ASCII_CHARACTER "a character outside ASCII";
+    E0003 UNTERMINATED_COMMENT "a comment that never ends";
+    E0004 UNTERMINATED_TEXT "text without its closing quotation mark";
+    E0005 INVALID_NUMBER "a number that is malformed";
+    E0006 NUMBER_RANGE "a number too large for its type";
+    E0007 NAME_TOO_LONG "a name of more than 1024 characters";
+    E0008 UNKNOWN_ESCAPE "an unknown escape in text";
+    E0010 UNKNOWN_PREPROCESSING_DIRECTIVE "a line that begins with an unknown directive";
+    E0011 MALFORMED_DIRECTIVE "a directive that lacks something or has it wrong";
+    E0012 UNBALANCED_CONDITIONAL "`#if` and `#endif` that do not pair";
+    E0013 INVALID_CONDITION "a condition that the preprocessor cannot evaluate";
+    E0014 ERROR_DIRECTIVE "an `#error` in the text";
+    E0015 MACRO_REDEFINED "a macro defined again with another meaning";
+    E0016 RESERVED_MACRO_NAME "a macro's name that belongs to the language";
+    E0017 MACRO_ARGUMENTS "a macro's call with the wrong arguments";
+    E0018 INVALID_PASTE "a `##` that makes no token";
+    E0019 EXPANSION_LIMIT "macros or includes beyond a limit";
+    E0020 INCLUDE_NOT_FOUND "an included file that cannot be found or read";
+    E0021 RECURSIVE_INCLUDE "a file that includes itself";
+    E0022 INCLUDE_ESCAPES "an include that leads out of the search path";
+    W0023 EXTENSION_IGNORED "an `#extension` without effect";
+    W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
+    W0025 EXTRA_DIRECTIVE_TEXT "text after a directive";
+    E0101 UNEXPECTED_TOKEN "something other than the grammar needs here";
+    E0102 UNCLOSED_DELIMITER "brackets that do not pair";
+    E0103 RESERVED_WORD "a word of GLSL that RTSL does not use";
+    E0104 NESTED_TOO_DEEPLY "text nested too deeply";
+    E0105 DUPLICATE_QUALIFIER "a qualifier given twice";
+    E0106 MISPLACED_TEXT "double-quoted text where none can stand";
+    E0107 MISPLACED_LABEL "a `case` or `default` in the wrong place";
+    E0108 UNSUPPORTED_DECLARATION "a declaration of GLSL that RTSL does not have";
+    E0109 KEYWORD_AS_NAME "a keyword where a name is declared";
+    E0110 NESTED_CLASS "a class inside a class";
     E0201 UNKNOWN_NAME "a name that nothing here declares";
     E0501 MISSING_PARAMETER "a parameter that must be set and is not";
     E0502 NO_SUCH_PARAMETER "a parameter that the class does not have";

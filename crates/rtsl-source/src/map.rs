@@ -31,6 +31,11 @@ impl Span {
         Span { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
     }
 
+    /// The empty span at the start of this one.
+    pub fn before(self) -> Span {
+        Span { end: self.start, ..self }
+    }
+
     /// The empty span at the end of this one: where something is missing.
     pub fn after(self) -> Span {
         Span { start: self.end, ..self }
@@ -103,6 +108,11 @@ impl SourceMap {
     /// The text that `span` covers.
     pub fn text(&self, span: Span) -> &str {
         self.file(span.file).text.get(span.start as usize..span.end as usize).unwrap_or("")
+    }
+
+    /// The line of `offset` in `file`, from 1; past the end it is the end's.
+    pub fn line(&self, file: FileId, offset: u32) -> u32 {
+        self.file(file).line_starts.partition_point(|start| *start <= offset) as u32
     }
 
     /// The position of `offset` in `file`; past the end it is the end's.

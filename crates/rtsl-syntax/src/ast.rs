@@ -226,6 +226,7 @@ pub struct Statement {
 
 /// The statements of GLSL, and `illuminance`.
 #[derive(Clone, Debug)]
+#[allow(missing_docs, reason = "the fields are the parts that each variant shows")]
 pub enum StatementKind {
     /// `;`, or what recovery put in place of a statement it could not read.
     Empty,
@@ -296,6 +297,7 @@ pub struct Expression {
 
 /// The expressions of GLSL.
 #[derive(Clone, Debug)]
+#[allow(missing_docs, reason = "the fields are the parts that each variant shows")]
 pub enum ExpressionKind {
     /// What recovery put where no expression could be read; already reported.
     Error,

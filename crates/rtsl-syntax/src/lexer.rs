@@ -263,19 +263,18 @@ mod tests {
 
     #[test]
     fn numbers_take_their_suffix_along() {
-        assert_eq!(spellings("12abc 1e+3 0xE+1 .5f 1..2"), [
-            "12abc", "1e+3", "0xE", "+", "1", ".5f", "1..2"
-        ]);
+        assert_eq!(
+            spellings("12abc 1e+3 0xE+1 .5f 1..2"),
+            ["12abc", "1e+3", "0xE", "+", "1", ".5f", "1..2"]
+        );
     }
 
     #[test]
     fn what_is_no_token_is_kept_for_later() {
-        assert_eq!(spellings("a @ é \"x"), [
-            "a",
-            "UnexpectedCharacter",
-            "NonAsciiCharacter",
-            "UnterminatedText"
-        ]);
+        assert_eq!(
+            spellings("a @ é \"x"),
+            ["a", "UnexpectedCharacter", "NonAsciiCharacter", "UnterminatedText"]
+        );
         assert_eq!(spellings("a /* b"), ["a", "UnterminatedComment"]);
     }
 }

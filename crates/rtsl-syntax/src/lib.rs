@@ -16,9 +16,7 @@ mod symbol;
 mod token;
 mod word;
 
-pub use include::{
-    IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path,
-};
+pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
 
 use rtsl_source::{Diagnostics, FileId, SourceMap};
 

@@ -86,15 +86,15 @@ fn is_vector_size(size: &str) -> bool {
 
 fn is_matrix_size(size: &str) -> bool {
     is_vector_size(size)
-        || size.split_once('x').is_some_and(|(columns, rows)| {
-            is_vector_size(columns) && is_vector_size(rows)
-        })
+        || size
+            .split_once('x')
+            .is_some_and(|(columns, rows)| is_vector_size(columns) && is_vector_size(rows))
 }
 
-const NO_DOUBLES: &str = "`float` is the only floating-point type; every result is exact to binary32";
+const NO_DOUBLES: &str =
+    "`float` is the only floating-point type; every result is exact to binary32";
 const USE_PUBLIC: &str = "declare a value that the host sets as a `public` member";
-const STATE: &str =
-    "values pass between methods in `scratch` members and `rt_` state variables; leave the word out";
+const STATE: &str = "values pass between methods in `scratch` members and `rt_` state variables; leave the word out";
 const TEXTURES: &str = "declare a `public rt_Texture` member and call its `lookup()`, \
      or read a `public vec3 texels[];` buffer by index";
 const MEMORY: &str = "shaders have no writable shared memory; an unsized array member, \
@@ -127,12 +127,15 @@ fn reserved_word(text: &str) -> Option<(&'static str, Reading)> {
             Reading::Statement,
         ),
         "goto" => ("use `break`, `continue` or `return`", Reading::Statement),
-        "static" | "extern" | "external" | "inline" | "noinline" | "superp" => {
-            ("leave the word out: functions and constants need no such qualifier", Reading::Qualifier)
-        }
+        "static" | "extern" | "external" | "inline" | "noinline" | "superp" => (
+            "leave the word out: functions and constants need no such qualifier",
+            Reading::Qualifier,
+        ),
         "enum" => ("declare constants: `const int NAME = 0;`", Reading::Name),
         "typedef" | "using" => ("write the type itself, or `#define` a name for it", Reading::Name),
-        "union" => ("use a `struct`; `floatBitsToInt` and its kind reinterpret bits", Reading::Name),
+        "union" => {
+            ("use a `struct`; `floatBitsToInt` and its kind reinterpret bits", Reading::Name)
+        }
         "template" => ("overload the function for each type", Reading::Name),
         "this" => ("members are named directly", Reading::Name),
         "sizeof" => ("arrays have `.length()`", Reading::Name),
@@ -175,11 +178,25 @@ fn reserved_type(text: &str) -> Option<(&'static str, Reading)> {
 /// GLSL's sampler and image types.
 fn is_opaque(text: &str) -> bool {
     const SHAPES: [&str; 11] = [
-        "1D", "2D", "3D", "Cube", "2DRect", "1DArray", "2DArray", "CubeArray", "Buffer", "2DMS",
+        "1D",
+        "2D",
+        "3D",
+        "Cube",
+        "2DRect",
+        "1DArray",
+        "2DArray",
+        "CubeArray",
+        "Buffer",
+        "2DMS",
         "2DMSArray",
     ];
     const SHADOWS: [&str; 7] = [
-        "1DShadow", "2DShadow", "CubeShadow", "2DRectShadow", "1DArrayShadow", "2DArrayShadow",
+        "1DShadow",
+        "2DShadow",
+        "CubeShadow",
+        "2DRectShadow",
+        "1DArrayShadow",
+        "2DArrayShadow",
         "CubeArrayShadow",
     ];
     if matches!(text, "sampler" | "samplerShadow" | "sampler3DRect") {

@@ -67,9 +67,8 @@ impl Parser<'_> {
             }
             self.bump();
             let right = self.parse_binding(own + 1)?;
-            return self.join(left, right, |left, right| {
-                ExpressionKind::Binary(operator, left, right)
-            });
+            return self
+                .join(left, right, |left, right| ExpressionKind::Binary(operator, left, right));
         }
         if let Some(operator) = operators::assignment(punctuator) {
             if ASSIGNMENT < binding {
@@ -262,10 +261,9 @@ impl Parser<'_> {
                 let close = self.expect_closing(token, Punctuator::RightParenthesis)?;
                 Ok(Built { extent: token.span.to(close.span), ..inner })
             }
-            TokenKind::Text
-            | TokenKind::Punctuator(_)
-            | TokenKind::Invalid(_)
-            | TokenKind::End => Err(self.unexpected("an expression")),
+            TokenKind::Text | TokenKind::Punctuator(_) | TokenKind::Invalid(_) | TokenKind::End => {
+                Err(self.unexpected("an expression"))
+            }
         }
     }
 

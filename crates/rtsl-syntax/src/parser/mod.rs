@@ -198,9 +198,7 @@ impl Parser<'_> {
         )
         .at(token.span, "not available here");
         let diagnostic = match reserved.reading {
-            Reading::Type(instead) => {
-                diagnostic.suggest(reserved.help, token.span, instead)
-            }
+            Reading::Type(instead) => diagnostic.suggest(reserved.help, token.span, instead),
             Reading::Qualifier | Reading::Layout | Reading::Statement | Reading::Name => {
                 diagnostic.help(reserved.help)
             }
@@ -256,10 +254,12 @@ impl Parser<'_> {
         }
         let found = self.describe(next);
         let place = self.previous_span().after();
-        let diagnostic =
-            Diagnostic::new(codes::UNEXPECTED_TOKEN, format!("expected `;` after {after}, found {found}"))
-                .at(place, "expected `;`")
-                .suggest("add it", place, ";");
+        let diagnostic = Diagnostic::new(
+            codes::UNEXPECTED_TOKEN,
+            format!("expected `;` after {after}, found {found}"),
+        )
+        .at(place, "expected `;`")
+        .suggest("add it", place, ";");
         let reported = self.report(diagnostic);
         if next.starts_line || next.is(Punctuator::RightBrace) { Ok(()) } else { Err(reported) }
     }
@@ -308,13 +308,11 @@ impl Parser<'_> {
             return Ok(());
         }
         let place = self.peek().span;
-        let diagnostic = Diagnostic::new(
-            codes::NESTED_TOO_DEEPLY,
-            format!("nested more than {MAX_DEPTH} deep"),
-        )
-        .at(place, "too deep here; the rest is not read")
-        .note("parentheses, operators in a chain, blocks and `else if` count together")
-        .help("name parts in variables or functions of their own; loop over an array");
+        let diagnostic =
+            Diagnostic::new(codes::NESTED_TOO_DEEPLY, format!("nested more than {MAX_DEPTH} deep"))
+                .at(place, "too deep here; the rest is not read")
+                .note("parentheses, operators in a chain, blocks and `else if` count together")
+                .help("name parts in variables or functions of their own; loop over an array");
         let reported = self.report(diagnostic);
         self.position = self.tokens.len() - 1;
         self.reported_at = Some(self.position);

@@ -176,16 +176,32 @@ impl Parser<'_> {
             Some(Word::Plain | Word::Type) => {}
             None => return false,
         }
-        let mut next = self.position + 1;
-        while self.tokens[next].is(Punctuator::LeftBracket) {
-            next = self.after_closing(next);
-        }
-        let after = self.tokens[next];
+        let after = self.tokens[self.after_array_sizes(self.position + 1)];
         match self.word_of(after) {
             // A keyword on the next line begins the next statement: a `;` is missing.
             Some(Word::Keyword(_)) => !after.starts_line,
             Some(_) => true,
             None => after.is(Punctuator::Semicolon) && self.is_type_word(self.peek()),
+        }
+    }
+
+    /// The index just past the `[...]` from `start` on. A look ahead: it ends with the statement,
+    /// so that broken text costs no more than its length.
+    fn after_array_sizes(&self, start: usize) -> usize {
+        let mut nesting = 0_usize;
+        let mut next = start;
+        loop {
+            match self.tokens[next].kind {
+                TokenKind::Punctuator(Punctuator::LeftBracket) => nesting += 1,
+                TokenKind::Punctuator(Punctuator::RightBracket) if nesting > 0 => nesting -= 1,
+                TokenKind::Punctuator(
+                    Punctuator::Semicolon | Punctuator::LeftBrace | Punctuator::RightBrace,
+                )
+                | TokenKind::End => return next,
+                _ if nesting == 0 => return next,
+                _ => {}
+            }
+            next += 1;
         }
     }
 
@@ -338,11 +354,8 @@ impl Parser<'_> {
             None => self.parse_for_initializer()?,
         };
         let initializer = Box::new(Statement { kind, span: first.span.to(self.previous_span()) });
-        let condition = if self.at(Punctuator::Semicolon) {
-            None
-        } else {
-            Some(self.parse_condition()?)
-        };
+        let condition =
+            if self.at(Punctuator::Semicolon) { None } else { Some(self.parse_condition()?) };
         self.expect(Punctuator::Semicolon)?;
         let step = if self.at(Punctuator::RightParenthesis) {
             None
@@ -412,9 +425,9 @@ impl Parser<'_> {
 
     fn parse_illuminance(&mut self) -> Parse<StatementKind> {
         let keyword = self.bump();
-        let arguments = self.parse_optional_arguments().unwrap_or_else(|_| {
-            vec![self.recover_condition(keyword)]
-        });
+        let arguments = self
+            .parse_optional_arguments()
+            .unwrap_or_else(|_| vec![self.recover_condition(keyword)]);
         let body = self.parse_body()?;
         Ok(StatementKind::Illuminance { arguments, body })
     }

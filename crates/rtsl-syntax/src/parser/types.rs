@@ -55,10 +55,7 @@ impl Parser<'_> {
     /// Reads `precision highp float;`, which has no effect.
     pub(super) fn parse_precision(&mut self) -> Parse<()> {
         self.bump();
-        if !matches!(
-            self.peek_keyword(),
-            Some(Keyword::Lowp | Keyword::Mediump | Keyword::Highp)
-        ) {
+        if !matches!(self.peek_keyword(), Some(Keyword::Lowp | Keyword::Mediump | Keyword::Highp)) {
             return Err(self.unexpected("`lowp`, `mediump` or `highp`"));
         }
         self.bump();

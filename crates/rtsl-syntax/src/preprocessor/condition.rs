@@ -144,10 +144,9 @@ impl Evaluator<'_, '_> {
             TokenKind::Punctuator(Punctuator::Bang) => {
                 Ok(i64::from(self.parse_expression(UNARY, live)? == 0))
             }
-            TokenKind::Text
-            | TokenKind::Punctuator(_)
-            | TokenKind::Invalid(_)
-            | TokenKind::End => Err((token.span, "expected an integer".to_string())),
+            TokenKind::Text | TokenKind::Punctuator(_) | TokenKind::Invalid(_) | TokenKind::End => {
+                Err((token.span, "expected an integer".to_string()))
+            }
         }
     }
 

@@ -1,15 +1,27 @@
 //! Directives: one line that begins with `#`.
 
-use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 
 use super::Preprocessor;
 use super::files::{Conditional, GroupState};
-use crate::message::{closest, shorten};
+use crate::message::shorten;
 use crate::token::{Punctuator, Token, TokenKind};
 
 const DIRECTIVES: [&str; 14] = [
-    "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error", "pragma",
-    "extension", "version", "line", "include",
+    "define",
+    "undef",
+    "if",
+    "ifdef",
+    "ifndef",
+    "elif",
+    "else",
+    "endif",
+    "error",
+    "pragma",
+    "extension",
+    "version",
+    "line",
+    "include",
 ];
 
 impl Preprocessor<'_> {
@@ -43,19 +55,15 @@ impl Preprocessor<'_> {
 
     fn report_unknown(&mut self, name: Token, text: &str) {
         let message = format!("unknown directive `#{}`", shorten(text));
-        let mut diagnostic =
-            Diagnostic::new(codes::UNKNOWN_DIRECTIVE, message).at(name.span, "not a directive");
-        if let Some(meant) = closest(text, DIRECTIVES) {
+        let mut diagnostic = Diagnostic::new(codes::UNKNOWN_PREPROCESSING_DIRECTIVE, message)
+            .at(name.span, "not a directive");
+        if let Some(meant) = most_similar(text, DIRECTIVES) {
             diagnostic = diagnostic.suggest("did you mean", name.span, meant);
         }
         self.report(diagnostic);
     }
 
-    fn begin_conditional(
-        &mut self,
-        span: Span,
-        condition: impl FnOnce(&mut Self) -> Option<bool>,
-    ) {
+    fn begin_conditional(&mut self, span: Span, condition: impl FnOnce(&mut Self) -> Option<bool>) {
         let skipped = self.open.last().is_some_and(|file| file.skips());
         let state = if skipped {
             GroupState::Finished
@@ -213,7 +221,11 @@ impl Preprocessor<'_> {
             _ => false,
         };
         if !well_formed {
-            self.report_malformed(name, rest, "expected `#version number` or `#version number profile`");
+            self.report_malformed(
+                name,
+                rest,
+                "expected `#version number` or `#version number profile`",
+            );
         }
     }
 

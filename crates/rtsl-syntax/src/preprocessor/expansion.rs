@@ -224,7 +224,8 @@ impl Preprocessor<'_> {
         let mut operand = 0;
         for (index, token) in body.iter().enumerate() {
             let after_paste = index > 0 && body[index - 1].is(Punctuator::HashHash);
-            let before_paste = body.get(index + 1).is_some_and(|next| next.is(Punctuator::HashHash));
+            let before_paste =
+                body.get(index + 1).is_some_and(|next| next.is(Punctuator::HashHash));
             if token.is(Punctuator::HashHash) {
                 continue;
             }

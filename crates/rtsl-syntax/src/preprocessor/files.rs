@@ -130,9 +130,12 @@ impl Preprocessor<'_> {
         let Some(file) = self.open.pop() else { return };
         for unclosed in file.conditions {
             self.report(
-                Diagnostic::new(codes::UNBALANCED_CONDITIONAL, "a conditional without its `#endif`")
-                    .at(unclosed.span, "begins here")
-                    .help("add `#endif` before the end of the file"),
+                Diagnostic::new(
+                    codes::UNBALANCED_CONDITIONAL,
+                    "a conditional without its `#endif`",
+                )
+                .at(unclosed.span, "begins here")
+                .help("add `#endif` before the end of the file"),
             );
         }
     }
@@ -224,7 +227,7 @@ impl Preprocessor<'_> {
         };
         let name = shorten(&self.map.file(file).name);
         let mut diagnostic =
-            Diagnostic::new(codes::INCLUDE_CYCLE, format!("`{name}` includes itself"))
+            Diagnostic::new(codes::RECURSIVE_INCLUDE, format!("`{name}` includes itself"))
                 .at(place, "the cycle closes here");
         for span in self.open[start + 1..].iter().filter_map(|open| open.included_at) {
             diagnostic = diagnostic.label(span, "by way of this include");

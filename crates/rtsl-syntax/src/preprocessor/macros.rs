@@ -59,7 +59,8 @@ impl Preprocessor<'_> {
         if let Some(paste) = edges.find(|token| token.is(Punctuator::HashHash)) {
             let message = "`##` needs a token on either side".to_string();
             self.report(
-                Diagnostic::new(codes::INVALID_PASTE, message).at(paste.span, "at the macro's edge"),
+                Diagnostic::new(codes::INVALID_PASTE, message)
+                    .at(paste.span, "at the macro's edge"),
             );
             return;
         }

@@ -39,7 +39,8 @@ pub(crate) fn preprocess(
     let mut preprocessor = Preprocessor::new(map, loader, symbols, diagnostics);
     preprocessor.open(file, None);
     preprocessor.run();
-    let mut tokens = preprocessor.output;
+    // A text cut short by a limit would give errors that its author can't mend.
+    let mut tokens = if preprocessor.exhausted { Vec::new() } else { preprocessor.output };
     let end = map.file(file).text.len() as u32;
     tokens.push(Token {
         kind: TokenKind::End,
@@ -176,9 +177,9 @@ impl<'a> Preprocessor<'a> {
             }
             LexicalError::UnterminatedComment => {
                 let start = Span { end: token.span.start + 2, ..token.span };
-                new("a comment that never ends".to_string()).at(start, "begins here").note(
-                    "comments do not nest: the first `*/` ends a comment",
-                )
+                new("a comment that never ends".to_string())
+                    .at(start, "begins here")
+                    .note("comments do not nest: the first `*/` ends a comment")
             }
             LexicalError::UnterminatedText => {
                 new("text without its closing quotation mark".to_string())
