@@ -120,16 +120,16 @@ impl<'a> Parser<'a> {
         }
         let bracketed = self.accept(&TokenKind::Open);
         while command.numbers.len() < operands.numbers {
-            let token = self.advance();
-            let TokenKind::Number(value) = token.kind else {
+            let TokenKind::Number(value) = self.token.kind else {
                 let expected = format!(
                     "{} numbers after `{}`, of which this is number {}",
                     operands.numbers,
                     command.keyword.word(),
                     command.numbers.len() + 1
                 );
-                return Err(unexpected(&token, &expected).label_boxed(command.span));
+                return Err(unexpected(&self.token, &expected).label_boxed(command.span));
             };
+            self.advance();
             command.numbers.push(value);
         }
         if bracketed && !self.accept(&TokenKind::Close) {
@@ -187,23 +187,24 @@ impl<'a> Parser<'a> {
     fn parse_values(&mut self, declaration: &SpannedText) -> Parsed<(Values, Span)> {
         let start = self.token.span;
         if !self.accept(&TokenKind::Open) {
-            let token = self.advance();
-            let mut values = self.first_value(&token, declaration)?;
+            let mut values = self.first_value(&self.token, declaration)?;
             self.shrink(&mut values);
-            return Ok((values, token.span));
+            self.advance();
+            return Ok((values, start));
         }
         let mut values: Option<Values> = None;
         loop {
-            let token = self.advance();
-            if token.kind == TokenKind::Close {
+            let end = self.token.span;
+            if self.accept(&TokenKind::Close) {
                 let mut values = values.unwrap_or(Values::Numbers(Vec::new()));
                 self.shrink(&mut values);
-                return Ok((values, start.to(token.span)));
+                return Ok((values, start.to(end)));
             }
             match &mut values {
-                None => values = Some(self.first_value(&token, declaration)?),
-                Some(values) => self.push_value(values, token, declaration)?,
+                None => values = Some(self.first_value(&self.token, declaration)?),
+                Some(values) => self.push_value(values, &self.token, declaration)?,
             }
+            self.advance();
         }
     }
 
@@ -227,12 +228,12 @@ impl<'a> Parser<'a> {
         match (values, &token.kind) {
             (Values::Numbers(values), TokenKind::Number(value)) => values.push(*value),
             (Values::Texts(values), TokenKind::Text(text)) => values.push(text.clone()),
-            (Values::Booleans(values), TokenKind::Word) if self.boolean(&token).is_some() => {
-                values.extend(self.boolean(&token));
+            (Values::Booleans(values), TokenKind::Word) if self.boolean(token).is_some() => {
+                values.extend(self.boolean(token));
             }
             (values, _) => {
                 let expected = format!("more {} or `]`", values.description());
-                return Err(unexpected(&token, &expected).label_boxed(declaration.span));
+                return Err(unexpected(token, &expected).label_boxed(declaration.span));
             }
         }
         Ok(())

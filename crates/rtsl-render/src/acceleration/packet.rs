@@ -1,0 +1,90 @@
+//! Packets of rays, component by component.
+
+use crate::math::Affine;
+
+/// The number of rays in a packet: a tile of 8 by 8 pixels.
+pub const LANES: usize = 64;
+
+/// Bit `i` stands for lane `i`.
+pub type LaneMask = u64;
+
+/// One number for each lane.
+pub type Lanes = [f32; LANES];
+
+/// The lanes of a mask, in order.
+pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
+    let mut rest = mask;
+    std::iter::from_fn(move || {
+        let lane = rest.trailing_zeros() as usize;
+        rest &= rest.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
+
+/// Rays.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct RayPacket {
+    /// Origins, component by component.
+    pub origin: [Lanes; 3],
+    /// Directions, of any length.
+    pub direction: [Lanes; 3],
+    /// The least parameter of a hit (exclusive).
+    pub epsilon: Lanes,
+    /// The greatest parameter of a hit (exclusive).
+    pub limit: Lanes,
+    /// The time within the shutter.
+    pub time: Lanes,
+}
+
+impl Default for RayPacket {
+    fn default() -> Self {
+        RayPacket {
+            origin: [[0.0; LANES]; 3],
+            direction: [[0.0; LANES]; 3],
+            epsilon: [0.0; LANES],
+            limit: [0.0; LANES],
+            time: [0.0; LANES],
+        }
+    }
+}
+
+impl RayPacket {
+    /// The origin of a lane's ray.
+    pub fn origin_of(&self, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.origin[axis][lane])
+    }
+
+    /// The direction of a lane's ray.
+    pub fn direction_of(&self, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.direction[axis][lane])
+    }
+
+    /// Sets origin and direction of a lane's ray.
+    pub fn set(&mut self, lane: usize, origin: [f32; 3], direction: [f32; 3]) {
+        for axis in 0..3 {
+            self.origin[axis][lane] = origin[axis];
+            self.direction[axis][lane] = direction[axis];
+        }
+    }
+
+    /// The lanes of `mask` whose rays are finite; others hit nothing.
+    pub fn finite_lanes(&self, mask: LaneMask) -> LaneMask {
+        let finite = |lane: &usize| {
+            let components = self.origin_of(*lane).into_iter().chain(self.direction_of(*lane));
+            components.into_iter().all(f32::is_finite)
+        };
+        lanes_of(mask).filter(finite).fold(0, |mask, lane| mask | 1 << lane)
+    }
+
+    /// The rays of `mask` under a map, directions not normalised: parameters stay the same.
+    pub fn transformed(&self, map: &Affine, mask: LaneMask) -> Self {
+        let mut packet = self.clone();
+        for lane in lanes_of(mask) {
+            let origin = map.point(self.origin_of(lane));
+            let direction = map.vector(self.direction_of(lane));
+            packet.set(lane, origin, direction);
+        }
+        packet
+    }
+}

@@ -1,0 +1,91 @@
+//! Image files, written beside their place and then renamed, so that no reader sees half a file.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::Image;
+
+/// The formats that images are kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// 8 bits a channel, sRGB.
+    Png,
+    /// 32-bit floats, linear.
+    Exr,
+}
+
+impl ImageFormat {
+    /// The format that the ending of a file's name tells.
+    pub fn from_path(path: &Path) -> Result<Self, ImageError> {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("png") => Ok(ImageFormat::Png),
+            Some("exr") => Ok(ImageFormat::Exr),
+            Some(_) | None => Err(ImageError::UnknownFormat { path: path.to_owned() }),
+        }
+    }
+}
+
+/// Why an image was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The name has no known ending.
+    #[error("`{}` does not end in .png or .exr", path.display())]
+    UnknownFormat {
+        /// The name.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("cannot write `{}`: {reason}", path.display())]
+    Unwritable {
+        /// The name.
+        path: PathBuf,
+        /// The system's words.
+        reason: String,
+    },
+}
+
+/// Writes an image in the format that the file's name tells. `exposure`, in stops, applies to PNG.
+pub fn write_image(image: &Image, path: &Path, exposure: f32) -> Result<(), ImageError> {
+    let format = ImageFormat::from_path(path)?;
+    let temporary = temporary_path(path);
+    let written = match format {
+        ImageFormat::Png => write_png(image, &temporary, exposure),
+        ImageFormat::Exr => write_exr(image, &temporary),
+    };
+    written.and_then(|()| std::fs::rename(&temporary, path)).map_err(|error| {
+        // Nothing is left behind; that it cannot be removed either is no further news.
+        let _ = std::fs::remove_file(&temporary);
+        ImageError::Unwritable { path: path.to_owned(), reason: error.to_string() }
+    })
+}
+
+fn temporary_path(path: &Path) -> PathBuf {
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
+
+fn write_png(image: &Image, path: &Path, exposure: f32) -> io::Result<()> {
+    let file = io::BufWriter::new(std::fs::File::create(path)?);
+    let (width, height) = (image.width as u32, image.height as u32);
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.to_srgb(exposure))?;
+    writer.finish()?;
+    Ok(())
+}
+
+fn write_exr(image: &Image, path: &Path) -> io::Result<()> {
+    let color = |x: usize, y: usize| {
+        let [red, green, blue] = image.pixels[y * image.width + x];
+        (red, green, blue)
+    };
+    exr::prelude::write_rgb_file(path, image.width, image.height, color)
+        .map_err(|error| io::Error::other(error.to_string()))
+}

@@ -1,0 +1,8 @@
+//! Numbers in [0,1) by counters: pixel, sample, stream and dimension give the number, whatever ray
+//! was computed before, in whatever packet, on whatever thread.
+
+mod hash;
+mod sampler;
+
+pub use hash::{hash, permute, unit_float};
+pub use sampler::{RayStream, Sampler, SamplerKind};

@@ -1,0 +1,166 @@
+//! Samplers: how the numbers of one pixel are spread.
+
+use super::hash::{hash, permute, unit_float};
+
+/// The kinds of sampler.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// Every number on its own.
+    Independent,
+    /// Each dimension of a pixel's samples has one number in each of as many strata.
+    Stratified {
+        /// Numbers lie anywhere in their strata, else in the middle.
+        jitter: bool,
+    },
+}
+
+/// The sampler of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampler {
+    /// Its kind.
+    pub kind: SamplerKind,
+    /// Columns of strata in a pixel.
+    pub columns: u32,
+    /// Rows of strata in a pixel.
+    pub rows: u32,
+    /// Chooses one of many sequences.
+    pub seed: u64,
+}
+
+impl Sampler {
+    /// Samples a pixel.
+    pub fn samples_per_pixel(&self) -> u32 {
+        self.columns * self.rows
+    }
+
+    /// The place of a sample in its pixel, in [0,1)^2. Dimensions of its own.
+    pub fn pixel_position(&self, pixel: u64, sample: u32) -> [f32; 2] {
+        self.pair(self.key(pixel, 1), sample)
+    }
+
+    /// The place of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
+    pub fn lens_position(&self, pixel: u64, sample: u32) -> [f32; 2] {
+        let key = self.key(pixel, 2);
+        self.pair(key, permute(sample, self.samples_per_pixel(), hash(key, 3)))
+    }
+
+    /// The time of a sample within the shutter, in [0,1).
+    pub fn time(&self, pixel: u64, sample: u32) -> f32 {
+        self.number(self.key(pixel, 4), sample)
+    }
+
+    /// The stream of a camera ray.
+    pub fn stream(&self, pixel: u64, sample: u32) -> RayStream {
+        RayStream { key: self.key(pixel, 5), sample, dimension: 0, children: 0 }
+    }
+
+    /// The next number of a ray.
+    pub fn next(&self, stream: &mut RayStream) -> f32 {
+        let key = hash(stream.key, u64::from(stream.dimension));
+        stream.dimension = stream.dimension.wrapping_add(1);
+        self.number(key, stream.sample)
+    }
+
+    fn key(&self, pixel: u64, purpose: u64) -> u64 {
+        hash(hash(self.seed, pixel), purpose)
+    }
+
+    fn number(&self, key: u64, sample: u32) -> f32 {
+        let random = unit_float(hash(key, u64::from(sample)));
+        match self.kind {
+            SamplerKind::Independent => random,
+            SamplerKind::Stratified { jitter } => {
+                let count = self.samples_per_pixel();
+                let stratum = permute(sample, count, hash(key, u64::MAX));
+                let within = if jitter { random } else { 0.5 };
+                below_one((stratum as f32 + within) / count as f32)
+            }
+        }
+    }
+
+    fn pair(&self, key: u64, sample: u32) -> [f32; 2] {
+        let random = [0, 1].map(|axis| unit_float(hash(key, u64::from(sample) << 1 | axis)));
+        match self.kind {
+            SamplerKind::Independent => random,
+            SamplerKind::Stratified { jitter } => {
+                let within = if jitter { random } else { [0.5; 2] };
+                let column = (sample % self.columns) as f32;
+                let row = (sample / self.columns) as f32;
+                [
+                    below_one((column + within[0]) / self.columns as f32),
+                    below_one((row + within[1]) / self.rows as f32),
+                ]
+            }
+        }
+    }
+}
+
+/// Rounding may lift a number to 1, which lies outside.
+fn below_one(x: f32) -> f32 {
+    x.min(1.0_f32.next_down())
+}
+
+/// Where a ray stands in its sequence of numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayStream {
+    key: u64,
+    sample: u32,
+    dimension: u32,
+    children: u32,
+}
+
+impl RayStream {
+    /// The stream of a new ray that this ray spawns: it depends on this ray, and on how many rays
+    /// it spawned before, alone.
+    pub fn spawn(&mut self) -> RayStream {
+        self.children = self.children.wrapping_add(1);
+        let key = hash(self.key, u64::from(self.children) << 32 | 0xFFFF_FFFF);
+        RayStream { key, sample: self.sample, dimension: 0, children: 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STRATIFIED: Sampler = Sampler {
+        kind: SamplerKind::Stratified { jitter: true },
+        columns: 4,
+        rows: 4,
+        seed: 0,
+    };
+
+    #[test]
+    fn each_stratum_has_one_sample() {
+        for dimension in 0..8 {
+            let mut strata: Vec<usize> = (0..16)
+                .map(|sample| {
+                    let mut stream = STRATIFIED.stream(11, sample);
+                    (0..dimension).for_each(|_| drop(STRATIFIED.next(&mut stream)));
+                    (STRATIFIED.next(&mut stream) * 16.0) as usize
+                })
+                .collect();
+            strata.sort_unstable();
+            assert_eq!(strata, (0..16).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn positions_fill_the_grid() {
+        let mut cells: Vec<usize> = (0..16)
+            .map(|sample| {
+                let [x, y] = STRATIFIED.lens_position(3, sample);
+                (y * 4.0) as usize * 4 + (x * 4.0) as usize
+            })
+            .collect();
+        cells.sort_unstable();
+        assert_eq!(cells, (0..16).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn rays_of_one_parent_differ() {
+        let mut parent = STRATIFIED.stream(0, 0);
+        let (mut first, mut second) = (parent.spawn(), parent.spawn());
+        assert_ne!(STRATIFIED.next(&mut first), STRATIFIED.next(&mut second));
+    }
+}
