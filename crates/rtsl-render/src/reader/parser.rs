@@ -222,7 +222,7 @@ impl<'a> Parser<'a> {
     fn push_value(
         &self,
         values: &mut Values,
-        token: Token,
+        token: &Token,
         declaration: &SpannedText,
     ) -> Parsed<()> {
         match (values, &token.kind) {
