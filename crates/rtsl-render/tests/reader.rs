@@ -63,51 +63,51 @@ fn several_errors_are_reported_in_one_run() {
     check_messages(
         &[("scene.pbrt", scene)],
         expect![[r#"
-        error[E0604]: unknown directive `Trnslate`
-          ┌─ scene.pbrt:1:1
-          │
-        1 │ Trnslate 1 2 3
-          │ ^^^^^^^^ not a directive of the scene format
-          │
-          = help: did you mean this?: `Translate`
+            error[E0604]: unknown directive `Trnslate`
+              ┌─ scene.pbrt:1:1
+              │
+            1 │ Trnslate 1 2 3
+              │ ^^^^^^^^ not a directive of the scene format
+              │
+              = help: did you mean this?: `Translate`
 
-        error[E0602]: found a word, expected 3 numbers after `Translate`, of which this is number 3
-          ┌─ scene.pbrt:3:1
-          │
-        2 │ Translate 1 2
-          │ --------- for this
-        3 │ WorldBegin
-          │ ^^^^^^^^^^
+            error[E0602]: found a word, expected 3 numbers after `Translate`, of which this is number 3
+              ┌─ scene.pbrt:3:1
+              │
+            2 │ Translate 1 2
+              │ --------- for this
+            3 │ WorldBegin
+              │ ^^^^^^^^^^
 
-        error[E0606]: unknown parameter type `flaot`
-          ┌─ scene.pbrt:4:16
-          │
-        4 │ Shape "Sphere" "flaot radius" 2
-          │                ^^^^^^^^^^^^^^ not a type that a parameter can have
-          │
-          = help: did you mean `float`?
+            error[E0606]: unknown parameter type `flaot`
+              ┌─ scene.pbrt:4:16
+              │
+            4 │ Shape "Sphere" "flaot radius" 2
+              │                ^^^^^^^^^^^^^^ not a type that a parameter can have
+              │
+              = help: did you mean `float`?
 
-        error[E0603]: found what is not a finite number, expected more numbers or `]`
-          ┌─ scene.pbrt:5:34
-          │
-        5 │ Shape "Sphere" "float radius" [1 2e999]
-          │                --------------    ^^^^^
-          │                │                  
-          │                for this
+            error[E0603]: found what is not a finite number, expected more numbers or `]`
+              ┌─ scene.pbrt:5:34
+              │
+            5 │ Shape "Sphere" "float radius" [1 2e999]
+              │                --------------    ^^^^^
+              │                │                  
+              │                for this
 
-        error[E0612]: `Shape` stands before `WorldBegin`, expected after it
-          ┌─ scene.pbrt:7:1
-          │
-        7 │ Shape "S"
-          │ ^^^^^
+            error[E0612]: `AttributeBegin` without its `AttributeEnd`
+              ┌─ scene.pbrt:8:1
+              │
+            8 │ AttributeBegin
+              │ ^^^^^^^^^^^^^^ this block is never closed
 
-        error[E0612]: `AttributeBegin` without its `AttributeEnd`
-          ┌─ scene.pbrt:8:1
-          │
-        8 │ AttributeBegin
-          │ ^^^^^^^^^^^^^^ this block is never closed
+            error[E0610]: unknown material `gold`
+              ┌─ scene.pbrt:6:15
+              │
+            6 │ NamedMaterial "gold"
+              │               ^^^^^^
 
-    "#]],
+        "#]],
     );
 }
 
