@@ -25,9 +25,8 @@ impl Bounds {
 
     /// A box, or `None` where the corners are those of no finite box.
     pub fn new(min: [f32; 3], max: [f32; 3]) -> Option<Self> {
-        let bounded = (0..3).all(|axis| {
-            min[axis] <= max[axis] && min[axis] >= -FARTHEST && max[axis] <= FARTHEST
-        });
+        let bounded = (0..3)
+            .all(|axis| min[axis] <= max[axis] && min[axis] >= -FARTHEST && max[axis] <= FARTHEST);
         bounded.then_some(Bounds { min, max })
     }
 

@@ -129,7 +129,8 @@ impl Converter<'_> {
             let (first, second) =
                 (self.bvh.nodes[lower as usize].bounds, self.bvh.nodes[upper as usize].bounds);
             let gap = |axis: usize| second.twice_middle(axis) - first.twice_middle(axis);
-            let axis = (1..3).fold(0, |best, axis| if gap(axis).abs() > gap(best).abs() { axis } else { best });
+            let axis = (1..3)
+                .fold(0, |best, axis| if gap(axis).abs() > gap(best).abs() { axis } else { best });
             let (lower, upper) = if gap(axis) < 0.0 { (upper, lower) } else { (lower, upper) };
             self.bvh.nodes[index] = Node {
                 bounds: first.union(&second),

@@ -48,7 +48,13 @@ impl SlabTest {
 
     /// The lanes of `mask` that meet the box before their `limit`, and in `entry` where, at the
     /// earliest, they do.
-    pub fn test(&self, bounds: &Bounds, mask: LaneMask, limit: &Lanes, entry: &mut Lanes) -> LaneMask {
+    pub fn test(
+        &self,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+        entry: &mut Lanes,
+    ) -> LaneMask {
         let mut passed = 0;
         for chunk in 0..LANES / CHUNK {
             let start = chunk * CHUNK;
@@ -59,7 +65,13 @@ impl SlabTest {
         passed & mask
     }
 
-    fn test_chunk(&self, bounds: &Bounds, start: usize, limit: &Lanes, entry: &mut Lanes) -> LaneMask {
+    fn test_chunk(
+        &self,
+        bounds: &Bounds,
+        start: usize,
+        limit: &Lanes,
+        entry: &mut Lanes,
+    ) -> LaneMask {
         let mut near = [f32::NEG_INFINITY; CHUNK];
         let mut far = [f32::INFINITY; CHUNK];
         for axis in 0..3 {
@@ -80,7 +92,9 @@ impl SlabTest {
             let near = widen_down(near[lane]);
             let far = widen_up(far[lane]);
             entry[lane] = near;
-            passed[lane] = u32::from(near <= far) & u32::from(far >= epsilon[lane]) & u32::from(near <= limit[lane]);
+            passed[lane] = u32::from(near <= far)
+                & u32::from(far >= epsilon[lane])
+                & u32::from(near <= limit[lane]);
         }
         passed.iter().enumerate().fold(0, |mask, (lane, bit)| mask | u64::from(*bit) << lane)
     }

@@ -49,12 +49,21 @@ impl Group {
         let unbounded =
             indexed().filter(|(_, own)| own.is_none()).map(|(index, _)| index as u32).collect();
         let bvh = Bvh::build(&boxed);
-        Group { members: members.into_iter().map(|(member, _)| member).collect(), own_boxes, unbounded, bvh }
+        Group {
+            members: members.into_iter().map(|(member, _)| member).collect(),
+            own_boxes,
+            unbounded,
+            bvh,
+        }
     }
 
     /// The union of all boxes; `None` where a member has none, or there is no member.
     pub fn bounds(&self) -> Option<Bounds> {
-        if self.unbounded.is_empty() { self.bvh.nodes.first().map(|root| root.bounds) } else { None }
+        if self.unbounded.is_empty() {
+            self.bvh.nodes.first().map(|root| root.bounds)
+        } else {
+            None
+        }
     }
 
     /// The members.
@@ -104,7 +113,9 @@ impl Hits {
 
     /// The lanes of `mask` that hit something.
     pub fn lanes(&self, mask: LaneMask) -> LaneMask {
-        lanes_of(mask).filter(|lane| self.id[*lane] != HitId::NONE).fold(0, |hits, lane| hits | 1 << lane)
+        lanes_of(mask)
+            .filter(|lane| self.id[*lane] != HitId::NONE)
+            .fold(0, |hits, lane| hits | 1 << lane)
     }
 }
 
@@ -144,7 +155,13 @@ impl Geometry {
         self.search(rays, lanes, objects, Search::Any).lanes(lanes)
     }
 
-    fn search(&self, rays: &RayPacket, lanes: LaneMask, objects: &mut dyn Objects, search: Search) -> Hits {
+    fn search(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut dyn Objects,
+        search: Search,
+    ) -> Hits {
         let mut hits = Hits::new(rays);
         let lanes = rays.finite_lanes(lanes);
         if let Some(scene) = self.groups.first() {
@@ -200,7 +217,8 @@ impl Traversal<'_> {
                     let items = &group.bvh.items[first as usize..(first + count) as usize];
                     for member in items {
                         let Some(own) = &group.own_boxes[*member as usize] else { continue };
-                        let lanes = slabs.test(own, self.open(lanes), &self.hits.distance, &mut entry);
+                        let lanes =
+                            slabs.test(own, self.open(lanes), &self.hits.distance, &mut entry);
                         let mut entry = entry;
                         for lane in lanes_of(lanes) {
                             entry[lane] = entry[lane].max(outer_entry[lane]);
@@ -226,7 +244,8 @@ impl Traversal<'_> {
         }
         match &group.members[member as usize] {
             Member::Object(object) => {
-                let id = HitId::new(outer.unwrap_or(member), if outer.is_some() { member } else { 0 });
+                let id =
+                    HitId::new(outer.unwrap_or(member), if outer.is_some() { member } else { 0 });
                 self.test_object(*object, id, rays, lanes, entry);
             }
             Member::Instance { group, inverse } => {
@@ -240,7 +259,14 @@ impl Traversal<'_> {
         }
     }
 
-    fn test_object(&mut self, object: u32, id: HitId, rays: &RayPacket, lanes: LaneMask, entry: &Lanes) {
+    fn test_object(
+        &mut self,
+        object: u32,
+        id: HitId,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        entry: &Lanes,
+    ) {
         let mut distance = self.hits.distance;
         for lane in lanes_of(lanes) {
             // The lower id wins a tie, whichever comes first.

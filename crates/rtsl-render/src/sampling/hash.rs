@@ -7,7 +7,8 @@ pub fn hash(a: u64, b: u64) -> u64 {
 }
 
 fn mix(state: u64) -> u64 {
-    let state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    let state =
+        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     let word = ((state >> ((state >> 59) + 5)) ^ state).wrapping_mul(12_605_985_483_714_917_081);
     (word >> 43) ^ word
 }
@@ -47,7 +48,8 @@ mod tests {
     fn permutations_are_permutations() {
         for length in [1, 2, 3, 4, 7, 16, 25, 100] {
             for key in 0..20 {
-                let mut seen: Vec<u32> = (0..length).map(|index| permute(index, length, key)).collect();
+                let mut seen: Vec<u32> =
+                    (0..length).map(|index| permute(index, length, key)).collect();
                 seen.sort_unstable();
                 assert_eq!(seen, (0..length).collect::<Vec<_>>());
             }
@@ -62,11 +64,13 @@ mod tests {
             bins[(unit_float(hash(7, index)) * 16.0) as usize] += 1;
         }
         let expected = COUNT as f64 / 16.0;
-        let chi_square: f64 =
-            bins.iter().map(|count| {
+        let chi_square: f64 = bins
+            .iter()
+            .map(|count| {
                 let difference = f64::from(*count) - expected;
                 difference * difference / expected
-            }).sum();
+            })
+            .sum();
         // 15 degrees of freedom: 1 in 1000 exceeds 37.7.
         assert!(chi_square < 37.7, "{chi_square}");
     }

@@ -123,12 +123,8 @@ impl RayStream {
 mod tests {
     use super::*;
 
-    const STRATIFIED: Sampler = Sampler {
-        kind: SamplerKind::Stratified { jitter: true },
-        columns: 4,
-        rows: 4,
-        seed: 0,
-    };
+    const STRATIFIED: Sampler =
+        Sampler { kind: SamplerKind::Stratified { jitter: true }, columns: 4, rows: 4, seed: 0 };
 
     #[test]
     fn each_stratum_has_one_sample() {

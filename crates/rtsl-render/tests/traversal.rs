@@ -1,0 +1,176 @@
+//! The hit of a ray depends on the ray and the scene alone: random scenes of spheres, instances
+//! among them, traversed in random packets, against a plain loop over all objects.
+
+use proptest::prelude::*;
+use rtsl_render::acceleration::{
+    Bounds, Geometry, Group, HitId, Hits, LANES, LaneMask, Lanes, Member, Objects, RayPacket,
+    lanes_of,
+};
+use rtsl_render::math::{Affine, Transform, dot};
+
+#[derive(Clone, Copy, Debug)]
+struct Sphere {
+    center: [f32; 3],
+    radius: f32,
+}
+
+impl Sphere {
+    fn bounds(&self) -> Option<Bounds> {
+        Bounds::new(self.center.map(|x| x - self.radius), self.center.map(|x| x + self.radius))
+    }
+
+    /// The first hit between the limits, as a shader that offers both roots finds it.
+    fn hit(&self, origin: [f32; 3], direction: [f32; 3], epsilon: f32, limit: f32) -> Option<f32> {
+        let to_origin: [f32; 3] = std::array::from_fn(|axis| origin[axis] - self.center[axis]);
+        let a = dot(direction, direction);
+        let b = dot(to_origin, direction);
+        let c = dot(to_origin, to_origin) - self.radius * self.radius;
+        let root = (b * b - a * c).sqrt();
+        [(-b - root) / a, (-b + root) / a].into_iter().find(|t| epsilon < *t && *t < limit)
+    }
+}
+
+struct Spheres<'a> {
+    spheres: &'a [Sphere],
+    tests: usize,
+}
+
+impl Objects for Spheres<'_> {
+    fn intersect(
+        &mut self,
+        object: u32,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        distance: &mut Lanes,
+    ) -> LaneMask {
+        self.tests += 1;
+        let sphere = self.spheres[object as usize];
+        let mut hits = 0;
+        for lane in lanes_of(lanes) {
+            let (origin, direction) = (rays.origin_of(lane), rays.direction_of(lane));
+            if let Some(t) = sphere.hit(origin, direction, rays.epsilon[lane], distance[lane]) {
+                distance[lane] = t;
+                hits |= 1 << lane;
+            }
+        }
+        hits
+    }
+
+    fn keep(&mut self, _: LaneMask) {}
+}
+
+fn sphere() -> impl Strategy<Value = Sphere> {
+    // Coarse grids of positions and sizes give many exact ties.
+    (prop::array::uniform3(-4_i32..=4), 1_i32..=4).prop_map(|(center, radius)| Sphere {
+        center: center.map(|x| x as f32),
+        radius: radius as f32 * 0.5,
+    })
+}
+
+fn ray() -> impl Strategy<Value = ([f32; 3], [f32; 3], f32)> {
+    let origin = prop::array::uniform3(-8_i32..=8).prop_map(|p| p.map(|x| x as f32));
+    let along = prop::array::uniform3(-2_i32..=2).prop_map(|d| d.map(|x| x as f32));
+    let any = prop::array::uniform3(-1.0_f32..1.0);
+    let limit = prop_oneof![Just(f32::INFINITY), 0.0_f32..10.0];
+    (origin, prop_oneof![along, any], limit)
+}
+
+type Ray = ([f32; 3], [f32; 3], f32);
+
+fn packet(rays: &[Ray], order: &[usize]) -> RayPacket {
+    let mut packet = RayPacket::default();
+    for (lane, ray) in order.iter().enumerate() {
+        let (origin, direction, limit) = rays[*ray];
+        packet.set(lane, origin, direction);
+        packet.epsilon[lane] = 1e-3;
+        packet.limit[lane] = limit;
+    }
+    packet
+}
+
+fn mask(count: usize) -> LaneMask {
+    if count == LANES { LaneMask::MAX } else { (1 << count) - 1 }
+}
+
+fn scene(spheres: &[Sphere]) -> Geometry {
+    let object =
+        |(index, sphere): (usize, &Sphere)| (Member::Object(index as u32), sphere.bounds());
+    let single: Vec<_> = spheres.iter().enumerate().map(object).collect();
+    let group = Group::new(single.clone());
+    let place = Transform::translate([3.0, 0.0, 0.0]).after(Transform::scale([0.5, 0.5, 0.5]));
+    let inverse = place.inverse().map_or(Affine::IDENTITY, Transform::affine);
+    let placed = group.bounds().and_then(|bounds| bounds.transformed(place));
+    let mut members = single;
+    members.insert(1, (Member::Instance { group: 1, inverse }, placed));
+    // One object without a box.
+    members[0].1 = None;
+    Geometry { groups: vec![Group::new(members), group] }
+}
+
+fn key(hits: &Hits, lane: usize) -> (u32, HitId) {
+    (hits.distance[lane].to_bits(), hits.id[lane])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn hits_do_not_depend_on_the_packet(
+        spheres in prop::collection::vec(sphere(), 1..40),
+        rays in prop::collection::vec(ray(), LANES),
+        order in Just((0..LANES).collect::<Vec<_>>()).prop_shuffle(),
+        split in 1..LANES,
+    ) {
+        let geometry = scene(&spheres);
+        let mut objects = Spheres { spheres: &spheres, tests: 0 };
+        let (first, second) = order.split_at(split);
+        for part in [first, second] {
+            let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects);
+            let any = geometry.any(&packet(&rays, part), mask(part.len()), &mut objects);
+            for (lane, ray) in part.iter().enumerate() {
+                let alone = geometry.nearest(&packet(&rays, &[*ray]), 1, &mut objects);
+                prop_assert_eq!(key(&together, lane), key(&alone, 0));
+                prop_assert_eq!(any >> lane & 1 != 0, together.id[lane] != HitId::NONE);
+            }
+        }
+    }
+
+    #[test]
+    fn hits_are_those_of_a_loop_over_all_objects(
+        spheres in prop::collection::vec(sphere(), 1..40),
+        rays in prop::collection::vec(ray(), LANES),
+    ) {
+        let members = spheres.iter().enumerate();
+        let members = members.map(|(index, sphere)| (Member::Object(index as u32), sphere.bounds()));
+        let geometry = Geometry { groups: vec![Group::new(members.collect())] };
+        let order: Vec<usize> = (0..LANES).collect();
+        let mut objects = Spheres { spheres: &spheres, tests: 0 };
+        let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects);
+        for (lane, (origin, direction, limit)) in rays.iter().enumerate() {
+            let all = spheres.iter().enumerate().filter_map(|(index, sphere)| {
+                sphere.hit(*origin, *direction, 1e-3, *limit).map(|t| (t, index as u32))
+            });
+            let expected = all.min_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+            let found = (hits.id[lane] != HitId::NONE).then(|| (hits.distance[lane], hits.id[lane].outer()));
+            prop_assert_eq!(found, expected);
+        }
+    }
+}
+
+#[test]
+fn the_tree_saves_tests() {
+    let spheres: Vec<Sphere> = (0..1000)
+        .map(|index| Sphere {
+            center: [(index % 10) as f32, (index / 10 % 10) as f32, (index / 100) as f32],
+            radius: 0.3,
+        })
+        .collect();
+    let members = spheres.iter().enumerate();
+    let members = members.map(|(index, sphere)| (Member::Object(index as u32), sphere.bounds()));
+    let geometry = Geometry { groups: vec![Group::new(members.collect())] };
+    let mut objects = Spheres { spheres: &spheres, tests: 0 };
+    let rays = [([4.0, 4.0, -5.0], [0.0, 0.0, 1.0], f32::INFINITY)];
+    let hits = geometry.nearest(&packet(&rays, &[0]), 1, &mut objects);
+    assert_eq!((hits.distance[0], hits.id[0].outer()), (4.7, 44));
+    assert!(objects.tests <= 4, "{}", objects.tests);
+}
