@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use crate::options::Shape;
 use rtsl_ir::class::Class;
 use rtsl_jit::Llvm;
+use rtsl_packet::Shape;
 use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
 use rtsl_spec::Method;
 

@@ -47,7 +47,6 @@ pub use state::{new_state, set_defaults};
 pub use unit::{Compilation, Unit};
 pub use value::{Numbers, Value};
 
-pub use options::Shape;
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
 };
@@ -56,7 +55,7 @@ pub use rtsl_jit::{
     CallArguments, CallStatus, InstanceBlock, InstanceTable, Instances, LaneBlock, LaneIndices,
     LaneMask, Llvm, LlvmError, OptLevel, Target,
 };
-pub use rtsl_packet::Layout;
+pub use rtsl_packet::{Layout, Shape};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
     code_info, codes, diagnostic_codes, most_similar, render,

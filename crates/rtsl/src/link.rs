@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 
 use rtsl_ir::class::Reference;
 use rtsl_ir::{
-    CompareOp, Constant, Function, Index, Op, OpKind, Output, Place, PlaceId, PlaceKind,
-    ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
+    CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Place, PlaceId,
+    PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
 };
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
@@ -18,9 +18,7 @@ use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_varia
 use crate::tree::{ClassTree, element_path};
 
 /// Operations of a linked function.
-const OPERATION_LIMIT: usize = 1 << 20;
-/// Regions inside regions, those of callees included: later stages recurse over them.
-const DEPTH_LIMIT: usize = 400;
+const OPERATION_LIMIT: usize = 1 << 17;
 /// Slots up to this size are zeroed without a loop.
 const UNROLLED_SLOT: u32 = 16;
 
@@ -129,7 +127,7 @@ impl Linker {
     }
 
     fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
-        if self.depth >= DEPTH_LIMIT {
+        if self.depth >= MAX_NESTING {
             return Err(limit_error(&self.out.name, "is nested too deeply"));
         }
         self.depth += 1;
@@ -190,44 +188,11 @@ impl Linker {
     /// Operations without regions and references: operands and places are renamed.
     fn copy_simple(&mut self, site: &mut Site<'_>, kind: &OpKind) -> OpKind {
         let mut kind = kind.clone();
-        match &mut kind {
-            OpKind::Load(place, index) => {
-                *place = self.place(site, *place);
-                *index = map_index(site, *index);
-            }
-            OpKind::Store(place, index, value) => {
-                *place = self.place(site, *place);
-                *index = map_index(site, *index);
-                *value = site.value(*value);
-            }
-            OpKind::Length(place) => *place = self.place(site, *place),
-            OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => {
-                *a = site.value(*a);
-            }
-            OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => {
-                (*a, *b) = (site.value(*a), site.value(*b));
-            }
-            OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => {
-                (*a, *b, *c) = (site.value(*a), site.value(*b), site.value(*c));
-            }
-            OpKind::Trace { origin, direction, limit }
-            | OpKind::Occluded { origin, direction, limit } => {
-                origin.iter_mut().chain(direction).for_each(|value| *value = site.value(*value));
-                *limit = site.value(*limit);
-            }
-            OpKind::LightSample { index, point, normal, cosine } => {
-                point.iter_mut().chain(normal).for_each(|value| *value = site.value(*value));
-                (*index, *cosine) = (site.value(*index), site.value(*cosine));
-            }
-            OpKind::Constant(_)
-            | OpKind::LightCount
-            | OpKind::Ambient
-            | OpKind::Rand
-            | OpKind::ReportBudget => {}
-            OpKind::If { .. }
-            | OpKind::Loop { .. }
-            | OpKind::ReferenceCall(_)
-            | OpKind::IsSet(..) => unreachable!("copied by `copy_op`"),
+        kind.for_each_operand_mut(|value| *value = site.value(*value));
+        if let OpKind::Load(place, _) | OpKind::Store(place, _, _) | OpKind::Length(place) =
+            &mut kind
+        {
+            *place = self.place(site, *place);
         }
         kind
     }
@@ -495,13 +460,6 @@ struct Choice<'a> {
     results: &'a [Scalar],
 }
 
-fn map_index(site: &Site<'_>, index: Index) -> Index {
-    match index {
-        Index::Constant(index) => Index::Constant(index),
-        Index::Dynamic(value) => Index::Dynamic(site.value(value)),
-    }
-}
-
 fn find_reference<'a>(
     tree: &'a ClassTree,
     member: &str,
@@ -549,3 +507,6 @@ fn unset_warning((class, path): (String, String)) -> Diagnostic {
     .note("a call through it gives the defaults of its role: black, zero")
     .help(format!("set `{path}`, or test it with `isSet({path})`"))
 }
+
+#[cfg(test)]
+mod tests;

@@ -55,31 +55,3 @@ pub struct EngineOptions {
     /// How much work goes into machine code. Never changes results.
     pub optimization: OptLevel,
 }
-
-/// What the rays of one call have in common. The author of a shader wrote for one ray and
-/// one object; the shape says which of the two is many.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Shape {
-    /// Rays vary, the object is one.
-    Packet,
-    /// Rays vary, and each has its own object.
-    Stream,
-}
-
-impl Shape {
-    /// All shapes.
-    pub const ALL: [Shape; 2] = [Shape::Packet, Shape::Stream];
-
-    /// The name that the command line and the text form use.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Shape::Packet => "packet",
-            Shape::Stream => "stream",
-        }
-    }
-
-    /// The shape of this name.
-    pub fn from_name(name: &str) -> Option<Shape> {
-        Shape::ALL.into_iter().find(|shape| shape.name() == name)
-    }
-}

@@ -1,9 +1,7 @@
 //! The whole compiler, stage by stage.
 
 use rtsl_ir::Function;
-use rtsl_packet::Layout;
-
-use crate::options::Shape;
+use rtsl_packet::{Layout, Shape};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::Method;
 

@@ -6,9 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
 use rtsl_jit::{InstanceBlock, LaneBlock};
-use rtsl_packet::Layout;
-
-use crate::options::Shape;
+use rtsl_packet::{Layout, Shape};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 

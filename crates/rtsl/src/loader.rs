@@ -1,0 +1,141 @@
+//! Reads files for programs.
+
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile};
+
+/// Larger files are refused.
+const SIZE_LIMIT: u64 = 16 << 20;
+
+/// Finds what `#include` names: beside the including file, then on the search path. Nothing
+/// outside these folders and that of the first file is read, whatever paths and links say.
+#[derive(Clone, Debug, Default)]
+pub struct FileLoader {
+    /// The folder of the file that is compiled, if it is one.
+    folder: Option<PathBuf>,
+    search_path: Vec<PathBuf>,
+}
+
+impl FileLoader {
+    /// For text that is in no file: only the search path counts.
+    pub fn new(search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
+        FileLoader { folder: None, search_path: search_path.into() }
+    }
+
+    /// For the program in `file`.
+    pub fn beside(file: &Path, search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
+        let folder = Some(folder_of(file).to_owned());
+        FileLoader { folder, search_path: search_path.into() }
+    }
+
+    /// The folders to look in, that of the including file first.
+    fn folders(&self, including: &str) -> Vec<PathBuf> {
+        let beside = self.folder.as_ref().map(|_| folder_of(Path::new(including)).to_owned());
+        beside.into_iter().chain(self.search_path.iter().cloned()).collect()
+    }
+
+    fn is_allowed(&self, file: &Path) -> bool {
+        let Ok(real) = file.canonicalize() else { return false };
+        let mut roots = self.folder.iter().chain(&self.search_path);
+        roots.any(|root| root.canonicalize().is_ok_and(|root| real.starts_with(root)))
+    }
+}
+
+impl IncludeLoader for FileLoader {
+    fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError> {
+        if Path::new(path).is_absolute() || path.contains('\0') {
+            return Err(IncludeError::Escapes);
+        }
+        let mut looked_at = Vec::new();
+        for folder in self.folders(including) {
+            let candidate = without_detours(&folder.join(path));
+            if candidate.is_file() {
+                if !self.is_allowed(&candidate) {
+                    return Err(IncludeError::Escapes);
+                }
+                let text = read_text(&candidate).map_err(IncludeError::Unreadable)?;
+                return Ok(IncludedFile { name: candidate.display().to_string(), text });
+            }
+            looked_at.push(candidate.display().to_string());
+        }
+        Err(IncludeError::NotFound(looked_at))
+    }
+}
+
+/// The text of a file, or why there is none: it is missing, no regular file, too large, not
+/// UTF-8.
+pub(crate) fn read_text(path: &Path) -> Result<String, String> {
+    let describe = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+        _ => error.to_string(),
+    };
+    // Opening a pipe or a device could wait for ever.
+    let kind = std::fs::metadata(path).map_err(describe)?;
+    if !kind.is_file() {
+        return Err("it is no regular file".to_owned());
+    }
+    let file = std::fs::File::open(path).map_err(describe)?;
+    let mut bytes = Vec::new();
+    file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(describe)?;
+    if bytes.len() as u64 > SIZE_LIMIT {
+        return Err(format!("it is larger than {} MiB", SIZE_LIMIT >> 20));
+    }
+    String::from_utf8(bytes).map_err(|_| "it is not UTF-8".to_owned())
+}
+
+fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Without `.`, and without `..` behind a folder's name.
+fn without_detours(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for component in path.components() {
+        let after_name = matches!(plain.components().next_back(), Some(Component::Normal(_)));
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if after_name => {
+                plain.pop();
+            }
+            other => plain.push(other),
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_found_beside_and_on_the_path_and_nowhere_else() {
+        let root = std::env::temp_dir().join(format!("rtsl-loader-{}", std::process::id()));
+        let (program, library) = (root.join("program"), root.join("library"));
+        std::fs::create_dir_all(program.join("parts")).unwrap();
+        std::fs::create_dir_all(&library).unwrap();
+        std::fs::write(root.join("secret.rtsl"), "secret").unwrap();
+        std::fs::write(program.join("parts/a.rtsl"), "a").unwrap();
+        std::fs::write(program.join("b.rtsl"), "b").unwrap();
+        std::fs::write(library.join("c.rtsl"), "c").unwrap();
+        std::fs::write(library.join("d.rtsl"), [0xff, 0xfe]).unwrap();
+        let main = program.join("main.rtsl").display().to_string();
+        let mut loader = FileLoader::beside(Path::new(&main), [library.clone()]);
+        let text = |found: Result<IncludedFile, IncludeError>| found.unwrap().text;
+
+        let part = loader.load("parts/a.rtsl", &main).unwrap();
+        assert_eq!(part.text, "a");
+        assert_eq!(text(loader.load("../b.rtsl", &part.name)), "b");
+        assert_eq!(text(loader.load("c.rtsl", &part.name)), "c");
+        assert_eq!(loader.load("../secret.rtsl", &main).unwrap_err(), IncludeError::Escapes);
+        assert_eq!(loader.load("/etc/passwd", &main).unwrap_err(), IncludeError::Escapes);
+        assert!(matches!(loader.load("x.rtsl", &main), Err(IncludeError::NotFound(it)) if it.len() == 2));
+        assert!(matches!(loader.load("d.rtsl", &main), Err(IncludeError::Unreadable(_))));
+        assert!(matches!(loader.load("parts", &main), Err(IncludeError::NotFound(_))));
+        std::fs::remove_dir_all(&root).unwrap();
+    }
+}
