@@ -33,7 +33,9 @@ pub mod class;
 mod constants;
 pub mod evaluate;
 mod function;
+pub mod generate;
 pub mod host;
+mod interpreter;
 mod op;
 mod place;
 mod signature;
@@ -44,6 +46,7 @@ mod visit;
 pub use builder::Builder;
 pub use constants::ConstantPool;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
+pub use interpreter::{Interpreter, Outcome, PrepareError, Storage};
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,

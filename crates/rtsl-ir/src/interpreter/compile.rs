@@ -1,0 +1,286 @@
+//! Makes flat programs of functions.
+
+use super::PrepareError;
+use super::program::{Instruction, Program, Register};
+use crate::{Function, Index, Op, OpKind, PlaceId, PlaceKind, Region, Value, Values, evaluate};
+
+/// The program of a verified function.
+pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
+    let mut compiler = Compiler::new(function);
+    compiler.region(&function.body)?;
+    let registers = function.body.yields.iter().map(|value| compiler.register(*value));
+    let all: Vec<_> = function.outputs.iter().copied().zip(registers).collect();
+    let kind = |place| function.place(place).kind;
+    let (accepted, outputs): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|(output, _)| kind(output.place) == PlaceKind::Accepted);
+    Ok(Program {
+        instructions: compiler.instructions,
+        operands: compiler.operands,
+        registers: compiler.initial,
+        slot_scalars: compiler.slot_scalars,
+        outputs,
+        accepted: accepted.first().map(|(_, register)| *register),
+    })
+}
+
+struct Compiler<'a> {
+    function: &'a Function,
+    instructions: Vec<Instruction>,
+    operands: Vec<Register>,
+    /// What each register holds at first.
+    initial: Vec<u32>,
+    /// Of each value.
+    registers: Vec<Register>,
+    /// The first scalar of each place that is a slot.
+    slot_bases: Vec<u32>,
+    slot_scalars: u32,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(function: &'a Function) -> Self {
+        let mut slot_scalars = 0;
+        let slot_bases = function.places.iter().map(|place| {
+            let base = slot_scalars;
+            if place.kind == PlaceKind::Slot {
+                slot_scalars += place.len;
+            }
+            base
+        });
+        Compiler {
+            function,
+            instructions: Vec::new(),
+            operands: Vec::new(),
+            initial: Vec::new(),
+            registers: vec![Register::MAX; function.values.len()],
+            slot_bases: slot_bases.collect(),
+            slot_scalars,
+        }
+    }
+
+    fn region(&mut self, region: &Region) -> Result<(), PrepareError> {
+        region.ops.iter().try_for_each(|op| self.op(op))
+    }
+
+    fn op(&mut self, op: &Op) -> Result<(), PrepareError> {
+        match &op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                self.branch(op.results, *condition, then, otherwise)
+            }
+            OpKind::Loop { initial, body } => self.repeat(op.results, initial, body),
+            kind => self.plain(op.results, kind),
+        }
+    }
+
+    fn branch(
+        &mut self,
+        results: Values,
+        condition: Value,
+        then: &Region,
+        otherwise: &Region,
+    ) -> Result<(), PrepareError> {
+        let to = self.define(results);
+        let condition = self.register(condition);
+        let to_otherwise = self.instructions.len();
+        self.push(Instruction::JumpUnless { condition, target: 0 });
+        self.region(then)?;
+        self.copy_yields(to, &then.yields);
+        let to_end = self.instructions.len();
+        self.push(Instruction::Jump { target: 0 });
+        self.set_target(to_otherwise);
+        self.region(otherwise)?;
+        self.copy_yields(to, &otherwise.yields);
+        self.set_target(to_end);
+        Ok(())
+    }
+
+    /// A loop's results are in the registers of its parameters: what is carried into the
+    /// next round is the result where there is none.
+    fn repeat(
+        &mut self,
+        results: Values,
+        initial: &[Value],
+        body: &Region,
+    ) -> Result<(), PrepareError> {
+        let params = self.define(results);
+        for (param, register) in body.params.iter().zip(params..) {
+            self.registers[param.0 as usize] = register;
+        }
+        self.copy_yields(params, initial);
+        let start = self.instructions.len() as u32;
+        self.region(body)?;
+        let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
+        let mut again = self.register(*again);
+        let carried = params..params + results.count;
+        if carried.contains(&again) {
+            again = self.copy_to_temporary(again);
+        }
+        self.copy_in_parallel(params, next);
+        self.push(Instruction::JumpIf { condition: again, target: start });
+        Ok(())
+    }
+
+    fn plain(&mut self, results: Values, kind: &OpKind) -> Result<(), PrepareError> {
+        if let OpKind::Constant(constant) = kind {
+            let to = self.define(results);
+            self.initial[to as usize] = constant.bits();
+            return Ok(());
+        }
+        let operands = self.operands.len() as u32;
+        let to = self.define(results);
+        let scalar = |value: Value| self.function.scalar(value);
+        let instruction = match *kind {
+            OpKind::Unary(op, a) => {
+                let function = evaluate::unary(op, scalar(a)).expect("verified");
+                Instruction::Unary { function, to, a: self.register(a) }
+            }
+            OpKind::Binary(op, a, b) => {
+                let function = evaluate::binary(op, scalar(a)).expect("verified");
+                Instruction::Binary { function, to, a: self.register(a), b: self.register(b) }
+            }
+            OpKind::Compare(op, a, b) => {
+                let function = evaluate::compare(op, scalar(a)).expect("verified");
+                Instruction::Binary { function, to, a: self.register(a), b: self.register(b) }
+            }
+            OpKind::Select(condition, a, b) => {
+                let condition = self.register(condition);
+                Instruction::Select { to, condition, a: self.register(a), b: self.register(b) }
+            }
+            OpKind::Fma(a, b, c) => {
+                let (a, b, c) = (self.register(a), self.register(b), self.register(c));
+                Instruction::Fma { to, a, b, c }
+            }
+            OpKind::Convert(target, a) => {
+                let function = evaluate::convert(scalar(a), target);
+                Instruction::Unary { function, to, a: self.register(a) }
+            }
+            OpKind::Bitcast(target, a) => {
+                let function = evaluate::bitcast(scalar(a), target).expect("verified");
+                Instruction::Unary { function, to, a: self.register(a) }
+            }
+            OpKind::Load(place, index) => self.load(to, place, index),
+            OpKind::Store(place, index, value) => self.store(place, index, value),
+            OpKind::Length(place) => Instruction::Length { to, place },
+            OpKind::Trace { .. } => Instruction::Trace { to, operands },
+            OpKind::Occluded { .. } => Instruction::Occluded { to, operands },
+            OpKind::LightCount => Instruction::LightCount { to },
+            OpKind::LightSample { .. } => Instruction::LightSample { to, operands },
+            OpKind::Ambient => Instruction::Ambient { to },
+            OpKind::Rand => Instruction::Rand { to },
+            OpKind::ReportBudget => Instruction::ReportBudget,
+            OpKind::ReferenceCall(ref call) => {
+                return Err(PrepareError::Unlinked(call.member.clone()));
+            }
+            OpKind::IsSet(ref member, _) => return Err(PrepareError::Unlinked(member.clone())),
+            OpKind::Constant(_) | OpKind::If { .. } | OpKind::Loop { .. } => {
+                unreachable!("handled by the callers")
+            }
+        };
+        if let Instruction::Trace { .. }
+        | Instruction::Occluded { .. }
+        | Instruction::LightSample { .. } = instruction
+        {
+            kind.for_each_operand(|value| self.operands.push(self.registers[value.0 as usize]));
+        }
+        self.push(instruction);
+        Ok(())
+    }
+
+    fn load(&self, to: Register, place: PlaceId, index: Index) -> Instruction {
+        let len = self.function.place(place).len;
+        let base = self.slot_bases[place.0 as usize];
+        match (self.function.place(place).kind, index) {
+            (PlaceKind::Slot, Index::Constant(index)) => {
+                Instruction::LoadSlot { to, address: base + index }
+            }
+            (PlaceKind::Slot, Index::Dynamic(index)) => {
+                Instruction::LoadSlotAt { to, index: self.register(index), base, len }
+            }
+            (PlaceKind::Buffer, Index::Constant(index)) => {
+                Instruction::LoadBuffer { to, place, index }
+            }
+            (PlaceKind::Buffer, Index::Dynamic(index)) => {
+                Instruction::LoadBufferAt { to, place, index: self.register(index), len }
+            }
+            (_, Index::Constant(index)) => Instruction::Load { to, place, index },
+            (_, Index::Dynamic(index)) => {
+                Instruction::LoadAt { to, place, index: self.register(index), len }
+            }
+        }
+    }
+
+    fn store(&self, place: PlaceId, index: Index, value: Value) -> Instruction {
+        let base = self.slot_bases[place.0 as usize];
+        let value = self.register(value);
+        match index {
+            Index::Constant(index) => Instruction::StoreSlot { address: base + index, value },
+            Index::Dynamic(index) => {
+                let len = self.function.place(place).len;
+                Instruction::StoreSlotAt { value, index: self.register(index), base, len }
+            }
+        }
+    }
+
+    /// Copies to registers that none of the values is in.
+    fn copy_yields(&mut self, to: Register, values: &[Value]) {
+        for (to, value) in (to..).zip(values) {
+            let from = self.register(*value);
+            self.push(Instruction::Copy { to, from });
+        }
+    }
+
+    /// Copies to registers that may be among the sources, as if all at once.
+    fn copy_in_parallel(&mut self, to: Register, values: &[Value]) {
+        let targets = to..to + values.len() as u32;
+        let sources: Vec<Register> = (to..)
+            .zip(values)
+            .map(|(to, value)| {
+                let from = self.register(*value);
+                let overwritten_before = targets.contains(&from) && from < to;
+                if overwritten_before { self.copy_to_temporary(from) } else { from }
+            })
+            .collect();
+        for (to, from) in (to..).zip(sources) {
+            if from != to {
+                self.push(Instruction::Copy { to, from });
+            }
+        }
+    }
+
+    fn copy_to_temporary(&mut self, from: Register) -> Register {
+        let to = self.new_registers(1);
+        self.push(Instruction::Copy { to, from });
+        to
+    }
+
+    fn register(&self, value: Value) -> Register {
+        self.registers[value.0 as usize]
+    }
+
+    /// Consecutive registers for results; the first of them.
+    fn define(&mut self, results: Values) -> Register {
+        let first = self.new_registers(results.count);
+        for (value, register) in results.iter().zip(first..) {
+            self.registers[value.0 as usize] = register;
+        }
+        first
+    }
+
+    fn new_registers(&mut self, count: u32) -> Register {
+        let first = self.initial.len() as Register;
+        self.initial.resize(self.initial.len() + count as usize, 0);
+        first
+    }
+
+    fn push(&mut self, instruction: Instruction) {
+        self.instructions.push(instruction);
+    }
+
+    /// Makes the jump at `position` go to what comes next.
+    fn set_target(&mut self, position: usize) {
+        let next = self.instructions.len() as u32;
+        match &mut self.instructions[position] {
+            Instruction::Jump { target } | Instruction::JumpUnless { target, .. } => *target = next,
+            other => unreachable!("{other:?} is not a jump"),
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! The interpreter: the oracle that says what a function means, and the backend of hosts
+//! without a code generator.
+//!
+//! It runs one function for one ray, plainly. [`Interpreter::prepare`] makes a flat program with
+//! jumps out of the regions once; [`Interpreter::run`] then works on one array of registers that is
+//! kept from run to run: it neither allocates nor recurses. How long a run takes is up to the
+//! function: loops that may run for ever are bounded by instrumenting the function, not here.
+
+mod compile;
+mod program;
+
+use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
+
+use program::{Instruction, Program, Register};
+
+use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use crate::{Function, PlaceId, evaluate};
+
+/// Where a function's places are, but for slots, which are the interpreter's. Scalars are
+/// [bits](crate::Constant::bits); a bool is 0 or 1.
+pub trait Storage {
+    /// The scalar at `index` of a state, member, parameter or scratch place or buffer; the index is
+    /// less than the place's length, for buffers times the number of elements.
+    fn load(&self, place: PlaceId, index: u32) -> u32;
+
+    /// The number of elements of a buffer.
+    fn elements(&self, buffer: PlaceId) -> u32;
+
+    /// Stores an output. All loads of a run come before its first store.
+    fn store(&mut self, place: PlaceId, component: u32, bits: u32);
+}
+
+/// What a run did besides storing outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Outcome {
+    /// The value of the accepted output; false where the function has none. Where it has one
+    /// and this is false nothing was stored.
+    pub accepted: bool,
+    /// The budget of loop iterations was used up.
+    pub budget_exceeded: bool,
+}
+
+/// A function, ready to run. Clones share the program, so that each thread can have its own.
+#[derive(Clone, Debug)]
+pub struct Interpreter {
+    program: Arc<Program>,
+    /// Constants are in place from the start and nothing overwrites them.
+    registers: Vec<u32>,
+    slots: Vec<u32>,
+    lanes: Box<Lanes>,
+}
+
+/// Requests and answers of the host, of which only lane 0 is used.
+#[derive(Clone, Debug, Default)]
+struct Lanes {
+    rays: RayLanes,
+    query: LightQueryLanes,
+    light: LightLanes,
+    colors: LaneColors,
+    floats: LaneFloats,
+}
+
+impl Interpreter {
+    /// Prepares a verified function.
+    pub fn prepare(function: &Function) -> Result<Interpreter, PrepareError> {
+        let program = compile::compile(function)?;
+        Ok(Interpreter {
+            registers: program.registers.clone(),
+            slots: vec![0; program.slot_scalars as usize],
+            program: Arc::new(program),
+            lanes: Box::default(),
+        })
+    }
+
+    /// Runs for the ray with the number `ray` within the call, of which the host is told.
+    pub fn run<S: Storage + ?Sized>(
+        &mut self,
+        ray: u32,
+        storage: &mut S,
+        host: &mut dyn Host,
+    ) -> Outcome {
+        self.slots.fill(0);
+        let lanes = LaneSet { base: ray, active: 1 };
+        let mut run = Run {
+            registers: &mut self.registers,
+            slots: &mut self.slots,
+            lanes: &mut self.lanes,
+            lane_set: lanes,
+            budget_exceeded: false,
+        };
+        run.execute(&self.program, storage, host);
+        let budget_exceeded = run.budget_exceeded;
+        let accepted = self.store_outputs(storage);
+        Outcome { accepted, budget_exceeded }
+    }
+
+    fn store_outputs<S: Storage + ?Sized>(&self, storage: &mut S) -> bool {
+        let accepted = self.program.accepted.map(|register| self.registers[register as usize] != 0);
+        if accepted != Some(false) {
+            for (output, register) in &self.program.outputs {
+                storage.store(output.place, output.component, self.registers[*register as usize]);
+            }
+        }
+        accepted.unwrap_or(false)
+    }
+}
+
+/// Why a function cannot be prepared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PrepareError {
+    /// It calls or asks about this reference, which linking would have replaced.
+    Unlinked(String),
+}
+
+impl Display for PrepareError {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            PrepareError::Unlinked(member) => {
+                write!(out, "the reference `{member}` has not been linked")
+            }
+        }
+    }
+}
+
+impl std::error::Error for PrepareError {}
+
+/// One run.
+struct Run<'a> {
+    registers: &'a mut [u32],
+    slots: &'a mut [u32],
+    lanes: &'a mut Lanes,
+    lane_set: LaneSet,
+    budget_exceeded: bool,
+}
+
+impl Run<'_> {
+    fn execute<S: Storage + ?Sized>(
+        &mut self,
+        program: &Program,
+        storage: &S,
+        host: &mut dyn Host,
+    ) {
+        let mut position = 0;
+        while let Some(instruction) = program.instructions.get(position) {
+            position += 1;
+            match *instruction {
+                Instruction::Unary { function, to, a } => self.set(to, function(self.get(a))),
+                Instruction::Binary { function, to, a, b } => {
+                    self.set(to, function(self.get(a), self.get(b)));
+                }
+                Instruction::Select { to, condition, a, b } => {
+                    let chosen = if self.get(condition) != 0 { a } else { b };
+                    self.set(to, self.get(chosen));
+                }
+                Instruction::Fma { to, a, b, c } => {
+                    self.set(to, evaluate::fma(self.get(a), self.get(b), self.get(c)));
+                }
+                Instruction::Copy { to, from } => self.set(to, self.get(from)),
+                Instruction::Load { to, place, index } => {
+                    self.set(to, storage.load(place, index));
+                }
+                Instruction::LoadAt { to, place, index, len } => {
+                    let index = clamp_index(self.get(index), len.into());
+                    self.set(to, storage.load(place, index));
+                }
+                Instruction::LoadBuffer { to, place, index } => {
+                    let empty = storage.elements(place) == 0;
+                    self.set(to, if empty { 0 } else { storage.load(place, index) });
+                }
+                Instruction::LoadBufferAt { to, place, index, len } => {
+                    let scalars = u64::from(storage.elements(place)) * u64::from(len);
+                    let index = clamp_index(self.get(index), scalars);
+                    self.set(to, if scalars == 0 { 0 } else { storage.load(place, index) });
+                }
+                Instruction::LoadSlot { to, address } => {
+                    self.set(to, self.slots[address as usize]);
+                }
+                Instruction::LoadSlotAt { to, index, base, len } => {
+                    let address = base + clamp_index(self.get(index), len.into());
+                    self.set(to, self.slots[address as usize]);
+                }
+                Instruction::StoreSlot { address, value } => {
+                    self.slots[address as usize] = self.get(value);
+                }
+                Instruction::StoreSlotAt { value, index, base, len } => {
+                    let address = base + clamp_index(self.get(index), len.into());
+                    self.slots[address as usize] = self.get(value);
+                }
+                Instruction::Length { to, place } => {
+                    self.set(to, storage.elements(place).min(i32::MAX as u32));
+                }
+                Instruction::Jump { target } => position = target as usize,
+                Instruction::JumpIf { condition, target } => {
+                    if self.get(condition) != 0 {
+                        position = target as usize;
+                    }
+                }
+                Instruction::JumpUnless { condition, target } => {
+                    if self.get(condition) == 0 {
+                        position = target as usize;
+                    }
+                }
+                Instruction::Trace { to, operands } => {
+                    self.ask_rays(&program.operands[operands as usize..]);
+                    host.trace(self.lane_set, &self.lanes.rays, &mut self.lanes.colors);
+                    for component in 0..self.lanes.colors.len() {
+                        let radiance = self.lanes.colors[component][0];
+                        self.set(to + component as u32, radiance.to_bits());
+                    }
+                }
+                Instruction::Occluded { to, operands } => {
+                    self.ask_rays(&program.operands[operands as usize..]);
+                    let occluded = host.occluded(self.lane_set, &self.lanes.rays);
+                    self.set(to, occluded & 1);
+                }
+                Instruction::LightCount { to } => self.set(to, host.light_count()),
+                Instruction::LightSample { to, operands } => {
+                    self.light_sample(to, &program.operands[operands as usize..], host);
+                }
+                Instruction::Ambient { to } => {
+                    for (to, component) in (to..).zip(host.ambient()) {
+                        self.set(to, component.to_bits());
+                    }
+                }
+                Instruction::Rand { to } => {
+                    host.rand(self.lane_set, &mut self.lanes.floats);
+                    self.set(to, self.lanes.floats[0].to_bits());
+                }
+                Instruction::ReportBudget => self.budget_exceeded = true,
+            }
+        }
+    }
+
+    fn get(&self, register: Register) -> u32 {
+        self.registers[register as usize]
+    }
+
+    fn get_f32(&self, register: Register) -> f32 {
+        f32::from_bits(self.get(register))
+    }
+
+    fn set(&mut self, register: Register, bits: u32) {
+        self.registers[register as usize] = bits;
+    }
+
+    /// Fills lane 0 of the rays from origin, direction and limit.
+    fn ask_rays(&mut self, operands: &[Register]) {
+        for axis in 0..3 {
+            self.lanes.rays.origin[axis][0] = self.get_f32(operands[axis]);
+            self.lanes.rays.direction[axis][0] = self.get_f32(operands[3 + axis]);
+        }
+        self.lanes.rays.limit[0] = self.get_f32(operands[6]);
+    }
+
+    fn light_sample(&mut self, to: Register, operands: &[Register], host: &mut dyn Host) {
+        let index = self.get(operands[0]);
+        for axis in 0..3 {
+            self.lanes.query.point[axis][0] = self.get_f32(operands[1 + axis]);
+            self.lanes.query.normal[axis][0] = self.get_f32(operands[4 + axis]);
+        }
+        self.lanes.query.cosine[0] = self.get_f32(operands[7]);
+        let Lanes { query, light, .. } = &mut *self.lanes;
+        let reached = host.light_sample(self.lane_set, index, query, light) & 1 != 0;
+        let direction = light.direction.iter().map(|lanes| lanes[0]);
+        let color = light.color.iter().map(|lanes| lanes[0]);
+        let floats = direction.chain([light.distance[0]]).chain(color).chain([light.pdf[0]]);
+        self.registers[to as usize] = reached.into();
+        for (to, value) in (to as usize + 1..).zip(floats) {
+            self.registers[to] = if reached { value.to_bits() } else { 0 };
+        }
+    }
+}
+
+/// An i32 clamped to `0..count`; 0 where there is nothing.
+fn clamp_index(index: u32, count: u64) -> u32 {
+    let last = count.saturating_sub(1).min(i32::MAX as u64) as u32;
+    (index as i32).clamp(0, last as i32) as u32
+}

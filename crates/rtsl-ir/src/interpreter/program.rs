@@ -1,0 +1,54 @@
+//! The interpreter's flat programs.
+
+use crate::evaluate::{BinaryFunction, UnaryFunction};
+use crate::{Output, PlaceId};
+
+/// An index into the registers.
+pub(super) type Register = u32;
+
+/// A function without regions.
+#[derive(Debug)]
+pub(super) struct Program {
+    /// Run from the first until past the last.
+    pub instructions: Vec<Instruction>,
+    /// The registers of instructions with many operands, which know where theirs start.
+    pub operands: Vec<Register>,
+    /// What the registers hold before the first run.
+    pub registers: Vec<u32>,
+    /// The size of all slots together.
+    pub slot_scalars: u32,
+    /// The outputs but for the accepted one.
+    pub outputs: Vec<(Output, Register)>,
+    /// The register of the accepted output.
+    pub accepted: Option<Register>,
+}
+
+/// A step. Results go to `to`, or to the registers from it on.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, reason = "as the operations that they are made of")]
+pub(super) enum Instruction {
+    Unary { function: UnaryFunction, to: Register, a: Register },
+    Binary { function: BinaryFunction, to: Register, a: Register, b: Register },
+    Select { to: Register, condition: Register, a: Register, b: Register },
+    Fma { to: Register, a: Register, b: Register, c: Register },
+    Copy { to: Register, from: Register },
+    Load { to: Register, place: PlaceId, index: u32 },
+    LoadAt { to: Register, place: PlaceId, index: Register, len: u32 },
+    LoadBuffer { to: Register, place: PlaceId, index: u32 },
+    LoadBufferAt { to: Register, place: PlaceId, index: Register, len: u32 },
+    LoadSlot { to: Register, address: u32 },
+    LoadSlotAt { to: Register, index: Register, base: u32, len: u32 },
+    StoreSlot { address: u32, value: Register },
+    StoreSlotAt { value: Register, index: Register, base: u32, len: u32 },
+    Length { to: Register, place: PlaceId },
+    Jump { target: u32 },
+    JumpIf { condition: Register, target: u32 },
+    JumpUnless { condition: Register, target: u32 },
+    Trace { to: Register, operands: u32 },
+    Occluded { to: Register, operands: u32 },
+    LightCount { to: Register },
+    LightSample { to: Register, operands: u32 },
+    Ambient { to: Register },
+    Rand { to: Register },
+    ReportBudget,
+}
