@@ -1,6 +1,13 @@
 //! From text to classes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use rtsl_source::{Diagnostic, Diagnostics, SourceMap, diagnostic_codes as codes};
+use rtsl_syntax::IncludeLoader;
+
+use crate::loader::{FileLoader, read_text};
+use crate::pipeline;
+use crate::unit::Compilation;
 
 /// How text is compiled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -10,4 +17,58 @@ pub struct CompilerOptions {
     pub loop_budget: Option<u32>,
     /// The folders in which `#include` looks after that of the including file.
     pub search_path: Vec<PathBuf>,
+}
+
+/// Compiles text to classes.
+#[derive(Clone, Debug, Default)]
+pub struct Compiler {
+    options: CompilerOptions,
+}
+
+impl Compiler {
+    /// A compiler with these options.
+    pub fn new(options: CompilerOptions) -> Compiler {
+        Compiler { options }
+    }
+
+    /// How it compiles.
+    pub fn options(&self) -> &CompilerOptions {
+        &self.options
+    }
+
+    /// Compiles text that is in no file; `name` is what diagnostics call it. What it includes is
+    /// looked for on the search path.
+    pub fn compile(&self, name: &str, text: &str) -> Compilation {
+        self.compile_with(name, text, &mut FileLoader::new(self.options.search_path.clone()))
+    }
+
+    /// Compiles text whose includes come from `loader`.
+    pub fn compile_with(
+        &self,
+        name: &str,
+        text: &str,
+        loader: &mut dyn IncludeLoader,
+    ) -> Compilation {
+        pipeline::compile(name, text, &self.options, loader)
+    }
+
+    /// Compiles a file. Where it can't be read, that is the one diagnostic.
+    pub fn compile_file(&self, path: &Path) -> Compilation {
+        match read_text(path) {
+            Ok(text) => {
+                let mut loader = FileLoader::beside(path, self.options.search_path.clone());
+                self.compile_with(&path.display().to_string(), &text, &mut loader)
+            }
+            Err(reason) => unreadable(path, &reason),
+        }
+    }
+}
+
+fn unreadable(path: &Path, reason: &str) -> Compilation {
+    let mut diagnostics = Diagnostics::new();
+    diagnostics.push(Diagnostic::new(
+        codes::UNREADABLE_FILE,
+        format!("`{}` can't be read: {reason}", path.display()),
+    ));
+    Compilation { unit: None, diagnostics, sources: SourceMap::new() }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use rtsl_ir::{Function, Place, PlaceKind};
+use rtsl_ir::host::NoHost;
+use rtsl_ir::interpreter::{Interpreter, Storage};
+use rtsl_ir::{Function, Place, PlaceId, PlaceKind};
 
 /// The scalars of members, constructor parameters and buffers, by name.
 #[derive(Clone, Debug, Default)]
@@ -18,11 +20,58 @@ impl Environment {
 
     /// The scalars of a member; zeros where nobody set it.
     pub fn take(&mut self, place: &Place) -> Vec<u32> {
-        let mut words = self.values.remove(&(place.kind, place.name.clone())).unwrap_or_default();
+        let key = (place.kind, place.name.clone());
+        let mut words = self.values.remove(&key).unwrap_or_default();
         words.resize(place.len as usize, 0);
         words
     }
 
-    /// Runs an initialiser or a constructor: it reads places, then sets others.
-    pub fn run(&mut self, _function: &Function) {}
+    /// Runs an initialiser or a constructor, which reads places and then sets others. A function
+    /// that is not linked does nothing: `link` is asked about constructors first.
+    pub fn run(&mut self, function: &Function) {
+        let Ok(mut interpreter) = Interpreter::prepare(function) else { return };
+        let mut storage = FunctionStorage {
+            places: &function.places,
+            values: function.places.iter().map(|place| self.words(place)).collect(),
+        };
+        let _ = interpreter.run(0, &mut storage, &mut NoHost);
+        let values = storage.values;
+        for (place, words) in function.places.iter().zip(values) {
+            if matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter) {
+                self.set(place.kind, &place.name, &words);
+            }
+        }
+    }
+
+    fn words(&self, place: &Place) -> Vec<u32> {
+        let known = self.values.get(&(place.kind, place.name.clone()));
+        let mut words = known.cloned().unwrap_or_default();
+        if place.kind != PlaceKind::Buffer {
+            words.resize(place.len as usize, 0);
+        }
+        words
+    }
+}
+
+struct FunctionStorage<'a> {
+    places: &'a [Place],
+    /// In the order of the places.
+    values: Vec<Vec<u32>>,
+}
+
+impl Storage for FunctionStorage<'_> {
+    fn load(&self, place: PlaceId, index: u32) -> u32 {
+        self.values[place.0 as usize].get(index as usize).copied().unwrap_or(0)
+    }
+
+    fn elements(&self, buffer: PlaceId) -> u32 {
+        let place = buffer.0 as usize;
+        self.values[place].len() as u32 / self.places[place].len.max(1)
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
+        if let Some(word) = self.values[place.0 as usize].get_mut(component as usize) {
+            *word = bits;
+        }
+    }
 }

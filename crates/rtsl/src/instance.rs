@@ -1,18 +1,20 @@
 //! Instances: a class with its parameters set.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::PlaceKind;
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
+use rtsl_ir::{Function, PlaceKind};
 use rtsl_jit::{BoundBuffer, InstanceBlock};
 use rtsl_packet::Layout;
-use rtsl_source::Diagnostics;
+use rtsl_source::{Diagnostic, Diagnostics};
 
 use crate::environment::Environment;
 use crate::errors;
+use crate::link::link_function;
 use crate::parameters::{self, Argument, Leaves, Words};
-use crate::tree::element_path;
+use crate::tree::{ClassTree, element_path};
 use crate::value::Value;
 
 /// Instances that an instance refers to, and those that these refer to, each counted as often as
@@ -106,12 +108,35 @@ impl Instance {
             let element_words = place.len.max(1);
             buffers.push(BoundBuffer { offset, words: words.clone(), element_words });
         }
-        for (reference, elements) in self.class.references.iter().zip(&self.references) {
-            for (index, element) in elements.iter().enumerate() {
-                if let Some(instance) = element {
-                    let path = format!("{prefix}{}.", element_path(reference, index));
-                    instance.fill_block(layout, &path, words, buffers);
-                }
+        for_each_element(&self.class, &self.references, |path, instance| {
+            instance.fill_block(layout, &format!("{prefix}{path}."), words, buffers);
+        });
+    }
+
+    /// Lets a constructor that refers to this instance as `path` see its data.
+    fn show(&self, path: &str, values: &mut Environment) {
+        for (place, words) in self.class.members.iter().zip(&self.members) {
+            values.set(PlaceKind::Member, &format!("{path}.{}", place.name), words);
+        }
+        for (place, words) in self.class.buffers.iter().zip(&self.buffers) {
+            values.set(PlaceKind::Buffer, &format!("{path}.{}", place.name), words);
+        }
+        for_each_element(&self.class, &self.references, |inner, instance| {
+            instance.show(&format!("{path}.{inner}"), values);
+        });
+    }
+}
+
+/// Calls `visit` with the path and the instance of each reference that is set.
+fn for_each_element(
+    class: &Class,
+    references: &[Vec<Option<Arc<Instance>>>],
+    mut visit: impl FnMut(&str, &Instance),
+) {
+    for (reference, elements) in class.references.iter().zip(references) {
+        for (index, element) in elements.iter().enumerate() {
+            if let Some(instance) = element {
+                visit(&element_path(reference, index), instance);
             }
         }
     }
@@ -172,6 +197,14 @@ impl<'a> Builder<'a> {
 
     fn finish(mut self) -> Result<Instance, Diagnostics> {
         let (tree_size, depth) = self.measure_tree();
+        let references = self.take_references();
+        let constructor = match self.link_constructor(&references) {
+            Ok(constructor) => constructor,
+            Err(problem) => {
+                self.problems.push(problem);
+                None
+            }
+        };
         if self.problems.has_errors() {
             return Err(self.problems);
         }
@@ -185,28 +218,40 @@ impl<'a> Builder<'a> {
         for (name, words) in &self.constructor_arguments {
             values.set(PlaceKind::Parameter, name, words.as_slice());
         }
-        if let Some(constructor) = &class.constructor {
-            values.run(constructor);
+        if let Some(constructor) = constructor {
+            for_each_element(class, &references, |path, instance| instance.show(path, &mut values));
+            values.run(&constructor);
         }
-        let members = class.members.iter().map(|place| values.take(place));
+        let members = class.members.iter().map(|place| values.take(place)).collect();
         let buffers = class.buffers.iter().map(|place| {
             self.members.remove(&place.name).map_or_else(|| Arc::from([]), Words::into_shared)
         });
-        let references = class.references.iter().map(|reference| {
+        let buffers = buffers.collect();
+        Ok(Instance { class: class.clone(), members, buffers, references, tree_size, depth })
+    }
+
+    fn take_references(&mut self) -> Vec<Vec<Option<Arc<Instance>>>> {
+        let references = self.class.references.iter().map(|reference| {
             let count = reference.count.map_or(1, |count| count as usize);
-            match self.references.remove(reference.name.as_str()) {
-                Some(instances) => instances.into_iter().map(Some).collect(),
+            match self.references.get(reference.name.as_str()) {
+                Some(instances) => instances.iter().cloned().map(Some).collect(),
                 None => vec![None; count],
             }
         });
-        Ok(Instance {
-            class: class.clone(),
-            members: members.collect(),
-            buffers: buffers.collect(),
-            references: references.collect(),
-            tree_size,
-            depth,
-        })
+        references.collect()
+    }
+
+    /// The constructor without references, if there is one and all is well so far.
+    fn link_constructor(
+        &self,
+        references: &[Vec<Option<Arc<Instance>>>],
+    ) -> Result<Option<Cow<'a, Function>>, Diagnostic> {
+        let Some(constructor) = &self.class.constructor else { return Ok(None) };
+        if references.is_empty() || self.problems.has_errors() {
+            return Ok(Some(Cow::Borrowed(constructor)));
+        }
+        let tree = ClassTree::new(self.class, references);
+        link_function(&tree, constructor).map(|linked| Some(Cow::Owned(linked.function)))
     }
 
     fn measure_tree(&mut self) -> (u64, u32) {
@@ -219,3 +264,6 @@ impl<'a> Builder<'a> {
         (size, depth)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,8 @@
 
 use rtsl_jit::{CallArguments, CallStatus, CompiledKernel};
 
+use crate::interpreted::InterpretedKernel;
+
 /// A method, ready to be called. Machine code and the interpreter are called alike and give
 /// the same bits.
 #[derive(Clone, Debug)]
@@ -12,11 +14,16 @@ pub struct Kernel {
 #[derive(Clone, Debug)]
 enum Kind {
     Compiled(CompiledKernel),
+    Interpreted(Box<InterpretedKernel>),
 }
 
 impl Kernel {
     pub(crate) fn compiled(kernel: CompiledKernel) -> Kernel {
         Kernel { kind: Kind::Compiled(kernel) }
+    }
+
+    pub(crate) fn interpreted(kernel: InterpretedKernel) -> Kernel {
+        Kernel { kind: Kind::Interpreted(Box::new(kernel)) }
     }
 
     /// Runs the method for all rays of the call.
@@ -26,6 +33,7 @@ impl Kernel {
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call(call),
+            Kind::Interpreted(kernel) => kernel.call(call),
         }
     }
 
@@ -33,6 +41,7 @@ impl Kernel {
     pub fn is_compiled(&self) -> bool {
         match self.kind {
             Kind::Compiled(_) => true,
+            Kind::Interpreted(_) => false,
         }
     }
 }

@@ -24,8 +24,10 @@ mod engine;
 mod environment;
 mod errors;
 mod instance;
+mod interpreted;
 mod kernel;
 mod link;
+mod loader;
 mod options;
 mod parameters;
 pub mod pipeline;
@@ -35,11 +37,12 @@ mod tree;
 mod unit;
 mod value;
 
-pub use compiler::CompilerOptions;
+pub use compiler::{Compiler, CompilerOptions};
 pub use engine::{Engine, KernelRequest};
 pub use errors::unknown_class;
 pub use instance::Instance;
 pub use kernel::Kernel;
+pub use loader::FileLoader;
 pub use options::{Backend, EngineOptions, Math};
 pub use parameters::{scalar_name, type_name};
 pub use program::{LinkedMethod, Program};
@@ -64,3 +67,4 @@ pub use rtsl_spec::{
     COLOR_COMPONENTS, Direction, Method, Role, StateType, StateVariable, lookup_state, rows,
     state_component_count, state_variables,
 };
+pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};

@@ -31,7 +31,11 @@ pub(crate) struct Linked {
 
 /// Links `method` of the tree's root; `None` if the class has no such method.
 pub(crate) fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Diagnostic>> {
-    let function = tree.class.methods.get(&method)?;
+    tree.class.methods.get(&method).map(|function| link_function(tree, function))
+}
+
+/// Links a function of the class at the tree's root.
+pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
     let mut linker = Linker {
         out: Function::new(function.name.clone()),
         operations: 0,
@@ -39,10 +43,9 @@ pub(crate) fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Di
         slots: 0,
         warnings: BTreeSet::new(),
     };
-    Some(linker.root(tree, function).map(|()| Linked {
-        function: linker.out,
-        warnings: linker.warnings.into_iter().map(unset_warning).collect(),
-    }))
+    linker.root(tree, function)?;
+    let warnings = linker.warnings.into_iter().map(unset_warning).collect();
+    Ok(Linked { function: linker.out, warnings })
 }
 
 struct Linker {

@@ -133,7 +133,9 @@ mod tests {
         assert_eq!(text(loader.load("c.rtsl", &part.name)), "c");
         assert_eq!(loader.load("../secret.rtsl", &main).unwrap_err(), IncludeError::Escapes);
         assert_eq!(loader.load("/etc/passwd", &main).unwrap_err(), IncludeError::Escapes);
-        assert!(matches!(loader.load("x.rtsl", &main), Err(IncludeError::NotFound(it)) if it.len() == 2));
+        assert!(
+            matches!(loader.load("x.rtsl", &main), Err(IncludeError::NotFound(it)) if it.len() == 2)
+        );
         assert!(matches!(loader.load("d.rtsl", &main), Err(IncludeError::Unreadable(_))));
         assert!(matches!(loader.load("parts", &main), Err(IncludeError::NotFound(_))));
         std::fs::remove_dir_all(&root).unwrap();

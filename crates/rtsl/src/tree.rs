@@ -20,13 +20,15 @@ pub(crate) struct ClassTree {
 impl ClassTree {
     /// The tree of an instance; its size is bounded when instances are made.
     pub fn of(instance: &Instance) -> ClassTree {
+        ClassTree::new(instance.class(), instance.references())
+    }
+
+    /// The tree of a class whose references are these instances.
+    pub fn new(class: &Arc<Class>, references: &[Vec<Option<Arc<Instance>>>]) -> ClassTree {
         let each = |elements: &Vec<Option<Arc<Instance>>>| {
             elements.iter().map(|element| element.as_deref().map(ClassTree::of)).collect()
         };
-        ClassTree {
-            class: instance.class().clone(),
-            references: instance.references().iter().map(each).collect(),
-        }
+        ClassTree { class: class.clone(), references: references.iter().map(each).collect() }
     }
 
     /// Equal for trees of the same classes, as long as those classes are kept alive.
