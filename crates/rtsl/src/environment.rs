@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use rtsl_ir::host::NoHost;
-use rtsl_ir::interpreter::{Interpreter, Storage};
-use rtsl_ir::{Function, Place, PlaceId, PlaceKind};
+
+use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
 
 /// The scalars of members, constructor parameters and buffers, by name.
 #[derive(Clone, Debug, Default)]

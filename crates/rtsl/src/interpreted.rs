@@ -1,7 +1,6 @@
 //! Methods on the interpreter, called as machine code is called.
 
-use rtsl_ir::interpreter::{Interpreter, PrepareError, Storage};
-use rtsl_ir::{Function, PlaceId, PlaceKind, Scalar};
+use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Scalar, Storage};
 use rtsl_jit::{CallArguments, CallStatus, InstanceBlock, Instances, LaneBlock, Signature};
 use rtsl_packet::Layout;
 use rtsl_spec::lookup_state;
