@@ -5,6 +5,7 @@
 
 mod codes;
 mod diagnostic;
+mod excerpt;
 mod map;
 pub mod render;
 mod similar;

@@ -40,12 +40,12 @@ impl Lexer<'_> {
         let span = Span::new(self.file, start as u32, self.position as u32);
         let written = &self.text[start..self.position];
         let spelling = match kind {
-            TokenKind::Name | TokenKind::Number | TokenKind::Text if written.contains('\\') => {
+            _ if keeps_spelling(kind) && written.contains('\\') => {
                 symbols.intern(&without_continuations(written))
             }
-            TokenKind::Name | TokenKind::Number | TokenKind::Text => symbols.intern(written),
+            _ if keeps_spelling(kind) => symbols.intern(written),
             TokenKind::Punctuator(punctuator) => symbols.intern(punctuator.text()),
-            TokenKind::Invalid(_) | TokenKind::End => symbols.intern(""),
+            _ => symbols.intern(""),
         };
         let token = Token {
             kind,
@@ -53,6 +53,7 @@ impl Lexer<'_> {
             span,
             starts_line: self.starts_line,
             spaced: self.spaced,
+            after_invalid: false,
             painted: false,
         };
         self.starts_line = false;
@@ -110,17 +111,15 @@ impl Lexer<'_> {
     fn read_kind(&mut self) -> Option<TokenKind> {
         let first = self.peek()?;
         Some(match first {
-            b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
-                self.bump_while(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-                TokenKind::Name
-            }
+            b'a'..=b'z' | b'A'..=b'Z' | b'_' => self.read_word(),
             b'0'..=b'9' => self.read_number(),
             b'.' if self.peek_after().is_some_and(|byte| byte.is_ascii_digit()) => {
                 self.read_number()
             }
             b'"' => self.read_text(),
+            0x80.. if self.at_letter() => self.read_word(),
             0x80.. => {
-                self.bump_while(|byte| byte >= 0x80);
+                self.bump_character();
                 TokenKind::Invalid(LexicalError::NonAsciiCharacter)
             }
             _ => match Punctuator::ALL.iter().find(|each| self.at_punctuator(each.text())) {
@@ -136,6 +135,31 @@ impl Lexer<'_> {
                 }
             },
         })
+    }
+
+    fn read_word(&mut self) -> TokenKind {
+        let mut kind = TokenKind::Name;
+        while self.at_letter() {
+            if !self.bump_character().is_ascii() {
+                kind = TokenKind::Invalid(LexicalError::NonAsciiName);
+            }
+        }
+        kind
+    }
+
+    fn at_letter(&self) -> bool {
+        match self.peek() {
+            Some(0x80..) => self.text[self.position..].starts_with(char::is_alphanumeric),
+            Some(byte) => byte.is_ascii_alphanumeric() || byte == b'_',
+            None => false,
+        }
+    }
+
+    fn bump_character(&mut self) -> char {
+        let character = self.text[self.position..].chars().next().unwrap_or_default();
+        self.position += character.len_utf8() - 1;
+        self.bump();
+        character
     }
 
     /// Reads what C calls a preprocessing number; the parser checks its form.
@@ -193,12 +217,6 @@ impl Lexer<'_> {
         })
     }
 
-    fn bump_while(&mut self, accept: impl Fn(u8) -> bool) {
-        while self.peek().is_some_and(&accept) {
-            self.bump();
-        }
-    }
-
     fn peek(&self) -> Option<u8> {
         self.text.as_bytes().get(self.position).copied()
     }
@@ -226,6 +244,14 @@ impl Lexer<'_> {
             };
         }
         offset
+    }
+}
+
+fn keeps_spelling(kind: TokenKind) -> bool {
+    match kind {
+        TokenKind::Name | TokenKind::Number | TokenKind::Text => true,
+        TokenKind::Invalid(error) => error == LexicalError::NonAsciiName,
+        TokenKind::Punctuator(_) | TokenKind::End => false,
     }
 }
 
@@ -272,8 +298,15 @@ mod tests {
     #[test]
     fn what_is_no_token_is_kept_for_later() {
         assert_eq!(
-            spellings("a @ é \"x"),
-            ["a", "UnexpectedCharacter", "NonAsciiCharacter", "UnterminatedText"]
+            spellings("a @ b“ gré \"x"),
+            [
+                "a",
+                "UnexpectedCharacter",
+                "b",
+                "NonAsciiCharacter",
+                "NonAsciiName",
+                "UnterminatedText"
+            ]
         );
         assert_eq!(spellings("a /* b"), ["a", "UnterminatedComment"]);
     }

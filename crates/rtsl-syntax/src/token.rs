@@ -16,6 +16,9 @@ pub(crate) struct Token {
     pub starts_line: bool,
     /// Whether white space stands before it.
     pub spaced: bool,
+    /// Whether something before it was reported as no token: what the parser would say of it is
+    /// probably that one's fault.
+    pub after_invalid: bool,
     /// A macro's name met inside the macro's own expansion: never expanded again.
     pub painted: bool,
 }
@@ -48,6 +51,8 @@ pub(crate) enum TokenKind {
 pub(crate) enum LexicalError {
     UnexpectedCharacter,
     NonAsciiCharacter,
+    /// A word with letters outside ASCII; the spelling holds it.
+    NonAsciiName,
     UnterminatedComment,
     UnterminatedText,
 }
@@ -57,7 +62,9 @@ impl LexicalError {
     pub fn code(self) -> Code {
         match self {
             LexicalError::UnexpectedCharacter => diagnostic_codes::UNEXPECTED_CHARACTER,
-            LexicalError::NonAsciiCharacter => diagnostic_codes::NON_ASCII_CHARACTER,
+            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
+                diagnostic_codes::NON_ASCII_CHARACTER
+            }
             LexicalError::UnterminatedComment => diagnostic_codes::UNTERMINATED_COMMENT,
             LexicalError::UnterminatedText => diagnostic_codes::UNTERMINATED_TEXT,
         }

@@ -60,8 +60,9 @@ struct Parser<'a> {
     diagnostics: &'a mut Diagnostics,
     /// How deep the parser stands in the tree.
     depth: usize,
-    /// The token of the last error; a second one there would say the same in other words.
-    reported_at: Option<usize>,
+    /// The place of the last error; a second one there would say the same in other words. All
+    /// that a macro made has one place.
+    reported_at: Option<Span>,
     /// Tokens copied so far, see [`MAX_COPIED_TOKENS`].
     copied: usize,
     unnamed_structs: u32,
@@ -160,10 +161,11 @@ impl<'a> Parser<'a> {
 // Errors.
 impl Parser<'_> {
     fn report(&mut self, diagnostic: Diagnostic) -> Reported {
-        if self.reported_at != Some(self.position) {
-            self.reported_at = Some(self.position);
+        let token = self.peek();
+        if !token.after_invalid && self.reported_at != Some(token.span) {
             self.diagnostics.push(diagnostic);
         }
+        self.reported_at = Some(token.span);
         Reported
     }
 
@@ -177,7 +179,7 @@ impl Parser<'_> {
         let token = self.peek();
         if let Some(Word::Reserved(reserved)) = self.word_of(token) {
             self.complain_reserved(token, reserved);
-            self.reported_at = Some(self.position);
+            self.reported_at = Some(token.span);
             return Reported;
         }
         let found = self.describe(token);
@@ -198,7 +200,9 @@ impl Parser<'_> {
         )
         .at(token.span, "not available here");
         let diagnostic = match reserved.reading {
-            Reading::Type(instead) => diagnostic.suggest(reserved.help, token.span, instead),
+            Reading::Type(instead) => {
+                diagnostic.note(reserved.help).suggest("write instead", token.span, instead)
+            }
             Reading::Qualifier | Reading::Layout | Reading::Statement | Reading::Name => {
                 diagnostic.help(reserved.help)
             }
@@ -315,7 +319,7 @@ impl Parser<'_> {
                 .help("name parts in variables or functions of their own; loop over an array");
         let reported = self.report(diagnostic);
         self.position = self.tokens.len() - 1;
-        self.reported_at = Some(self.position);
+        self.reported_at = Some(self.peek().span);
         Err(reported)
     }
 

@@ -115,9 +115,10 @@ impl Parser<'_> {
                 let message = format!("label `{}` outside a `switch`", self.text(token));
                 let diagnostic = Diagnostic::new(codes::MISPLACED_LABEL, message)
                     .at(token.span, "labels stand directly in the braces of a `switch`");
-                let reported = self.report(diagnostic);
+                self.report(diagnostic);
+                self.bump();
                 self.skip_label();
-                Err(reported)
+                Ok(StatementKind::Empty)
             }
             Keyword::Else => {
                 let diagnostic = Diagnostic::new(codes::UNEXPECTED_TOKEN, "`else` without `if`")
@@ -325,7 +326,6 @@ impl Parser<'_> {
 
     /// Skips to the end of a label on its line.
     fn skip_label(&mut self) {
-        self.bump();
         while !self.at_end() && !self.at(Punctuator::RightBrace) && !self.peek().starts_line {
             if self.maybe(Punctuator::Colon).is_some() {
                 return;

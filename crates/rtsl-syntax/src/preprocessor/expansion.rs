@@ -70,6 +70,7 @@ impl Preprocessor<'_> {
                 Expanded::NotACall => return Some(token),
                 Expanded::Failed => {
                     // A number in its place keeps the parser from a second error.
+                    self.after_invalid = true;
                     let spelling = self.symbols.intern("0");
                     return Some(Token { kind: TokenKind::Number, spelling, ..token });
                 }

@@ -41,6 +41,7 @@ pub(crate) fn preprocess(
     preprocessor.run();
     // A text cut short by a limit would give errors that its author can't mend.
     let mut tokens = if preprocessor.exhausted { Vec::new() } else { preprocessor.output };
+    let after_invalid = preprocessor.after_invalid;
     let end = map.file(file).text.len() as u32;
     tokens.push(Token {
         kind: TokenKind::End,
@@ -48,6 +49,7 @@ pub(crate) fn preprocess(
         span: Span::new(file, end, end),
         starts_line: true,
         spaced: true,
+        after_invalid,
         painted: false,
     });
     tokens
@@ -71,6 +73,8 @@ struct Preprocessor<'a> {
     /// Files that said `#pragma once(off)`.
     repeatable: HashSet<FileId>,
     output: Vec<Token>,
+    /// Whether the token before was reported as none.
+    after_invalid: bool,
     budget: usize,
     exhausted: bool,
     names: Names,
@@ -117,6 +121,7 @@ impl<'a> Preprocessor<'a> {
             includes: BTreeMap::new(),
             repeatable: HashSet::new(),
             output: Vec::new(),
+            after_invalid: false,
             budget: BUDGET,
             exhausted: false,
             names,
@@ -133,7 +138,21 @@ impl<'a> Preprocessor<'a> {
     /// Hands a token to the parser, or reports that it is none.
     fn emit(&mut self, token: Token) {
         match token.kind {
-            TokenKind::Invalid(error) => self.report_invalid(token, error),
+            TokenKind::Invalid(error) => {
+                self.report_invalid(token, error);
+                match error {
+                    LexicalError::NonAsciiName => {
+                        self.push(Token { kind: TokenKind::Name, ..token });
+                    }
+                    LexicalError::UnterminatedText => {
+                        self.after_invalid = true;
+                        self.push(token);
+                    }
+                    LexicalError::UnexpectedCharacter
+                    | LexicalError::NonAsciiCharacter
+                    | LexicalError::UnterminatedComment => self.after_invalid = true,
+                }
+            }
             TokenKind::Punctuator(Punctuator::Hash | Punctuator::HashHash) => {
                 let message = format!("`{}` outside a directive", self.text(token));
                 self.report(
@@ -141,6 +160,7 @@ impl<'a> Preprocessor<'a> {
                         .at(token.span, "not part of any directive")
                         .note("a directive's `#` is the first thing on its line"),
                 );
+                self.after_invalid = true;
             }
             TokenKind::Name if self.text(token).len() > MAX_NAME => {
                 let message = format!(
@@ -153,14 +173,19 @@ impl<'a> Preprocessor<'a> {
                 // The rest of the compiler gets a name within the limit.
                 let short = self.text(token)[..MAX_NAME].to_string();
                 let spelling = self.symbols.intern(&short);
-                self.output.push(Token { spelling, ..token });
+                self.push(Token { spelling, ..token });
             }
             TokenKind::Name
             | TokenKind::Number
             | TokenKind::Text
             | TokenKind::Punctuator(_)
-            | TokenKind::End => self.output.push(token),
+            | TokenKind::End => self.push(token),
         }
+    }
+
+    fn push(&mut self, token: Token) {
+        let after_invalid = std::mem::take(&mut self.after_invalid);
+        self.output.push(Token { after_invalid, ..token });
     }
 
     fn report_invalid(&mut self, token: Token, error: LexicalError) {
@@ -169,7 +194,7 @@ impl<'a> Preprocessor<'a> {
         let diagnostic = match error {
             LexicalError::UnexpectedCharacter => new(format!("unexpected character `{shown}`"))
                 .at(token.span, "no token begins with this"),
-            LexicalError::NonAsciiCharacter => {
+            LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
                 new(format!("`{shown}` is not ASCII")).at(token.span, "outside a comment").note(
                     "names are ASCII as in GLSL; other characters may stand in comments and in \
                      the text of annotations",

@@ -1,0 +1,137 @@
+//! The lines of a file that a diagnostic shows, long ones shortened.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::{FileId, Label, SourceMap, Span};
+
+/// How many lines of a label are shown; further ones are cut off.
+const MAX_LINES: usize = 10;
+/// The lines before and after a label that the renderer may ask for.
+const CONTEXT: usize = 4;
+/// The longest line shown whole, in bytes.
+const MAX_WIDTH: usize = 240;
+/// Bytes shown before the label in a line that is shortened.
+const MARGIN: usize = 60;
+/// What stands for the parts cut off.
+const ELLIPSIS: &str = "...";
+
+/// The lines of one file around the labels of one diagnostic.
+#[derive(Debug)]
+pub(crate) struct Excerpt {
+    pub text: String,
+    /// By line, counted from 0.
+    lines: BTreeMap<usize, Line>,
+}
+
+#[derive(Debug)]
+struct Line {
+    /// Where it stands in the excerpt.
+    shown: Range<usize>,
+    /// The bytes of the file that are shown of it.
+    window: Range<usize>,
+    /// Bytes in the excerpt before the window's.
+    ellipsis: usize,
+}
+
+impl Excerpt {
+    /// The excerpt of `file` for `labels`, those in other files excepted.
+    pub fn new<'a>(
+        map: &SourceMap,
+        file: FileId,
+        labels: impl Iterator<Item = &'a Label> + Clone,
+    ) -> Self {
+        let mut starts: BTreeMap<usize, Option<usize>> = BTreeMap::new();
+        let spans = labels.filter(|label| label.span.file == file).map(|label| label.span);
+        for span in spans {
+            let span = clip(map, span);
+            let (first, last) = lines_of(map, span);
+            for line in first.saturating_sub(CONTEXT)..=last + CONTEXT {
+                if line < map.line_count(file) {
+                    starts.entry(line).or_default();
+                }
+            }
+            // The first label of a line, which is the primary one if it has one, decides what is
+            // shown of it.
+            starts.entry(first).or_default().get_or_insert(span.start as usize);
+        }
+        let mut excerpt = Excerpt { text: String::new(), lines: BTreeMap::new() };
+        for (line, start) in starts {
+            excerpt.add_line(map, file, line, start);
+        }
+        excerpt
+    }
+
+    fn add_line(&mut self, map: &SourceMap, file: FileId, line: usize, label: Option<usize>) {
+        let Some(range) = map.line_range(file, line) else { return };
+        let text = &map.file(file).text;
+        let content = text[range.clone()].trim_end_matches(['\n', '\r']).len();
+        let mut window = range.start..range.start + content;
+        if content > MAX_WIDTH {
+            let from = label.unwrap_or(range.start).saturating_sub(MARGIN).max(range.start);
+            window.start = text.floor_char_boundary(from);
+            window.end = text.floor_char_boundary((from + MAX_WIDTH).min(window.end));
+        }
+        let begin = self.text.len();
+        let ellipsis = if window.start > range.start { ELLIPSIS } else { "" };
+        self.text.push_str(ellipsis);
+        self.text.push_str(&text[window.clone()]);
+        if window.end < range.start + content {
+            self.text.push_str(ELLIPSIS);
+        }
+        self.text.push('\n');
+        let shown = begin..self.text.len();
+        self.lines.insert(line, Line { shown, window, ellipsis: ellipsis.len() });
+    }
+
+    /// Where a span of the file stands in the excerpt.
+    pub fn place(&self, map: &SourceMap, span: Span) -> Range<usize> {
+        let span = clip(map, span);
+        let (first, last) = lines_of(map, span);
+        let start = self.offset(first, span.start as usize);
+        start..self.offset(last, span.end as usize).max(start)
+    }
+
+    fn offset(&self, line: usize, offset: usize) -> usize {
+        let Some(line) = self.lines.get(&line) else { return 0 };
+        let inside = offset.clamp(line.window.start, line.window.end) - line.window.start;
+        (line.shown.start + line.ellipsis + inside).min(line.shown.end - 1)
+    }
+
+    /// The line, counted from 0, of an offset in the excerpt.
+    pub fn line_of(&self, offset: usize) -> usize {
+        let after = self.lines.iter().rev().find(|(_, line)| line.shown.start <= offset);
+        after.map_or(0, |(number, _)| *number)
+    }
+
+    /// The bytes of the excerpt that show a line.
+    pub fn line_range(&self, line: usize) -> Option<Range<usize>> {
+        self.lines.get(&line).map(|line| line.shown.clone())
+    }
+
+    /// The offset in the file of an offset in the excerpt.
+    pub fn original(&self, line: usize, offset: usize) -> Option<usize> {
+        let line = self.lines.get(&line)?;
+        let inside = offset.saturating_sub(line.shown.start + line.ellipsis);
+        Some((line.window.start + inside).min(line.window.end))
+    }
+}
+
+/// `span` within its file and with no more than [`MAX_LINES`] lines.
+fn clip(map: &SourceMap, span: Span) -> Span {
+    let length = map.file(span.file).text.len() as u32;
+    let start = span.start.min(length);
+    let span = Span { start, end: span.end.clamp(start, length), ..span };
+    let (first, last) = lines_of(map, span);
+    if last - first < MAX_LINES {
+        return span;
+    }
+    let end = map.line_range(span.file, first).map_or(span.end, |range| range.end as u32 - 1);
+    Span { end: end.max(span.start), ..span }
+}
+
+/// The first and last line of `span`, counted from 0.
+fn lines_of(map: &SourceMap, span: Span) -> (usize, usize) {
+    let line = |offset| map.line(span.file, offset) as usize - 1;
+    (line(span.start), line(span.end))
+}
