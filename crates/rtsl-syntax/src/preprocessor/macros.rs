@@ -123,8 +123,7 @@ impl Preprocessor<'_> {
             return Some((parameters, rest));
         }
         let mut rest = line;
-        loop {
-            let [parameter, separator, after @ ..] = rest else { break };
+        while let [parameter, separator, after @ ..] = rest {
             if parameter.kind != TokenKind::Name {
                 return self.malformed_parameters(parameter.span, "expected a parameter's name");
             }
