@@ -30,6 +30,7 @@ mod link;
 mod loader;
 mod options;
 mod parameters;
+pub mod library;
 pub mod pipeline;
 mod program;
 mod state;
