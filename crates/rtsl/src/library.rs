@@ -1,4 +1,4 @@
-//! The standard library of shaders, built in.
+//! RTSL text that is built in: the standard library of shaders, and the prelude.
 
 /// A file of the library.
 #[derive(Clone, Copy, Debug)]
@@ -9,9 +9,15 @@ pub struct LibraryFile {
     pub text: &'static str,
 }
 
-/// The files, sorted by name.
+/// The standard library's files, sorted by name.
 pub fn files() -> &'static [LibraryFile] {
     FILES
 }
 
-const FILES: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/library_files.rs"));
+/// The prelude: what every shader may call, sorted by name.
+pub(crate) fn prelude_files() -> &'static [LibraryFile] {
+    PRELUDE_FILES
+}
+
+const FILES: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/shaders_files.rs"));
+const PRELUDE_FILES: &[LibraryFile] = include!(concat!(env!("OUT_DIR"), "/prelude_files.rs"));
