@@ -3,7 +3,39 @@
 //! Writing text needs no LLVM: this crate knows the language of LLVM (as versions 17 to 22 read
 //! it) and which instructions of a target are worth using, but no library, no process and
 //! nothing of RTSL but packet code.
+//!
+//! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_packet::abi` says what it finds
+//! there. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction,
+//! no undefined value that reaches a lane that is on.
 
+mod arithmetic;
+mod chunk;
+mod control;
+mod emitter;
+mod fma;
+mod host;
+mod memory;
+mod module;
+mod operand;
 mod target;
+mod values;
+
+use rtsl_packet::Kernel;
+
+use crate::emitter::Emitter;
+use crate::module::Module;
 
 pub use target::TargetFeatures;
+
+/// The text of a module with a function for each kernel, called by the symbol that stands with it.
+pub fn emit<'a>(
+    kernels: impl IntoIterator<Item = (&'a str, &'a Kernel)>,
+    target: &TargetFeatures,
+) -> String {
+    let mut module = Module::new(target);
+    for (symbol, kernel) in kernels {
+        let function = Emitter::new(&mut module, kernel).emit(symbol);
+        module.add_function(&function);
+    }
+    module.finish()
+}

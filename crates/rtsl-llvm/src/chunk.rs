@@ -1,0 +1,278 @@
+//! The loop over chunks: which lanes are on, and the stores at the end.
+//!
+//! A chunk is *full* if the call has no mask and all of its W rays exist. That is tested once
+//! per chunk; a full chunk's mask is a constant and its outputs are stored as they are. Else
+//! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
+
+use rtsl_ir::{PlaceKind, Value};
+use rtsl_packet::abi;
+use rtsl_packet::kernel::KernelOutput;
+
+use crate::emitter::{Emitter, PointerSource};
+use crate::memory::StateOrScratch;
+use crate::operand::{Label, Operand, memory_element};
+
+/// What is known of the chunk being worked on.
+#[derive(Clone, Copy, Default)]
+pub struct Chunk {
+    /// The number of its first ray, i64.
+    base: Option<Operand>,
+    /// Whether it is full, i1.
+    full: Option<Operand>,
+    /// The number of rays from its first on, i64.
+    left: Option<Operand>,
+}
+
+impl Emitter<'_, '_> {
+    /// The number of the chunk's first ray, i64.
+    pub fn chunk_base(&self) -> Operand {
+        self.chunk.base.expect("inside the loop over chunks")
+    }
+
+    /// The loop over all chunks, from the end of the prologue to the jump to `done`.
+    pub fn emit_chunks(&mut self, done: Label) {
+        let (start, body) = (self.new_label(), self.new_label());
+        let (skip, advance) = (self.new_label(), self.new_label());
+        let width = self.kernel.width;
+        let before = self.block();
+        let (base, next) = (self.new_local(), self.new_local());
+        self.chunk.base = Some(base);
+        self.jump(start);
+        self.begin_block(start);
+        let first = Operand::Int(0);
+        let base_at = self.here();
+        self.insert_phi(
+            base_at,
+            base,
+            crate::operand::LlvmType { element: "i64", count: 1 },
+            &[(first, before), (next, advance)],
+        );
+        self.emit_mask(body, skip);
+        self.emit_slots();
+        self.emit_instances();
+        self.emit_ops(&self.kernel.body.ops);
+        self.emit_outputs();
+        self.jump(advance);
+
+        self.begin_block(skip);
+        self.emit_skip();
+        self.jump(advance);
+
+        self.begin_block(advance);
+        self.effect(format_args!("{next} = add nuw i64 {base}, {width}"));
+        let more = self.instruction(format_args!("icmp ult i64 {next}, %count"));
+        self.branch(more, start, done);
+    }
+
+    /// Finds the chunk's mask; begins the block `body` if any lane is on, else jumps to `skip`.
+    fn emit_mask(&mut self, body: Label, skip: Label) {
+        let width = self.kernel.width;
+        let masks = self.pointer(PointerSource::Call, abi::CALL_MASK);
+        let unmasked = self.setup(format_args!("icmp eq ptr {masks}, null"));
+        let param = self.kernel.body.params[0];
+        if width == 1 {
+            let masked = self.new_label();
+            self.branch(unmasked, body, masked);
+            self.begin_block(masked);
+            let on = self.load_mask(masks);
+            self.branch(on, body, skip);
+            self.begin_block(body);
+            return self.define(param, Operand::Bool(true));
+        }
+        let (partial, masked) = (self.new_label(), self.new_label());
+        let base = self.chunk_base();
+        let left = self.instruction(format_args!("sub nuw i64 %count, {base}"));
+        let whole = self.instruction(format_args!("icmp uge i64 {left}, {width}"));
+        let full = self.instruction(format_args!("and i1 {whole}, {unmasked}"));
+        self.chunk.left = Some(left);
+        self.chunk.full = Some(full);
+        let start = self.block();
+        self.branch(full, body, partial);
+
+        self.begin_block(partial);
+        let exists = self.emit_exists();
+        let existing = self.crossing_bits(exists);
+        self.branch(unmasked, body, masked);
+
+        self.begin_block(masked);
+        let asked = self.load_mask(masks);
+        let ty = self.lanes("i1");
+        let on = self.instruction(format_args!("and {ty} {asked}, {exists}"));
+        let on_crossing = self.crossing_bits(on);
+        let any = self.any_bit(on);
+        self.branch(any, body, skip);
+
+        self.begin_block(body);
+        let (ty, all) = if self.values.masks_in_lanes {
+            (self.lanes("i32"), self.constant_lanes("i32", Operand::Int(-1)))
+        } else {
+            (self.lanes("i1"), self.constant_lanes("i1", Operand::Bool(true)))
+        };
+        let incoming = [(all, start), (existing, partial), (on_crossing, masked)];
+        let mask = self.phi(ty, &incoming);
+        self.define_crossing(param, mask);
+    }
+
+    fn load_mask(&mut self, masks: Operand) -> Operand {
+        let base = self.chunk_base();
+        let ty = self.lanes("i32");
+        let at = self.instruction(format_args!("getelementptr i32, ptr {masks}, i64 {base}"));
+        let words = self.instruction(format_args!("load {ty}, ptr {at}, align 4"));
+        self.bits_of_words(words)
+    }
+
+    /// Which lanes have a ray.
+    fn emit_exists(&mut self) -> Operand {
+        let width = self.kernel.width;
+        let left = self.chunk.left.expect("the chunk is begun");
+        let left = self.instruction(format_args!("trunc i64 {left} to i32"));
+        let left = self.splat_here("i32", left);
+        let numbers: Vec<String> = (0..width).map(|lane| format!("i32 {lane}")).collect();
+        let ty = self.lanes("i32");
+        self.instruction(format_args!("icmp ugt {ty} {left}, <{}>", numbers.join(", ")))
+    }
+
+    fn crossing_bits(&mut self, bits: Operand) -> Operand {
+        if self.values.masks_in_lanes { self.words_of_bits(bits) } else { bits }
+    }
+
+    // Outputs.
+
+    fn accepted(&self) -> Option<Value> {
+        self.outputs().find(|(output, _)| self.is_accepted(*output)).map(|(_, value)| value)
+    }
+
+    fn is_accepted(&self, output: KernelOutput) -> bool {
+        self.kernel.place(output.place).place.kind == PlaceKind::Accepted
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = (KernelOutput, Value)> {
+        self.kernel.outputs.iter().copied().zip(self.kernel.body.yields.iter().copied())
+    }
+
+    fn emit_outputs(&mut self) {
+        let mask = self.kernel.body.params[0];
+        match self.accepted() {
+            Some(accepted) => self.emit_hit_outputs(mask, accepted),
+            None if self.kernel.outputs.is_empty() => {}
+            None if self.kernel.width == 1 => self.store_outputs(None),
+            None => {
+                let (all, some, stored) = (self.new_label(), self.new_label(), self.new_label());
+                let full = self.chunk.full.expect("the chunk is begun");
+                self.prepare_outputs();
+                self.branch(full, all, some);
+                self.begin_block(all);
+                self.store_outputs(None);
+                self.jump(stored);
+                self.begin_block(some);
+                let bits = self.bits(mask);
+                self.store_outputs(Some(bits));
+                self.jump(stored);
+                self.begin_block(stored);
+            }
+        }
+    }
+
+    /// Outputs of a method that accepts hits: stored only where it did.
+    fn emit_hit_outputs(&mut self, mask: Value, accepted: Value) {
+        let (store, stored) = (self.new_label(), self.new_label());
+        let bits = self.bits(accepted);
+        let on = self.bits(mask);
+        let ty = self.lanes("i1");
+        let hits = self.instruction(format_args!("and {ty} {bits}, {on}"));
+        let words = self.words_of_bits(hits);
+        let any = self.any_bit(hits);
+        self.prepare_outputs();
+        self.store_accepted(words);
+        self.branch(any, store, stored);
+        self.begin_block(store);
+        let condition = if self.kernel.width == 1 { None } else { Some(self.bits_of_words(words)) };
+        self.store_outputs(condition);
+        self.jump(stored);
+        self.begin_block(stored);
+    }
+
+    /// Makes lanes of uniform outputs before the branches that use them.
+    fn prepare_outputs(&mut self) {
+        let outputs: Vec<Value> = self.outputs().map(|(_, value)| value).collect();
+        outputs.into_iter().for_each(|value| {
+            self.crossing(value, true);
+        });
+    }
+
+    /// Stores all outputs but the accepted one, where `condition` holds.
+    fn store_outputs(&mut self, condition: Option<Operand>) {
+        let outputs: Vec<(KernelOutput, Value)> =
+            self.outputs().filter(|(output, _)| !self.is_accepted(*output)).collect();
+        for (output, value) in outputs {
+            let place = self.kernel.place(output.place);
+            let source = StateOrScratch::of(place.place.kind);
+            let ty = self.lanes(memory_element(place.place.scalar));
+            let at = self.lane_address(source, place.location + output.component);
+            let new = self.memory_operand(value, true);
+            let merged = match condition {
+                None => new,
+                Some(bits) => {
+                    let old = self.instruction(format_args!("load {ty}, ptr {at}, align 4"));
+                    self.select_lanes(bits, ty, new, old)
+                }
+            };
+            self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
+        }
+    }
+
+    /// Stores the words of a mask to the accepted array; rays that do not exist keep theirs.
+    fn store_accepted(&mut self, words: Operand) {
+        let ty = self.lanes("i32");
+        let at = self.accepted_address();
+        let Some(full) = self.chunk.full else {
+            return self.effect(format_args!("store {ty} {words}, ptr {at}, align 4"));
+        };
+        let (all, some, stored) = (self.new_label(), self.new_label(), self.new_label());
+        self.branch(full, all, some);
+        self.begin_block(all);
+        self.effect(format_args!("store {ty} {words}, ptr {at}, align 4"));
+        self.jump(stored);
+        self.begin_block(some);
+        self.store_where_exists(at, words);
+        self.jump(stored);
+        self.begin_block(stored);
+    }
+
+    fn store_where_exists(&mut self, at: Operand, words: Operand) {
+        let ty = self.lanes("i32");
+        let exists = self.emit_exists();
+        let old = self.instruction(format_args!("load {ty}, ptr {at}, align 4"));
+        let merged = self.select_lanes(exists, ty, words, old);
+        self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
+    }
+
+    fn accepted_address(&mut self) -> Operand {
+        let array = self.pointer(PointerSource::Call, abi::CALL_ACCEPTED);
+        let base = self.chunk_base();
+        self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
+    }
+
+    /// What is done for a chunk that nobody asked for.
+    fn emit_skip(&mut self) {
+        if self.accepted().is_none() {
+            return;
+        }
+        let at = self.accepted_address();
+        if self.kernel.width == 1 {
+            return self.effect(format_args!("store i32 0, ptr {at}, align 4"));
+        }
+        self.store_where_exists(at, Operand::Zero);
+    }
+
+    fn select_lanes(
+        &mut self,
+        bits: Operand,
+        ty: crate::operand::LlvmType,
+        a: Operand,
+        b: Operand,
+    ) -> Operand {
+        let mask = self.lanes("i1");
+        self.instruction(format_args!("select {mask} {bits}, {ty} {a}, {ty} {b}"))
+    }
+}

@@ -1,0 +1,258 @@
+//! One function: the parts of its text, and the instructions that are put there.
+
+use std::fmt::{Arguments, Write};
+
+use rtsl_ir::{Scalar, Value};
+use rtsl_packet::Kernel;
+
+use crate::chunk::Chunk;
+use crate::host::RequestMemory;
+use crate::memory::Buffers;
+use crate::module::Module;
+use crate::operand::{Label, LlvmType, Operand, register_element};
+use crate::values::Values;
+
+/// Writes the function of a kernel.
+///
+/// Its text is made in pieces, since what is needed once is known only when it is asked for:
+/// allocas, then the setup (pointers out of the call), the prologue, vectors of equal lanes made
+/// of what the prologue computed, and the loop over chunks.
+pub struct Emitter<'a, 'm> {
+    pub module: &'a mut Module<'m>,
+    pub kernel: &'a Kernel,
+    pub values: Values,
+    pub chunk: Chunk,
+    pub buffers: Buffers,
+    pub requests: RequestMemory,
+    /// The address of each slot, by place.
+    pub slots: Vec<Option<Operand>>,
+    pub pieces: Pieces,
+    /// The piece being written that is not one of `pieces`: the prologue or the chunks.
+    text: String,
+    locals: u32,
+    labels: u32,
+    /// The block being written.
+    block: Label,
+}
+
+/// Text that is put in front.
+#[derive(Default)]
+pub struct Pieces {
+    pub allocas: String,
+    pub setup: String,
+    pub splats: String,
+    /// Pointers that the setup has loaded: from the call or a table, by offset.
+    pub pointers: std::collections::BTreeMap<(PointerSource, u32), Operand>,
+}
+
+/// From where the setup loads a pointer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PointerSource {
+    Call,
+    State,
+    Scratch,
+    Host,
+}
+
+impl<'a, 'm> Emitter<'a, 'm> {
+    pub fn new(module: &'a mut Module<'m>, kernel: &'a Kernel) -> Self {
+        let masks_in_lanes = kernel.width > 1 && !module.target.mask_registers;
+        Emitter {
+            module,
+            kernel,
+            values: Values::new(kernel, masks_in_lanes),
+            chunk: Chunk::default(),
+            buffers: Buffers::default(),
+            requests: RequestMemory::default(),
+            slots: vec![None; kernel.places.len()],
+            pieces: Pieces::default(),
+            text: String::new(),
+            locals: 0,
+            labels: 0,
+            block: Label(0),
+        }
+    }
+
+    /// The function's text.
+    pub fn emit(mut self, symbol: &str) -> String {
+        let (done, start) = (self.new_label(), self.new_label());
+        self.begin_block(start);
+        self.text.clear();
+        self.values.begin_prologue();
+        self.emit_ops(&self.kernel.prologue.ops);
+        self.values.end_prologue();
+        let prologue = std::mem::take(&mut self.text);
+        self.emit_chunks(done);
+        let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
+        let chunks = &self.text;
+        let count = rtsl_packet::abi::CALL_COUNT;
+        format!(
+            "define void @\"{symbol}\"(ptr noalias %call) #0 {{
+entry:
+{allocas}  %count.at = getelementptr i8, ptr %call, i64 {count}
+  %count.word = load i32, ptr %count.at, align 4
+  %count = zext i32 %count.word to i64
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %{done}, label %{start}
+{start}:
+{setup}{prologue}{splats}{chunks}{done}:
+  ret void
+}}
+
+"
+        )
+    }
+
+    // Types.
+
+    /// The type of a value of packet code in registers.
+    pub fn register_type(&self, value: Value) -> LlvmType {
+        let ty = self.kernel.ty(value);
+        self.vector(register_element(ty.scalar), ty.lanes)
+    }
+
+    /// One element or W of them.
+    pub fn vector(&self, element: &'static str, lanes: bool) -> LlvmType {
+        LlvmType { element, count: if lanes { self.kernel.width } else { 1 } }
+    }
+
+    /// W elements.
+    pub fn lanes(&self, element: &'static str) -> LlvmType {
+        self.vector(element, true)
+    }
+
+    pub fn scalar(&self, value: Value) -> Scalar {
+        self.kernel.ty(value).scalar
+    }
+
+    pub fn is_lanes(&self, value: Value) -> bool {
+        self.kernel.ty(value).lanes
+    }
+
+    // Instructions.
+
+    pub fn new_local(&mut self) -> Operand {
+        self.locals += 1;
+        Operand::Local(self.locals)
+    }
+
+    /// An instruction with a result.
+    pub fn instruction(&mut self, text: Arguments<'_>) -> Operand {
+        let local = self.new_local();
+        let _ = writeln!(self.text, "  {local} = {text}");
+        local
+    }
+
+    /// An instruction without a result.
+    pub fn effect(&mut self, text: Arguments<'_>) {
+        let _ = writeln!(self.text, "  {text}");
+    }
+
+    /// An instruction that runs once per call, before all others.
+    pub fn setup(&mut self, text: Arguments<'_>) -> Operand {
+        let local = self.new_local();
+        let _ = writeln!(self.pieces.setup, "  {local} = {text}");
+        local
+    }
+
+    /// Memory of the function's own.
+    pub fn alloca(&mut self, ty: &str, align: u32) -> Operand {
+        let local = self.new_local();
+        let _ = writeln!(self.pieces.allocas, "  {local} = alloca {ty}, align {align}");
+        local
+    }
+
+    /// Calls an intrinsic `llvm.name.suffixes` that takes and gives the types that are named.
+    pub fn intrinsic(
+        &mut self,
+        name: &str,
+        result: LlvmType,
+        arguments: &[(LlvmType, Operand)],
+    ) -> Operand {
+        let types: Vec<String> = arguments.iter().map(|(ty, _)| ty.to_string()).collect();
+        self.module.declare(format!("{result} @{name}({})", types.join(", ")));
+        let arguments: Vec<String> =
+            arguments.iter().map(|(ty, operand)| format!("{ty} {operand}")).collect();
+        self.instruction(format_args!("call {result} @{name}({})", arguments.join(", ")))
+    }
+
+    /// The address `offset` bytes after `base`.
+    pub fn offset(&mut self, base: Operand, offset: u32) -> Operand {
+        if offset == 0 {
+            return base;
+        }
+        self.instruction(format_args!("getelementptr i8, ptr {base}, i64 {offset}"))
+    }
+
+    /// A pointer out of the call, or out of one of its tables, loaded once per call.
+    pub fn pointer(&mut self, source: PointerSource, offset: u32) -> Operand {
+        use rtsl_packet::abi;
+        if let Some(pointer) = self.pieces.pointers.get(&(source, offset)) {
+            return *pointer;
+        }
+        let table = match source {
+            PointerSource::Call => None,
+            PointerSource::State => Some(abi::CALL_STATE),
+            PointerSource::Scratch => Some(abi::CALL_SCRATCH),
+            PointerSource::Host => Some(abi::CALL_HOST),
+        };
+        let base = table.map(|table| self.pointer(PointerSource::Call, table));
+        let address = match base {
+            None => self.setup(format_args!("getelementptr i8, ptr %call, i64 {offset}")),
+            Some(base) => self.setup(format_args!("getelementptr i8, ptr {base}, i64 {offset}")),
+        };
+        let pointer = self.setup(format_args!("load ptr, ptr {address}, align 8"));
+        self.pieces.pointers.insert((source, offset), pointer);
+        pointer
+    }
+
+    // Blocks.
+
+    pub fn new_label(&mut self) -> Label {
+        self.labels += 1;
+        Label(self.labels)
+    }
+
+    pub fn begin_block(&mut self, label: Label) {
+        let _ = writeln!(self.text, "{label}:");
+        self.block = label;
+        self.values.begin_block();
+    }
+
+    pub fn block(&self) -> Label {
+        self.block
+    }
+
+    pub fn jump(&mut self, to: Label) {
+        self.effect(format_args!("br label %{to}"));
+    }
+
+    pub fn branch(&mut self, condition: Operand, then: Label, otherwise: Label) {
+        self.effect(format_args!("br i1 {condition}, label %{then}, label %{otherwise}"));
+    }
+
+    pub fn phi(&mut self, ty: LlvmType, incoming: &[(Operand, Label)]) -> Operand {
+        let local = self.new_local();
+        let at = self.text.len();
+        self.insert_phi(at, local, ty, incoming);
+        local
+    }
+
+    /// The place in the text where phis of the block just begun go.
+    pub fn here(&self) -> usize {
+        self.text.len()
+    }
+
+    /// A phi at a place remembered before what comes in was known.
+    pub fn insert_phi(
+        &mut self,
+        at: usize,
+        local: Operand,
+        ty: LlvmType,
+        incoming: &[(Operand, Label)],
+    ) {
+        let incoming = incoming.iter().map(|(operand, label)| format!("[ {operand}, %{label} ]"));
+        let incoming = incoming.collect::<Vec<_>>().join(", ");
+        self.text.insert_str(at, &format!("  {local} = phi {ty} {incoming}\n"));
+    }
+}

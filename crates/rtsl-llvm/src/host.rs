@@ -1,0 +1,174 @@
+//! Requests to the host: lanes are written to memory, the host is called through its table, and
+//! its answers are read.
+
+use rtsl_ir::Value;
+use rtsl_ir::host::MAX_LANES;
+use rtsl_packet::abi;
+use rtsl_packet::kernel::{Op, OpKind, Ray};
+use rtsl_spec::COLOR_COMPONENTS;
+
+use crate::emitter::{Emitter, PointerSource};
+use crate::operand::Operand;
+
+/// Bytes of the lanes of one float.
+const LANES_BYTES: u32 = 4 * MAX_LANES as u32;
+
+/// Lane arrays of `LightLanes`: direction, distance, colour, density.
+const LIGHT_ARRAYS: u32 = 3 + 1 + COLOR_COMPONENTS + 1;
+
+/// Memory for requests and answers, made where a kernel first needs it and then used again.
+#[derive(Default)]
+pub struct RequestMemory {
+    request: Option<Operand>,
+    answer: Option<Operand>,
+}
+
+impl Emitter<'_, '_> {
+    pub fn emit_request(&mut self, op: &Op) {
+        match &op.kind {
+            OpKind::Trace { mask, ray } => {
+                let (lanes, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
+                let answer = self.answer_memory();
+                self.call_host(
+                    None,
+                    abi::HOST_TRACE,
+                    &format!("{lanes}, ptr {rays}, ptr {answer}"),
+                );
+                self.define_answers(op, 0, None);
+            }
+            OpKind::Occluded { mask, ray } => {
+                let (lanes, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
+                let arguments = format!("{lanes}, ptr {rays}");
+                let bits = self.call_for_lanes(*mask, abi::HOST_OCCLUDED, &arguments);
+                self.define(op.results.get(0), bits);
+            }
+            OpKind::LightCount => {
+                let count = self.call_host(Some("i32"), abi::HOST_LIGHT_COUNT, "");
+                self.define(op.results.get(0), count.expect("it returns one"));
+            }
+            OpKind::LightSample { mask, index, point, normal, cosine } => {
+                let lanes = self.lane_set(*mask);
+                let query = point.iter().chain(normal).chain([cosine]);
+                let query = self.store_lanes(query.copied());
+                let (index, answer) = (self.uniform(*index), self.answer_memory());
+                let arguments = format!("{lanes}, i32 {index}, ptr {query}, ptr {answer}");
+                let bits = self.call_for_lanes(*mask, abi::HOST_LIGHT_SAMPLE, &arguments);
+                self.define_answers(op, 1, Some(bits));
+                self.define(op.results.get(0), bits);
+            }
+            OpKind::Ambient => self.emit_ambient(op),
+            OpKind::Rand(mask) => {
+                let (lanes, answer) = (self.lane_set(*mask), self.answer_memory());
+                self.call_host(None, abi::HOST_RAND, &format!("{lanes}, ptr {answer}"));
+                self.define_answers(op, 0, None);
+            }
+            OpKind::ReportBudget => self.emit_report(),
+            other => unreachable!("{other:?} is no request"),
+        }
+    }
+
+    /// The arguments that say which rays ask.
+    fn lane_set(&mut self, mask: Value) -> String {
+        let bits = self.bits(mask);
+        let active = self.bit_set(bits);
+        let base = self.chunk_base();
+        let base = self.instruction(format_args!("trunc i64 {base} to i32"));
+        format!("i32 {base}, i32 {active}")
+    }
+
+    fn ray_lanes(&mut self, ray: &Ray) -> Operand {
+        self.store_lanes(ray.operands())
+    }
+
+    /// Writes floats, an array of lanes each.
+    fn store_lanes(&mut self, values: impl Iterator<Item = Value>) -> Operand {
+        let memory = self.request_memory();
+        let ty = self.lanes("float");
+        for (position, value) in values.enumerate() {
+            let operand = self.operand(value, true);
+            let at = self.offset(memory, position as u32 * LANES_BYTES);
+            self.effect(format_args!("store {ty} {operand}, ptr {at}, align 64"));
+        }
+        memory
+    }
+
+    fn request_memory(&mut self) -> Operand {
+        if let Some(memory) = self.requests.request {
+            return memory;
+        }
+        let memory = self.alloca(&format!("[{} x i8]", 7 * LANES_BYTES), 64);
+        self.requests.request = Some(memory);
+        memory
+    }
+
+    fn answer_memory(&mut self) -> Operand {
+        if let Some(memory) = self.requests.answer {
+            return memory;
+        }
+        let memory = self.alloca(&format!("[{} x i8]", LIGHT_ARRAYS * LANES_BYTES), 64);
+        self.requests.answer = Some(memory);
+        memory
+    }
+
+    fn call_host(
+        &mut self,
+        result: Option<&str>,
+        function: u32,
+        arguments: &str,
+    ) -> Option<Operand> {
+        let address = self.pointer(PointerSource::Host, function * 8);
+        let user = self.pointer(PointerSource::Call, abi::CALL_USER);
+        let comma = if arguments.is_empty() { "" } else { ", " };
+        let call = format!("{address}(ptr {user}{comma}{arguments}) #1");
+        match result {
+            None => {
+                self.effect(format_args!("call void {call}"));
+                None
+            }
+            Some(result) => Some(self.instruction(format_args!("call {result} {call}"))),
+        }
+    }
+
+    /// A call that returns lanes: as a mask, off where `mask` is.
+    fn call_for_lanes(&mut self, mask: Value, function: u32, arguments: &str) -> Operand {
+        let set = self.call_host(Some("i32"), function, arguments).expect("it returns lanes");
+        let answered = self.bits_of_set(set);
+        let (asked, ty) = (self.bits(mask), self.lanes("i1"));
+        self.instruction(format_args!("and {ty} {answered}, {asked}"))
+    }
+
+    /// Reads the results of `op` from the `skip`th on from the answer: lanes where `bits` holds, zeros
+    /// elsewhere.
+    fn define_answers(&mut self, op: &Op, skip: usize, bits: Option<Operand>) {
+        let memory = self.answer_memory();
+        let (ty, mask) = (self.lanes("float"), self.lanes("i1"));
+        let zero = self.constant_lanes("float", Operand::Float(0));
+        for (position, result) in op.results.iter().skip(skip).enumerate() {
+            let at = self.offset(memory, position as u32 * LANES_BYTES);
+            let mut lanes = self.instruction(format_args!("load {ty}, ptr {at}, align 64"));
+            if let Some(bits) = bits {
+                lanes = self
+                    .instruction(format_args!("select {mask} {bits}, {ty} {lanes}, {ty} {zero}"));
+            }
+            self.define(result, lanes);
+        }
+    }
+
+    fn emit_ambient(&mut self, op: &Op) {
+        let memory = self.answer_memory();
+        self.call_host(None, abi::HOST_AMBIENT, &format!("ptr {memory}"));
+        for (position, result) in op.results.iter().enumerate() {
+            let at = self.offset(memory, position as u32 * 4);
+            let component = self.instruction(format_args!("load float, ptr {at}, align 4"));
+            self.define(result, component);
+        }
+    }
+
+    fn emit_report(&mut self) {
+        let (offset, bit) = (abi::CALL_STATUS, abi::STATUS_BUDGET);
+        let at = self.instruction(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
+        let old = self.instruction(format_args!("load i32, ptr {at}, align 4"));
+        let new = self.instruction(format_args!("or i32 {old}, {bit}"));
+        self.effect(format_args!("store i32 {new}, ptr {at}, align 4"));
+    }
+}

@@ -1,0 +1,489 @@
+//! Loads and stores: lane arrays, instances' blocks, buffers and slots.
+//!
+//! Every dynamic index is clamped here, in lanes that are off too, so that any lane may be
+//! loaded. A buffer without elements has the address of a word of zero in place of its own.
+
+use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_packet::kernel::KernelPlace;
+use rtsl_packet::{Shape, abi};
+
+use crate::emitter::{Emitter, PointerSource};
+use crate::module::ZERO_WORD;
+use crate::operand::{LlvmType, Operand, memory_element};
+
+/// The places that are lane arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateOrScratch {
+    State,
+    Scratch,
+}
+
+impl StateOrScratch {
+    /// Which of the two an output or a varying place is.
+    pub fn of(kind: PlaceKind) -> StateOrScratch {
+        match kind {
+            PlaceKind::Scratch => StateOrScratch::Scratch,
+            PlaceKind::State
+            | PlaceKind::Member
+            | PlaceKind::Parameter
+            | PlaceKind::Buffer
+            | PlaceKind::Slot
+            | PlaceKind::Accepted => StateOrScratch::State,
+        }
+    }
+
+    fn table(self) -> u32 {
+        match self {
+            StateOrScratch::State => abi::CALL_STATE,
+            StateOrScratch::Scratch => abi::CALL_SCRATCH,
+        }
+    }
+
+    fn source(self) -> PointerSource {
+        match self {
+            StateOrScratch::State => PointerSource::State,
+            StateOrScratch::Scratch => PointerSource::Scratch,
+        }
+    }
+}
+
+/// What is known of the instances of the call.
+#[derive(Default)]
+pub struct Buffers {
+    /// The blocks of the rays' instances, lanes; only in the stream shape.
+    blocks: Option<Operand>,
+    /// By place.
+    buffers: std::collections::BTreeMap<u32, Buffer>,
+}
+
+/// A buffer as it can be loaded from.
+#[derive(Clone, Copy)]
+struct Buffer {
+    /// Its first scalar; uniform or lanes, as the rest.
+    address: Operand,
+    /// The number of its elements, i32.
+    count: Operand,
+    /// The index of its last scalar, i32; -1 if there is none.
+    last: Operand,
+}
+
+impl Emitter<'_, '_> {
+    // Access.
+
+    pub fn emit_load(&mut self, result: Value, id: PlaceId, index: Index) {
+        let place = &self.kernel.places[id.0 as usize];
+        let loaded = match place.place.kind {
+            PlaceKind::State | PlaceKind::Scratch => self.load_lanes(place, index),
+            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
+                self.load_member(place, index)
+            }
+            PlaceKind::Buffer => self.load_buffer(id, place, index),
+            PlaceKind::Slot => self.load_slot(id, place, index),
+        };
+        self.define_loaded(result, loaded);
+    }
+
+    /// Words of memory as a value: bools are words there.
+    fn define_loaded(&mut self, result: Value, loaded: Operand) {
+        if self.scalar(result) != Scalar::Bool {
+            return self.define(result, loaded);
+        }
+        let ty = self.vector("i32", self.is_lanes(result));
+        let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        let bits = self.instruction(format_args!("icmp ne {ty} {loaded}, {zero}"));
+        self.define(result, bits);
+    }
+
+    /// A value as memory holds it.
+    pub fn memory_operand(&mut self, value: Value, lanes: bool) -> Operand {
+        if self.scalar(value) != Scalar::Bool {
+            return self.operand(value, lanes);
+        }
+        if lanes {
+            return self.words(value);
+        }
+        let condition = self.uniform(value);
+        self.instruction(format_args!("sext i1 {condition} to i32"))
+    }
+
+    fn load(&mut self, ty: LlvmType, at: Operand) -> Operand {
+        self.instruction(format_args!("load {ty}, ptr {at}, align 4"))
+    }
+
+    /// Loads a `ty` from each of the addresses, `ty.count` of them.
+    fn gather(&mut self, ty: LlvmType, addresses: Operand) -> Operand {
+        let align = if ty.element == "ptr" { 8 } else { 4 };
+        if !ty.is_vector() {
+            return self.instruction(format_args!("load {ty}, ptr {addresses}, align {align}"));
+        }
+        let (pointers, mask) = (ty.of("ptr"), ty.of("i1"));
+        let name = format!("llvm.masked.gather.{}.{}", ty.suffix(), pointers.suffix());
+        self.module.declare(format!("{ty} @{name}({pointers}, i32 immarg, {mask}, {ty})"));
+        let all = all_on(ty);
+        self.instruction(format_args!(
+            "call {ty} @{name}({pointers} {addresses}, i32 {align}, {mask} {all}, {ty} poison)"
+        ))
+    }
+
+    fn scatter(&mut self, ty: LlvmType, addresses: Operand, value: Operand) {
+        let (pointers, mask) = (ty.of("ptr"), ty.of("i1"));
+        let name = format!("llvm.masked.scatter.{}.{}", ty.suffix(), pointers.suffix());
+        self.module.declare(format!("void @{name}({ty}, {pointers}, i32 immarg, {mask})"));
+        let all = all_on(ty);
+        self.effect(format_args!(
+            "call void @{name}({ty} {value}, {pointers} {addresses}, i32 4, {mask} {all})"
+        ));
+    }
+
+    /// An index as lanes or one, and whether it is lanes of more than one.
+    fn index_operand(&mut self, index: Value) -> (Operand, bool) {
+        let lanes = self.is_lanes(index) && self.kernel.width > 1;
+        (self.operand(index, self.is_lanes(index)), lanes)
+    }
+
+    /// An i32 clamped to `0..=last`.
+    fn clamp(&mut self, lanes: bool, index: Operand, last: Operand) -> Operand {
+        let ty = self.vector("i32", lanes);
+        let below = self.clamp_one_side("smin", ty, index, last);
+        let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        self.clamp_one_side("smax", ty, below, zero)
+    }
+
+    /// A dynamic index into `len` scalars, clamped.
+    fn clamp_index(&mut self, index: Value, len: u32) -> (Operand, bool) {
+        let (index, lanes) = self.index_operand(index);
+        let last = Operand::Int(len as i32 - 1);
+        let last = if lanes { self.constant_lanes("i32", last) } else { last };
+        (self.clamp(lanes, index, last), lanes)
+    }
+
+    // Lane arrays.
+
+    /// The address of the chunk in lane array `array`.
+    pub fn lane_address(&mut self, source: StateOrScratch, array: u32) -> Operand {
+        let array = self.pointer(source.source(), array * 8);
+        let base = self.chunk_base();
+        self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
+    }
+
+    fn load_lanes(&mut self, place: &KernelPlace, index: Index) -> Operand {
+        let ty = self.lanes(memory_element(place.place.scalar));
+        let source = StateOrScratch::of(place.place.kind);
+        let index = match index {
+            Index::Constant(index) => {
+                let at = self.lane_address(source, place.location + index);
+                return self.load(ty, at);
+            }
+            Index::Dynamic(index) => index,
+        };
+        let (index, by_lane) = self.clamp_index(index, place.place.len);
+        let table = self.pointer(PointerSource::Call, source.table());
+        let first = self.offset(table, place.location * 8);
+        let base = self.chunk_base();
+        let indices = self.vector("i32", by_lane);
+        let entries =
+            self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
+        if !by_lane {
+            let array = self.instruction(format_args!("load ptr, ptr {entries}, align 8"));
+            let at = self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"));
+            return self.load(ty, at);
+        }
+        let pointers = self.lanes("ptr");
+        let arrays = self.gather(pointers, entries);
+        let chunks =
+            self.instruction(format_args!("getelementptr i32, {pointers} {arrays}, i64 {base}"));
+        let numbers = self.lane_numbers(1);
+        let lanes = self.lanes("i32");
+        let at = self
+            .instruction(format_args!("getelementptr i32, {pointers} {chunks}, {lanes} {numbers}"));
+        self.gather(ty, at)
+    }
+
+    /// The numbers of the lanes, times `factor`, as a literal.
+    fn lane_numbers(&self, factor: u32) -> String {
+        let numbers = (0..self.kernel.width).map(|lane| format!("i32 {}", lane * factor));
+        format!("<{}>", numbers.collect::<Vec<_>>().join(", "))
+    }
+
+    // Instances.
+
+    /// Finds the instances of the rays, and their buffers.
+    pub fn emit_instances(&mut self) {
+        let of_instance = |place: &&KernelPlace| {
+            matches!(place.place.kind, PlaceKind::Member | PlaceKind::Buffer)
+        };
+        if self.kernel.shape == Shape::Packet || !self.kernel.places.iter().any(|p| of_instance(&p))
+        {
+            return;
+        }
+        let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);
+        let table = self.pointer(PointerSource::Call, abi::CALL_INSTANCES);
+        let base = self.chunk_base();
+        let ty = self.lanes("i32");
+        let at = self.instruction(format_args!("getelementptr i32, ptr {indices}, i64 {base}"));
+        let numbers = self.load(ty, at);
+        let numbers = self.numbers_of_active(ty, numbers);
+        let wide = self.lanes("i64");
+        let numbers = self.instruction(format_args!("zext {ty} {numbers} to {wide}"));
+        let entries =
+            self.instruction(format_args!("getelementptr ptr, ptr {table}, {wide} {numbers}"));
+        let blocks = self.gather(self.lanes("ptr"), entries);
+        self.buffers.blocks = Some(blocks);
+        for (number, place) in self.kernel.places.iter().enumerate() {
+            if place.place.kind == PlaceKind::Buffer {
+                let buffer = self.buffer_of_lanes(place, blocks);
+                self.buffers.buffers.insert(number as u32, buffer);
+            }
+        }
+    }
+
+    /// Instance numbers in which lanes that are off have that of one that is on: theirs
+    /// may be anything.
+    fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
+        if !ty.is_vector() {
+            return numbers;
+        }
+        let mask = self.kernel.body.params[0];
+        let bits = self.bits(mask);
+        let lane = self.first_lane(bits);
+        let first = self.instruction(format_args!("extractelement {ty} {numbers}, i32 {lane}"));
+        let first = self.splat_here("i32", first);
+        let bit = ty.of("i1");
+        self.instruction(format_args!("select {bit} {bits}, {ty} {numbers}, {ty} {first}"))
+    }
+
+    /// The addresses of a word of the instances: of one, or of each ray's.
+    fn member_address(&mut self, place: &KernelPlace) -> (Operand, LlvmType) {
+        let (blocks, ty) = if place.varies {
+            let blocks = self.buffers.blocks.expect("instances are found first");
+            (blocks, self.lanes("ptr"))
+        } else {
+            (self.pointer(PointerSource::Call, abi::CALL_INSTANCE), self.vector("ptr", false))
+        };
+        let offset = place.location * 4;
+        if offset == 0 {
+            return (blocks, ty);
+        }
+        let text = format_args!("getelementptr i8, {ty} {blocks}, i64 {offset}");
+        (self.instruction(text), ty)
+    }
+
+    fn load_member(&mut self, place: &KernelPlace, index: Index) -> Operand {
+        let element = memory_element(place.place.scalar);
+        let (base, pointers) = self.member_address(place);
+        match index {
+            Index::Constant(0) => self.gather(pointers.of(element), base),
+            Index::Constant(index) => {
+                let at = self
+                    .instruction(format_args!("getelementptr i32, {pointers} {base}, i64 {index}"));
+                self.gather(pointers.of(element), at)
+            }
+            Index::Dynamic(index) => {
+                let (index, by_lane) = self.clamp_index(index, place.place.len);
+                self.load_at(element, (base, pointers), (index, by_lane))
+            }
+        }
+    }
+
+    /// Loads scalars at an index from an address, where either may be lanes.
+    fn load_at(
+        &mut self,
+        element: &'static str,
+        (base, pointers): (Operand, LlvmType),
+        (index, by_lane): (Operand, bool),
+    ) -> Operand {
+        let indices = self.vector("i32", by_lane);
+        let at = self
+            .instruction(format_args!("getelementptr i32, {pointers} {base}, {indices} {index}"));
+        let count = indices.count.max(pointers.count);
+        self.gather(LlvmType { element, count }, at)
+    }
+
+    // Buffers.
+
+    fn buffer(&mut self, id: PlaceId, place: &KernelPlace) -> Buffer {
+        if let Some(buffer) = self.buffers.buffers.get(&id.0) {
+            return *buffer;
+        }
+        let buffer = self.buffer_of_call(place);
+        self.buffers.buffers.insert(id.0, buffer);
+        buffer
+    }
+
+    /// The buffer of the call's one instance, found in the setup.
+    fn buffer_of_call(&mut self, place: &KernelPlace) -> Buffer {
+        self.module.use_zero();
+        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
+        let (entry, len) = (place.location * 4, place.place.len);
+        let at = self.setup(format_args!("getelementptr i8, ptr {instance}, i64 {entry}"));
+        let address = self.setup(format_args!("load ptr, ptr {at}, align 8"));
+        let count_at = self.setup(format_args!("getelementptr i8, ptr {at}, i64 8"));
+        let count = self.setup(format_args!("load i32, ptr {count_at}, align 8"));
+        let wide = self.setup(format_args!("zext i32 {count} to i64"));
+        let total = self.setup(format_args!("mul i64 {wide}, {len}"));
+        let last = self.setup(format_args!("sub i64 {total}, 1"));
+        let fits = self.setup(format_args!("icmp slt i64 {last}, {}", i32::MAX));
+        let reached = self.setup(format_args!("select i1 {fits}, i64 {last}, i64 {}", i32::MAX));
+        let last = self.setup(format_args!("trunc i64 {reached} to i32"));
+        let empty = self.setup(format_args!("icmp eq i32 {count}, 0"));
+        let address = self.setup(format_args!("select i1 {empty}, ptr {ZERO_WORD}, ptr {address}"));
+        Buffer { address, count, last }
+    }
+
+    /// The buffers of the rays' instances, found for each chunk.
+    fn buffer_of_lanes(&mut self, place: &KernelPlace, blocks: Operand) -> Buffer {
+        self.module.use_zero();
+        let (entry, len) = (place.location * 4, place.place.len);
+        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
+        let at =
+            self.instruction(format_args!("getelementptr i8, {pointers} {blocks}, i64 {entry}"));
+        let address = self.gather(pointers, at);
+        let count_at = self.instruction(format_args!("getelementptr i8, {pointers} {at}, i64 8"));
+        let count = self.gather(words, count_at);
+        let extended = self.instruction(format_args!("zext {words} {count} to {wide}"));
+        let len = self.constant_lanes("i64", Operand::Int(len as i32));
+        let total = self.instruction(format_args!("mul {wide} {extended}, {len}"));
+        let minus_one = self.constant_lanes("i64", Operand::Int(-1));
+        let last = self.instruction(format_args!("add {wide} {total}, {minus_one}"));
+        let greatest = self.constant_lanes("i64", Operand::Int(i32::MAX));
+        let last = self.clamp_one_side("smin", wide, last, greatest);
+        let last = self.instruction(format_args!("trunc {wide} {last} to {words}"));
+        let zero = if words.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        let bit = self.lanes("i1");
+        let empty = self.instruction(format_args!("icmp eq {words} {count}, {zero}"));
+        let nothing = self.splat_address(ZERO_WORD);
+        let address = self.instruction(format_args!(
+            "select {bit} {empty}, {pointers} {nothing}, {pointers} {address}"
+        ));
+        Buffer { address, count, last }
+    }
+
+    /// A global's address in all lanes.
+    fn splat_address(&mut self, global: &str) -> Operand {
+        let one = self.instruction(format_args!("getelementptr i8, ptr {global}, i64 0"));
+        self.splat_here("ptr", one)
+    }
+
+    fn load_buffer(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
+        let buffer = self.buffer(id, place);
+        let buffer_lanes = place.varies && self.kernel.width > 1;
+        let (index, index_lanes) = match index {
+            Index::Constant(index) => (Operand::Int(index as i32), false),
+            Index::Dynamic(index) => self.index_operand(index),
+        };
+        let by_lane = buffer_lanes || index_lanes;
+        let index = match (by_lane && !index_lanes, index) {
+            (false, index) => index,
+            (true, Operand::Int(_)) => self.constant_lanes("i32", index),
+            (true, index) => self.splat_here("i32", index),
+        };
+        let last = if by_lane && !buffer_lanes {
+            self.splat_here("i32", buffer.last)
+        } else {
+            buffer.last
+        };
+        let index = self.clamp(by_lane, index, last);
+        let element = memory_element(place.place.scalar);
+        let pointers = self.vector("ptr", buffer_lanes);
+        self.load_at(element, (buffer.address, pointers), (index, by_lane))
+    }
+
+    pub fn emit_length(&mut self, result: Value, id: PlaceId) {
+        let place = &self.kernel.places[id.0 as usize];
+        let buffer = self.buffer(id, place);
+        self.define(result, buffer.count);
+    }
+
+    // Slots.
+
+    /// Gives each slot its memory, and zeroes it.
+    pub fn emit_slots(&mut self) {
+        for (number, place) in self.kernel.places.iter().enumerate() {
+            if place.place.kind != PlaceKind::Slot {
+                continue;
+            }
+            let (ty, len) = (self.slot_type(place), place.place.len);
+            let slot = self.alloca(&format!("[{len} x {ty}]"), 64);
+            self.slots[number] = Some(slot);
+            self.module.declare(
+                "void @llvm.memset.p0.i64(ptr nocapture writeonly, i8, i64, i1 immarg)".to_owned(),
+            );
+            let bytes = u64::from(len) * u64::from(ty.count) * 4;
+            self.effect(format_args!(
+                "call void @llvm.memset.p0.i64(ptr align 64 {slot}, i8 0, i64 {bytes}, i1 false)"
+            ));
+        }
+    }
+
+    fn slot_type(&self, place: &KernelPlace) -> LlvmType {
+        self.vector(memory_element(place.place.scalar), place.varies)
+    }
+
+    /// Where an element of a slot is: its address, or those of its lanes; and whether the latter.
+    fn slot_address(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> (Operand, bool) {
+        let slot = self.slots[id.0 as usize].expect("slots have memory from the chunk's start");
+        let ty = self.slot_type(place);
+        let (index, by_lane) = match index {
+            Index::Constant(0) => return (slot, false),
+            Index::Constant(index) => {
+                let text = format_args!("getelementptr {ty}, ptr {slot}, i64 {index}");
+                return (self.instruction(text), false);
+            }
+            Index::Dynamic(index) => self.clamp_index(index, place.place.len),
+        };
+        if !by_lane {
+            let text = format_args!("getelementptr {ty}, ptr {slot}, i32 {index}");
+            return (self.instruction(text), false);
+        }
+        let (words, element) = (self.lanes("i32"), ty.element);
+        let index = if place.varies {
+            let width = self.constant_lanes("i32", Operand::Int(self.kernel.width as i32));
+            let row = self.instruction(format_args!("mul {words} {index}, {width}"));
+            let numbers = self.lane_numbers(1);
+            self.instruction(format_args!("add {words} {row}, {numbers}"))
+        } else {
+            index
+        };
+        let text = format_args!("getelementptr {element}, ptr {slot}, {words} {index}");
+        (self.instruction(text), true)
+    }
+
+    fn load_slot(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
+        let ty = self.slot_type(place);
+        let (at, by_lane) = self.slot_address(id, place, index);
+        if by_lane {
+            return self.gather(self.lanes(ty.element), at);
+        }
+        self.instruction(format_args!("load {ty}, ptr {at}, align {}", ty.count * 4))
+    }
+
+    pub fn emit_store(&mut self, id: PlaceId, index: Index, value: Value, mask: Option<Value>) {
+        let place = &self.kernel.places[id.0 as usize];
+        let ty = self.slot_type(place);
+        let new = self.memory_operand(value, place.varies);
+        let (at, by_lane) = self.slot_address(id, place, index);
+        let align = ty.count * 4;
+        let merged = match mask {
+            None => new,
+            Some(mask) => {
+                let old = if by_lane {
+                    self.gather(ty, at)
+                } else {
+                    self.instruction(format_args!("load {ty}, ptr {at}, align {align}"))
+                };
+                let (bits, bit) = (self.bits(mask), self.lanes("i1"));
+                self.instruction(format_args!("select {bit} {bits}, {ty} {new}, {ty} {old}"))
+            }
+        };
+        if by_lane {
+            // Every lane has words of its own, so that lanes that are off may store what was there.
+            return self.scatter(ty, at, merged);
+        }
+        self.effect(format_args!("store {ty} {merged}, ptr {at}, align {align}"));
+    }
+}
+
+/// A mask with all lanes on, as a literal.
+fn all_on(ty: LlvmType) -> String {
+    format!("<{}>", vec!["i1 true"; ty.count as usize].join(", "))
+}

@@ -1,0 +1,80 @@
+//! What the functions of a module share: declarations, helpers, attributes.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use crate::TargetFeatures;
+
+/// A module being written.
+pub struct Module<'a> {
+    pub target: &'a TargetFeatures,
+    functions: String,
+    declarations: BTreeSet<String>,
+    /// Text by name.
+    helpers: BTreeMap<String, String>,
+    uses_zero: bool,
+}
+
+/// A word of zero, which stands in for buffers without elements.
+pub const ZERO_WORD: &str = "@rtsl.zero";
+
+impl<'a> Module<'a> {
+    pub fn new(target: &'a TargetFeatures) -> Self {
+        Module {
+            target,
+            functions: String::new(),
+            declarations: BTreeSet::new(),
+            helpers: BTreeMap::new(),
+            uses_zero: false,
+        }
+    }
+
+    pub fn add_function(&mut self, text: &str) {
+        self.functions.push_str(text);
+    }
+
+    /// Makes sure that an intrinsic, `result @name(types)`, is declared.
+    pub fn declare(&mut self, declaration: String) {
+        self.declarations.insert(declaration);
+    }
+
+    /// Makes sure that a helper of this name is defined.
+    pub fn define_helper(&mut self, name: &str, text: impl FnOnce() -> String) {
+        if !self.helpers.contains_key(name) {
+            self.helpers.insert(name.to_owned(), text());
+        }
+    }
+
+    /// Makes sure that [`ZERO_WORD`] is there.
+    pub fn use_zero(&mut self) {
+        self.uses_zero = true;
+    }
+
+    /// The text.
+    pub fn finish(self) -> String {
+        let mut text = format!("target triple = \"{}\"\n\n", self.target.triple);
+        if self.uses_zero {
+            text.push_str(ZERO_WORD);
+            text.push_str(
+                " = private unnamed_addr constant [2 x i32] zeroinitializer, align 8\n\n",
+            );
+        }
+        text.push_str(&self.functions);
+        for helper in self.helpers.values() {
+            text.push_str(helper);
+        }
+        for declaration in &self.declarations {
+            let _ = writeln!(text, "declare {declaration}");
+        }
+        text.push_str("\nattributes #0 = { nounwind \"frame-pointer\"=\"none\"");
+        for (key, value) in
+            [("target-cpu", &self.target.cpu), ("target-features", &self.target.features)]
+        {
+            if !value.is_empty() {
+                let _ = write!(text, " \"{key}\"=\"{value}\"");
+            }
+        }
+        text.push_str(" }\nattributes #1 = { nounwind }\n");
+        text
+    }
+}

@@ -1,0 +1,353 @@
+//! How values of packet code stand in LLVM text.
+//!
+//! A uniform value is a scalar; where lanes are wanted it is splatted: once per call if the prologue
+//! computes it, else at the first use, and again in regions that do not see that.
+//!
+//! A mask has up to two forms: *bits*, `<W x i1>`, which instructions take and give, and
+//! on targets without mask registers also *words*, `<W x i32>` of 0 and -1. There LLVM keeps bits that
+//! live from one block to another in a form that costs several instructions each way; so
+//! words cross blocks, and bits are made of them (a sign test, which selects and mask tests
+//! absorb) in each block anew.
+
+use std::fmt::Write;
+
+use rtsl_ir::{Scalar, Value};
+use rtsl_packet::Kernel;
+
+use crate::emitter::Emitter;
+use crate::operand::{LlvmType, Operand, register_element};
+
+/// The forms of one value that the text has so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Forms {
+    /// A uniform value, or lanes of numbers.
+    plain: Option<Operand>,
+    /// A uniform number in all lanes.
+    splat: Option<Operand>,
+    /// A mask, and the block where it may be used; any block where masks have registers.
+    bits: Option<(Operand, u32)>,
+    /// A mask.
+    words: Option<Operand>,
+    in_prologue: bool,
+}
+
+/// The forms of all values.
+pub struct Values {
+    forms: Vec<Forms>,
+    /// Masks cross blocks as words.
+    pub masks_in_lanes: bool,
+    /// Counts the blocks begun.
+    epoch: u32,
+    in_prologue: bool,
+    /// Values that were splatted where only the open region, and those inside it, see it.
+    splatted: Vec<Value>,
+    /// Splats of constants, by element type.
+    constants: std::collections::BTreeMap<(&'static str, Operand), Operand>,
+}
+
+impl Values {
+    pub fn new(kernel: &Kernel, masks_in_lanes: bool) -> Values {
+        Values {
+            forms: vec![Forms::default(); kernel.values.len()],
+            masks_in_lanes,
+            epoch: 0,
+            in_prologue: false,
+            splatted: Vec::new(),
+            constants: Default::default(),
+        }
+    }
+
+    pub fn begin_prologue(&mut self) {
+        self.in_prologue = true;
+    }
+
+    pub fn end_prologue(&mut self) {
+        self.in_prologue = false;
+    }
+
+    pub fn begin_block(&mut self) {
+        self.epoch += 1;
+    }
+
+    /// What [`Values::end_region`] takes back to.
+    pub fn begin_region(&self) -> usize {
+        self.splatted.len()
+    }
+
+    /// Forgets the splats made in a region.
+    pub fn end_region(&mut self, begin: usize) {
+        for value in self.splatted.drain(begin..) {
+            let forms = &mut self.forms[value.0 as usize];
+            forms.splat = None;
+            forms.words = None;
+            forms.bits = None;
+        }
+    }
+
+    fn forms(&self, value: Value) -> Forms {
+        self.forms[value.0 as usize]
+    }
+
+    fn forms_mut(&mut self, value: Value) -> &mut Forms {
+        &mut self.forms[value.0 as usize]
+    }
+
+    /// The bits of a mask if they may be used in this block.
+    fn fresh_bits(&self, value: Value) -> Option<Operand> {
+        let (bits, epoch) = self.forms(value).bits?;
+        (!self.masks_in_lanes || epoch == self.epoch).then_some(bits)
+    }
+}
+
+impl Emitter<'_, '_> {
+    // Definitions.
+
+    /// `operand` is the value, in registers: for a mask its bits.
+    pub fn define(&mut self, value: Value, operand: Operand) {
+        let ty = self.kernel.ty(value);
+        if ty.lanes && ty.scalar == Scalar::Bool {
+            return self.define_bits(value, operand);
+        }
+        let in_prologue = self.values.in_prologue;
+        let forms = Forms { plain: Some(operand), in_prologue, ..Forms::default() };
+        *self.values.forms_mut(value) = forms;
+    }
+
+    fn define_bits(&mut self, value: Value, bits: Operand) {
+        let words = self.values.masks_in_lanes.then(|| self.words_of_bits(bits));
+        let bits = Some((bits, self.values.epoch));
+        *self.values.forms_mut(value) = Forms { bits, words, ..Forms::default() };
+    }
+
+    /// A mask in the form in which masks cross blocks.
+    pub fn define_crossing(&mut self, value: Value, operand: Operand) {
+        if self.values.masks_in_lanes {
+            let forms = Forms { words: Some(operand), ..Forms::default() };
+            *self.values.forms_mut(value) = forms;
+        } else {
+            self.define(value, operand);
+        }
+    }
+
+    // Uses.
+
+    /// A uniform value.
+    pub fn uniform(&self, value: Value) -> Operand {
+        self.values.forms(value).plain.expect("a uniform value is defined before its use")
+    }
+
+    /// A value for instructions that take lanes if `lanes`, else a uniform one; masks as bits.
+    pub fn operand(&mut self, value: Value, lanes: bool) -> Operand {
+        match (lanes, self.scalar(value)) {
+            (false, _) => self.uniform(value),
+            (true, Scalar::Bool) => self.bits(value),
+            (true, _) => self.numbers(value),
+        }
+    }
+
+    /// Numbers in lanes.
+    fn numbers(&mut self, value: Value) -> Operand {
+        let forms = self.values.forms(value);
+        let plain = forms.plain.expect("a value is defined before its use");
+        if self.is_lanes(value) || self.kernel.width == 1 {
+            return plain;
+        }
+        if let Some(splat) = forms.splat {
+            return splat;
+        }
+        let element = register_element(self.scalar(value));
+        let splat = match plain {
+            Operand::Local(_) if forms.in_prologue => self.splat_once(element, plain),
+            Operand::Local(_) => {
+                self.values.splatted.push(value);
+                self.splat_here(element, plain)
+            }
+            constant => return self.constant_lanes(element, constant),
+        };
+        self.values.forms_mut(value).splat = Some(splat);
+        splat
+    }
+
+    /// The bits of a mask, or of a uniform bool in all lanes.
+    pub fn bits(&mut self, value: Value) -> Operand {
+        if self.kernel.width == 1 && !self.is_lanes(value) {
+            return self.uniform(value);
+        }
+        if let Some(bits) = self.values.fresh_bits(value) {
+            return bits;
+        }
+        let bits = if self.values.masks_in_lanes {
+            let words = self.words(value);
+            let ty = self.lanes("i32");
+            self.instruction(format_args!("icmp slt {ty} {words}, zeroinitializer"))
+        } else {
+            return self.splat_bits(value);
+        };
+        self.values.forms_mut(value).bits = Some((bits, self.values.epoch));
+        bits
+    }
+
+    /// The words of a mask, or of a uniform bool in all lanes.
+    pub fn words(&mut self, value: Value) -> Operand {
+        if let Some(words) = self.values.forms(value).words {
+            return words;
+        }
+        if self.is_lanes(value) || self.kernel.width == 1 || !self.values.masks_in_lanes {
+            let bits = self.bits(value);
+            return self.words_of_bits(bits);
+        }
+        let condition = self.uniform(value);
+        let words = match condition {
+            Operand::Bool(known) => {
+                return self.constant_lanes("i32", Operand::Int(-i32::from(known)));
+            }
+            _ if self.values.forms(value).in_prologue => {
+                let word = self.splats(format_args!("sext i1 {condition} to i32"));
+                self.splat_once("i32", word)
+            }
+            _ => {
+                self.values.splatted.push(value);
+                let word = self.instruction(format_args!("sext i1 {condition} to i32"));
+                self.splat_here("i32", word)
+            }
+        };
+        self.values.forms_mut(value).words = Some(words);
+        words
+    }
+
+    /// A uniform bool in all bits.
+    fn splat_bits(&mut self, value: Value) -> Operand {
+        let condition = self.uniform(value);
+        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        let all = self.instruction(format_args!("sext i1 {condition} to i{width}"));
+        self.instruction(format_args!("bitcast i{width} {all} to {ty}"))
+    }
+
+    /// The form in which masks cross blocks; for other values the only one.
+    pub fn crossing(&mut self, value: Value, lanes: bool) -> Operand {
+        let mask = lanes && self.scalar(value) == Scalar::Bool;
+        if mask && self.values.masks_in_lanes {
+            return self.words(value);
+        }
+        self.operand(value, lanes)
+    }
+
+    /// The type of that.
+    pub fn crossing_type(&self, value: Value) -> LlvmType {
+        let ty = self.kernel.ty(value);
+        if ty.lanes && ty.scalar == Scalar::Bool && self.values.masks_in_lanes {
+            return self.lanes("i32");
+        }
+        self.register_type(value)
+    }
+
+    // Masks.
+
+    /// A mask as lanes of 0 and -1.
+    pub fn words_of_bits(&mut self, bits: Operand) -> Operand {
+        let (from, to) = (self.lanes("i1"), self.lanes("i32"));
+        self.instruction(format_args!("sext {from} {bits} to {to}"))
+    }
+
+    /// Lanes of 0 and any other word as a mask.
+    pub fn bits_of_words(&mut self, words: Operand) -> Operand {
+        let ty = self.lanes("i32");
+        let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        self.instruction(format_args!("icmp ne {ty} {words}, {zero}"))
+    }
+
+    /// Masks as bits of an i32, lane 0 the lowest.
+    pub fn bit_set(&mut self, bits: Operand) -> Operand {
+        let width = self.kernel.width;
+        let small = self.integer_of_bits(bits);
+        self.instruction(format_args!("zext i{width} {small} to i32"))
+    }
+
+    /// The bits as an integer of W bits.
+    fn integer_of_bits(&mut self, bits: Operand) -> Operand {
+        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        if width == 1 {
+            return bits;
+        }
+        self.instruction(format_args!("bitcast {ty} {bits} to i{width}"))
+    }
+
+    /// The mask of a bit set in an i32.
+    pub fn bits_of_set(&mut self, set: Operand) -> Operand {
+        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        let small = self.instruction(format_args!("trunc i32 {set} to i{width}"));
+        if width == 1 {
+            return small;
+        }
+        self.instruction(format_args!("bitcast i{width} {small} to {ty}"))
+    }
+
+    /// Whether any bit is on.
+    pub fn any_bit(&mut self, bits: Operand) -> Operand {
+        if self.kernel.width == 1 {
+            return bits;
+        }
+        let (width, small) = (self.kernel.width, self.integer_of_bits(bits));
+        self.instruction(format_args!("icmp ne i{width} {small}, 0"))
+    }
+
+    /// The number of the lowest bit that is on, i32; some lane if none is.
+    pub fn first_lane(&mut self, bits: Operand) -> Operand {
+        let set = self.bit_set(bits);
+        self.module.declare("i32 @llvm.cttz.i32(i32, i1 immarg)".to_owned());
+        let lane = self.instruction(format_args!("call i32 @llvm.cttz.i32(i32 {set}, i1 false)"));
+        self.instruction(format_args!("and i32 {lane}, {}", self.kernel.width - 1))
+    }
+
+    /// Whether a logical operation on these masks is better done on words.
+    pub fn prefers_words(&self, masks: &[Value]) -> bool {
+        self.values.masks_in_lanes
+            && masks.iter().any(|mask| self.values.fresh_bits(*mask).is_none())
+    }
+
+    // Splats.
+
+    /// The same constant in all lanes.
+    pub fn constant_lanes(&mut self, element: &'static str, constant: Operand) -> Operand {
+        if self.kernel.width == 1 {
+            return constant;
+        }
+        if constant.is_zero() {
+            return Operand::Zero;
+        }
+        if let Some(splat) = self.values.constants.get(&(element, constant)) {
+            return *splat;
+        }
+        let splat = self.splat_once(element, constant);
+        self.values.constants.insert((element, constant), splat);
+        splat
+    }
+
+    /// In all lanes what the open region computed.
+    pub fn splat_here(&mut self, element: &'static str, operand: Operand) -> Operand {
+        let ty = self.lanes(element);
+        if !ty.is_vector() {
+            return operand;
+        }
+        let one =
+            self.instruction(format_args!("insertelement {ty} poison, {element} {operand}, i64 0"));
+        let order = self.lanes("i32");
+        self.instruction(format_args!(
+            "shufflevector {ty} {one}, {ty} poison, {order} zeroinitializer"
+        ))
+    }
+
+    /// In all lanes what is known before the first chunk.
+    fn splat_once(&mut self, element: &'static str, operand: Operand) -> Operand {
+        let (ty, order) = (self.lanes(element), self.lanes("i32"));
+        let one =
+            self.splats(format_args!("insertelement {ty} poison, {element} {operand}, i64 0"));
+        self.splats(format_args!("shufflevector {ty} {one}, {ty} poison, {order} zeroinitializer"))
+    }
+
+    fn splats(&mut self, text: std::fmt::Arguments<'_>) -> Operand {
+        let local = self.new_local();
+        let _ = writeln!(self.pieces.splats, "  {local} = {text}");
+        local
+    }
+}
