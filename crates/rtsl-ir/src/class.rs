@@ -23,6 +23,8 @@ pub struct Class {
     pub buffers: Vec<Place>,
     /// Its scratch, leaf by leaf.
     pub scratch: Vec<Place>,
+    /// Its scratch members as they are declared, in order: for hosts that show or set them.
+    pub scratch_types: Vec<(String, ParameterType)>,
     /// Its references.
     pub references: Vec<Reference>,
     /// Gives every member its initial value and every constructor parameter its default

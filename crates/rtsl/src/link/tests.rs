@@ -23,6 +23,7 @@ fn class(name: &str, role: Role, method: Method, references: &[&str], text: &str
         members: Vec::new(),
         buffers: Vec::new(),
         scratch: Vec::new(),
+        scratch_types: Vec::new(),
         references: references.iter().map(reference).collect(),
         initializer: Function::new(format!("{name}.initializer")),
         constructor: None,
