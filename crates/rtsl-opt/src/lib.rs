@@ -1,1 +1,60 @@
-//! Passes over the single-ray intermediate representation of RTSL
+//! Passes over the single-ray intermediate representation of RTSL, one a file.
+//!
+//! A pass takes a verified function and leaves one. All but [`contract`] keep its results to the
+//! bit (NaN payloads aside) and its requests to the host in number and order.
+//!
+//! This crate knows no language, no shapes of kernels and no targets: what pays on
+//! every backend is done here, what pays on one belongs to it.
+
+pub mod budget;
+pub mod contract;
+pub mod promote;
+mod substitution;
+#[cfg(test)]
+mod testing;
+
+use rtsl_ir::Function;
+use rtsl_ir::verify::verify;
+
+/// What [`optimize`] does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Multiply and add become fma by the rule of [`contract`]. Changes results, on every backend
+    /// alike.
+    pub contract: bool,
+    /// The loop iterations of a ray in a call, at most [`budget::MAX_BUDGET`]; unlimited where
+    /// `None`.
+    pub budget: Option<u32>,
+    /// Run the passes that only make the function faster.
+    pub optimize: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { contract: true, budget: None, optimize: true }
+    }
+}
+
+/// Runs the passes on a verified function, in order.
+pub fn optimize(function: &mut Function, options: &Options) {
+    if options.contract {
+        run("contract", function, contract::run);
+    }
+    if options.optimize {
+        run("promote", function, promote::run);
+    }
+    if let Some(limit) = options.budget {
+        run("budget", function, |function| budget::run(function, limit));
+    }
+    function.renumber();
+}
+
+/// Runs a pass and, in debug builds, the verifier after it.
+fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
+    pass(function);
+    if cfg!(debug_assertions)
+        && let Err(error) = verify(function)
+    {
+        panic!("after {name}: {error}\n{function}");
+    }
+}

@@ -1,0 +1,163 @@
+//! Contraction of multiply and add to fma: the one place where rounding changes.
+//!
+//! # The rule
+//!
+//! An f32 `add` or `subtract` that is not `precise`, with an operand that is an f32 `multiply` that
+//! is not `precise`, becomes one `fma`:
+//!
+//! ```text
+//! a * b + c   fma(a, b, c)          c + a * b   fma(a, b, c)
+//! a * b - c   fma(a, b, -c)         c - a * b   fma(-a, b, c)
+//! ```
+//!
+//! Where both operands are such multiplies the first is contracted. How often a product
+//! is used and where it stands does not matter.
+//!
+//! This pass comes before all others, so that what is contracted depends on the lowered
+//! function alone: never on what another pass found out, on the backend, or on how much the user
+//! lets the compiler optimise. All passes after it keep results to the bit. With `--math=strict` it
+//! does not run.
+
+use rtsl_ir::{BinaryOp, Function, Op, OpKind, Region, Scalar, UnaryOp, Value};
+
+/// Contracts all of `function`.
+pub fn run(function: &mut Function) {
+    let mut body = std::mem::take(&mut function.body);
+    let products = vec![None; function.values.len()];
+    Contraction { function, products }.region(&mut body);
+    function.body = body;
+}
+
+struct Contraction<'a> {
+    function: &'a mut Function,
+    /// For each value that is a product its factors.
+    products: Vec<Option<(Value, Value)>>,
+}
+
+impl Contraction<'_> {
+    fn region(&mut self, region: &mut Region) {
+        let mut ops = Vec::with_capacity(region.ops.len());
+        for mut op in std::mem::take(&mut region.ops) {
+            for region in op.kind.regions_mut() {
+                self.region(region);
+            }
+            self.op(&mut op, &mut ops);
+            ops.push(op);
+        }
+        region.ops = ops;
+    }
+
+    /// Contracts an operation; `before` gets what must stand before it.
+    fn op(&mut self, op: &mut Op, before: &mut Vec<Op>) {
+        let OpKind::Binary(operator, a, b) = op.kind else { return };
+        if op.precise || self.function.scalar(a) != Scalar::F32 {
+            return;
+        }
+        let subtract = match operator {
+            BinaryOp::Multiply => {
+                self.products[op.results.first as usize] = Some((a, b));
+                return;
+            }
+            BinaryOp::Add => false,
+            BinaryOp::Subtract => true,
+            _ => return,
+        };
+        if let Some((x, y)) = self.product(a) {
+            let addend = if subtract { self.negated(b, before) } else { b };
+            op.kind = OpKind::Fma(x, y, addend);
+        } else if let Some((x, y)) = self.product(b) {
+            let factor = if subtract { self.negated(x, before) } else { x };
+            op.kind = OpKind::Fma(factor, y, a);
+        }
+    }
+
+    /// The factors; negations that this pass made are no products.
+    fn product(&self, value: Value) -> Option<(Value, Value)> {
+        self.products.get(value.0 as usize).copied().flatten()
+    }
+
+    fn negated(&mut self, value: Value, before: &mut Vec<Op>) -> Value {
+        let results = self.function.new_values(&[Scalar::F32]);
+        let kind = OpKind::Unary(UnaryOp::Negate, value);
+        before.push(Op { results, precise: false, kind });
+        results.get(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::testing::transformed;
+
+    #[test]
+    fn sums_and_differences_of_products() {
+        let text = "
+            %a: f32 = load scratch:f@0 %b: f32 = load scratch:f@1 %c: f32 = load scratch:f@2
+            %p: f32 = multiply %a, %b
+            %q: f32 = multiply %b, %c
+            %sum: f32 = add %p, %c
+            %sum_right: f32 = add %c, %p
+            %difference: f32 = subtract %p, %c
+            %difference_right: f32 = subtract %c, %p
+            %both: f32 = subtract %p, %q
+            return";
+        expect![[r#"
+            %3: f32 = multiply %0, %1
+            %4: f32 = multiply %1, %2
+            %5: f32 = fma %0, %1, %2
+            %6: f32 = fma %0, %1, %2
+            %7: f32 = negate %2
+            %8: f32 = fma %0, %1, %7
+            %9: f32 = negate %0
+            %10: f32 = fma %9, %1, %2
+            %11: f32 = negate %4
+            %12: f32 = fma %0, %1, %11
+            return
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn precise_and_integers_are_left_alone() {
+        let text = "
+            %a: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
+            %p: f32 = multiply %a, %a
+            %sum: f32 = precise add %p, %a
+            %q: f32 = precise multiply %a, %a
+            %r: f32 = add %q, %a
+            %j: i32 = multiply %i, %i
+            %k: i32 = add %j, %i
+            return";
+        expect![[r#"
+            %2: f32 = multiply %0, %0
+            %3: f32 = precise add %2, %0
+            %4: f32 = precise multiply %0, %0
+            %5: f32 = add %4, %0
+            %6: i32 = multiply %1, %1
+            %7: i32 = add %6, %1
+            return
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn across_regions() {
+        let text = "
+            %a: f32 = load scratch:f@0 %c: bool = load scratch:b@0
+            %p: f32 = multiply %a, %a
+            %s: f32 = if %c { %t: f32 = add %a, %p yield %t } else { yield %a }
+            return scratch:f@0 = %s";
+        expect![[r#"
+            %2: f32 = multiply %0, %0
+            %3: f32 = if %1 {
+              %4: f32 = fma %0, %0, %0
+              yield %4
+            } else {
+              yield %0
+            }
+            return scratch:f@0 = %3
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+}

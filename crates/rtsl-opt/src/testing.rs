@@ -1,0 +1,59 @@
+//! What the tests of passes share.
+
+use rtsl_ir::Function;
+use rtsl_ir::generate::{Entropy, HashHost, Memory, function};
+use rtsl_ir::{Constant, Interpreter, Outcome, verify::verify};
+
+/// Places that the bodies of tests may name.
+const PLACES: &str = "
+    scratch f: f32[4] scratch i: i32[4] scratch u: u32[4] scratch b: bool[4]
+    member m: f32[3] member n: i32[3] buffer t: f32[3] slot s: f32[4] slot r: i32[4]
+    accepted hit: bool[1]";
+
+/// The function with these places and this body.
+pub(crate) fn function_of(body: &str) -> Function {
+    let function: Function = match format!("function f {PLACES} {{ {body} }}").parse() {
+        Ok(function) => function,
+        Err(error) => panic!("{error}\n{body}"),
+    };
+    verify(&function).unwrap_or_else(|error| panic!("{error}"));
+    function
+}
+
+/// The body after a pass, without the loads from scratch that tests start with, numbered anew.
+pub(crate) fn transformed(body: &str, pass: impl FnOnce(&mut Function)) -> String {
+    let mut function = function_of(body);
+    pass(&mut function);
+    function.renumber();
+    verify(&function).unwrap_or_else(|error| panic!("{error}\n{function}"));
+    let text = function.to_string();
+    let (_, body) = text.split_once("\n{\n").expect("a body");
+    let lines = body.lines().filter(|line| !line.contains("= load scratch:") && *line != "}");
+    lines.map(|line| format!("{}\n", line.strip_prefix("  ").unwrap_or(line))).collect()
+}
+
+/// Checks on generated functions that a pass keeps functions valid and results the same to the bit.
+pub(crate) fn check_preserves(pass: impl Fn(&mut Function)) {
+    for seed in 0..300 {
+        let size = 40 + seed as usize * 3;
+        let before = function(&Entropy::bytes(seed, size));
+        let mut after = before.clone();
+        pass(&mut after);
+        verify(&after).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{after}"));
+        for run in 0..3 {
+            let inputs = Entropy::bytes(seed ^ (run << 40), 600);
+            let (expected, found) = (outcome(&before, &inputs), outcome(&after, &inputs));
+            assert!(expected == found, "seed {seed}\n{before}\n{after}\n{expected:?}\n{found:?}");
+        }
+    }
+}
+
+/// What a function leaves in its places but for slots.
+pub(crate) fn outcome(function: &Function, inputs: &[u8]) -> (Vec<Vec<Constant>>, Outcome) {
+    let mut memory = Memory::new(function, &mut Entropy::new(inputs));
+    let mut interpreter = Interpreter::prepare(function).expect("linked");
+    let outcome = interpreter.run(3, &mut memory, &mut HashHost::default());
+    let mut snapshot = memory.snapshot();
+    snapshot.retain(|place| !place.is_empty());
+    (snapshot, outcome)
+}
