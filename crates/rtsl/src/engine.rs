@@ -145,7 +145,7 @@ fn natural_width(llvm: &Llvm) -> u32 {
     }
 }
 
-fn no_llvm(error: &rtsl_jit::LlvmError) -> Diagnostic {
+pub(crate) fn no_llvm(error: &rtsl_jit::LlvmError) -> Diagnostic {
     let diagnostic = Diagnostic::new(codes::NO_LLVM, error.to_string());
     diagnostic.help("the interpreter needs no LLVM: `--backend interp`")
 }

@@ -85,6 +85,11 @@ pub(crate) fn missing_method(class: &Class, method: Method) -> Diagnostic {
     }
 }
 
+/// A method that has no code, for a reason that is not the author's doing.
+pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Diagnostic {
+    Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
+}
+
 fn list(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().take(LISTED).map(|name| format!("`{name}`")).collect();
     match (quoted.as_slice(), names.len() > LISTED) {

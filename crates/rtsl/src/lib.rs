@@ -20,6 +20,7 @@
 //! the project: what they use of those below is exported here.
 
 mod compiler;
+mod emit;
 mod engine;
 mod environment;
 mod errors;
@@ -39,6 +40,7 @@ mod unit;
 mod value;
 
 pub use compiler::{Compiler, CompilerOptions};
+pub use emit::{Emit, EmitRequest};
 pub use engine::{Engine, KernelRequest};
 pub use errors::unknown_class;
 pub use instance::Instance;

@@ -1,9 +1,13 @@
 //! The whole compiler, stage by stage.
 
+use std::fmt::Display;
+use std::sync::Arc;
+
 use rtsl_ir::{Function, PlaceKind};
-use rtsl_jit::Signature;
+use rtsl_jit::{CompiledKernel, Signature, Target};
+use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
-use rtsl_source::{Diagnostic, Diagnostics, SourceMap, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
 use rtsl_spec::Method;
 use rtsl_syntax::IncludeLoader;
 
@@ -54,19 +58,38 @@ pub(crate) fn kernel(
         many_instances: shape == Shape::Stream,
         accepts: accepts_hits(function),
     };
-    if shared.llvm.is_none() {
+    let failed = |error: &dyn Display| errors::code_generation(&function.name, error);
+    let Some(llvm) = &shared.llvm else {
         let kernel = InterpretedKernel::new(function, layout, signature);
-        return kernel.map(Kernel::interpreted).map_err(|error| failed(function, &error));
-    }
-    Err(failed(function, &"machine code is not made yet"))
+        return kernel.map(Kernel::interpreted).map_err(|error| failed(&error));
+    };
+    let packet = packet(function, shape, layout, shared.width)?;
+    let text = llvm_text(&packet, llvm.host());
+    let module = llvm.compile(&text, llvm.host(), shared.options.optimization);
+    let module = module.map_err(|error| failed(&error))?;
+    let kernel = CompiledKernel::new(Arc::new(module), SYMBOL, signature);
+    kernel.map(Kernel::compiled).map_err(|error| failed(&error))
 }
 
-fn failed(function: &Function, reason: &dyn std::fmt::Display) -> Diagnostic {
-    Diagnostic::new(
-        codes::CODE_GENERATION,
-        format!("`{}` can't be compiled: {reason}", function.name),
-    )
+/// The packet code of a linked method.
+pub(crate) fn packet(
+    function: &Function,
+    shape: Shape,
+    layout: &Layout,
+    width: u32,
+) -> Result<rtsl_packet::Kernel, Diagnostic> {
+    let packet = rtsl_packet::lower(function, layout, shape, width);
+    packet.map_err(|error| errors::code_generation(&function.name, &error))
 }
+
+/// The text that LLVM gets.
+pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
+    let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
+    rtsl_llvm::emit([(SYMBOL, packet)], &features)
+}
+
+/// The name of the one function in each module.
+const SYMBOL: &str = "kernel";
 
 fn accepts_hits(function: &Function) -> bool {
     let kind = |output: &rtsl_ir::Output| function.place(output.place).kind;

@@ -112,6 +112,10 @@ impl Program {
         cell.get_or_init(|| self.make_kernel(method, shape).map(Arc::new)).clone()
     }
 
+    pub(crate) fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
     fn make_kernel(&self, method: Method, shape: Shape) -> Result<Kernel, Diagnostic> {
         let method = self.method(method)?;
         pipeline::kernel(&method.function, shape, &self.layout, &self.shared)

@@ -1,0 +1,79 @@
+//! What the compiler makes on the way, for people to look at.
+
+use rtsl_jit::{Llvm, Target};
+use rtsl_packet::Shape;
+use rtsl_source::Diagnostic;
+use rtsl_spec::Method;
+
+use crate::program::Program;
+use crate::{engine, errors, pipeline};
+
+/// A form of a method on its way to machine code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Emit {
+    /// The single-ray representation, linked and optimised.
+    Ir,
+    /// Packet code.
+    Packet,
+    /// LLVM text, as LLVM gets it.
+    Llvm,
+    /// LLVM text after LLVM's passes.
+    OptimizedLlvm,
+    /// Assembly text.
+    Assembly,
+    /// An object file.
+    Object,
+}
+
+/// What to emit and for what.
+#[derive(Clone, Debug)]
+pub struct EmitRequest {
+    /// The form.
+    pub emit: Emit,
+    /// The method.
+    pub method: Method,
+    /// What rays have in common.
+    pub shape: Shape,
+    /// The machine; the host where `None`.
+    pub target: Option<Target>,
+}
+
+impl Program {
+    /// A method in one of its forms; text but for [`Emit::Object`].
+    ///
+    /// # Errors
+    /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
+    pub fn emit(&self, request: &EmitRequest) -> Result<Vec<u8>, Diagnostic> {
+        let method = self.method(request.method)?;
+        let function = &method.function;
+        if request.emit == Emit::Ir {
+            return Ok(function.to_string().into_bytes());
+        }
+        let packet =
+            pipeline::packet(function, request.shape, self.layout(), self.shared().width)?;
+        if request.emit == Emit::Packet {
+            return Ok(packet.to_string().into_bytes());
+        }
+        // The host's features are known by LLVM alone; text for a named target needs none.
+        let llvm = Llvm::load();
+        let target = match (&request.target, &llvm) {
+            (Some(target), _) => target,
+            (None, Ok(llvm)) => llvm.host(),
+            (None, Err(error)) => return Err(engine::no_llvm(error)),
+        };
+        let text = pipeline::llvm_text(&packet, target);
+        if request.emit == Emit::Llvm {
+            return Ok(text.into_bytes());
+        }
+        let llvm = llvm.map_err(|error| engine::no_llvm(&error))?;
+        let level = self.shared().options.optimization;
+        let result = match request.emit {
+            Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
+                llvm.optimized(&text, target, level).map(String::into_bytes)
+            }
+            Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
+            Emit::Object => llvm.object(&text, target, level),
+        };
+        result.map_err(|error| errors::code_generation(&function.name, &error))
+    }
+}

@@ -1,0 +1,225 @@
+//! The oracle against machine code: random functions give the same bits on the interpreter and
+//! at every width, in both shapes, under random masks.
+
+use std::sync::Arc;
+
+use rtsl::{
+    Backend, CallArguments, Class, Engine, EngineOptions, Instance, InstanceTable, Instances,
+    LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter, ParameterTarget,
+    ParameterType, Place, Role, Scalar, Shape, Value, new_state,
+};
+use rtsl_ir::generate::{Entropy, HashHost, seeded_function};
+use rtsl_ir::{Function, PlaceKind};
+
+/// Rays of a call: not a multiple of any width but 1.
+const COUNT: usize = 37;
+const INSTANCES: usize = 5;
+
+/// A class with the function as its `intersect`, and parameters for all members and buffers.
+fn class_of(function: Function) -> Arc<Class> {
+    let of_kind = |kind| -> Vec<Place> {
+        function.places.iter().filter(|place| place.kind == kind).cloned().collect()
+    };
+    let (members, buffers) = (of_kind(PlaceKind::Member), of_kind(PlaceKind::Buffer));
+    let parameter = |place: &Place, ty| Parameter {
+        name: place.name.clone(),
+        ty,
+        target: ParameterTarget::Member,
+        required: true,
+        annotations: Vec::new(),
+    };
+    let element = |place: &Place| {
+        ParameterType::Array(Box::new(ParameterType::Scalar(place.scalar)), place.len)
+    };
+    let data = members.iter().map(|place| parameter(place, element(place)));
+    let shared = buffers
+        .iter()
+        .map(|place| parameter(place, ParameterType::Buffer(Box::new(element(place)))));
+    Arc::new(Class {
+        name: "Random".to_owned(),
+        roles: vec![Role::Primitive],
+        documentation: None,
+        parameters: data.chain(shared).collect(),
+        scratch: of_kind(PlaceKind::Scratch),
+        members,
+        buffers,
+        references: Vec::new(),
+        initializer: Function::new("Random.initializer"),
+        constructor: None,
+        methods: [(Method::Intersect, function)].into(),
+    })
+}
+
+fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
+    (0..count).map(|_| entropy.constant(scalar).bits()).collect()
+}
+
+fn instance(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Arc<Instance> {
+    let arguments = class.members.iter().chain(&class.buffers).map(|place| {
+        let elements = match place.kind {
+            PlaceKind::Buffer => entropy.below(4),
+            _ => 1,
+        };
+        let words = words(entropy, place.scalar, elements * place.len as usize);
+        (place.name.as_str(), Value::from(Numbers::from_words(place.scalar, words)))
+    });
+    let arguments: Vec<_> = arguments.collect();
+    Instance::new(class, arguments).unwrap()
+}
+
+/// The inputs of a call, the same for all backends.
+struct Inputs {
+    state: LaneBlock,
+    scratch: LaneBlock,
+    mask: Option<LaneMask>,
+    instances: Vec<Arc<Instance>>,
+    index: LaneIndices,
+}
+
+impl Inputs {
+    fn random(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Inputs {
+        let mut state = new_state(COUNT);
+        for component in 0..state.components() {
+            let random = words(entropy, Scalar::F32, COUNT);
+            state.words_mut(component).copy_from_slice(&random);
+        }
+        let arrays = class.scratch.iter().map(|place| place.len).sum::<u32>() as usize;
+        let mut scratch = LaneBlock::new(arrays, COUNT);
+        let mut array = 0;
+        for place in &class.scratch {
+            for _ in 0..place.len {
+                let mut random = words(entropy, place.scalar, COUNT);
+                if place.scalar == Scalar::Bool {
+                    random.iter_mut().for_each(|word| *word = word.wrapping_neg());
+                }
+                scratch.words_mut(array).copy_from_slice(&random);
+                array += 1;
+            }
+        }
+        let mask = match entropy.below(3) {
+            0 => None,
+            1 => Some(LaneMask::from_fn(COUNT, |_| entropy.chance(128))),
+            _ => Some(LaneMask::from_fn(COUNT, |_| entropy.chance(20))),
+        };
+        let instances = (0..INSTANCES).map(|_| instance(class, entropy)).collect();
+        let mut index = LaneIndices::new(COUNT);
+        index.as_mut_slice().iter_mut().for_each(|it| *it = entropy.below(INSTANCES) as u32);
+        Inputs { state, scratch, mask, instances, index }
+    }
+}
+
+/// Everything that a call may change, NaNs made equal.
+#[derive(PartialEq)]
+struct Outputs {
+    state: Vec<Vec<u32>>,
+    scratch: Vec<Vec<u32>>,
+    accepted: Vec<bool>,
+    budget_exhausted: bool,
+}
+
+fn call(engine: &Engine, class: &Arc<Class>, shape: Shape, inputs: &Inputs) -> Outputs {
+    let program = engine.program(&inputs.instances[0]);
+    let kernel = program.kernel(Method::Intersect, shape).unwrap();
+    let blocks: Vec<_> = inputs.instances.iter().map(|it| Arc::new(program.block(it))).collect();
+    let table = InstanceTable::new(blocks.clone());
+    let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
+    let mut accepted = LaneMask::new(COUNT);
+    let status = kernel.call(CallArguments {
+        state: &mut state,
+        scratch: &mut scratch,
+        count: COUNT,
+        mask: inputs.mask.as_ref(),
+        accepted: Some(&mut accepted),
+        instances: match shape {
+            Shape::Packet => Instances::One(&blocks[0]),
+            Shape::Stream => Instances::Many(&table, &inputs.index),
+        },
+        host: &mut HashHost::default(),
+    });
+    let scratch_scalars =
+        class.scratch.iter().flat_map(|place| (0..place.len).map(|_| place.scalar));
+    let floats = std::iter::repeat(Scalar::F32);
+    let collect = |block: &LaneBlock, scalars: &mut dyn Iterator<Item = Scalar>| {
+        let arrays = (0..block.components()).zip(scalars);
+        arrays.map(|(it, scalar)| canonical(scalar, block.words(it))).collect()
+    };
+    Outputs {
+        state: collect(&state, &mut floats.into_iter()),
+        scratch: collect(&scratch, &mut scratch_scalars.into_iter()),
+        accepted: (0..COUNT).map(|lane| accepted.get(lane)).collect(),
+        budget_exhausted: status.budget_exhausted,
+    }
+}
+
+fn canonical(scalar: Scalar, words: &[u32]) -> Vec<u32> {
+    let is_nan = |word: u32| scalar == Scalar::F32 && f32::from_bits(word).is_nan();
+    words.iter().map(|word| if is_nan(*word) { f32::NAN.to_bits() } else { *word }).collect()
+}
+
+fn difference(expected: &Outputs, found: &Outputs) -> String {
+    for (name, a, b) in
+        [("state", &expected.state, &found.state), ("scratch", &expected.scratch, &found.scratch)]
+    {
+        for (component, (a, b)) in a.iter().zip(b).enumerate() {
+            if let Some(lane) = (0..COUNT).find(|lane| a[*lane] != b[*lane]) {
+                let (a, b) = (a[lane], b[lane]);
+                return format!("{name} {component}, ray {lane}: {a:#x} and {b:#x}");
+            }
+        }
+    }
+    "which rays hit, or the status".to_owned()
+}
+
+fn engine(backend: Backend, width: u32, optimization: OptLevel) -> Option<Engine> {
+    let options = EngineOptions { backend, width: Some(width), optimization, ..Default::default() };
+    match Engine::new(options) {
+        Ok((engine, _)) => Some(engine),
+        Err(error) => {
+            println!("without LLVM there is nothing to compare: {}", error.message);
+            None
+        }
+    }
+}
+
+fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
+    let oracle = engine(Backend::Interpreter, 1, optimization).unwrap();
+    let engines: Option<Vec<Engine>> =
+        Engine::WIDTHS.iter().map(|width| engine(Backend::Jit, *width, optimization)).collect();
+    let Some(engines) = engines else { return };
+    for seed in seeds {
+        let class = class_of(seeded_function(seed, size));
+        let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 16);
+        let inputs = Inputs::random(&class, &mut Entropy::new(&bytes));
+        for shape in Shape::ALL {
+            let expected = call(&oracle, &class, shape, &inputs);
+            for engine in &engines {
+                let found = call(engine, &class, shape, &inputs);
+                assert!(
+                    expected == found,
+                    "seed {seed}, size {size}, {} at width {}: {}\n{}",
+                    shape.name(),
+                    engine.width(),
+                    difference(&expected, &found),
+                    class.methods[&Method::Intersect]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn small_functions_agree() {
+    compare(0..60, 60, OptLevel::O2);
+}
+
+#[test]
+fn large_functions_agree() {
+    compare(100..112, 1500, OptLevel::O2);
+}
+
+#[test]
+fn functions_agree_at_other_levels() {
+    compare(200..210, 300, OptLevel::O0);
+    compare(200..210, 300, OptLevel::O1);
+    compare(200..210, 300, OptLevel::O3);
+}
