@@ -49,8 +49,7 @@ impl Program {
         if request.emit == Emit::Ir {
             return Ok(function.to_string().into_bytes());
         }
-        let packet =
-            pipeline::packet(function, request.shape, self.layout(), self.shared().width)?;
+        let packet = pipeline::packet(function, request.shape, self.layout(), self.shared().width)?;
         if request.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
         }
@@ -65,7 +64,7 @@ impl Program {
         if request.emit == Emit::Llvm {
             return Ok(text.into_bytes());
         }
-        let llvm = llvm.map_err(|error| engine::no_llvm(&error))?;
+        let llvm = llvm.as_ref().map_err(engine::no_llvm)?;
         let level = self.shared().options.optimization;
         let result = match request.emit {
             Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
