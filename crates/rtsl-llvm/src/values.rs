@@ -121,7 +121,8 @@ impl Emitter<'_, '_> {
 
     /// A mask in the form in which masks cross blocks.
     pub fn define_crossing(&mut self, value: Value, operand: Operand) {
-        if self.values.masks_in_lanes {
+        let ty = self.kernel.ty(value);
+        if self.values.masks_in_lanes && ty.lanes && ty.scalar == Scalar::Bool {
             let forms = Forms { words: Some(operand), ..Forms::default() };
             *self.values.forms_mut(value) = forms;
         } else {

@@ -41,6 +41,7 @@ fn class_of(function: Function) -> Arc<Class> {
         documentation: None,
         parameters: data.chain(shared).collect(),
         scratch: of_kind(PlaceKind::Scratch),
+        scratch_types: Vec::new(),
         members,
         buffers,
         references: Vec::new(),
