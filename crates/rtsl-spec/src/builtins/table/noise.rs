@@ -33,9 +33,9 @@ pub(super) static NOISE: &[Builtin] = &[
             "vec2 voronoi(vec p, out uint cell)",
             "vec2 voronoi(vec p, vec period, out uint cell)",
         ],
-        "The distances from p to the nearest and the second nearest of the points strewn one to \
-         a unit cell; cell is set to a hash of the nearest one's. Repeats along each axis where a \
-         period is given.",
+        "The distances from p to the nearest and the second nearest of the points strewn one to a \
+         unit cell, among those of the cell of p and of the cells that touch it; cell is set to \
+         a hash of the nearest one's. Repeats along each axis where a period is given.",
     ),
     function(
         "fbm",
@@ -44,8 +44,9 @@ pub(super) static NOISE: &[Builtin] = &[
             "float fbm(genF p, int octaves)",
             "float fbm(genF p, int octaves, float lacunarity, float gain)",
         ],
-        "A sum of octaves of noise: each has lacunarity (2) times the frequency and gain (0.5) \
-         times the amplitude of the one before. 6 octaves unless told, 32 at most.",
+        "A sum of octaves of noise, the first of amplitude 1: each has lacunarity (2) times the \
+         frequency and gain (0.5) times the amplitude of the one before. 6 octaves unless told, \
+         32 at most.",
     ),
     function(
         "turbulence",
