@@ -52,6 +52,10 @@ pub struct EngineOptions {
     pub width: Option<u32>,
     /// How exact arithmetic is.
     pub math: Math,
+    /// The greatest number of loop iterations of one ray in one call, all loops taken together;
+    /// unlimited where `None`. A call that passes it says so in its status. Hosts that run text
+    /// they do not know set it here and in [`CompilerOptions`](crate::CompilerOptions).
+    pub loop_budget: Option<u32>,
     /// How much work goes into machine code. Never changes results.
     pub optimization: OptLevel,
 }

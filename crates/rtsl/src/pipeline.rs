@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use rtsl_ir::{Function, PlaceKind};
-use rtsl_jit::{CompiledKernel, Signature, Target};
+use rtsl_jit::{CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
@@ -17,7 +17,7 @@ use crate::errors;
 use crate::interpreted::InterpretedKernel;
 use crate::kernel::Kernel;
 use crate::link::{self, Linked};
-use crate::options::EngineOptions;
+use crate::options::{EngineOptions, Math};
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
 
@@ -40,9 +40,17 @@ pub(crate) fn compile(
 pub(crate) fn link(
     tree: &ClassTree,
     method: Method,
-    _options: &EngineOptions,
+    options: &EngineOptions,
 ) -> Result<Linked, Diagnostic> {
-    link::link(tree, method).unwrap_or_else(|| Err(errors::missing_method(&tree.class, method)))
+    let linked = link::link(tree, method);
+    let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
+    let passes = rtsl_opt::Options {
+        contract: options.math != Math::Strict,
+        budget: options.loop_budget,
+        optimize: options.optimization != OptLevel::O0,
+    };
+    rtsl_opt::optimize(&mut linked.function, &passes);
+    Ok(linked)
 }
 
 /// Makes the kernel of a linked method.
