@@ -10,3 +10,4 @@
 //! This crate knows no masks, no packets, no target, and does no input or output.
 
 pub mod hir;
+pub mod lower;

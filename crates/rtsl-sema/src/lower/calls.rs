@@ -1,0 +1,233 @@
+//! Calls, replaced by the function's body.
+
+use rtsl_ir::Value;
+use rtsl_source::Span;
+
+use super::Lowering;
+use super::access::Access;
+use super::cells::Cell;
+use super::facts::Root;
+use super::limits::{self, Lowered};
+use super::variables::VariableId;
+use crate::hir::{Expression, Function, FunctionId, LocalId, Passing, Type};
+
+/// One call whose body is being lowered.
+#[derive(Clone, Debug)]
+pub(super) struct Frame<'m> {
+    pub id: Option<FunctionId>,
+    pub function: Option<&'m Function>,
+    /// Made where they are declared.
+    pub locals: Vec<Option<VariableId>>,
+    pub result: Option<VariableId>,
+    /// The flag of `return`.
+    pub returned: Cell,
+    /// The flags of the innermost loop or `switch`.
+    pub jumps: Option<Jumps>,
+}
+
+/// The flags of a loop or `switch`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Jumps {
+    pub broke: Cell,
+    /// `None` in a `switch` outside loops.
+    pub continued: Option<Cell>,
+}
+
+/// What a call gives.
+pub(super) struct Returned {
+    pub result: Vec<Value>,
+    /// For each parameter what it hands back.
+    pub outputs: Vec<Option<Vec<Value>>>,
+}
+
+impl<'m> Lowering<'m> {
+    /// A call in the text.
+    pub fn lower_call(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let (values, targets) = self.lower_arguments(id, arguments)?;
+        let returned = self.call(id, values, span)?;
+        self.copy_out(targets, returned.outputs)?;
+        Ok(returned.result)
+    }
+
+    /// The values of the arguments, and the targets of those that are copied out.
+    pub fn lower_arguments(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+    ) -> Lowered<(Vec<Vec<Value>>, Vec<Option<Access>>)> {
+        let function = self.function(id);
+        let mut values = Vec::with_capacity(arguments.len());
+        let mut targets = Vec::with_capacity(arguments.len());
+        for (argument, passing) in arguments.iter().zip(&function.parameters) {
+            let target = match passing {
+                Passing::In => None,
+                Passing::Out | Passing::InOut => self.lower_access(argument)?,
+            };
+            values.push(match (passing, &target) {
+                (Passing::In, _) => self.lower_expression(argument)?,
+                (Passing::InOut, Some(target)) => self.read(target)?,
+                (Passing::Out | Passing::InOut, _) => {
+                    let layout = self.layouts.layout(&argument.ty, argument.span)?;
+                    self.zeros(&layout)
+                }
+            });
+            targets.push(target);
+        }
+        Ok((values, targets))
+    }
+
+    /// Writes what a call hands back, from left to right.
+    pub fn copy_out(
+        &mut self,
+        targets: Vec<Option<Access>>,
+        outputs: Vec<Option<Vec<Value>>>,
+    ) -> Lowered<()> {
+        for (target, output) in targets.into_iter().zip(outputs) {
+            if let (Some(target), Some(output)) = (target, output) {
+                self.write(&target, &output)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The function's body on these arguments.
+    pub fn call(
+        &mut self,
+        id: FunctionId,
+        arguments: Vec<Vec<Value>>,
+        span: Span,
+    ) -> Lowered<Returned> {
+        self.enter(span)?;
+        let frame = self.new_frame(id, span)?;
+        let caller = std::mem::replace(&mut self.frame, frame);
+        let function = self.function(id);
+        for (local, argument) in (0..).map(LocalId).zip(&arguments) {
+            let variable = self.local_variable(local, span)?;
+            self.set_variable(variable, argument);
+        }
+        self.lower_list(&function.body)?;
+        let returned = self.leave_frame(function)?;
+        let callee = std::mem::replace(&mut self.frame, caller);
+        self.release_slots(callee.locals.into_iter().flatten().chain(callee.result));
+        self.leave();
+        Ok(returned)
+    }
+
+    fn leave_frame(&mut self, function: &Function) -> Lowered<Returned> {
+        let result = match self.frame.result {
+            Some(result) => self.get_variable(result)?,
+            None => Vec::new(),
+        };
+        let mut outputs = Vec::with_capacity(function.parameters.len());
+        for (index, passing) in function.parameters.iter().enumerate() {
+            outputs.push(match (passing, self.frame.locals[index]) {
+                (Passing::Out | Passing::InOut, Some(local)) => Some(self.get_variable(local)?),
+                (Passing::In, _) | (_, None) => None,
+            });
+        }
+        Ok(Returned { result, outputs })
+    }
+
+    /// A frame for a call of this function.
+    pub fn new_frame(&mut self, id: FunctionId, span: Span) -> Lowered<Frame<'m>> {
+        let function = self.function(id);
+        let result = match &function.result {
+            Type::Void => None,
+            ty => {
+                let result = self.new_variable(&function.name, ty, false, span)?;
+                let zeros = self.variable(result).layout.clone();
+                let zeros = self.zeros(&zeros);
+                self.set_variable(result, &zeros);
+                Some(result)
+            }
+        };
+        Ok(Frame {
+            id: Some(id),
+            function: Some(function),
+            locals: vec![None; function.locals.len()],
+            result,
+            returned: self.new_flag(),
+            jumps: None,
+        })
+    }
+
+    /// The variable of a local of the current call.
+    pub fn local_variable(&mut self, id: LocalId, span: Span) -> Lowered<VariableId> {
+        let index = id.0 as usize;
+        if let Some(made) = self.frame.locals[index] {
+            return Ok(made);
+        }
+        let (Some(function), Some(function_id)) = (self.frame.function, self.frame.id) else {
+            unreachable!("only functions have locals")
+        };
+        let local = &function.locals[index];
+        let indexed = self.facts.of(function_id).indexed.contains(&Root::Local(id));
+        let variable = self.new_variable(&local.name, &local.ty, indexed, span)?;
+        self.frame.locals[index] = Some(variable);
+        Ok(variable)
+    }
+
+    /// Whether a local of the current call contributes to a `precise` one.
+    pub fn is_precise(&self, id: LocalId) -> bool {
+        self.frame.id.is_some_and(|function| self.facts.of(function).precise.contains(&id))
+    }
+
+    /// The function of the prelude with this name and these parameters, on these arguments.
+    ///
+    /// # Panics
+    /// If there is none: what the table of state variables needs is part of the prelude.
+    pub fn call_prelude(
+        &mut self,
+        name: &'static str,
+        parameters: &[Type],
+        arguments: Vec<Vec<Value>>,
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let function = find_function(self.module, name, parameters);
+        let id = function.unwrap_or_else(|| panic!("the prelude has {name}"));
+        Ok(self.call(id, arguments, span)?.result)
+    }
+
+    pub fn function(&self, id: FunctionId) -> &'m Function {
+        &self.module.functions[id.0 as usize]
+    }
+
+    /// Counts a visit of a statement, expression or call, inside those that are being visited.
+    pub fn enter(&mut self, span: Span) -> Lowered<()> {
+        self.visits += 1;
+        self.depth += 1;
+        if self.depth > limits::NESTED_VISITS {
+            return Err(limits::nested_too_deeply(span));
+        }
+        let size = self.builder.value_count().max(self.cells.len() / 4);
+        if self.visits > limits::VISITS_OF_A_FUNCTION || size > limits::VALUES_OF_A_FUNCTION {
+            return Err(limits::too_much_code(span, &self.builder.function().name));
+        }
+        Ok(())
+    }
+
+    /// Ends a visit.
+    pub fn leave(&mut self) {
+        self.depth -= 1;
+    }
+}
+
+/// The function outside classes with this name and these parameters.
+pub(super) fn find_function(
+    module: &crate::hir::Module,
+    name: &str,
+    parameters: &[Type],
+) -> Option<FunctionId> {
+    let found = module.functions.iter().position(|function| {
+        function.class.is_none()
+            && function.name == name
+            && function.parameters.len() == parameters.len()
+            && function.locals.iter().map(|local| &local.ty).zip(parameters).all(|(a, b)| a == b)
+    });
+    found.map(|index| FunctionId(index as u32))
+}
