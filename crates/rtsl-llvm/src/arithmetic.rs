@@ -1,6 +1,7 @@
 //! Pure operations: LLVM's instructions where they mean the same for all operands, else
 //! sequences that do.
 
+use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::{BinaryOp, CompareOp, Scalar, UnaryOp, Value};
 
 use crate::emitter::Emitter;
@@ -300,7 +301,17 @@ impl Emitter<'_, '_> {
         let from = self.vector(register_element(scalar), lanes);
         let to = self.register_type(result);
         let a = self.operand(a, lanes);
-        let operand = if from == to { a } else { self.cast("bitcast", from, a, to) };
+        if from == to {
+            return self.define(result, a);
+        }
+        let bits = self.cast("bitcast", from, a, to);
+        let operand = if scalar == Scalar::F32 {
+            let is_number = self.compare("ord", from, a, a);
+            let nan = self.literal(to, Operand::Int(CANONICAL_NAN as i32));
+            self.select(to, is_number, bits, nan)
+        } else {
+            bits
+        };
         self.define(result, operand);
     }
 

@@ -119,7 +119,7 @@ impl Emitter<'_, '_> {
         *self.values.forms_mut(value) = Forms { bits, words, ..Forms::default() };
     }
 
-    /// A mask in the form in which masks cross blocks.
+    /// A value in the form in which values cross blocks.
     pub fn define_crossing(&mut self, value: Value, operand: Operand) {
         let ty = self.kernel.ty(value);
         if self.values.masks_in_lanes && ty.lanes && ty.scalar == Scalar::Bool {

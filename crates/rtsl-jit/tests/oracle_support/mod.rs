@@ -1,0 +1,319 @@
+//! Runs a function for many rays, interpreted and compiled.
+
+use std::sync::{Arc, OnceLock};
+
+use rtsl_ir::evaluate::CANONICAL_NAN;
+use rtsl_ir::generate::{Entropy, HashHost};
+use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Scalar, Storage};
+use rtsl_jit::{
+    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, InstanceTable, Instances,
+    LaneBlock, LaneIndices, LaneMask, Llvm, OptLevel, Signature,
+};
+use rtsl_llvm::TargetFeatures;
+use rtsl_packet::{Layout, Shape};
+
+/// Full chunks and a part of one at every width.
+const RAYS: usize = 37;
+const OBJECTS: usize = 3;
+const WIDTHS: [u32; 4] = [1, 4, 8, 16];
+
+/// A function with data for its places.
+pub struct Case {
+    function: Function,
+    layout: Layout,
+    objects: Vec<Arc<InstanceBlock>>,
+    /// The object of each ray, for the stream shape.
+    indices: LaneIndices,
+    state: LaneBlock,
+    scratch: LaneBlock,
+    mask: LaneMask,
+}
+
+/// What a run for all rays gives.
+struct Outcome {
+    state: LaneBlock,
+    scratch: LaneBlock,
+    accepted: LaneMask,
+    budget: bool,
+}
+
+fn llvm() -> &'static Arc<Llvm> {
+    static LLVM: OnceLock<Arc<Llvm>> = OnceLock::new();
+    LLVM.get_or_init(|| Llvm::load().unwrap_or_else(|error| panic!("{error}")))
+}
+
+impl Case {
+    pub fn new(function: Function, seed: u64) -> Case {
+        let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+        let layout = Layout::new(
+            places(PlaceKind::Member),
+            places(PlaceKind::Buffer),
+            places(PlaceKind::Scratch),
+        );
+        let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 14);
+        let entropy = &mut Entropy::new(&bytes);
+        let objects = (0..OBJECTS).map(|_| Arc::new(object(&function, &layout, entropy)));
+        let objects = objects.collect();
+        let mut indices = LaneIndices::new(RAYS);
+        indices.as_mut_slice().iter_mut().for_each(|index| *index = entropy.below(OBJECTS) as u32);
+        let components = rtsl_spec::state_component_count() as usize;
+        let mut case = Case {
+            objects,
+            indices,
+            state: LaneBlock::new(components, RAYS),
+            scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
+            mask: LaneMask::from_fn(RAYS, |_| entropy.chance(150)),
+            function,
+            layout,
+        };
+        case.fill_lanes(entropy);
+        case
+    }
+
+    fn fill_lanes(&mut self, entropy: &mut Entropy<'_>) {
+        for place in &self.function.places {
+            let (first, block) = match place.kind {
+                PlaceKind::State => (first_component(place), &mut self.state),
+                PlaceKind::Scratch => (self.layout.scratch[&place.name], &mut self.scratch),
+                _ => continue,
+            };
+            for array in first..first + place.len {
+                for word in block.words_mut(array as usize) {
+                    let bits = entropy.constant(place.scalar).bits();
+                    *word = if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+                }
+            }
+        }
+    }
+
+    /// Compares all kernels with the interpreter, with text made for this machine and for others:
+    /// LLVM makes up for what this one lacks.
+    pub fn check(&self) -> Result<(), String> {
+        let target = llvm().host();
+        let host = TargetFeatures::new(target.triple(), target.cpu(), target.features());
+        let other = TargetFeatures {
+            fma: !host.fma,
+            mask_registers: !host.mask_registers,
+            ..host.clone()
+        };
+        self.check_text(&host)?;
+        self.check_text(&other).map_err(|difference| format!("{other:?}: {difference}"))
+    }
+
+    fn check_text(&self, features: &TargetFeatures) -> Result<(), String> {
+        let mut kernels = Vec::new();
+        for shape in Shape::ALL {
+            for width in WIDTHS {
+                let kernel = rtsl_packet::lower(&self.function, &self.layout, shape, width)
+                    .map_err(|error| error.to_string())?;
+                rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
+                kernels.push((format!("{}.{width}", shape.name()), kernel));
+            }
+        }
+        let text = rtsl_llvm::emit(
+            kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel)),
+            features,
+        );
+        let module = llvm()
+            .compile(&text, llvm().host(), OptLevel::O2)
+            .map_err(|error| format!("{error}\n{text}"))?;
+        let module = Arc::new(module);
+        for mask in [None, Some(&self.mask)] {
+            for (symbol, kernel) in &kernels {
+                let signature = Signature {
+                    scratch_arrays: self.layout.scratch_arrays,
+                    block_words: self.layout.block_words,
+                    many_instances: kernel.shape == Shape::Stream,
+                    accepts: true,
+                };
+                let compiled = CompiledKernel::new(module.clone(), symbol, signature)
+                    .map_err(|error| error.to_string())?;
+                let expected = self.interpret(kernel.shape, mask);
+                let found = self.call(&compiled, kernel.shape, mask);
+                self.compare(&expected, &found).map_err(|difference| {
+                    format!("{symbol}, masked: {}: {difference}\n{kernel}", mask.is_some())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn call(&self, kernel: &CompiledKernel, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
+        let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
+        let mut accepted = LaneMask::new(RAYS);
+        accepted.fill(true);
+        let table = InstanceTable::new(self.objects.clone());
+        let instances = match shape {
+            Shape::Packet => Instances::One(&self.objects[0]),
+            Shape::Stream => Instances::Many(&table, &self.indices),
+        };
+        let status = kernel.call(CallArguments {
+            state: &mut state,
+            scratch: &mut scratch,
+            count: RAYS,
+            mask,
+            accepted: Some(&mut accepted),
+            instances,
+            host: &mut HashHost::default(),
+        });
+        Outcome { state, scratch, accepted, budget: status.budget_exhausted }
+    }
+
+    fn interpret(&self, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
+        let mut interpreter = Interpreter::prepare(&self.function).expect("generated functions run");
+        let mut host = HashHost::default();
+        let mut outcome = Outcome {
+            state: self.state.clone(),
+            scratch: self.scratch.clone(),
+            accepted: LaneMask::new(RAYS),
+            budget: false,
+        };
+        for ray in (0..RAYS).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+            let object = match shape {
+                Shape::Packet => 0,
+                Shape::Stream => self.indices.as_slice()[ray] as usize,
+            };
+            let mut storage = RayStorage {
+                case: self,
+                object: &self.objects[object],
+                ray,
+                state: &mut outcome.state,
+                scratch: &mut outcome.scratch,
+            };
+            let result = interpreter.run(ray as u32, &mut storage, &mut host);
+            outcome.accepted.set(ray, result.accepted);
+            outcome.budget |= result.budget_exceeded;
+        }
+        outcome
+    }
+
+    fn compare(&self, expected: &Outcome, found: &Outcome) -> Result<(), String> {
+        for output in &self.function.outputs {
+            let place = self.function.place(output.place);
+            let name = format!("{}[{}]", place.name, output.component);
+            if place.kind == PlaceKind::Accepted {
+                for ray in 0..RAYS {
+                    let (expected, found) = (expected.accepted.get(ray), found.accepted.get(ray));
+                    if expected != found {
+                        return Err(format!("ray {ray}: {name} is {found}, not {expected}"));
+                    }
+                }
+            }
+        }
+        for place in &self.function.places {
+            let (first, expected, found) = match place.kind {
+                PlaceKind::State => (first_component(place), &expected.state, &found.state),
+                PlaceKind::Scratch => {
+                    (self.layout.scratch[&place.name], &expected.scratch, &found.scratch)
+                }
+                _ => continue,
+            };
+            for component in 0..place.len {
+                let array = (first + component) as usize;
+                for ray in 0..RAYS {
+                    let of = |block: &LaneBlock| canonical(place.scalar, block.words(array)[ray]);
+                    let (expected, found) = (of(expected), of(found));
+                    if expected != found {
+                        let name = format!("{}[{component}]", place.name);
+                        return Err(format!("ray {ray}: {name} is {found:#x}, not {expected:#x}"));
+                    }
+                }
+            }
+        }
+        match expected.budget == found.budget {
+            true => Ok(()),
+            false => Err(format!("budget exhausted: {}", found.budget)),
+        }
+    }
+}
+
+/// The bits to compare: every NaN is the same.
+fn canonical(scalar: Scalar, bits: u32) -> u32 {
+    let nan = scalar == Scalar::F32 && f32::from_bits(bits).is_nan();
+    if nan { CANONICAL_NAN } else { bits }
+}
+
+fn first_component(place: &Place) -> u32 {
+    rtsl_spec::lookup_state(&place.name).expect("a state variable").first_component
+}
+
+/// An instance with members and buffers drawn from `entropy`.
+fn object(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> InstanceBlock {
+    let mut members = vec![0; layout.block_words as usize];
+    let mut buffers = Vec::new();
+    for place in &function.places {
+        let mut words = |count: u32| -> Vec<u32> {
+            (0..count).map(|_| entropy.constant(place.scalar).bits()).collect()
+        };
+        match place.kind {
+            PlaceKind::Member => {
+                let first = layout.members[&place.name] as usize;
+                members[first..first + place.len as usize].copy_from_slice(&words(place.len));
+            }
+            PlaceKind::Buffer => {
+                let seven = words(7 * place.len);
+                let elements = entropy.below(7) as u32;
+                buffers.push(BoundBuffer {
+                    offset: layout.buffers[&place.name],
+                    words: seven[..(elements * place.len) as usize].into(),
+                    element_words: place.len,
+                });
+            }
+            _ => {}
+        }
+    }
+    InstanceBlock::new(&members, buffers)
+}
+
+/// One ray's view of the data.
+struct RayStorage<'a> {
+    case: &'a Case,
+    object: &'a InstanceBlock,
+    ray: usize,
+    state: &'a mut LaneBlock,
+    scratch: &'a mut LaneBlock,
+}
+
+impl RayStorage<'_> {
+    fn buffer(&self, place: &Place) -> &BoundBuffer {
+        let offset = self.case.layout.buffers[&place.name];
+        let mut buffers = self.object.buffers().iter();
+        buffers.find(|buffer| buffer.offset == offset).expect("every buffer is bound")
+    }
+}
+
+impl Storage for RayStorage<'_> {
+    fn load(&self, id: PlaceId, index: u32) -> u32 {
+        let place = self.case.function.place(id);
+        let word = match place.kind {
+            PlaceKind::State => self.state.words((first_component(place) + index) as usize)[self.ray],
+            PlaceKind::Scratch => {
+                self.scratch.words((self.case.layout.scratch[&place.name] + index) as usize)[self.ray]
+            }
+            PlaceKind::Member => {
+                self.object.words()[(self.case.layout.members[&place.name] + index) as usize]
+            }
+            PlaceKind::Buffer => self.buffer(place).words[index as usize],
+            PlaceKind::Parameter | PlaceKind::Slot | PlaceKind::Accepted => {
+                unreachable!("not loaded through storage")
+            }
+        };
+        if place.scalar == Scalar::Bool { u32::from(word != 0) } else { word }
+    }
+
+    fn elements(&self, buffer: PlaceId) -> u32 {
+        self.buffer(self.case.function.place(buffer)).elements()
+    }
+
+    fn store(&mut self, id: PlaceId, component: u32, bits: u32) {
+        let place = self.case.function.place(id);
+        let bits = if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+        let (first, block) = match place.kind {
+            PlaceKind::State => (first_component(place), &mut *self.state),
+            PlaceKind::Scratch => (self.case.layout.scratch[&place.name], &mut *self.scratch),
+            PlaceKind::Accepted => return,
+            _ => unreachable!("not an output"),
+        };
+        block.words_mut((first + component) as usize)[self.ray] = bits;
+    }
+}
