@@ -6,8 +6,8 @@ use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::generate::{Entropy, HashHost};
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_jit::{
-    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, InstanceTable, Instances,
-    LaneBlock, LaneIndices, LaneMask, Llvm, OptLevel, Signature,
+    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, InstanceTable, Instances, LaneBlock,
+    LaneIndices, LaneMask, Llvm, OptLevel, Signature,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
@@ -80,7 +80,8 @@ impl Case {
             for array in first..first + place.len {
                 for word in block.words_mut(array as usize) {
                     let bits = entropy.constant(place.scalar).bits();
-                    *word = if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+                    *word =
+                        if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
                 }
             }
         }
@@ -91,11 +92,8 @@ impl Case {
     pub fn check(&self) -> Result<(), String> {
         let target = llvm().host();
         let host = TargetFeatures::new(target.triple(), target.cpu(), target.features());
-        let other = TargetFeatures {
-            fma: !host.fma,
-            mask_registers: !host.mask_registers,
-            ..host.clone()
-        };
+        let other =
+            TargetFeatures { fma: !host.fma, mask_registers: !host.mask_registers, ..host.clone() };
         self.check_text(&host)?;
         self.check_text(&other).map_err(|difference| format!("{other:?}: {difference}"))
     }
@@ -160,7 +158,8 @@ impl Case {
     }
 
     fn interpret(&self, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
-        let mut interpreter = Interpreter::prepare(&self.function).expect("generated functions run");
+        let mut interpreter =
+            Interpreter::prepare(&self.function).expect("generated functions run");
         let mut host = HashHost::default();
         let mut outcome = Outcome {
             state: self.state.clone(),
@@ -286,10 +285,12 @@ impl Storage for RayStorage<'_> {
     fn load(&self, id: PlaceId, index: u32) -> u32 {
         let place = self.case.function.place(id);
         let word = match place.kind {
-            PlaceKind::State => self.state.words((first_component(place) + index) as usize)[self.ray],
-            PlaceKind::Scratch => {
-                self.scratch.words((self.case.layout.scratch[&place.name] + index) as usize)[self.ray]
+            PlaceKind::State => {
+                self.state.words((first_component(place) + index) as usize)[self.ray]
             }
+            PlaceKind::Scratch => self
+                .scratch
+                .words((self.case.layout.scratch[&place.name] + index) as usize)[self.ray],
             PlaceKind::Member => {
                 self.object.words()[(self.case.layout.members[&place.name] + index) as usize]
             }

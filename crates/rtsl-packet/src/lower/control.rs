@@ -86,11 +86,7 @@ impl Lowering<'_> {
             return Ok(self.select_each(condition, &then.yields, &otherwise.yields));
         }
         let condition = self.any(condition);
-        let types = op.results.iter().map(|result| Type {
-            scalar: self.function.scalar(result),
-            lanes: self.uniformity.varies(result),
-        });
-        let types: Vec<Type> = types.collect();
+        let types = self.types_of(op.results.iter());
         let results = self.push(OpKind::If { condition, then, otherwise }, &types, false);
         Ok(results.iter().collect())
     }
@@ -178,12 +174,13 @@ impl Lowering<'_> {
         }
     }
 
-    fn carried_types(&self, body: &rtsl_ir::Region) -> Vec<Type> {
-        let params = body.params.iter().map(|param| Type {
-            scalar: self.function.scalar(*param),
-            lanes: self.uniformity.varies(*param),
-        });
-        params.collect()
+    /// The types that the analysis gives to values of the function.
+    fn types_of(&self, values: impl Iterator<Item = Value>) -> Vec<Type> {
+        let ty = |value| Type {
+            scalar: self.function.scalar(value),
+            lanes: self.uniformity.varies(value),
+        };
+        values.map(ty).collect()
     }
 
     /// Opens the body of a loop with carried values of these types; returns what was open.
@@ -201,13 +198,15 @@ impl Lowering<'_> {
         initial: Vec<Value>,
         body: &rtsl_ir::Region,
     ) -> Result<(), LowerError> {
-        let types = self.carried_types(body);
+        let types = self.types_of(body.params.iter().copied());
         let params: Vec<Value> = self.new_values(&types).iter().collect();
         let outer = self.open_loop(body, &params);
         let mut yields = self.lower_ops(body)?;
         yields[0] = self.any(yields[0]);
         let ops = std::mem::replace(&mut self.open, outer);
         let kind = OpKind::Loop { initial, body: Region { params, ops, yields } };
+        // What was lanes only at first is uniform after the last round.
+        let types = self.types_of(op.results.iter());
         let results = self.push(kind, &types, false);
         self.set_results(op, &results.iter().collect::<Vec<_>>());
         Ok(())
@@ -222,7 +221,7 @@ impl Lowering<'_> {
         initial: Vec<Value>,
         body: &rtsl_ir::Region,
     ) -> Result<(), LowerError> {
-        let types = self.carried_types(body);
+        let types = self.types_of(body.params.iter().copied());
         let is_read: Vec<bool> = op.results.iter().map(|result| self.is_used(result)).collect();
         let copied: Vec<usize> =
             (0..types.len()).filter(|&index| is_read[index] && !types[index].lanes).collect();
