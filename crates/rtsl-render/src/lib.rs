@@ -1,11 +1,21 @@
 //! Renderers that speak RTSL: the reader of scenes, acceleration, film, and the first renderer.
 //!
+//! [`render_scene`] does all of it: load, compile, build, render.
+//!
 //! This crate must NOT know any stage of the compiler: of the language it knows what the crate
 //! `rtsl` offers to every host.
 
 pub mod acceleration;
 pub mod film;
+pub mod interactive;
 pub mod math;
+pub mod messages;
 pub mod reader;
+pub mod request;
 pub mod sampling;
 pub mod scene;
+pub mod statistics;
+
+pub use messages::Messages;
+pub use request::{RenderRequest, RenderResult, render_scene};
+pub use statistics::Statistics;

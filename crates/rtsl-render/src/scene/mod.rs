@@ -1,7 +1,18 @@
-//! Scenes: what their text describes.
+//! Scenes: what their text describes, and what they are once classes are found and instances
+//! are made.
 
+mod arguments;
+mod classes;
 mod description;
+mod load;
+#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
+mod scene;
+mod settings;
+mod standard_names;
 
 pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
 };
+pub use load::{LoadOptions, Loaded, load_scene};
+pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+pub use settings::Settings;

@@ -1,0 +1,369 @@
+//! A scene with kernels for its shaders and an acceleration structure over its objects.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rtsl::host::NoHost;
+use rtsl::{
+    CallArguments, Diagnostics, Engine, Instance, InstanceBlock, Instances, Kernel, KernelRequest,
+    Method, Program, Role, Shape, SourceMap, new_state, set_defaults,
+};
+
+use crate::acceleration::{Bounds, Geometry, Group, Member};
+use crate::math::{Affine, Transform};
+use crate::messages::Messages;
+use crate::scene::{Scene, SceneObject, Settings};
+
+use super::variables::{variables, vector};
+
+/// A class with the kernels that this scene calls.
+pub struct Shader {
+    /// The class, linked.
+    pub program: Arc<Program>,
+    kernels: BTreeMap<Method, Arc<Kernel>>,
+    /// Whether a method that shades reads texture coordinates, and derivatives.
+    reads_coordinates: bool,
+    reads_derivatives: bool,
+}
+
+impl Shader {
+    /// The kernel of a method, if the class has it.
+    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
+        self.kernels.get(&method).map(Arc::as_ref)
+    }
+}
+
+/// An instance, ready for the kernels of its shader.
+pub struct ShaderInstance {
+    /// The index of its shader.
+    pub shader: usize,
+    /// Its data.
+    pub block: InstanceBlock,
+}
+
+/// An object.
+pub struct Object {
+    /// Its shape.
+    pub primitive: ShaderInstance,
+    /// From its own space to its group's, and back.
+    pub forward: Affine,
+    /// From its group's space to its own.
+    pub inverse: Affine,
+    /// The index of its material; `None` where the shape is its own.
+    pub material: Option<u32>,
+    /// The index of the material whose emission it gives off besides.
+    pub emitter: Option<u32>,
+    /// Its normals point the other way.
+    pub reverse_orientation: bool,
+}
+
+/// A light.
+pub struct Light {
+    /// The light.
+    pub instance: ShaderInstance,
+    /// From its own space to the world's.
+    pub forward: Affine,
+    /// From the world's space to its own.
+    pub inverse: Affine,
+}
+
+/// A scene, ready to be rendered.
+pub struct CompiledScene {
+    /// Film, sampler and integrator.
+    pub settings: Settings,
+    /// All shaders.
+    pub shaders: Vec<Shader>,
+    /// The camera.
+    pub camera: ShaderInstance,
+    /// From the camera's space to the world's.
+    pub camera_to_world: Affine,
+    /// The materials.
+    pub materials: Vec<ShaderInstance>,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// What `ambient()` gives.
+    pub ambient: [f32; 3],
+    /// The objects.
+    pub objects: Vec<Object>,
+    /// The acceleration structure.
+    pub geometry: Geometry,
+    /// From a group's space to the world's, for the members of the scene behind its objects.
+    pub instance_transforms: Vec<Affine>,
+    /// The least distance of a hit.
+    pub epsilon: f32,
+    /// The greatest number of scratch arrays of a shader.
+    pub scratch_arrays: usize,
+    /// The time that kernels took.
+    pub compile_time: Duration,
+    /// The time that bounds and the acceleration structure took.
+    pub build_time: Duration,
+}
+
+impl CompiledScene {
+    /// Makes kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
+    ///
+    /// # Errors
+    /// If a class lacks a method that its use needs, or a kernel can't be made.
+    pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
+        let start = Instant::now();
+        let mut shaders = ShaderTable::new(engine);
+        shaders.add_scene(&scene);
+        let mut diagnostics = Diagnostics::new();
+        let shaders_done = shaders.compile(&mut diagnostics);
+        let failed = diagnostics.has_errors();
+        messages.push(SourceMap::new(), diagnostics);
+        if failed {
+            return Err(std::mem::take(messages));
+        }
+        let compile_time = start.elapsed();
+        let start = Instant::now();
+        let mut compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene);
+        compiled.shaders = shaders_done;
+        compiled.compile_time = compile_time;
+        compiled.build_time = start.elapsed();
+        Ok(compiled)
+    }
+
+    /// The shader of an instance.
+    pub fn shader(&self, instance: &ShaderInstance) -> &Shader {
+        &self.shaders[instance.shader]
+    }
+
+    /// Whether the shader of an object's material, or of its emitter, reads texture coordinates,
+    /// and derivatives.
+    pub fn needs(&self, object: &Object) -> (bool, bool) {
+        let own = object.material.is_none().then_some(object.primitive.shader);
+        let others = [object.material, object.emitter].into_iter().flatten();
+        let others = others.map(|material| self.materials[material as usize].shader);
+        let shaders = own.into_iter().chain(others).map(|shader| &self.shaders[shader]);
+        shaders.fold((false, false), |needs, shader| {
+            (needs.0 | shader.reads_coordinates, needs.1 | shader.reads_derivatives)
+        })
+    }
+}
+
+/// The state variables whose reading makes a host compute texture coordinates.
+const COORDINATES: [&str; 2] = ["rt_TextureUV", "rt_TextureUVW"];
+const DERIVATIVES: [&str; 6] = ["rt_dPdu", "rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
+
+/// Programs by first use, with the methods that the scene calls.
+struct ShaderTable<'a> {
+    engine: &'a Engine,
+    programs: Vec<(Arc<Program>, Vec<Method>)>,
+    by_address: BTreeMap<usize, usize>,
+}
+
+impl<'a> ShaderTable<'a> {
+    fn new(engine: &'a Engine) -> Self {
+        ShaderTable { engine, programs: Vec::new(), by_address: BTreeMap::new() }
+    }
+
+    fn add_scene(&mut self, scene: &Scene) {
+        self.add(&scene.camera, &[Method::GenerateRay]);
+        for light in &scene.lights {
+            self.add(&light.light, &[Method::Illumination, Method::Emission]);
+        }
+        for material in &scene.materials {
+            self.add(material, &[Method::Shade, Method::Emission]);
+        }
+        for object in &scene.objects {
+            self.add(&object.primitive, &[
+                Method::Intersect,
+                Method::ComputeBounds,
+                Method::ComputeNormal,
+                Method::ComputeTextureCoordinates,
+                Method::ComputeDerivatives,
+            ]);
+            if is_own_material(object) {
+                self.add(&object.primitive, &[Method::Shade, Method::Emission]);
+            }
+        }
+    }
+
+    fn add(&mut self, instance: &Instance, methods: &[Method]) {
+        let index = self.index(instance);
+        for method in methods {
+            let (program, wanted) = &mut self.programs[index];
+            if program.has(*method) && !wanted.contains(method) {
+                wanted.push(*method);
+            }
+        }
+    }
+
+    fn index(&mut self, instance: &Instance) -> usize {
+        let program = self.engine.program(instance);
+        let address = Arc::as_ptr(&program) as usize;
+        *self.by_address.entry(address).or_insert_with(|| {
+            self.programs.push((program, Vec::new()));
+            self.programs.len() - 1
+        })
+    }
+
+    fn instance(&self, instance: &Instance) -> ShaderInstance {
+        let program = self.engine.program(instance);
+        let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
+        ShaderInstance { shader: shader.unwrap_or(0), block: program.block(instance) }
+    }
+
+    fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
+        let requests: Vec<KernelRequest> = self
+            .programs
+            .iter()
+            .flat_map(|(program, methods)| {
+                methods.iter().map(|method| (program.clone(), *method, Shape::Packet))
+            })
+            .collect();
+        let mut kernels = self.engine.compile_all(&requests).into_iter();
+        let mut shaders = Vec::with_capacity(self.programs.len());
+        for (program, methods) in &self.programs {
+            let mut shader = Shader {
+                program: program.clone(),
+                kernels: BTreeMap::new(),
+                reads_coordinates: false,
+                reads_derivatives: false,
+            };
+            for (method, kernel) in methods.iter().zip(kernels.by_ref()) {
+                match kernel {
+                    Ok(kernel) => {
+                        shader.kernels.insert(*method, kernel);
+                    }
+                    Err(diagnostic) => diagnostics.push(diagnostic),
+                }
+                if let Ok(linked) = program.method(*method) {
+                    diagnostics.extend(linked.warnings.iter().cloned());
+                    if matches!(method, Method::Shade | Method::Emission) {
+                        let reads = |names: &[&str]| {
+                            linked.reads.iter().any(|variable| names.contains(&variable.name))
+                        };
+                        shader.reads_coordinates |= reads(&COORDINATES);
+                        shader.reads_derivatives |= reads(&DERIVATIVES);
+                    }
+                }
+            }
+            shaders.push(shader);
+        }
+        shaders
+    }
+}
+
+/// A shape whose class is a material too looks as its own methods say.
+fn is_own_material(object: &SceneObject) -> bool {
+    object.primitive.class().roles.contains(&Role::Material)
+}
+
+struct Builder<'a> {
+    table: &'a ShaderTable<'a>,
+    shaders: &'a [Shader],
+}
+
+impl Builder<'_> {
+    fn build(&self, scene: Scene) -> CompiledScene {
+        let own_bounds = self.own_bounds(&scene);
+        let geometry = geometry(&scene, &own_bounds);
+        let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
+        CompiledScene {
+            epsilon: scene.settings.epsilon.unwrap_or_else(|| epsilon(&own_bounds)),
+            settings: scene.settings.clone(),
+            shaders: Vec::new(),
+            camera: self.table.instance(&scene.camera),
+            camera_to_world: scene.camera_to_world.affine(),
+            materials: scene.materials.iter().map(|it| self.table.instance(it)).collect(),
+            lights: scene.lights.iter().map(|light| self.light(light)).collect(),
+            ambient: scene.ambient,
+            objects: scene.objects.iter().map(|object| self.object(object)).collect(),
+            geometry,
+            instance_transforms: scene.instances.iter().map(|it| it.transform.affine()).collect(),
+            scratch_arrays: scratch.max().unwrap_or(0),
+            compile_time: Duration::ZERO,
+            build_time: Duration::ZERO,
+        }
+    }
+
+    fn light(&self, light: &crate::scene::PlacedLight) -> Light {
+        Light {
+            instance: self.table.instance(&light.light),
+            forward: light.transform.affine(),
+            inverse: inverse(light.transform),
+        }
+    }
+
+    fn object(&self, object: &SceneObject) -> Object {
+        Object {
+            primitive: self.table.instance(&object.primitive),
+            forward: object.transform.affine(),
+            inverse: inverse(object.transform),
+            material: (!is_own_material(object)).then_some(object.material),
+            emitter: object.emitter,
+            reverse_orientation: object.reverse_orientation,
+        }
+    }
+
+    /// The boxes of all objects in the spaces of their groups; `None` for unbounded ones.
+    fn own_bounds(&self, scene: &Scene) -> Vec<Option<Bounds>> {
+        let mut state = new_state(1);
+        let bounds = scene.objects.iter().map(|object| {
+            let instance = self.table.instance(&object.primitive);
+            let shader = &self.shaders[instance.shader];
+            let kernel = shader.kernel(Method::ComputeBounds)?;
+            set_defaults(&mut state, Role::Primitive);
+            let mut scratch = shader.program.new_scratch(1);
+            let status = kernel.call(CallArguments {
+                state: &mut state,
+                scratch: &mut scratch,
+                count: 1,
+                mask: None,
+                accepted: None,
+                instances: Instances::One(&instance.block),
+                host: &mut NoHost,
+            });
+            if status.budget_exhausted {
+                return None;
+            }
+            let v = variables();
+            let own = Bounds::new(vector(&state, v.bound_min, 0), vector(&state, v.bound_max, 0))?;
+            own.transformed(object.transform)
+        });
+        bounds.collect()
+    }
+}
+
+fn inverse(transform: Transform) -> Affine {
+    // The reader has refused what has no inverse.
+    transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
+}
+
+/// The scene's group has the world's objects first, then the instances.
+fn geometry(scene: &Scene, own_bounds: &[Option<Bounds>]) -> Geometry {
+    let member = |object: &u32| (Member::Object(*object), own_bounds[*object as usize]);
+    let groups: Vec<Group> =
+        scene.groups.iter().map(|group| Group::new(group.iter().map(member).collect())).collect();
+    let mut members: Vec<_> = scene.world.iter().map(member).collect();
+    for instance in &scene.instances {
+        let group = &groups[instance.group as usize];
+        // An object that defines nothing has no box and nothing to hit.
+        if group.members().is_empty() {
+            members.push((Member::Instance { group: u32::MAX, inverse: Affine::IDENTITY }, None));
+            continue;
+        }
+        let bounds = group.bounds().and_then(|bounds| bounds.transformed(instance.transform));
+        let inverse = inverse(instance.transform);
+        members.push((Member::Instance { group: instance.group + 1, inverse }, bounds));
+    }
+    let mut all = vec![Group::new(members)];
+    all.extend(groups);
+    Geometry { groups: all }
+}
+
+/// The least distance of a hit: 1e-4 of the scene's scale. The scale is the median diagonal of
+/// the objects' boxes, so that one large floor does not blur small things; but at least a hundredth
+/// of the diagonal of all, so that a fine mesh does not fall below the rounding of coordinates.
+fn epsilon(own_bounds: &[Option<Bounds>]) -> f32 {
+    let bounds: Vec<Bounds> = own_bounds.iter().flatten().copied().collect();
+    let mut diagonals: Vec<f64> = bounds.iter().map(Bounds::diagonal).collect();
+    diagonals.sort_unstable_by(f64::total_cmp);
+    let Some(median) = diagonals.get(diagonals.len() / 2) else { return 1e-4 };
+    let all = bounds.iter().fold(Bounds::EMPTY, |all, bounds| all.union(bounds));
+    let scale = median.max(all.diagonal() / 100.0);
+    if scale > 0.0 { (scale * 1e-4) as f32 } else { 1e-4 }
+}

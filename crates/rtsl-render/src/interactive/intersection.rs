@@ -1,0 +1,85 @@
+//! Tests packets against objects by their classes' `intersect`.
+
+use rtsl::host::NoHost;
+use rtsl::{LaneBlock, Method};
+
+use crate::acceleration::{LaneMask, Lanes, Objects, RayPacket, lanes_of};
+use crate::math::{Affine, reciprocal};
+
+use super::compiled::{CompiledScene, Object};
+use super::variables::{number, set_number, set_vector, variables};
+use super::workspace::{CallBlocks, Problems};
+
+/// Runs `intersect`, and keeps the scratch of the nearest hits.
+pub struct Intersector<'a> {
+    /// The scene.
+    pub scene: &'a CompiledScene,
+    /// Blocks for the calls.
+    pub blocks: &'a mut CallBlocks,
+    /// Where scratch of nearest hits goes; `None` for shadow rays, which need none.
+    pub kept_scratch: Option<&'a mut LaneBlock>,
+    /// Where problems go.
+    pub problems: &'a Problems,
+    /// The number of scratch arrays of the object tested last.
+    pub arrays: usize,
+}
+
+impl Objects for Intersector<'_> {
+    fn intersect(
+        &mut self,
+        object: u32,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        distance: &mut Lanes,
+    ) -> LaneMask {
+        let object = &self.scene.objects[object as usize];
+        let Some(call) = self.scene.call(&object.primitive, Method::Intersect, self.problems) else {
+            return 0;
+        };
+        let v = variables();
+        let state = &mut self.blocks.state;
+        set_rays(state, &object.inverse, rays, lanes);
+        for lane in lanes_of(lanes) {
+            set_number(state, v.hit_distance, lane, distance[lane]);
+        }
+        let accepted = self.blocks.call(&call, lanes, None, &mut NoHost);
+        for lane in lanes_of(accepted) {
+            distance[lane] = number(&self.blocks.state, v.hit_distance, lane);
+        }
+        self.arrays = scratch_arrays(self.scene, object);
+        accepted
+    }
+
+    fn keep(&mut self, lanes: LaneMask) {
+        let Some(kept) = &mut self.kept_scratch else { return };
+        for array in 0..self.arrays {
+            let (from, to) = (self.blocks.scratch.words(array), kept.words_mut(array));
+            for lane in lanes_of(lanes) {
+                to[lane] = from[lane];
+            }
+        }
+    }
+}
+
+/// Sets the rays of `lanes`, taken into an object's space, with what comes with them.
+pub fn set_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, lanes: LaneMask) {
+    let v = variables();
+    let identity = map.is_identity();
+    for lane in lanes_of(lanes) {
+        let (mut origin, mut direction) = (rays.origin_of(lane), rays.direction_of(lane));
+        if !identity {
+            origin = map.point(origin);
+            direction = map.vector(direction);
+        }
+        set_vector(state, v.ray_origin, lane, origin);
+        set_vector(state, v.ray_direction, lane, direction);
+        set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));
+        set_number(state, v.epsilon, lane, rays.epsilon[lane]);
+        set_number(state, v.time_seed, lane, rays.time[lane]);
+    }
+}
+
+/// The number of scratch arrays of an object's class.
+fn scratch_arrays(scene: &CompiledScene, object: &Object) -> usize {
+    scene.shader(&object.primitive).program.layout().scratch_arrays as usize
+}

@@ -1,0 +1,20 @@
+//! The interactive renderer's first form: runs `shade` of materials for packets of rays.
+//!
+//! A tile of 8 by 8 pixels and one sample of each is a packet. Its way: the camera's
+//! `generateRay`; the nearest hits, by the shapes' `intersect`; for the lanes of each object its
+//! normals, texture coordinates and derivatives; for the lanes of each material its `shade`, whose
+//! `trace` starts again with a packet of the rays that ask. What a ray brings back depends on that
+//! ray alone; see [`crate::acceleration`] for hits and [`crate::sampling`] for random numbers.
+
+mod camera;
+mod compiled;
+mod host;
+mod intersection;
+mod render;
+mod shading;
+mod surface;
+mod variables;
+mod workspace;
+
+pub use compiled::CompiledScene;
+pub use render::{RenderOptions, Rendered, render};

@@ -1,0 +1,195 @@
+//! From a compiled scene to an image: tiles over all threads.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
+use crate::acceleration::{LANES, lanes_of};
+use crate::film::Image;
+use crate::messages::Messages;
+use crate::statistics::RayCounts;
+
+use super::camera::{CameraRays, TILE, Tile, camera_rays};
+use super::compiled::CompiledScene;
+use super::shading::{Tracer, radiance};
+use super::workspace::{Problems, Workspace};
+
+/// How to render.
+#[derive(Clone, Copy, Default)]
+pub struct RenderOptions<'a> {
+    /// How many threads; all processors where `None`.
+    pub threads: Option<usize>,
+    /// Is told how many of how many tiles are done, from any thread.
+    pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Ends the render early when it becomes true.
+    pub cancel: Option<&'a AtomicBool>,
+    /// Ends the render early after this time.
+    pub time_limit: Option<Duration>,
+}
+
+/// An image, and what making it took.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The image; black where the render ended early.
+    pub image: Image,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples that were not finite.
+    pub dropped_samples: u64,
+    /// The time.
+    pub time: Duration,
+    /// How many threads there were.
+    pub threads: usize,
+    /// Whether the render ended early.
+    pub cancelled: bool,
+}
+
+/// Each level of `trace` takes some of the host's stack, in debug builds most.
+const STACK_BYTES: usize = 128 << 20;
+
+/// More threads than this are more than any machine has use for.
+const MOST_THREADS: usize = 1024;
+
+/// Renders a scene.
+///
+/// # Errors
+/// If a shader ran past its budget of loop iterations, or threads can't be had.
+pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = options.threads.unwrap_or(processors).clamp(1, MOST_THREADS);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK_BYTES)
+        .build()
+        .map_err(|error| {
+            let message = format!("cannot start {threads} threads: {error}");
+            Messages::one(Diagnostic::new(codes::SCENE_LIMIT, message))
+        })?;
+    let job = Job::new(scene, options);
+    let start = Instant::now();
+    pool.install(|| job.run(start));
+    job.finish(start.elapsed(), threads)
+}
+
+/// A render in progress.
+struct Job<'a> {
+    scene: &'a CompiledScene,
+    options: RenderOptions<'a>,
+    tiles: Vec<Tile>,
+    problems: Problems,
+    image: Mutex<Image>,
+    rays: Mutex<RayCounts>,
+    done: AtomicUsize,
+    dropped: AtomicU64,
+    stopped: AtomicBool,
+}
+
+impl<'a> Job<'a> {
+    fn new(scene: &'a CompiledScene, options: RenderOptions<'a>) -> Self {
+        let (width, height) = (scene.settings.width, scene.settings.height);
+        let rows = (0..height).step_by(TILE);
+        let tiles = rows.flat_map(|y| (0..width).step_by(TILE).map(move |x| Tile { x, y }));
+        Job {
+            scene,
+            options,
+            tiles: tiles.collect(),
+            problems: Problems::default(),
+            image: Mutex::new(Image::new(width, height)),
+            rays: Mutex::default(),
+            done: AtomicUsize::new(0),
+            dropped: AtomicU64::new(0),
+            stopped: AtomicBool::new(false),
+        }
+    }
+
+    fn run(&self, start: Instant) {
+        self.tiles.par_iter().with_max_len(1).for_each_init(
+            || Workspace::new(self.scene),
+            |workspace, tile| {
+                if self.must_stop(start) {
+                    self.stopped.store(true, Ordering::Relaxed);
+                    return;
+                }
+                self.render_tile(workspace, *tile, start);
+            },
+        );
+    }
+
+    fn must_stop(&self, start: Instant) -> bool {
+        let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
+        let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
+        cancelled || late || self.problems.any()
+    }
+
+    fn render_tile(&self, workspace: &mut Workspace, tile: Tile, start: Instant) {
+        let settings = &self.scene.settings;
+        let tracer = Tracer { scene: self.scene, problems: &self.problems };
+        let lanes = tile.lanes(settings.width, settings.height);
+        let samples = settings.sampler.samples_per_pixel();
+        let mut sums = [[0.0_f32; 3]; LANES];
+        let mut dropped = 0;
+        for sample in 0..samples {
+            if self.must_stop(start) {
+                self.stopped.store(true, Ordering::Relaxed);
+                return;
+            }
+            let CameraRays { rays, mut context, weights } =
+                camera_rays(&tracer, workspace, tile, sample);
+            workspace.rays.camera += u64::from(lanes.count_ones());
+            let colors = radiance(&tracer, workspace, &rays, lanes, &mut context, 0);
+            for lane in lanes_of(lanes) {
+                let color = [0, 1, 2].map(|c: usize| colors[c][lane] * weights[c][lane]);
+                if color.iter().all(|channel| channel.is_finite()) {
+                    (0..3).for_each(|channel| sums[lane][channel] += color[channel]);
+                } else {
+                    dropped += 1;
+                }
+            }
+        }
+        self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / samples as f32)));
+        self.dropped.fetch_add(dropped, Ordering::Relaxed);
+        if let Ok(mut rays) = self.rays.lock() {
+            *rays += std::mem::take(&mut workspace.rays);
+        }
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(progress) = self.options.progress {
+            progress(done, self.tiles.len());
+        }
+    }
+
+    fn keep_tile(&self, tile: Tile, colors: [[f32; 3]; LANES]) {
+        let Ok(mut image) = self.image.lock() else { return };
+        let width = image.width;
+        for lane in lanes_of(tile.lanes(image.width, image.height)) {
+            let (x, y) = tile.pixel(lane);
+            image.pixels[y * width + x] = colors[lane];
+        }
+    }
+
+    fn finish(self, time: Duration, threads: usize) -> Result<Rendered, Messages> {
+        let mut messages = Messages::default();
+        for (class, method) in self.problems.exhausted() {
+            let budget = self.scene.settings.loop_budget;
+            let message =
+                format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
+            messages.push_one(
+                Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
+                    .help("if it does end, raise the integrator's `\"integer budget\"`"),
+            );
+        }
+        if messages.has_errors() {
+            return Err(messages);
+        }
+        Ok(Rendered {
+            image: self.image.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner),
+            rays: self.rays.into_inner().unwrap_or_default(),
+            dropped_samples: self.dropped.into_inner(),
+            time,
+            threads,
+            cancelled: self.stopped.into_inner(),
+        })
+    }
+}

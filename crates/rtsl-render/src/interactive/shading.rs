@@ -1,0 +1,177 @@
+//! The radiance along the rays of a packet: nearest hits, surfaces, materials, and for rays that
+//! leave the scene the emission of its lights.
+
+use rtsl::Method;
+
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use crate::math::normalize_or;
+
+use super::compiled::{CompiledScene, ShaderInstance};
+use super::host::{LaneContext, ShadingHost};
+use super::intersection::Intersector;
+use super::surface::{Run, add_colors, prepare, runs};
+use super::variables::{set_number, set_vector, variables};
+use super::workspace::{Level, Problems, Workspace};
+
+/// What rays are traced with.
+pub struct Tracer<'a> {
+    /// The scene.
+    pub scene: &'a CompiledScene,
+    /// Where problems go.
+    pub problems: &'a Problems,
+}
+
+/// A colour for each lane, channel by channel.
+pub type PacketColors = [Lanes; 3];
+
+impl Tracer<'_> {
+    /// The lanes that hit anything before their limits.
+    pub fn any_hit(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> LaneMask {
+        let mut intersector = Intersector {
+            scene: self.scene,
+            blocks: &mut workspace.intersection,
+            kept_scratch: None,
+            problems: self.problems,
+            arrays: 0,
+        };
+        self.scene.geometry.any(rays, lanes, &mut intersector)
+    }
+}
+
+/// The radiance along the rays of `lanes`, which were spawned `depth` times.
+pub fn radiance(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    rays: &RayPacket,
+    lanes: LaneMask,
+    context: &mut LaneContext,
+    depth: u32,
+) -> PacketColors {
+    let mut colors = [[0.0; LANES]; 3];
+    let mut level = workspace.take_level();
+    let mut intersector = Intersector {
+        scene: tracer.scene,
+        blocks: &mut workspace.intersection,
+        kept_scratch: Some(&mut level.kept_scratch),
+        problems: tracer.problems,
+        arrays: 0,
+    };
+    let hits = tracer.scene.geometry.nearest(rays, lanes, &mut intersector);
+    add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
+    let runs = runs(tracer.scene, &hits, lanes);
+    for run in &runs {
+        let Level { blocks, kept_scratch } = &mut level;
+        prepare(tracer.scene, run, rays, &hits, blocks, kept_scratch, context, tracer.problems);
+    }
+    for shading in shadings(&runs) {
+        let mut host = ShadingHost { tracer, workspace, context, depth };
+        shade(&shading, &mut level, &mut host, &mut colors);
+    }
+    workspace.return_level(level);
+    colors
+}
+
+/// What the lights emit towards rays that leave the scene.
+fn add_sky(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    rays: &RayPacket,
+    lanes: LaneMask,
+    context: &mut LaneContext,
+    colors: &mut PacketColors,
+) {
+    if lanes == 0 {
+        return;
+    }
+    let v = variables();
+    let blocks = &mut workspace.light;
+    for light in &tracer.scene.lights {
+        let call = tracer.scene.call(&light.instance, Method::Emission, tracer.problems);
+        let Some(call) = call else { continue };
+        for lane in lanes_of(lanes) {
+            let direction = light.inverse.vector(rays.direction_of(lane));
+            let direction = normalize_or(direction, [0.0, 0.0, 1.0]);
+            set_vector(&mut blocks.state, v.ray_direction, lane, direction);
+            set_number(&mut blocks.state, v.time_seed, lane, rays.time[lane]);
+        }
+        blocks.call(&call, lanes, None, context);
+        add_colors(&blocks.state, v.emission_color, lanes, colors);
+    }
+}
+
+/// A call of a material for the lanes that it shades.
+struct Shading<'a> {
+    what: Surface<'a>,
+    method: Method,
+    lanes: LaneMask,
+}
+
+/// What shades.
+#[derive(Clone, Copy)]
+enum Surface<'a> {
+    /// A material, by its index.
+    Material(u32),
+    /// A shape that is its own material.
+    Own(&'a ShaderInstance),
+}
+
+impl Surface<'_> {
+    fn is(&self, other: &Surface<'_>) -> bool {
+        match (self, other) {
+            (Surface::Material(one), Surface::Material(other)) => one == other,
+            (Surface::Own(one), Surface::Own(other)) => std::ptr::eq(*one, *other),
+            (Surface::Material(_), Surface::Own(_)) | (Surface::Own(_), Surface::Material(_)) => false,
+        }
+    }
+}
+
+/// Groups lanes by what shades them: one call for each material.
+fn shadings<'a>(runs: &[Run<'a>]) -> Vec<Shading<'a>> {
+    let mut shadings: Vec<Shading<'a>> = Vec::new();
+    let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
+        let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);
+        match shadings.iter_mut().find(same) {
+            Some(shading) => shading.lanes |= lanes,
+            None => shadings.push(Shading { what, method, lanes }),
+        }
+    };
+    for run in runs {
+        let surface = match run.object.material {
+            Some(material) => Surface::Material(material),
+            None => Surface::Own(&run.object.primitive),
+        };
+        add(surface, Method::Shade, run.lanes);
+        if let Some(emitter) = run.object.emitter {
+            add(Surface::Material(emitter), Method::Emission, run.lanes);
+        }
+    }
+    shadings
+}
+
+fn shade(shading: &Shading<'_>, level: &mut Level, host: &mut ShadingHost<'_>, colors: &mut PacketColors) {
+    let (scene, problems) = (host.tracer.scene, host.tracer.problems);
+    let (instance, own) = match shading.what {
+        Surface::Material(index) => (&scene.materials[index as usize], false),
+        Surface::Own(instance) => (instance, true),
+    };
+    // A material that only emits has no `shade`.
+    let methods = match shading.method {
+        Method::Shade => [Method::Shade, Method::Emission],
+        other => [other, other],
+    };
+    let Some(call) = methods.into_iter().find_map(|method| scene.call(instance, method, problems)) else {
+        return;
+    };
+    let Level { blocks, kept_scratch } = level;
+    let v = variables();
+    let result = if call.method == Method::Shade { v.sample_color } else { v.emission_color };
+    if own {
+        // The shape's own methods read what its `intersect` left.
+        blocks.call(&call, shading.lanes, Some(kept_scratch), host);
+    } else {
+        let arrays = scene.shader(instance).program.layout().scratch_arrays as usize;
+        (0..arrays).for_each(|array| blocks.scratch.words_mut(array).fill(0));
+        blocks.call(&call, shading.lanes, None, host);
+    }
+    add_colors(&blocks.state, result, shading.lanes, colors);
+}

@@ -1,0 +1,93 @@
+//! The places of state variables in a block of state, and vectors and colours there.
+
+use std::sync::LazyLock;
+
+use rtsl::{LaneBlock, lookup_state};
+
+macro_rules! variables {
+    ($($field:ident $name:literal;)*) => {
+        /// The first component of each variable that the renderer sets or reads.
+        #[derive(Debug)]
+        pub struct Variables {
+            $(#[doc = concat!("`", $name, "`")] pub $field: usize,)*
+        }
+
+        static VARIABLES: LazyLock<Variables> = LazyLock::new(|| Variables {
+            $($field: lookup_state($name).map_or(0, |variable| variable.first_component as usize),)*
+        });
+
+        #[cfg(test)]
+        const NAMES: &[&str] = &[$($name),*];
+    };
+}
+
+variables! {
+    time_seed "rt_TimeSeed";
+    screen_coord "rt_ScreenCoord";
+    lens_coord "rt_LensCoord";
+    du "rt_du";
+    dv "rt_dv";
+    ray_origin "rt_RayOrigin";
+    ray_direction "rt_RayDirection";
+    inverse_ray_direction "rt_InverseRayDirection";
+    epsilon "rt_Epsilon";
+    hit_distance "rt_HitDistance";
+    hit_point "rt_HitPoint";
+    bound_min "rt_BoundMin";
+    bound_max "rt_BoundMax";
+    geometric_normal "rt_GeometricNormal";
+    shading_normal "rt_ShadingNormal";
+    texture_uv "rt_TextureUV";
+    texture_uvw "rt_TextureUVW";
+    dpdu "rt_dPdu";
+    dpdv "rt_dPdv";
+    dsdu "rt_dsdu";
+    dsdv "rt_dsdv";
+    dtdu "rt_dtdu";
+    dtdv "rt_dtdv";
+    light_direction "rt_LightDirection";
+    light_distance "rt_LightDistance";
+    light_color "rt_LightColor";
+    pdf "rt_PDF";
+    emission_color "rt_EmissionColor";
+    sample_color "rt_SampleColor";
+}
+
+/// The places of all variables.
+pub fn variables() -> &'static Variables {
+    &VARIABLES
+}
+
+/// The vector or colour that starts at component `first`, of one lane.
+pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
+    [0, 1, 2].map(|axis| block.floats(first + axis)[lane])
+}
+
+/// Sets the vector or colour that starts at component `first`, of one lane.
+pub fn set_vector(block: &mut LaneBlock, first: usize, lane: usize, value: [f32; 3]) {
+    for (axis, component) in value.into_iter().enumerate() {
+        block.floats_mut(first + axis)[lane] = component;
+    }
+}
+
+/// The number at component `index`, of one lane.
+pub fn number(block: &LaneBlock, index: usize, lane: usize) -> f32 {
+    block.floats(index)[lane]
+}
+
+/// Sets the number at component `index`, of one lane.
+pub fn set_number(block: &mut LaneBlock, index: usize, lane: usize, value: f32) {
+    block.floats_mut(index)[lane] = value;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variable_is_in_the_table() {
+        for name in NAMES {
+            assert!(lookup_state(name).is_some(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The memory of one thread: blocks of state and scratch, used over and over.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rtsl::host::Host;
+use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, new_state};
+
+use crate::acceleration::{LANES, LaneMask};
+use crate::statistics::RayCounts;
+
+use super::compiled::{CompiledScene, ShaderInstance};
+
+/// What one thread needs.
+pub struct Workspace {
+    /// Levels of shading not in use: one is in use for each ray whose shading spawned the next.
+    free_levels: Vec<Level>,
+    /// For `intersect`, which spawns nothing.
+    pub intersection: CallBlocks,
+    /// For lights, which spawn nothing.
+    pub light: CallBlocks,
+    /// Rays traced so far.
+    pub rays: RayCounts,
+    scratch_arrays: usize,
+}
+
+/// What shading a packet needs.
+pub struct Level {
+    /// State, and scratch of materials.
+    pub blocks: CallBlocks,
+    /// What the shapes' `intersect` left for the nearest hits.
+    pub kept_scratch: LaneBlock,
+}
+
+/// The blocks of one call.
+pub struct CallBlocks {
+    /// The state.
+    pub state: LaneBlock,
+    /// The scratch.
+    pub scratch: LaneBlock,
+    mask: MaskBlock,
+    accepted: MaskBlock,
+}
+
+impl Workspace {
+    /// Memory for rendering a scene.
+    pub fn new(scene: &CompiledScene) -> Self {
+        Workspace {
+            free_levels: Vec::new(),
+            intersection: CallBlocks::new(scene.scratch_arrays),
+            light: CallBlocks::new(scene.scratch_arrays),
+            rays: RayCounts::default(),
+            scratch_arrays: scene.scratch_arrays,
+        }
+    }
+
+    /// A level that is not in use.
+    pub fn take_level(&mut self) -> Level {
+        self.free_levels.pop().unwrap_or_else(|| Level {
+            blocks: CallBlocks::new(self.scratch_arrays),
+            kept_scratch: LaneBlock::new(self.scratch_arrays, LANES),
+        })
+    }
+
+    /// Gives a level back.
+    pub fn return_level(&mut self, level: Level) {
+        self.free_levels.push(level);
+    }
+}
+
+impl CallBlocks {
+    fn new(scratch_arrays: usize) -> Self {
+        CallBlocks {
+            state: new_state(LANES),
+            scratch: LaneBlock::new(scratch_arrays, LANES),
+            mask: MaskBlock::new(LANES),
+            accepted: MaskBlock::new(LANES),
+        }
+    }
+
+    /// Calls a method for `lanes`; returns the lanes that accepted a hit. `scratch` stands for
+    /// the blocks' own where it is given.
+    pub fn call(
+        &mut self,
+        call: &KernelCall<'_>,
+        lanes: LaneMask,
+        scratch: Option<&mut LaneBlock>,
+        host: &mut dyn Host,
+    ) -> LaneMask {
+        for lane in 0..LANES {
+            self.mask.set(lane, lanes >> lane & 1 != 0);
+        }
+        let status = call.kernel.call(CallArguments {
+            state: &mut self.state,
+            scratch: scratch.unwrap_or(&mut self.scratch),
+            count: LANES - lanes.leading_zeros() as usize,
+            mask: Some(&self.mask),
+            accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
+            instances: Instances::One(&call.instance.block),
+            host,
+        });
+        if status.budget_exhausted {
+            call.problems.report(call);
+        }
+        match call.method {
+            Method::Intersect => {
+                self.accepted.iter_on().fold(0, |mask, lane| mask | 1 << lane) & lanes
+            }
+            _ => 0,
+        }
+    }
+}
+
+/// A kernel, whose it is, and where its problems go.
+pub struct KernelCall<'a> {
+    /// The kernel.
+    pub kernel: &'a Kernel,
+    /// Its method.
+    pub method: Method,
+    /// The instance.
+    pub instance: &'a ShaderInstance,
+    /// The class's name, for messages.
+    pub class: &'a str,
+    /// Where problems go.
+    pub problems: &'a Problems,
+}
+
+impl CompiledScene {
+    /// The call of an instance's method; `None` if its class has none.
+    pub fn call<'a>(
+        &'a self,
+        instance: &'a ShaderInstance,
+        method: Method,
+        problems: &'a Problems,
+    ) -> Option<KernelCall<'a>> {
+        let shader = self.shader(instance);
+        let kernel = shader.kernel(method)?;
+        Some(KernelCall { kernel, method, instance, class: &shader.program.class().name, problems })
+    }
+}
+
+/// What went wrong while rendering: a shader ran past its budget.
+#[derive(Debug, Default)]
+pub struct Problems {
+    any: AtomicBool,
+    /// Class and method.
+    exhausted: Mutex<Vec<(String, Method)>>,
+}
+
+impl Problems {
+    /// Whether there is any.
+    pub fn any(&self) -> bool {
+        self.any.load(Ordering::Relaxed)
+    }
+
+    /// The methods that ran past their budget, each once, in a fixed order.
+    pub fn exhausted(&self) -> Vec<(String, Method)> {
+        let mut list = self.exhausted.lock().map(|list| list.clone()).unwrap_or_default();
+        list.sort();
+        list
+    }
+
+    fn report(&self, call: &KernelCall<'_>) {
+        self.any.store(true, Ordering::Relaxed);
+        if let Ok(mut list) = self.exhausted.lock() {
+            let entry = (call.class.to_owned(), call.method);
+            if !list.contains(&entry) {
+                list.push(entry);
+            }
+        }
+    }
+}

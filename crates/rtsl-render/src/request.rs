@@ -1,0 +1,130 @@
+//! The whole way from a scene's file to an image: what `rtsl render` does.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use rtsl::{Engine, EngineOptions};
+
+use crate::film::Image;
+use crate::interactive::{CompiledScene, RenderOptions, render};
+use crate::messages::Messages;
+use crate::reader::{DiskFiles, FileSource};
+use crate::scene::{LoadOptions, Settings, load_scene};
+use crate::statistics::{Statistics, peak_memory_bytes};
+
+/// What to render, and how.
+#[derive(Clone, Default)]
+pub struct RenderRequest<'a> {
+    /// The scene's file.
+    pub scene: PathBuf,
+    /// `name.parameter=value`, in order.
+    pub defines: Vec<String>,
+    /// Folders for `#include` besides the scene's.
+    pub search_path: Vec<PathBuf>,
+    /// Columns and rows, instead of the scene's.
+    pub size: Option<(usize, usize)>,
+    /// Samples a pixel, instead of the scene's.
+    pub samples: Option<u32>,
+    /// The sampler's seed, instead of the scene's.
+    pub seed: Option<u64>,
+    /// How many threads; all processors where `None`.
+    pub threads: Option<usize>,
+    /// Backend, width and the like.
+    pub engine: EngineOptions,
+    /// Ends the render early after this time.
+    pub time_limit: Option<Duration>,
+    /// Is told how many of how many tiles are done, from any thread.
+    pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Ends the render early when it becomes true.
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct RenderResult {
+    /// The image.
+    pub image: Image,
+    /// The settings it was made with.
+    pub settings: Settings,
+    /// What it took.
+    pub statistics: Statistics,
+    /// Warnings.
+    pub warnings: Messages,
+}
+
+/// Renders a scene from the disk.
+///
+/// # Errors
+/// What is wrong with the scene, its shaders, or the machine.
+pub fn render_scene(request: &RenderRequest<'_>) -> Result<RenderResult, Messages> {
+    render_scene_from(request, &DiskFiles)
+}
+
+/// Renders a scene whose files come from `files`.
+///
+/// # Errors
+/// As for [`render_scene`].
+pub fn render_scene_from(
+    request: &RenderRequest<'_>,
+    files: &dyn FileSource,
+) -> Result<RenderResult, Messages> {
+    let start = Instant::now();
+    let load = LoadOptions {
+        defines: request.defines.clone(),
+        search_path: request.search_path.clone(),
+    };
+    let mut loaded = load_scene(&request.scene, files, &load)?;
+    apply(request, &mut loaded.scene.settings);
+    let settings = loaded.scene.settings.clone();
+    let load_time = start.elapsed();
+
+    let mut warnings = loaded.warnings;
+    let compile_start = Instant::now();
+    let (engine, engine_warnings) = Engine::new(request.engine.clone()).map_err(Messages::one)?;
+    warnings.push(rtsl::SourceMap::new(), engine_warnings);
+    let engine_time = compile_start.elapsed();
+    let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
+    let cold_start = start.elapsed();
+
+    let rendered = render(&scene, RenderOptions {
+        threads: request.threads,
+        progress: request.progress,
+        cancel: request.cancel,
+        time_limit: request.time_limit,
+    })?;
+    let mut statistics = Statistics {
+        load_seconds: load_time.as_secs_f64(),
+        check_seconds: loaded.compile_time.as_secs_f64(),
+        compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
+        build_seconds: scene.build_time.as_secs_f64(),
+        cold_start_seconds: cold_start.as_secs_f64(),
+        rays: rendered.rays,
+        dropped_samples: rendered.dropped_samples,
+        peak_memory_bytes: peak_memory_bytes(),
+        size: [settings.width, settings.height],
+        samples_per_pixel: settings.sampler.samples_per_pixel(),
+        objects: scene.objects.len(),
+        threads: rendered.threads,
+        width: engine.width(),
+        target: engine.llvm().map_or("interpreter".to_owned(), |llvm| format!("{:?}", llvm.host())),
+        llvm: engine.llvm().map(|llvm| format!("{:?}", llvm.version())),
+        cancelled: rendered.cancelled,
+        ..Statistics::default()
+    };
+    statistics.set_render_time(rendered.time);
+    Ok(RenderResult { image: rendered.image, settings, statistics, warnings })
+}
+
+/// The command line wins over the scene.
+fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
+    if let Some((width, height)) = request.size {
+        (settings.width, settings.height) = (width.max(1), height.max(1));
+    }
+    if let Some(samples) = request.samples {
+        settings.set_samples_per_pixel(samples);
+    }
+    if let Some(seed) = request.seed {
+        settings.sampler.seed = seed;
+    }
+}

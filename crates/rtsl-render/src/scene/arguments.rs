@@ -1,0 +1,232 @@
+//! From the parameters of a scene to the arguments of a class.
+
+use std::sync::Arc;
+
+use rtsl::{
+    Class, Diagnostic, Instance, Numbers, ParameterType as ClassType, Role, Scalar, Value,
+    diagnostic_codes as codes, most_similar, type_name,
+};
+
+use crate::reader::{Component, Parameter, ParameterType, ReferenceKind, Values};
+
+/// Finds the instances that arguments refer to.
+pub trait Resolve {
+    /// The instance that the scene calls by a name.
+    fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>>;
+
+    /// A texture that has one colour everywhere.
+    fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>>;
+}
+
+/// The argument that a parameter of the scene is for `class`.
+pub fn argument(class: &Class, parameter: &Parameter, resolve: &mut dyn Resolve) -> Result<Value, Box<Diagnostic>> {
+    let Some(expected) = class.parameters.iter().find(|it| it.name == parameter.name) else {
+        return Err(unknown_parameter(class, parameter));
+    };
+    match reference_role(&expected.ty) {
+        Some((role, count)) => references(parameter, role, count, resolve),
+        None => data(parameter, &expected.ty),
+    }
+}
+
+/// For references, and arrays of them, the role and the number in the array.
+fn reference_role(ty: &ClassType) -> Option<(Role, Option<u32>)> {
+    match ty {
+        ClassType::Reference(role) => Some((*role, None)),
+        ClassType::Array(element, count) => match **element {
+            ClassType::Reference(role) => Some((role, Some(*count))),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn references(
+    parameter: &Parameter,
+    role: Role,
+    count: Option<u32>,
+    resolve: &mut dyn Resolve,
+) -> Result<Value, Box<Diagnostic>> {
+    let kind = reference_kind(role);
+    if let (Role::Texture, None, Some(color)) = (role, count, constant_color(parameter)) {
+        return resolve.constant_texture(color).map(Value::Instance);
+    }
+    let names = match (&parameter.kind, &parameter.values) {
+        (ParameterType::Reference(given), Values::Texts(names)) if *given == kind => names,
+        (ParameterType::Given | ParameterType::Text, Values::Texts(names)) => names,
+        _ => {
+            let message = format!(
+                "`{}` refers to a {}, expected `\"{} {}\" \"name\"`",
+                parameter.name,
+                kind.word(),
+                kind.word(),
+                parameter.name
+            );
+            return Err(wrong(parameter, message));
+        }
+    };
+    if names.len() != count.unwrap_or(1) as usize {
+        let message =
+            format!("`{}` takes {} names, found {}", parameter.name, count.unwrap_or(1), names.len());
+        return Err(wrong(parameter, message));
+    }
+    let mut instances = Vec::with_capacity(names.len());
+    for name in names {
+        let instance = resolve.named(kind, name).map_err(|diagnostic| match diagnostic.primary {
+            None => Box::new(diagnostic.at(parameter.values_span, "")),
+            Some(_) => diagnostic,
+        })?;
+        instances.push(Value::Instance(instance));
+    }
+    Ok(match (count, instances.pop()) {
+        (None, Some(only)) => only,
+        (Some(_), Some(last)) => {
+            instances.push(last);
+            Value::List(instances)
+        }
+        (_, None) => Value::List(Vec::new()),
+    })
+}
+
+/// Numbers given for a texture: one grey, or three for a colour.
+fn constant_color(parameter: &Parameter) -> Option<[f32; 3]> {
+    let numeric = match parameter.kind {
+        ParameterType::Numeric { component, .. } => component != Component::Bool,
+        ParameterType::Given => true,
+        ParameterType::Text | ParameterType::Reference(_) => false,
+    };
+    match &parameter.values {
+        Values::Numbers(values) if numeric => match values.as_slice() {
+            [grey] => Some([*grey as f32; 3]),
+            [red, green, blue] => Some([*red as f32, *green as f32, *blue as f32]),
+            _ => None,
+        },
+        Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) => None,
+    }
+}
+
+fn reference_kind(role: Role) -> ReferenceKind {
+    match role {
+        Role::Camera => ReferenceKind::Camera,
+        Role::Primitive => ReferenceKind::Primitive,
+        Role::Texture => ReferenceKind::Texture,
+        Role::Light => ReferenceKind::Light,
+        Role::Material => ReferenceKind::Material,
+    }
+}
+
+fn data(parameter: &Parameter, ty: &ClassType) -> Result<Value, Box<Diagnostic>> {
+    let Some((scalar, count)) = scalars_of(ty) else {
+        let message = format!(
+            "`{}` is of type `{}`, which a scene cannot give",
+            parameter.name,
+            type_name(ty)
+        );
+        return Err(wrong(parameter, message));
+    };
+    let words = words(parameter, scalar).ok_or_else(|| mismatch(parameter, ty))?;
+    let expected = match count {
+        Some(count) => words.len() == count,
+        None => true,
+    };
+    let grey = is_color(ty) && words.len() == 1;
+    if !expected && !grey {
+        let message = format!(
+            "`{}` is of type `{}`, which takes {} numbers, found {}",
+            parameter.name,
+            type_name(ty),
+            count.unwrap_or(0),
+            words.len()
+        );
+        return Err(wrong(parameter, message));
+    }
+    Ok(Value::Numbers(Numbers::from_words(scalar, words)))
+}
+
+fn is_color(ty: &ClassType) -> bool {
+    matches!(ty, ClassType::Color)
+}
+
+/// The scalars of a type, if they are all alike, and how many; `None` of them for buffers, which
+/// take any number of elements.
+fn scalars_of(ty: &ClassType) -> Option<(Scalar, Option<usize>)> {
+    match ty {
+        ClassType::Scalar(scalar) => Some((*scalar, Some(1))),
+        ClassType::Vector(scalar, count) => Some((*scalar, Some(usize::from(*count)))),
+        ClassType::Matrix(columns, rows) => {
+            Some((Scalar::F32, Some(usize::from(*columns) * usize::from(*rows))))
+        }
+        ClassType::Color => Some((Scalar::F32, Some(3))),
+        ClassType::Array(element, count) => {
+            let (scalar, each) = scalars_of(element)?;
+            Some((scalar, Some(each?.checked_mul(*count as usize)?)))
+        }
+        ClassType::Buffer(element) => scalars_of(element).map(|(scalar, _)| (scalar, None)),
+        ClassType::Struct(..) | ClassType::Reference(_) => None,
+    }
+}
+
+/// The values as bits of a scalar type, with the language's implicit conversions.
+fn words(parameter: &Parameter, scalar: Scalar) -> Option<Vec<u32>> {
+    let declared = match parameter.kind {
+        ParameterType::Numeric { component, .. } => Some(component),
+        ParameterType::Given => None,
+        ParameterType::Text | ParameterType::Reference(_) => return None,
+    };
+    match (&parameter.values, scalar) {
+        (Values::Booleans(values), Scalar::Bool) => {
+            Some(values.iter().map(|value| u32::from(*value)).collect())
+        }
+        (Values::Texts(values), Scalar::Bool) if declared == Some(Component::Bool) => {
+            Some(values.iter().map(|value| u32::from(value == "true")).collect())
+        }
+        (Values::Numbers(values), Scalar::F32) if declared != Some(Component::Bool) => {
+            let bits = |value: &f64| Some(*value as f32).filter(|x| x.is_finite()).map(f32::to_bits);
+            values.iter().map(bits).collect()
+        }
+        (Values::Numbers(values), Scalar::I32) if declared != Some(Component::Float) => {
+            let bits = |value: &f64| {
+                let whole = *value as i32;
+                (f64::from(whole) == *value).then_some(whole.cast_unsigned())
+            };
+            values.iter().map(bits).collect()
+        }
+        (Values::Numbers(values), Scalar::U32) if declared != Some(Component::Float) => {
+            let bits = |value: &f64| (f64::from(*value as u32) == *value).then_some(*value as u32);
+            values.iter().map(bits).collect()
+        }
+        _ => None,
+    }
+}
+
+fn unknown_parameter(class: &Class, parameter: &Parameter) -> Box<Diagnostic> {
+    let name = &parameter.name;
+    let message = format!("`{}` has no parameter `{name}`", class.name);
+    let diagnostic =
+        Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
+    let names: Vec<&str> = class.parameters.iter().map(|it| it.name.as_str()).collect();
+    Box::new(match most_similar(name, names.iter().copied()) {
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None if names.is_empty() => diagnostic.note("the class has no parameters"),
+        None => diagnostic.note(format!("it has {}", names.join(", "))),
+    })
+}
+
+fn mismatch(parameter: &Parameter, ty: &ClassType) -> Box<Diagnostic> {
+    let message = format!(
+        "`{}` is of type `{}`, found {}",
+        parameter.name,
+        type_name(ty),
+        parameter.values.description()
+    );
+    wrong(parameter, message)
+}
+
+fn wrong(parameter: &Parameter, message: String) -> Box<Diagnostic> {
+    let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, "");
+    Box::new(if parameter.declaration == parameter.values_span {
+        diagnostic
+    } else {
+        diagnostic.label(parameter.declaration, "declared here")
+    })
+}

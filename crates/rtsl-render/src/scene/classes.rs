@@ -1,0 +1,159 @@
+//! Finding the class of a name.
+//!
+//! `Torus` is looked for in the folder of the scene, first in the file `torus.rtsl`, then in
+//! every other `.rtsl` file there that declares a class of this name, in the order of their names;
+//! then in the standard library. So a file beside the scene wins over the library.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rtsl::{Class, Compiler, Diagnostics, Unit};
+
+use crate::messages::Messages;
+use crate::reader::FileSource;
+
+/// Classes by name, compiled when they are asked for.
+pub struct Classes<'a> {
+    compiler: &'a Compiler,
+    files: &'a dyn FileSource,
+    folder: PathBuf,
+    /// The shader files beside the scene, with their texts where they can be read.
+    beside: Option<Vec<(PathBuf, String)>>,
+    /// `None` for a file with errors, which are reported once.
+    units: BTreeMap<PathBuf, Option<Unit>>,
+    messages: Messages,
+}
+
+/// What looking for a class gave.
+pub enum Found {
+    /// The class.
+    Class(Arc<Class>),
+    /// A file that declares it has errors, which were reported.
+    Broken,
+    /// There is none.
+    Nothing,
+}
+
+impl<'a> Classes<'a> {
+    /// The classes that a scene in `folder` sees.
+    pub fn new(compiler: &'a Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
+        Classes {
+            compiler,
+            files,
+            folder: folder.to_owned(),
+            beside: None,
+            units: BTreeMap::new(),
+            messages: Messages::default(),
+        }
+    }
+
+    /// The class of a name.
+    pub fn find(&mut self, name: &str) -> Found {
+        let is_identifier = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        if name.is_empty() || !is_identifier {
+            return Found::Nothing;
+        }
+        for (path, text) in self.candidates(name) {
+            match self.unit(&path, &text) {
+                None => return Found::Broken,
+                Some(unit) => {
+                    if let Ok(class) = unit.class(name) {
+                        return Found::Class(class.clone());
+                    }
+                }
+            }
+        }
+        Found::Nothing
+    }
+
+    /// The names of all classes of the standard library.
+    pub fn standard_names() -> impl Iterator<Item = &'static str> {
+        rtsl::library::files().iter().flat_map(|file| declared_classes(file.text))
+    }
+
+    /// What compiling said: errors and warnings.
+    pub fn into_messages(self) -> Messages {
+        self.messages
+    }
+
+    fn candidates(&mut self, name: &str) -> Vec<(PathBuf, String)> {
+        let preferred = format!("{}.rtsl", snake_case(name));
+        let declares = |text: &str| declared_classes(text).any(|declared| declared == name);
+        let beside = self.beside().iter().filter(|(_, text)| declares(text));
+        let (first, others): (Vec<_>, Vec<_>) = beside
+            .cloned()
+            .partition(|(path, _)| path.file_name().is_some_and(|file| file == preferred.as_str()));
+        let standard = rtsl::library::files().iter().filter(|file| declares(file.text));
+        let standard = standard.map(|file| (PathBuf::from(file.path), file.text.to_owned()));
+        first.into_iter().chain(others).chain(standard).collect()
+    }
+
+    fn beside(&mut self) -> &[(PathBuf, String)] {
+        let (files, folder) = (self.files, &self.folder);
+        self.beside.get_or_insert_with(|| {
+            let paths = files.list(folder).unwrap_or_default();
+            let shaders =
+                paths.into_iter().filter(|path| path.extension().is_some_and(|it| it == "rtsl"));
+            let read = |path: PathBuf| {
+                let text = files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes).ok())?;
+                Some((path, text))
+            };
+            shaders.filter_map(read).collect()
+        })
+    }
+
+    fn unit(&mut self, path: &Path, text: &str) -> Option<&Unit> {
+        if !self.units.contains_key(path) {
+            let compilation = self.compiler.compile(&path.display().to_string(), text);
+            let mut diagnostics = Diagnostics::new();
+            diagnostics.extend(compilation.diagnostics.iter().cloned());
+            self.messages.push(compilation.sources, diagnostics);
+            self.units.insert(path.to_owned(), compilation.unit);
+        }
+        self.units.get(path).and_then(Option::as_ref)
+    }
+}
+
+/// The names that follow the word `class` in a text. Comments may add names that are none; the
+/// compiler has the last word.
+fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
+    let separator = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_');
+    let mut words = text.split(separator).filter(|word| !word.is_empty());
+    std::iter::from_fn(move || {
+        words.by_ref().find(|word| *word == "class")?;
+        words.next()
+    })
+}
+
+/// `ThinLens` as file names spell it: `thin_lens`.
+fn snake_case(name: &str) -> String {
+    let mut spelled = String::new();
+    let mut previous_lower = false;
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && previous_lower {
+            spelled.push('_');
+        }
+        previous_lower = letter.is_ascii_lowercase() || letter.is_ascii_digit();
+        spelled.push(letter.to_ascii_lowercase());
+    }
+    spelled
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_after_their_classes() {
+        assert_eq!(["Torus", "ThinLens", "FBm", "Sphere2D"].map(snake_case), [
+            "torus", "thin_lens", "fbm", "sphere2_d"
+        ]);
+    }
+
+    #[test]
+    fn declared_classes_are_found_without_parsing() {
+        let text = "struct A {}; class Box : rt_Primitive; class Lamp : rt_Light, rt_Material {}";
+        assert_eq!(declared_classes(text).collect::<Vec<_>>(), ["Box", "Lamp"]);
+    }
+}

@@ -1,0 +1,467 @@
+//! From a scene's text to a scene: read, apply definitions, find classes, make instances.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rtsl::{
+    Class, Compiler, CompilerOptions, Diagnostic, Diagnostics, Instance, Role, SourceMap, Value,
+    diagnostic_codes as codes, most_similar,
+};
+
+use crate::messages::Messages;
+use crate::reader::{FileSource, Parameter, ReferenceKind, Values, defines, read_scene};
+
+use super::arguments::{Resolve, argument};
+use super::classes::{Classes, Found};
+use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+use super::settings::Settings;
+use super::standard_names::{class_of, parameter_of};
+
+/// What the command line adds to a scene.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// `name.parameter=value`, in order.
+    pub defines: Vec<String>,
+    /// Folders for `#include` besides the scene's.
+    pub search_path: Vec<PathBuf>,
+}
+
+/// A scene that was loaded.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Warnings.
+    pub warnings: Messages,
+    /// The time that reading took, and that compiling to classes took.
+    pub read_time: Duration,
+    /// The time for finding and checking the classes.
+    pub compile_time: Duration,
+}
+
+/// The class of shapes without a material.
+const DEFAULT_MATERIAL: &str = "Lambertian";
+
+/// The class of textures that are given as numbers, and its parameter.
+const CONSTANT_TEXTURE: &str = "Constant";
+const CONSTANT_COLOR: &str = "value";
+
+/// References behind references nest no deeper.
+const DEEPEST_REFERENCE: usize = 64;
+
+/// Loads the scene in the file `path`.
+///
+/// # Errors
+/// All errors of the scene and its shaders, with the warnings among them.
+pub fn load_scene(path: &Path, files: &dyn FileSource, options: &LoadOptions) -> Result<Loaded, Messages> {
+    let start = Instant::now();
+    let mut map = SourceMap::new();
+    let mut diagnostics = Diagnostics::new();
+    let mut description = read_scene(path, files, &mut map, &mut diagnostics);
+    defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
+    let settings = Settings::read(&description, &mut diagnostics);
+    let read_time = start.elapsed();
+
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let compiler = Compiler::new(CompilerOptions {
+        loop_budget: Some(settings.loop_budget),
+        search_path: std::iter::once(folder.to_owned()).chain(options.search_path.clone()).collect(),
+    });
+    let mut loader = Loader {
+        description: &description,
+        classes: Classes::new(&compiler, files, folder),
+        diagnostics: &mut diagnostics,
+        instances: vec![Slot::Empty; description.entities.len()],
+        names: names_of(&description),
+        depth: 0,
+    };
+    let scene = loader.scene(settings);
+    let mut messages = loader.classes.into_messages();
+    messages.push(map, diagnostics);
+    match scene {
+        Some(scene) if !messages.has_errors() => Ok(Loaded {
+            scene,
+            warnings: messages,
+            read_time,
+            compile_time: start.elapsed() - read_time,
+        }),
+        Some(_) | None => Err(messages),
+    }
+}
+
+/// What can be referred to, by kind and name.
+type Names = BTreeMap<(ReferenceKind, String), EntityId>;
+
+fn names_of(description: &Description) -> Names {
+    let named = description.entities.iter().enumerate().filter_map(|(index, entity)| {
+        let kind = match entity.kind {
+            EntityKind::Camera => ReferenceKind::Camera,
+            EntityKind::Texture => ReferenceKind::Texture,
+            EntityKind::Material | EntityKind::AreaLight => ReferenceKind::Material,
+            EntityKind::Light => ReferenceKind::Light,
+            EntityKind::Shape => ReferenceKind::Primitive,
+            EntityKind::Film | EntityKind::Sampler | EntityKind::Integrator => return None,
+        };
+        Some(((kind, entity.name.clone()?), EntityId(index)))
+    });
+    // The first of several with one name.
+    named.rev().collect()
+}
+
+/// The instance of an entity.
+#[derive(Clone)]
+enum Slot {
+    Empty,
+    /// It is being made: to ask for it now is a cycle.
+    Open,
+    Made(Arc<Instance>),
+    /// It can't be made, which was reported.
+    Failed,
+}
+
+struct Loader<'a> {
+    description: &'a Description,
+    classes: Classes<'a>,
+    diagnostics: &'a mut Diagnostics,
+    instances: Vec<Slot>,
+    names: Names,
+    depth: usize,
+}
+
+impl Loader<'_> {
+    /// The scene; `None` if an error was reported.
+    fn scene(&mut self, settings: Settings) -> Option<Scene> {
+        let description = self.description;
+        let Some(camera) = description.camera else {
+            self.diagnostics.push(
+                Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
+                    .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
+            );
+            return None;
+        };
+        let camera_to_world = description.entities[camera.0].transform.inverse();
+        let camera = self.instance(camera);
+        let mut parts = SceneParts::default();
+        let world = self.objects(&description.shapes, &mut parts);
+        let groups =
+            description.objects.iter().map(|object| self.objects(&object.shapes, &mut parts));
+        let groups: Vec<Vec<u32>> = groups.collect();
+        let lights = self.lights(&mut parts);
+        self.check_unused_entities();
+        let place = |use_: &super::InstanceUse| PlacedGroup {
+            group: use_.object as u32,
+            transform: use_.transform,
+        };
+        Some(Scene {
+            settings,
+            camera: camera?,
+            camera_to_world: camera_to_world?,
+            materials: parts.materials,
+            lights,
+            ambient: parts.ambient,
+            objects: parts.objects,
+            world,
+            groups,
+            instances: description.instances.iter().map(place).collect(),
+        })
+    }
+
+    fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
+        let mut indices = Vec::with_capacity(shapes.len());
+        for shape in shapes {
+            let primitive = self.instance(shape.shape);
+            let material = self.material(shape.material, parts);
+            let emitter = shape.area_light.map(|light| self.material(Some(light), parts));
+            let (Some(primitive), Some(material)) = (primitive, material) else { continue };
+            let emitter = match emitter {
+                Some(None) => continue,
+                Some(emitter) => emitter,
+                None => None,
+            };
+            indices.push(parts.objects.len() as u32);
+            parts.objects.push(SceneObject {
+                primitive,
+                transform: self.description.entities[shape.shape.0].transform,
+                material,
+                emitter,
+                reverse_orientation: shape.reverse_orientation,
+            });
+        }
+        indices
+    }
+
+    /// The index of a material among those of the scene.
+    fn material(&mut self, material: Option<EntityId>, parts: &mut SceneParts) -> Option<u32> {
+        if let Some(index) = parts.material_indices.get(&material) {
+            return *index;
+        }
+        let instance = match material {
+            Some(material) => self.instance(material),
+            None => self.default_material(),
+        };
+        let index = instance.map(|instance| {
+            parts.materials.push(instance);
+            parts.materials.len() as u32 - 1
+        });
+        parts.material_indices.insert(material, index);
+        index
+    }
+
+    fn default_material(&mut self) -> Option<Arc<Instance>> {
+        self.standard_instance(DEFAULT_MATERIAL, Vec::new())
+    }
+
+    /// An instance of a class that the renderer itself needs.
+    fn standard_instance(
+        &mut self,
+        class: &str,
+        arguments: Vec<(&str, Value)>,
+    ) -> Option<Arc<Instance>> {
+        match self.classes.find(class) {
+            Found::Class(class) => match Instance::new(&class, arguments) {
+                Ok(instance) => Some(instance),
+                Err(problems) => {
+                    self.diagnostics.extend(problems.into_vec());
+                    None
+                }
+            },
+            Found::Broken => None,
+            Found::Nothing => {
+                let message = format!("there is no class `{class}`, which the renderer needs");
+                self.diagnostics.push(Diagnostic::new(codes::UNKNOWN_CLASS, message));
+                None
+            }
+        }
+    }
+
+    fn lights(&mut self, parts: &mut SceneParts) -> Vec<PlacedLight> {
+        let mut lights = Vec::new();
+        for id in &self.description.lights {
+            let entity = &self.description.entities[id.0];
+            if entity.class == "ambient" {
+                self.add_ambient(entity, &mut parts.ambient);
+            } else if let Some(light) = self.instance(*id) {
+                lights.push(PlacedLight { light, transform: entity.transform });
+            }
+        }
+        lights
+    }
+
+    /// `LightSource "ambient" "rgb L" [ r g b ]`: what shaders get from `ambient()`.
+    fn add_ambient(&mut self, entity: &Entity, ambient: &mut [f32; 3]) {
+        for parameter in &entity.parameters {
+            match (&parameter.values, parameter.name.as_str()) {
+                (Values::Numbers(values), "L") if matches!(values.len(), 1 | 3) => {
+                    for (channel, sum) in ambient.iter_mut().enumerate() {
+                        *sum += values[channel % values.len()] as f32;
+                    }
+                }
+                _ => self.diagnostics.push(
+                    Diagnostic::new(
+                        codes::UNKNOWN_PARAMETER,
+                        format!("`ambient` has no parameter `{}` of this sort", parameter.name),
+                    )
+                    .at(parameter.declaration, "expected `\"rgb L\"`"),
+                ),
+            }
+        }
+    }
+
+    /// Textures and materials that nothing uses are checked all the same.
+    fn check_unused_entities(&mut self) {
+        for (index, entity) in self.description.entities.iter().enumerate() {
+            match entity.kind {
+                EntityKind::Texture | EntityKind::Material | EntityKind::AreaLight => {
+                    self.instance(EntityId(index));
+                }
+                EntityKind::Camera
+                | EntityKind::Film
+                | EntityKind::Sampler
+                | EntityKind::Integrator
+                | EntityKind::Light
+                | EntityKind::Shape => {}
+            }
+        }
+    }
+
+    /// The instance of an entity, made when it is first asked for; `None` if it can't be made.
+    fn instance(&mut self, id: EntityId) -> Option<Arc<Instance>> {
+        match &self.instances[id.0] {
+            Slot::Made(instance) => return Some(instance.clone()),
+            Slot::Failed => return None,
+            Slot::Open => {
+                let entity = &self.description.entities[id.0];
+                let message = format!(
+                    "{} `{}` refers to itself",
+                    entity.kind.word(),
+                    entity.name.as_deref().unwrap_or(&entity.class)
+                );
+                self.diagnostics.push(
+                    Diagnostic::new(codes::REFERENCE_CYCLE, message).at(entity.class_span, ""),
+                );
+                return None;
+            }
+            Slot::Empty => {}
+        }
+        self.instances[id.0] = Slot::Open;
+        self.depth += 1;
+        let made = self.make(&self.description.entities[id.0]);
+        self.depth -= 1;
+        self.instances[id.0] = made.clone().map_or(Slot::Failed, Slot::Made);
+        made
+    }
+
+    fn make(&mut self, entity: &Entity) -> Option<Arc<Instance>> {
+        if self.depth > DEEPEST_REFERENCE {
+            let message = format!("references lead more than {DEEPEST_REFERENCE} deep");
+            self.diagnostics
+                .push(Diagnostic::new(codes::LINK_LIMIT, message).at(entity.class_span, ""));
+            return None;
+        }
+        let class = self.class(entity)?;
+        let mut arguments = Vec::with_capacity(entity.parameters.len());
+        let mut complete = true;
+        for parameter in &entity.parameters {
+            let mut parameter = std::borrow::Cow::Borrowed(parameter);
+            let name = parameter_of(entity.kind, &entity.class, &parameter.name);
+            if name != parameter.name {
+                parameter.to_mut().name = name.to_owned();
+            }
+            match self.argument(&class, &parameter) {
+                Ok(value) => arguments.push((parameter.name.clone(), value)),
+                Err(diagnostic) => {
+                    complete = false;
+                    self.diagnostics.extend(diagnostic.map(|diagnostic| *diagnostic));
+                }
+            }
+        }
+        if !complete {
+            return None;
+        }
+        let given = arguments.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        match Instance::new(&class, given) {
+            Ok(instance) => Some(instance),
+            Err(problems) => {
+                let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
+                    None => problem.at(entity.class_span, ""),
+                    Some(_) => problem,
+                });
+                self.diagnostics.extend(placed);
+                None
+            }
+        }
+    }
+
+    /// The argument for a parameter; the error is empty where it was reported already.
+    fn argument(&mut self, class: &Class, parameter: &Parameter) -> Result<Value, Option<Box<Diagnostic>>> {
+        let mut resolver = Resolver { loader: self, reported: false };
+        let value = argument(class, parameter, &mut resolver);
+        let reported = resolver.reported;
+        value.map_err(|diagnostic| (!reported).then_some(diagnostic))
+    }
+
+    fn unknown_name(&self, kind: ReferenceKind, name: &str) -> Box<Diagnostic> {
+        let message = format!("unknown {} `{name}`", kind.word());
+        let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
+        let names = self.names.keys().filter(|(other, _)| *other == kind);
+        Box::new(match most_similar(name, names.map(|(_, name)| name.as_str())) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic,
+        })
+    }
+
+    fn class(&mut self, entity: &Entity) -> Option<Arc<Class>> {
+        let class = match self.classes.find(&entity.class) {
+            // A class of the scene wins over the format's own names.
+            Found::Nothing => self.classes.find(class_of(entity.kind, &entity.class)),
+            found => found,
+        };
+        let class = match class {
+            Found::Class(class) => class,
+            Found::Broken => return None,
+            Found::Nothing => {
+                let message = format!("unknown {} class `{}`", entity.kind.word(), entity.class);
+                let diagnostic =
+                    Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
+                self.diagnostics.push(match most_similar(&entity.class, Classes::standard_names()) {
+                    Some(near) => {
+                        diagnostic.suggest("did you mean this?", entity.class_span, format!("\"{near}\""))
+                    }
+                    None => diagnostic.note(
+                        "it is neither declared beside the scene nor in the standard library",
+                    ),
+                });
+                return None;
+            }
+        };
+        let role = role_of(entity.kind);
+        if role.is_some_and(|role| !class.roles.contains(&role)) {
+            let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
+            let message = format!(
+                "`{}` is a class of role {}, expected a {}",
+                class.name,
+                roles.join(" and "),
+                role.map_or("", Role::name)
+            );
+            self.diagnostics
+                .push(Diagnostic::new(codes::WRONG_ROLE, message).at(entity.class_span, ""));
+            return None;
+        }
+        Some(class)
+    }
+}
+
+/// Looks up references for the arguments of one instance.
+struct Resolver<'a, 'b> {
+    loader: &'a mut Loader<'b>,
+    /// What went wrong was reported where it happened.
+    reported: bool,
+}
+
+impl Resolver<'_, '_> {
+    fn report(&mut self, instance: Option<Arc<Instance>>) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        self.reported |= instance.is_none();
+        instance.ok_or_else(|| Box::new(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, "")))
+    }
+}
+
+impl Resolve for Resolver<'_, '_> {
+    fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        let Some(id) = self.loader.names.get(&(kind, name.to_owned())).copied() else {
+            return Err(self.loader.unknown_name(kind, name));
+        };
+        let instance = self.loader.instance(id);
+        self.report(instance)
+    }
+
+    fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        let value = Value::from(color);
+        let instance =
+            self.loader.standard_instance(CONSTANT_TEXTURE, vec![(CONSTANT_COLOR, value)]);
+        self.report(instance)
+    }
+}
+
+fn role_of(kind: EntityKind) -> Option<Role> {
+    match kind {
+        EntityKind::Camera => Some(Role::Camera),
+        EntityKind::Shape => Some(Role::Primitive),
+        EntityKind::Texture => Some(Role::Texture),
+        EntityKind::Light => Some(Role::Light),
+        EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
+        EntityKind::Film | EntityKind::Sampler | EntityKind::Integrator => None,
+    }
+}
+
+/// What grows while a scene is put together.
+#[derive(Default)]
+struct SceneParts {
+    materials: Vec<Arc<Instance>>,
+    /// By entity, `None` standing for the default material.
+    material_indices: BTreeMap<Option<EntityId>, Option<u32>>,
+    objects: Vec<SceneObject>,
+    ambient: [f32; 3],
+}

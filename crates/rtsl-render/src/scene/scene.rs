@@ -1,0 +1,67 @@
+//! Scenes, ready to be rendered: instances of classes, placed.
+
+use std::sync::Arc;
+
+use rtsl::Instance;
+
+use crate::math::Transform;
+
+use super::Settings;
+
+/// A scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Film, sampler and integrator.
+    pub settings: Settings,
+    /// The camera.
+    pub camera: Arc<Instance>,
+    /// From the camera's space to the world's.
+    pub camera_to_world: Transform,
+    /// The materials.
+    pub materials: Vec<Arc<Instance>>,
+    /// The lights.
+    pub lights: Vec<PlacedLight>,
+    /// What `ambient()` gives.
+    pub ambient: [f32; 3],
+    /// The objects.
+    pub objects: Vec<SceneObject>,
+    /// The objects that stand in the world, by their index.
+    pub world: Vec<u32>,
+    /// Groups of objects that instances place.
+    pub groups: Vec<Vec<u32>>,
+    /// Groups, placed.
+    pub instances: Vec<PlacedGroup>,
+}
+
+/// A light and its place.
+#[derive(Clone, Debug)]
+pub struct PlacedLight {
+    /// The light.
+    pub light: Arc<Instance>,
+    /// From its own space to the world's.
+    pub transform: Transform,
+}
+
+/// A shape with what it looks like.
+#[derive(Clone, Debug)]
+pub struct SceneObject {
+    /// The shape.
+    pub primitive: Arc<Instance>,
+    /// From its own space to that of its group, or the world's.
+    pub transform: Transform,
+    /// The index of its material.
+    pub material: u32,
+    /// The index of the material whose emission it gives off besides.
+    pub emitter: Option<u32>,
+    /// Its normals point the other way.
+    pub reverse_orientation: bool,
+}
+
+/// A group, placed.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedGroup {
+    /// The index of the group.
+    pub group: u32,
+    /// From the group's space to the world's.
+    pub transform: Transform,
+}

@@ -1,0 +1,284 @@
+//! Settings of the image: film, sampler and integrator.
+
+use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
+
+use crate::reader::{Parameter, ParameterType, Values};
+use crate::sampling::{Sampler, SamplerKind};
+
+use super::description::{Description, Entity, EntityId};
+
+/// Everything about an image that is not a shader.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Columns of the image.
+    pub width: usize,
+    /// Rows of the image.
+    pub height: usize,
+    /// The image's file, where the scene names one.
+    pub filename: Option<String>,
+    /// The brightness of 8-bit images, in stops.
+    pub exposure: f32,
+    /// The sampler.
+    pub sampler: Sampler,
+    /// How often rays may spawn rays: 0 follows camera rays only.
+    pub max_depth: u32,
+    /// The least distance of a hit from its ray's origin, where the scene sets it.
+    pub epsilon: Option<f32>,
+    /// The greatest number of loop iterations of one ray in one call of a method.
+    pub loop_budget: u32,
+}
+
+/// Larger images are refused: 2^28 pixels take 3 GiB.
+const MOST_PIXELS: u64 = 1 << 28;
+const LONGEST_SIDE: f64 = 65_536.0;
+const MOST_SAMPLES: f64 = 65_536.0;
+/// Each level of `trace` takes a level of the host's stack.
+const GREATEST_DEPTH: f64 = 64.0;
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            width: 1280,
+            height: 720,
+            filename: None,
+            exposure: 0.0,
+            sampler: stratified(16, 0),
+            max_depth: 5,
+            epsilon: None,
+            loop_budget: 1 << 20,
+        }
+    }
+}
+
+impl Settings {
+    /// Reads the settings of a scene; what is wrong goes to `diagnostics`.
+    pub fn read(description: &Description, diagnostics: &mut Diagnostics) -> Self {
+        let mut settings = Settings::default();
+        let entity = |id: Option<EntityId>| id.map(|EntityId(index)| &description.entities[index]);
+        if let Some(film) = entity(description.film) {
+            settings.read_film(film, diagnostics);
+        }
+        if let Some(sampler) = entity(description.sampler) {
+            settings.read_sampler(sampler, diagnostics);
+        }
+        if let Some(integrator) = entity(description.integrator) {
+            settings.read_integrator(integrator, diagnostics);
+        }
+        settings
+    }
+
+    /// Takes `count` samples a pixel, with the sampler that stands.
+    pub fn set_samples_per_pixel(&mut self, count: u32) {
+        let (columns, rows) = grid(count);
+        self.sampler = Sampler { columns, rows, ..self.sampler };
+    }
+
+    fn read_film(&mut self, film: &Entity, diagnostics: &mut Diagnostics) {
+        let mut reader = ParameterReader::new(film, diagnostics);
+        if let Some(width) = reader.whole("xresolution", 1.0, LONGEST_SIDE) {
+            self.width = width as usize;
+        }
+        if let Some(height) = reader.whole("yresolution", 1.0, LONGEST_SIDE) {
+            self.height = height as usize;
+        }
+        self.filename = reader.text("filename").or(self.filename.take());
+        self.exposure = reader.number("exposure").map_or(self.exposure, |value| value as f32);
+        reader.ignore(&[
+            "diagonal", "sensor", "iso", "maxcomponentvalue", "savefp16", "cropwindow",
+            "pixelbounds", "whitebalance", "exposuretime",
+        ]);
+        reader.finish();
+        if self.width as u64 * self.height as u64 > MOST_PIXELS {
+            let message = format!("the image has more than {MOST_PIXELS} pixels");
+            diagnostics.push(Diagnostic::new(codes::SCENE_LIMIT, message).at(film.class_span, ""));
+        }
+    }
+
+    fn read_sampler(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
+        let mut reader = ParameterReader::new(entity, diagnostics);
+        let seed = reader.whole("seed", 0.0, 9.0e15).map_or(0, |seed| seed as u64);
+        let count = reader.whole("pixelsamples", 1.0, MOST_SAMPLES);
+        let columns = reader.whole("xsamples", 1.0, 256.0);
+        let rows = reader.whole("ysamples", 1.0, 256.0);
+        let jitter = reader.boolean("jitter").unwrap_or(true);
+        reader.ignore(&["randomization"]);
+        reader.finish();
+        let (columns, rows) = match (columns, rows) {
+            (None, None) => grid(count.map_or(16, |count| count as u32)),
+            (columns, rows) => (columns.map_or(4, |n| n as u32), rows.map_or(4, |n| n as u32)),
+        };
+        let kind = match entity.class.as_str() {
+            "independent" => SamplerKind::Independent,
+            "stratified" => SamplerKind::Stratified { jitter },
+            "halton" | "sobol" | "paddedsobol" | "zsobol" | "pmj02bn" => {
+                let message = format!("sampler `{}` is replaced by `stratified`", entity.class);
+                diagnostics.push(
+                    Diagnostic::new(codes::IGNORED_SETTING, message).at(entity.class_span, ""),
+                );
+                SamplerKind::Stratified { jitter }
+            }
+            _ => {
+                diagnostics.push(unknown_setting(entity, &["independent", "stratified"]));
+                SamplerKind::Independent
+            }
+        };
+        self.sampler = Sampler { kind, columns, rows, seed };
+    }
+
+    fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
+        const KNOWN: [&str; 10] = [
+            "interactive", "whitted", "batch", "path", "volpath", "simplepath", "direct",
+            "directlighting", "randomwalk", "bdpt",
+        ];
+        let mut reader = ParameterReader::new(entity, diagnostics);
+        if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {
+            self.max_depth = depth as u32;
+        }
+        if let Some(epsilon) = reader.number("epsilon") {
+            self.epsilon = Some(epsilon as f32);
+        }
+        if let Some(budget) = reader.whole("budget", 1.0, f64::from(u32::MAX)) {
+            self.loop_budget = budget as u32;
+        }
+        reader.ignore(&["regularize", "lightsampler", "samplelights", "samplebsdf", "rrthreshold"]);
+        reader.finish();
+        if !KNOWN.contains(&entity.class.as_str()) {
+            diagnostics.push(unknown_setting(entity, &KNOWN));
+        }
+    }
+}
+
+fn stratified(count: u32, seed: u64) -> Sampler {
+    let (columns, rows) = grid(count);
+    Sampler { kind: SamplerKind::Stratified { jitter: true }, columns, rows, seed }
+}
+
+/// Columns and rows of a grid of `count` cells, as near to square as they divide.
+fn grid(count: u32) -> (u32, u32) {
+    let count = count.max(1);
+    let divides = |rows: &u32| count.is_multiple_of(*rows);
+    let rows = (1..=count.isqrt()).rev().find(divides).unwrap_or(1);
+    (count / rows, rows)
+}
+
+fn unknown_setting(entity: &Entity, known: &[&str]) -> Diagnostic {
+    let message = format!("unknown {} `{}`", entity.kind.word(), entity.class);
+    let diagnostic = Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
+    match most_similar(&entity.class, known.iter().copied()) {
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None => diagnostic.help(format!("known are {}", known.join(", "))),
+    }
+}
+
+/// Takes parameters one by one; in the end those not taken are unknown.
+struct ParameterReader<'a> {
+    entity: &'a Entity,
+    taken: Vec<&'static str>,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl<'a> ParameterReader<'a> {
+    fn new(entity: &'a Entity, diagnostics: &'a mut Diagnostics) -> Self {
+        ParameterReader { entity, taken: Vec::new(), diagnostics }
+    }
+
+    fn take(&mut self, name: &'static str) -> Option<&'a Parameter> {
+        self.taken.push(name);
+        self.entity.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    fn number(&mut self, name: &'static str) -> Option<f64> {
+        let parameter = self.take(name)?;
+        match (&parameter.kind, &parameter.values) {
+            (
+                ParameterType::Numeric { count: 1, .. } | ParameterType::Given,
+                Values::Numbers(values),
+            ) if values.len() == 1 && (values[0] as f32).is_finite() => Some(values[0]),
+            _ => self.wrong(parameter, "one number"),
+        }
+    }
+
+    fn whole(&mut self, name: &'static str, least: f64, greatest: f64) -> Option<f64> {
+        let parameter = self.take(name)?;
+        match &parameter.values {
+            Values::Numbers(values) if values.len() == 1 && values[0] == values[0].trunc() => {
+                let value = values[0];
+                if (least..=greatest).contains(&value) {
+                    return Some(value);
+                }
+                let message =
+                    format!("`{name}` lies between {least} and {greatest}, found {value}");
+                self.diagnostics.push(
+                    Diagnostic::new(codes::SCENE_LIMIT, message).at(parameter.values_span, ""),
+                );
+                None
+            }
+            _ => self.wrong(parameter, "one whole number"),
+        }
+    }
+
+    fn boolean(&mut self, name: &'static str) -> Option<bool> {
+        let parameter = self.take(name)?;
+        match &parameter.values {
+            Values::Booleans(values) if values.len() == 1 => Some(values[0]),
+            Values::Texts(values) if values.len() == 1 => Some(values[0] == "true"),
+            _ => self.wrong(parameter, "`true` or `false`"),
+        }
+    }
+
+    fn text(&mut self, name: &'static str) -> Option<String> {
+        let parameter = self.take(name)?;
+        match &parameter.values {
+            Values::Texts(values) if values.len() == 1 => Some(values[0].clone()),
+            _ => self.wrong(parameter, "one quoted string"),
+        }
+    }
+
+    /// The format has these; they have no effect.
+    fn ignore(&mut self, names: &[&'static str]) {
+        for name in names {
+            if let Some(parameter) = self.take(name) {
+                let message = format!("`{name}` has no effect on this renderer");
+                self.diagnostics.push(
+                    Diagnostic::new(codes::IGNORED_SETTING, message).at(parameter.declaration, ""),
+                );
+            }
+        }
+    }
+
+    fn finish(self) {
+        let unknown =
+            self.entity.parameters.iter().filter(|it| !self.taken.contains(&it.name.as_str()));
+        for parameter in unknown {
+            let (kind, name) = (self.entity.kind.word(), &parameter.name);
+            let message = format!("{kind} `{}` has no parameter `{name}`", self.entity.class);
+            let diagnostic =
+                Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
+            self.diagnostics.push(match most_similar(name, self.taken.iter().copied()) {
+                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                None => diagnostic.help(format!("it has {}", self.taken.join(", "))),
+            });
+        }
+    }
+
+    fn wrong<T>(&mut self, parameter: &Parameter, expected: &str) -> Option<T> {
+        let found = match parameter.values.len() {
+            1 => format!("one of {}", parameter.values.description()),
+            count => format!("{count} {}", parameter.values.description()),
+        };
+        let message = format!("`{}` takes {expected}, found {found}", parameter.name);
+        self.diagnostics
+            .push(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""));
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_as_square_as_they_can_be() {
+        assert_eq!([1, 2, 12, 16, 7].map(grid), [(1, 1), (2, 1), (4, 3), (4, 4), (7, 1)]);
+    }
+}
