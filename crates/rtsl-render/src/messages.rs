@@ -49,6 +49,8 @@ impl Messages {
     /// All of them as text for a terminal.
     pub fn to_text(&self, color: bool) -> String {
         let parts = self.parts.iter();
-        parts.map(|(sources, list)| rtsl::render::all_to_text(sources, list.iter(), color)).collect()
+        parts
+            .map(|(sources, list)| rtsl::render::all_to_text(sources, list.iter(), color))
+            .collect()
     }
 }

@@ -70,10 +70,8 @@ pub fn render_scene_from(
     files: &dyn FileSource,
 ) -> Result<RenderResult, Messages> {
     let start = Instant::now();
-    let load = LoadOptions {
-        defines: request.defines.clone(),
-        search_path: request.search_path.clone(),
-    };
+    let load =
+        LoadOptions { defines: request.defines.clone(), search_path: request.search_path.clone() };
     let mut loaded = load_scene(&request.scene, files, &load)?;
     apply(request, &mut loaded.scene.settings);
     let settings = loaded.scene.settings.clone();
@@ -81,18 +79,23 @@ pub fn render_scene_from(
 
     let mut warnings = loaded.warnings;
     let compile_start = Instant::now();
-    let (engine, engine_warnings) = Engine::new(request.engine.clone()).map_err(Messages::one)?;
+    let loop_budget = request.engine.loop_budget.or(Some(settings.loop_budget));
+    let options = EngineOptions { loop_budget, ..request.engine.clone() };
+    let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
     warnings.push(rtsl::SourceMap::new(), engine_warnings);
     let engine_time = compile_start.elapsed();
     let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
     let cold_start = start.elapsed();
 
-    let rendered = render(&scene, RenderOptions {
-        threads: request.threads,
-        progress: request.progress,
-        cancel: request.cancel,
-        time_limit: request.time_limit,
-    })?;
+    let rendered = render(
+        &scene,
+        RenderOptions {
+            threads: request.threads,
+            progress: request.progress,
+            cancel: request.cancel,
+            time_limit: request.time_limit,
+        },
+    )?;
     let mut statistics = Statistics {
         load_seconds: load_time.as_secs_f64(),
         check_seconds: loaded.compile_time.as_secs_f64(),

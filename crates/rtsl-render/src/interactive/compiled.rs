@@ -168,13 +168,16 @@ impl<'a> ShaderTable<'a> {
             self.add(material, &[Method::Shade, Method::Emission]);
         }
         for object in &scene.objects {
-            self.add(&object.primitive, &[
-                Method::Intersect,
-                Method::ComputeBounds,
-                Method::ComputeNormal,
-                Method::ComputeTextureCoordinates,
-                Method::ComputeDerivatives,
-            ]);
+            self.add(
+                &object.primitive,
+                &[
+                    Method::Intersect,
+                    Method::ComputeBounds,
+                    Method::ComputeNormal,
+                    Method::ComputeTextureCoordinates,
+                    Method::ComputeDerivatives,
+                ],
+            );
             if is_own_material(object) {
                 self.add(&object.primitive, &[Method::Shade, Method::Emission]);
             }

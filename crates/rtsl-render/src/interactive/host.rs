@@ -1,7 +1,9 @@
 //! Answers what shaders ask: new rays, light, random numbers.
 
 use rtsl::Method;
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, MAX_LANES, RayLanes};
+use rtsl::host::{
+    Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, MAX_LANES, RayLanes,
+};
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 use crate::math::{dot, normalize_or};
@@ -219,7 +221,13 @@ impl ShadingHost<'_> {
 }
 
 /// The light's sample of a lane, taken into world space.
-fn read_light(light: &Light, state: &rtsl::LaneBlock, from: usize, lane: usize, answer: &mut LightLanes) {
+fn read_light(
+    light: &Light,
+    state: &rtsl::LaneBlock,
+    from: usize,
+    lane: usize,
+    answer: &mut LightLanes,
+) {
     let v = variables();
     let mut direction = vector(state, v.light_direction, from);
     let mut distance = number(state, v.light_distance, from);

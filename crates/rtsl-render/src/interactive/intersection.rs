@@ -33,7 +33,8 @@ impl Objects for Intersector<'_> {
         distance: &mut Lanes,
     ) -> LaneMask {
         let object = &self.scene.objects[object as usize];
-        let Some(call) = self.scene.call(&object.primitive, Method::Intersect, self.problems) else {
+        let Some(call) = self.scene.call(&object.primitive, Method::Intersect, self.problems)
+        else {
             return 0;
         };
         let v = variables();

@@ -173,8 +173,10 @@ impl<'a> Job<'a> {
         let mut messages = Messages::default();
         for (class, method) in self.problems.exhausted() {
             let budget = self.scene.settings.loop_budget;
-            let message =
-                format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
+            let message = format!(
+                "`{}` of `{class}` ran for more than {budget} loop iterations",
+                method.name()
+            );
             messages.push_one(
                 Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
                     .help("if it does end, raise the integrator's `\"integer budget\"`"),

@@ -26,7 +26,12 @@ pub type PacketColors = [Lanes; 3];
 
 impl Tracer<'_> {
     /// The lanes that hit anything before their limits.
-    pub fn any_hit(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> LaneMask {
+    pub fn any_hit(
+        &self,
+        workspace: &mut Workspace,
+        rays: &RayPacket,
+        lanes: LaneMask,
+    ) -> LaneMask {
         let mut intersector = Intersector {
             scene: self.scene,
             blocks: &mut workspace.intersection,
@@ -120,7 +125,9 @@ impl Surface<'_> {
         match (self, other) {
             (Surface::Material(one), Surface::Material(other)) => one == other,
             (Surface::Own(one), Surface::Own(other)) => std::ptr::eq(*one, *other),
-            (Surface::Material(_), Surface::Own(_)) | (Surface::Own(_), Surface::Material(_)) => false,
+            (Surface::Material(_), Surface::Own(_)) | (Surface::Own(_), Surface::Material(_)) => {
+                false
+            }
         }
     }
 }
@@ -148,7 +155,12 @@ fn shadings<'a>(runs: &[Run<'a>]) -> Vec<Shading<'a>> {
     shadings
 }
 
-fn shade(shading: &Shading<'_>, level: &mut Level, host: &mut ShadingHost<'_>, colors: &mut PacketColors) {
+fn shade(
+    shading: &Shading<'_>,
+    level: &mut Level,
+    host: &mut ShadingHost<'_>,
+    colors: &mut PacketColors,
+) {
     let (scene, problems) = (host.tracer.scene, host.tracer.problems);
     let (instance, own) = match shading.what {
         Surface::Material(index) => (&scene.materials[index as usize], false),
@@ -159,7 +171,8 @@ fn shade(shading: &Shading<'_>, level: &mut Level, host: &mut ShadingHost<'_>, c
         Method::Shade => [Method::Shade, Method::Emission],
         other => [other, other],
     };
-    let Some(call) = methods.into_iter().find_map(|method| scene.call(instance, method, problems)) else {
+    let Some(call) = methods.into_iter().find_map(|method| scene.call(instance, method, problems))
+    else {
         return;
     };
     let Level { blocks, kept_scratch } = level;

@@ -19,7 +19,11 @@ pub trait Resolve {
 }
 
 /// The argument that a parameter of the scene is for `class`.
-pub fn argument(class: &Class, parameter: &Parameter, resolve: &mut dyn Resolve) -> Result<Value, Box<Diagnostic>> {
+pub fn argument(
+    class: &Class,
+    parameter: &Parameter,
+    resolve: &mut dyn Resolve,
+) -> Result<Value, Box<Diagnostic>> {
     let Some(expected) = class.parameters.iter().find(|it| it.name == parameter.name) else {
         return Err(unknown_parameter(class, parameter));
     };
@@ -66,16 +70,21 @@ fn references(
         }
     };
     if names.len() != count.unwrap_or(1) as usize {
-        let message =
-            format!("`{}` takes {} names, found {}", parameter.name, count.unwrap_or(1), names.len());
+        let message = format!(
+            "`{}` takes {} names, found {}",
+            parameter.name,
+            count.unwrap_or(1),
+            names.len()
+        );
         return Err(wrong(parameter, message));
     }
     let mut instances = Vec::with_capacity(names.len());
     for name in names {
-        let instance = resolve.named(kind, name).map_err(|diagnostic| match diagnostic.primary {
-            None => Box::new(diagnostic.at(parameter.values_span, "")),
-            Some(_) => diagnostic,
-        })?;
+        let instance =
+            resolve.named(kind, name).map_err(|diagnostic| match diagnostic.primary {
+                None => Box::new(diagnostic.at(parameter.values_span, "")),
+                Some(_) => diagnostic,
+            })?;
         instances.push(Value::Instance(instance));
     }
     Ok(match (count, instances.pop()) {
@@ -181,7 +190,8 @@ fn words(parameter: &Parameter, scalar: Scalar) -> Option<Vec<u32>> {
             Some(values.iter().map(|value| u32::from(value == "true")).collect())
         }
         (Values::Numbers(values), Scalar::F32) if declared != Some(Component::Bool) => {
-            let bits = |value: &f64| Some(*value as f32).filter(|x| x.is_finite()).map(f32::to_bits);
+            let bits =
+                |value: &f64| Some(*value as f32).filter(|x| x.is_finite()).map(f32::to_bits);
             values.iter().map(bits).collect()
         }
         (Values::Numbers(values), Scalar::I32) if declared != Some(Component::Float) => {

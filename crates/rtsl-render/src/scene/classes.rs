@@ -96,7 +96,8 @@ impl<'a> Classes<'a> {
             let shaders =
                 paths.into_iter().filter(|path| path.extension().is_some_and(|it| it == "rtsl"));
             let read = |path: PathBuf| {
-                let text = files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes).ok())?;
+                let text =
+                    files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes).ok())?;
                 Some((path, text))
             };
             shaders.filter_map(read).collect()
@@ -146,9 +147,10 @@ mod tests {
 
     #[test]
     fn files_are_named_after_their_classes() {
-        assert_eq!(["Torus", "ThinLens", "FBm", "Sphere2D"].map(snake_case), [
-            "torus", "thin_lens", "fbm", "sphere2_d"
-        ]);
+        assert_eq!(
+            ["Torus", "ThinLens", "FBm", "Sphere2D"].map(snake_case),
+            ["torus", "thin_lens", "fbm", "sphere2_d"]
+        );
     }
 
     #[test]

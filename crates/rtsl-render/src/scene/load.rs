@@ -56,7 +56,11 @@ const DEEPEST_REFERENCE: usize = 64;
 ///
 /// # Errors
 /// All errors of the scene and its shaders, with the warnings among them.
-pub fn load_scene(path: &Path, files: &dyn FileSource, options: &LoadOptions) -> Result<Loaded, Messages> {
+pub fn load_scene(
+    path: &Path,
+    files: &dyn FileSource,
+    options: &LoadOptions,
+) -> Result<Loaded, Messages> {
     let start = Instant::now();
     let mut map = SourceMap::new();
     let mut diagnostics = Diagnostics::new();
@@ -68,7 +72,9 @@ pub fn load_scene(path: &Path, files: &dyn FileSource, options: &LoadOptions) ->
     let folder = path.parent().unwrap_or(Path::new(""));
     let compiler = Compiler::new(CompilerOptions {
         loop_budget: Some(settings.loop_budget),
-        search_path: std::iter::once(folder.to_owned()).chain(options.search_path.clone()).collect(),
+        search_path: std::iter::once(folder.to_owned())
+            .chain(options.search_path.clone())
+            .collect(),
     });
     let mut loader = Loader {
         description: &description,
@@ -356,7 +362,11 @@ impl Loader<'_> {
     }
 
     /// The argument for a parameter; the error is empty where it was reported already.
-    fn argument(&mut self, class: &Class, parameter: &Parameter) -> Result<Value, Option<Box<Diagnostic>>> {
+    fn argument(
+        &mut self,
+        class: &Class,
+        parameter: &Parameter,
+    ) -> Result<Value, Option<Box<Diagnostic>>> {
         let mut resolver = Resolver { loader: self, reported: false };
         let value = argument(class, parameter, &mut resolver);
         let reported = resolver.reported;
@@ -386,14 +396,18 @@ impl Loader<'_> {
                 let message = format!("unknown {} class `{}`", entity.kind.word(), entity.class);
                 let diagnostic =
                     Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
-                self.diagnostics.push(match most_similar(&entity.class, Classes::standard_names()) {
-                    Some(near) => {
-                        diagnostic.suggest("did you mean this?", entity.class_span, format!("\"{near}\""))
-                    }
-                    None => diagnostic.note(
-                        "it is neither declared beside the scene nor in the standard library",
-                    ),
-                });
+                self.diagnostics.push(
+                    match most_similar(&entity.class, Classes::standard_names()) {
+                        Some(near) => diagnostic.suggest(
+                            "did you mean this?",
+                            entity.class_span,
+                            format!("\"{near}\""),
+                        ),
+                        None => diagnostic.note(
+                            "it is neither declared beside the scene nor in the standard library",
+                        ),
+                    },
+                );
                 return None;
             }
         };
@@ -422,7 +436,10 @@ struct Resolver<'a, 'b> {
 }
 
 impl Resolver<'_, '_> {
-    fn report(&mut self, instance: Option<Arc<Instance>>) -> Result<Arc<Instance>, Box<Diagnostic>> {
+    fn report(
+        &mut self,
+        instance: Option<Arc<Instance>>,
+    ) -> Result<Arc<Instance>, Box<Diagnostic>> {
         self.reported |= instance.is_none();
         instance.ok_or_else(|| Box::new(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, "")))
     }

@@ -84,8 +84,15 @@ impl Settings {
         self.filename = reader.text("filename").or(self.filename.take());
         self.exposure = reader.number("exposure").map_or(self.exposure, |value| value as f32);
         reader.ignore(&[
-            "diagonal", "sensor", "iso", "maxcomponentvalue", "savefp16", "cropwindow",
-            "pixelbounds", "whitebalance", "exposuretime",
+            "diagonal",
+            "sensor",
+            "iso",
+            "maxcomponentvalue",
+            "savefp16",
+            "cropwindow",
+            "pixelbounds",
+            "whitebalance",
+            "exposuretime",
         ]);
         reader.finish();
         if self.width as u64 * self.height as u64 > MOST_PIXELS {
@@ -127,8 +134,16 @@ impl Settings {
 
     fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
         const KNOWN: [&str; 10] = [
-            "interactive", "whitted", "batch", "path", "volpath", "simplepath", "direct",
-            "directlighting", "randomwalk", "bdpt",
+            "interactive",
+            "whitted",
+            "batch",
+            "path",
+            "volpath",
+            "simplepath",
+            "direct",
+            "directlighting",
+            "randomwalk",
+            "bdpt",
         ];
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {

@@ -12,14 +12,24 @@ struct StandardName {
 }
 
 const NAMES: &[StandardName] = &[
-    StandardName { kind: EntityKind::Camera, name: "perspective", class: "Pinhole", parameters: &[] },
+    StandardName {
+        kind: EntityKind::Camera,
+        name: "perspective",
+        class: "Pinhole",
+        parameters: &[],
+    },
     StandardName {
         kind: EntityKind::Camera,
         name: "orthographic",
         class: "Orthographic",
         parameters: &[],
     },
-    StandardName { kind: EntityKind::Camera, name: "spherical", class: "Environment", parameters: &[] },
+    StandardName {
+        kind: EntityKind::Camera,
+        name: "spherical",
+        class: "Environment",
+        parameters: &[],
+    },
     StandardName { kind: EntityKind::Shape, name: "sphere", class: "Sphere", parameters: &[] },
     StandardName { kind: EntityKind::Shape, name: "disk", class: "Disk", parameters: &[] },
     StandardName { kind: EntityKind::Shape, name: "cylinder", class: "Cylinder", parameters: &[] },
