@@ -1,0 +1,246 @@
+//! What a call promises its host, on both backends.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use rtsl::host::{
+    Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, NoHost, RayLanes,
+};
+use rtsl::{
+    Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
+    Instances, LaneBlock, LaneMask, Method, Role, Shape, Target, lookup_state, new_state,
+};
+use rtsl_ir::Function;
+
+fn class(method: Method, text: &str) -> Arc<Class> {
+    Arc::new(Class {
+        name: "Test".to_owned(),
+        roles: vec![Role::Material],
+        documentation: None,
+        parameters: Vec::new(),
+        members: Vec::new(),
+        buffers: Vec::new(),
+        scratch: Vec::new(),
+        scratch_types: Vec::new(),
+        references: Vec::new(),
+        initializer: Function::new("Test.initializer"),
+        constructor: None,
+        methods: [(method, text.parse().unwrap())].into(),
+    })
+}
+
+/// The interpreter, and machine code at every width where there is an LLVM.
+fn engines(options: &EngineOptions) -> Vec<Engine> {
+    let backends = Engine::WIDTHS.map(|width| (Backend::Jit, width));
+    let all = [(Backend::Interpreter, 1)].into_iter().chain(backends);
+    all.filter_map(|(backend, width)| {
+        let options = EngineOptions { backend, width: Some(width), ..options.clone() };
+        Engine::new(options).ok().map(|(engine, _)| engine)
+    })
+    .collect()
+}
+
+struct Call<'a> {
+    class: &'a Arc<Class>,
+    method: Method,
+    count: usize,
+    mask: Option<LaneMask>,
+    host: &'a mut dyn Host,
+}
+
+fn call(engine: &Engine, call: Call<'_>) -> (CallStatus, LaneBlock) {
+    let instance = Instance::new(call.class, []).unwrap();
+    let program = engine.program(&instance);
+    let kernel = program.kernel(call.method, Shape::Packet).unwrap();
+    let mut state = new_state(call.count);
+    let status = kernel.call(CallArguments {
+        state: &mut state,
+        scratch: &mut program.new_scratch(call.count),
+        count: call.count,
+        mask: call.mask.as_ref(),
+        accepted: None,
+        instances: Instances::One(&program.block(&instance)),
+        host: call.host,
+    });
+    (status, state)
+}
+
+fn component(name: &str) -> usize {
+    lookup_state(name).unwrap().first_component as usize
+}
+
+/// `rand` is the ray's number; a limit on how often it may be asked.
+struct Counting {
+    asked: u32,
+    limit: u32,
+}
+
+impl Host for Counting {
+    fn trace(&mut self, _: LaneSet, _: &RayLanes, _: &mut LaneColors) {}
+
+    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
+        // More lanes than asked: those that did not ask are not to be heard of.
+        u32::MAX
+    }
+
+    fn light_count(&mut self) -> u32 {
+        0
+    }
+
+    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
+        0
+    }
+
+    fn ambient(&mut self) -> [f32; 3] {
+        [0.25; 3]
+    }
+
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        assert!(self.asked < self.limit, "the host has had enough");
+        self.asked += 1;
+        for lane in lanes.iter() {
+            values[lane] = (lanes.base as usize + lane) as f32;
+        }
+    }
+}
+
+const RANDOM: &str = "
+function Test.shade
+state rt_SampleColor: f32[3]
+{
+  %r: f32 = rand
+  %a: f32, %b: f32, %c: f32 = ambient
+  return state:rt_SampleColor@0 = %r, state:rt_SampleColor@1 = %b
+}";
+
+#[test]
+fn rays_that_take_no_part_are_left_alone() {
+    let class = class(Method::Shade, RANDOM);
+    for engine in engines(&EngineOptions::default()) {
+        let mask = LaneMask::from_fn(21, |lane| lane % 3 == 1);
+        let host = &mut Counting { asked: 0, limit: 100 };
+        let arguments =
+            Call { class: &class, method: Method::Shade, count: 21, mask: Some(mask), host };
+        let (_, state) = call(&engine, arguments);
+        let expected: Vec<f32> =
+            (0..21).map(|lane| if lane % 3 == 1 { lane as f32 } else { 0.0 }).collect();
+        assert_eq!(state.floats(component("rt_SampleColor")), expected);
+        let ambient: Vec<f32> = (0..21).map(|it| if it % 3 == 1 { 0.25 } else { 0.0 }).collect();
+        assert_eq!(state.floats(component("rt_SampleColor") + 1), ambient);
+    }
+}
+
+#[test]
+fn a_panic_of_the_host_goes_on_after_the_call() {
+    let class = class(Method::Shade, RANDOM);
+    for engine in engines(&EngineOptions::default()) {
+        let host = &mut Counting { asked: 0, limit: 1 };
+        let result = catch_unwind(AssertUnwindSafe(|| {
+            let arguments =
+                Call { class: &class, method: Method::Shade, count: 40, mask: None, host };
+            call(&engine, arguments)
+        }));
+        let message = *result.err().unwrap().downcast::<&str>().unwrap();
+        assert_eq!(message, "the host has had enough");
+        assert_eq!(host.asked, 1);
+    }
+}
+
+const ENDLESS: &str = "
+function Test.shade
+state rt_SampleColor: f32[3]
+state rt_HitDistance: f32[1]
+{
+  %zero: f32 = constant 0.0
+  %one: f32 = constant 1.0
+  %d: f32 = load state:rt_HitDistance@0
+  %n: f32 = loop (%i: f32 = %zero) {
+    %next: f32 = add %i, %one
+    %again: bool = greater_equal %d, %zero
+    repeat %again, %next
+  }
+  return state:rt_SampleColor@0 = %n
+}";
+
+#[test]
+fn endless_loops_end_with_their_budget() {
+    let class = class(Method::Shade, ENDLESS);
+    let options = EngineOptions { loop_budget: Some(1000), ..EngineOptions::default() };
+    for engine in engines(&options) {
+        let arguments =
+            Call { class: &class, method: Method::Shade, count: 5, mask: None, host: &mut NoHost };
+        let (status, _) = call(&engine, arguments);
+        assert!(status.budget_exhausted);
+    }
+}
+
+#[test]
+fn sizes_that_do_not_fit_are_refused() {
+    let class = class(Method::Shade, RANDOM);
+    for engine in engines(&EngineOptions::default()) {
+        let instance = Instance::new(&class, []).unwrap();
+        let program = engine.program(&instance);
+        let kernel = program.kernel(Method::Shade, Shape::Packet).unwrap();
+        let block = program.block(&instance);
+        let refused = |state: &mut LaneBlock, mask: Option<LaneMask>| {
+            catch_unwind(AssertUnwindSafe(|| {
+                kernel.call(CallArguments {
+                    state,
+                    scratch: &mut program.new_scratch(8),
+                    count: 8,
+                    mask: mask.as_ref(),
+                    accepted: None,
+                    instances: Instances::One(&block),
+                    host: &mut NoHost,
+                })
+            }))
+            .is_err()
+        };
+        assert!(!refused(&mut new_state(8), Some(LaneMask::new(8))));
+        assert!(refused(&mut new_state(7), None));
+        assert!(refused(&mut LaneBlock::new(3, 8), None));
+        assert!(refused(&mut new_state(8), Some(LaneMask::new(7))));
+        assert!(program.kernel(Method::Bsdf, Shape::Packet).is_err());
+    }
+}
+
+#[test]
+fn instances_of_one_class_share_their_program_and_kernels() {
+    let class = class(Method::Shade, RANDOM);
+    let engine = &engines(&EngineOptions::default())[0];
+    let instances = [(); 2].map(|()| Instance::new(&class, []).unwrap());
+    let programs = [engine.program(&instances[0]), engine.program(&instances[1])];
+    assert!(Arc::ptr_eq(&programs[0], &programs[1]));
+    let requests: Vec<_> =
+        [Method::Shade; 3].map(|method| (programs[0].clone(), method, Shape::Packet)).into();
+    let kernels: Vec<_> = engine.compile_all(&requests).into_iter().map(Result::unwrap).collect();
+    assert!(Arc::ptr_eq(&kernels[0], &kernels[2]));
+    let method = programs[0].method(Method::Shade).unwrap();
+    assert!(method.reads.is_empty());
+    assert_eq!(method.writes.iter().map(|it| it.name).collect::<Vec<_>>(), ["rt_SampleColor"]);
+}
+
+#[test]
+fn every_form_can_be_printed() {
+    let class = class(Method::Shade, RANDOM);
+    let (engine, _) = Engine::new(EngineOptions { width: Some(8), ..Default::default() }).unwrap();
+    let program = engine.program_of_class(&class);
+    let mut forms = vec![
+        (Emit::Ir, "function Test.shade"),
+        (Emit::Packet, "kernel Test.shade packet W=8"),
+        (Emit::Llvm, "define void"),
+    ];
+    if engine.llvm().is_some() {
+        forms.extend([
+            (Emit::OptimizedLlvm, "define void"),
+            (Emit::Assembly, "ymm"),
+            (Emit::Object, "ELF"),
+        ]);
+    }
+    for (emit, part) in forms {
+        let target = Target::by_name("x86-64-v3");
+        let request = EmitRequest { emit, method: Method::Shade, shape: Shape::Packet, target };
+        let text = program.emit(&request).unwrap();
+        assert!(String::from_utf8_lossy(&text).contains(part), "{emit:?}");
+    }
+}
