@@ -36,7 +36,7 @@ impl Lowering<'_> {
         let condition = self.value(condition);
         let limit = if diverges { SPECULATION_LIMIT } else { AGREED_SPECULATION_LIMIT };
         let is_short = |side| self.speculation_cost(side).is_some_and(|cost| cost <= limit);
-        let results = match (is_short(then), is_short(otherwise)) {
+        let mut results = match (is_short(then), is_short(otherwise)) {
             (true, true) => {
                 let then = self.lower_ops(then)?;
                 let otherwise = self.lower_ops(otherwise)?;
@@ -57,6 +57,12 @@ impl Lowering<'_> {
                 self.branch_over(condition, otherwise, &then, Wanted::False)?
             }
         };
+        // What both sides take from outside is what it was, however the rays went.
+        for (result, (a, b)) in results.iter_mut().zip(then.yields.iter().zip(&otherwise.yields)) {
+            if a == b {
+                *result = self.value(*a);
+            }
+        }
         self.set_results(op, &results);
         Ok(())
     }
