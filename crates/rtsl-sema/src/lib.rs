@@ -9,5 +9,6 @@
 //!
 //! This crate knows no masks, no packets, no target, and does no input or output.
 
+pub mod check;
 pub mod hir;
 pub mod lower;

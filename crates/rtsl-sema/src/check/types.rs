@@ -244,7 +244,7 @@ impl Checker<'_> {
     /// has been reported. Unsized dimensions give [`Type::Buffer`].
     pub(super) fn resolve_type(&mut self, written: &ast::TypeName, place: TypePlace) -> Type {
         let element = self.resolve_type_name(&written.name, place);
-        let sizes = self.check_sizes(&written.sizes);
+        let Some(sizes) = self.check_sizes(&written.sizes) else { return Type::Error };
         let ty = self.array_of(element, &sizes, written.span);
         self.check_type_place(ty, written.span, place)
     }
@@ -255,7 +255,9 @@ impl Checker<'_> {
             return element;
         }
         if element == Type::Void {
-            self.report(Diagnostic::new(codes::VOID_VALUE, "there are no arrays of `void`").at(span, ""));
+            self.report(
+                Diagnostic::new(codes::VOID_VALUE, "there are no arrays of `void`").at(span, ""),
+            );
             return Type::Error;
         }
         if sizes.len() as u32 + self.type_depth(&element) > MAX_TYPE_DEPTH {
@@ -401,7 +403,7 @@ pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
 }
 
 /// The name of a type that has no struct in it; arrays and structs are the caller's business.
-pub(crate) fn plain_type_name(ty: &Type) -> String {
+pub(super) fn plain_type_name(ty: &Type) -> String {
     match ty {
         Type::Void => "void".into(),
         Type::Scalar(scalar) => scalar_name(*scalar).into(),
@@ -445,7 +447,6 @@ pub(super) fn builtin_type_names() -> Vec<String> {
         types.extend((2..=4).map(|rows| Type::Matrix(columns, rows)));
     }
     types.extend(Role::ALL.map(Type::Reference));
-    let names: BTreeMap<String, ()> =
-        types.iter().map(|ty| (plain_type_name(ty), ())).collect();
+    let names: BTreeMap<String, ()> = types.iter().map(|ty| (plain_type_name(ty), ())).collect();
     names.into_keys().collect()
 }

@@ -1,0 +1,572 @@
+//! Calls: of functions, built-in ones, and constructors of types.
+
+use rtsl_ir::Scalar;
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_spec::builtins::{self, Builtin, Lowering, Overload, Special, Usable};
+use rtsl_syntax::ast::{self, ExpressionKind as Ast};
+
+use super::Checker;
+use super::candidates::{Candidate, Choice, choose};
+use super::expressions::{convert, error_expression};
+use super::facts::UseKind;
+use super::functions::{Kind, LocalInfo};
+use super::lvalues::Access;
+use super::scope::Entity;
+use super::suggestions::suggest;
+use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
+use crate::hir::{
+    BuiltinCall, Expression, ExpressionKind, FunctionId, Local, LocalId, Passing, Type,
+};
+
+/// What a call was found to mean, free of borrows.
+enum Target {
+    Function(FunctionId),
+    Builtin(&'static Overload),
+}
+
+impl Checker<'_> {
+    /// `f(x)`, `vec3(x)`, `float[2](x, y)`.
+    pub(super) fn check_call(
+        &mut self,
+        callee: &ast::Expression,
+        arguments: &[ast::Expression],
+        span: Span,
+    ) -> Expression {
+        match &callee.kind {
+            Ast::Name(name) => self.check_named_call(name, callee.span, arguments, span),
+            Ast::Index(..) => self.check_array_constructor(callee, arguments, span),
+            _ => {
+                let callee = self.check_expression(callee);
+                self.check_arguments(arguments);
+                if callee.ty != Type::Error {
+                    self.report(
+                        Diagnostic::new(codes::NOT_A_FUNCTION, "this is not a function")
+                            .at(callee.span, "cannot be called"),
+                    );
+                }
+                error_expression(span)
+            }
+        }
+    }
+
+    fn check_array_constructor(
+        &mut self,
+        callee: &ast::Expression,
+        arguments: &[ast::Expression],
+        span: Span,
+    ) -> Expression {
+        let Some((name, sizes)) = Self::array_head(callee) else {
+            self.check_arguments(arguments);
+            self.report(
+                Diagnostic::new(codes::NOT_A_FUNCTION, "this is not a function")
+                    .at(callee.span, "cannot be called"),
+            );
+            return error_expression(span);
+        };
+        let written = ast::TypeName {
+            name,
+            sizes: sizes.into_iter().map(|size| size.cloned()).collect(),
+            span: callee.span,
+        };
+        let ty = self.resolve_type(&written, TypePlace::Constructor);
+        let arguments = self.check_values(arguments);
+        self.check_construct(ty, arguments, span)
+    }
+
+    fn check_named_call(
+        &mut self,
+        name: &str,
+        name_span: Span,
+        arguments: &[ast::Expression],
+        span: Span,
+    ) -> Expression {
+        match self.callee(name) {
+            Some(Entity::Struct(id)) => {
+                let arguments = self.check_values(arguments);
+                return self.check_construct(Type::Struct(id), arguments, span);
+            }
+            Some(Entity::Error) => {
+                self.check_arguments(arguments);
+                return error_expression(span);
+            }
+            Some(Entity::Functions(_)) => {}
+            Some(
+                entity @ (Entity::Local(_)
+                | Entity::Member(_)
+                | Entity::Constant(..)
+                | Entity::Class(_)),
+            ) => {
+                self.check_arguments(arguments);
+                return self.report_not_a_function(name, &entity, name_span, span);
+            }
+            None => match builtin_type(name) {
+                Some(Type::Void | Type::Reference(_)) | None => {}
+                Some(ty) => {
+                    let arguments = self.check_values(arguments);
+                    return self.check_construct(ty, arguments, span);
+                }
+            },
+        }
+        let arguments = self.check_arguments(arguments);
+        self.check_function_call(name, name_span, arguments, span)
+    }
+
+    /// What the name of a call stands for, built-in functions aside. The prelude's text always means
+    /// those, so that no name of a user's class gets into implied methods.
+    fn callee(&self, name: &str) -> Option<Entity> {
+        if self.in_prelude && builtins::find(name).is_some() {
+            return None;
+        }
+        self.find(name).map(|named| named.entity.clone())
+    }
+
+    fn report_not_a_function(
+        &mut self,
+        name: &str,
+        entity: &Entity,
+        name_span: Span,
+        span: Span,
+    ) -> Expression {
+        let mut diagnostic = Diagnostic::new(
+            codes::NOT_A_FUNCTION,
+            format!("`{name}` is {}, not a function", entity.kind()),
+        )
+        .at(name_span, "cannot be called");
+        if let Some(declared) = self.find(name).map(|named| named.span) {
+            diagnostic = diagnostic.label(declared, "declared here");
+        }
+        if builtins::find(name).is_some() {
+            diagnostic = diagnostic
+                .note("it hides the built-in function of that name")
+                .help("give it another name");
+        }
+        self.report(diagnostic);
+        error_expression(span)
+    }
+
+    /// Arguments as places, since some may turn out to be assigned.
+    fn check_arguments(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
+        arguments.iter().map(|argument| self.check_place(argument)).collect()
+    }
+
+    /// Arguments that are read.
+    pub(super) fn check_values(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
+        arguments.iter().map(|argument| self.check_expression(argument)).collect()
+    }
+
+    fn check_function_call(
+        &mut self,
+        name: &str,
+        name_span: Span,
+        arguments: Vec<Expression>,
+        span: Span,
+    ) -> Expression {
+        if arguments.iter().any(|argument| argument.ty == Type::Error) {
+            self.note_argument_reads(&arguments);
+            if !self.is_function(name) {
+                self.report_unknown_function(name, name_span);
+            }
+            return error_expression(span);
+        }
+        if let Some(builtin) = builtins::find(name)
+            && builtin.lowering == Lowering::Special(Special::IsSet)
+            && !matches!(self.find(name), Some(named) if matches!(named.entity, Entity::Functions(_)))
+        {
+            return self.check_is_set(arguments, span);
+        }
+        match self.choose_target(name, &arguments) {
+            Ok(Target::Function(id)) => self.call_function(id, arguments, span),
+            Ok(Target::Builtin(overload)) => self.call_builtin(overload, arguments, span),
+            Err(diagnostic) => {
+                self.note_argument_reads(&arguments);
+                match diagnostic {
+                    Some(diagnostic) => self.report(diagnostic.at(span, "")),
+                    None => self.report_unknown_function(name, name_span),
+                }
+                error_expression(span)
+            }
+        }
+    }
+
+    fn note_argument_reads(&mut self, arguments: &[Expression]) {
+        for argument in arguments {
+            self.note_access(argument, Access::Read);
+        }
+    }
+
+    fn is_function(&self, name: &str) -> bool {
+        matches!(self.find(name), Some(named) if matches!(named.entity, Entity::Functions(_)))
+            || builtins::find(name).is_some_and(|builtin| self.is_callable(builtin))
+    }
+
+    /// Whether this text may name the function at all.
+    pub(super) fn is_callable(&self, builtin: &Builtin) -> bool {
+        match builtin.usable {
+            Usable::Anywhere | Usable::Methods(_) => true,
+            Usable::Prelude => self.in_prelude,
+        }
+    }
+
+    /// The functions called `name`, level by level from the innermost: the class, the file, the
+    /// language. The nearest level with a function that takes the arguments wins, so that a
+    /// function of the author's hides a built-in one, and a built-in one is there where the
+    /// author's does not fit. The prelude's own functions are what the built-in ones mean.
+    fn function_levels(&self, name: &str) -> Vec<Vec<Candidate<'_>>> {
+        let mut levels = Vec::new();
+        let is_builtin = builtins::find(name).is_some_and(|builtin| self.is_callable(builtin));
+        if !(self.in_prelude && is_builtin) {
+            let class = self.class.as_ref().map(|class| &class.names);
+            for level in class.into_iter().chain(std::iter::once(&self.file)) {
+                if let Some(Entity::Functions(ids)) = level.get(name).map(|named| &named.entity) {
+                    let candidates =
+                        ids.iter().map(|id| Candidate::Function(*id, self.function(*id)));
+                    levels.push(candidates.collect());
+                }
+            }
+        }
+        if is_builtin {
+            levels.push(builtins::overloads(name).iter().map(Candidate::Builtin).collect());
+        }
+        levels
+    }
+
+    /// What the call means; else what is wrong, `None` where nothing has that name.
+    fn choose_target(
+        &self,
+        name: &str,
+        arguments: &[Expression],
+    ) -> Result<Target, Option<Diagnostic>> {
+        let levels = self.function_levels(name);
+        if levels.is_empty() {
+            return Err(None);
+        }
+        for level in &levels {
+            match choose(level.iter().copied(), arguments) {
+                Choice::One(Candidate::Function(id, _)) => return Ok(Target::Function(id)),
+                Choice::One(Candidate::Builtin(overload)) => return Ok(Target::Builtin(overload)),
+                Choice::None => {}
+                Choice::Ambiguous(first, second) => {
+                    return Err(Some(self.ambiguous(name, arguments, first, second)));
+                }
+            }
+        }
+        let all: Vec<Candidate<'_>> = levels.into_iter().flatten().collect();
+        Err(Some(self.no_match(name, arguments, &all)))
+    }
+
+    fn show_arguments(&self, arguments: &[Expression]) -> String {
+        let types: Vec<String> = arguments.iter().map(|each| self.show(&each.ty)).collect();
+        types.join(", ")
+    }
+
+    fn show_candidate(&self, name: &str, candidate: Candidate<'_>) -> String {
+        let overload = match candidate {
+            Candidate::Builtin(overload) => return format!("`{overload}`"),
+            Candidate::Function(_, function) => function,
+        };
+        let parameters: Vec<String> = overload
+            .parameters
+            .iter()
+            .zip(&overload.locals)
+            .map(|(passing, local)| {
+                let passing = match passing {
+                    Passing::In => "",
+                    Passing::Out => "out ",
+                    Passing::InOut => "inout ",
+                };
+                let space = if local.name.is_empty() { "" } else { " " };
+                format!("{passing}{}{space}{}", self.show(&local.ty), local.name)
+            })
+            .collect();
+        format!("`{} {name}({})`", self.show(&overload.result), parameters.join(", "))
+    }
+
+    fn ambiguous(
+        &self,
+        name: &str,
+        arguments: &[Expression],
+        first: Candidate<'_>,
+        second: Candidate<'_>,
+    ) -> Diagnostic {
+        Diagnostic::new(
+            codes::AMBIGUOUS_CALL,
+            format!("`{name}({})` could mean several functions", self.show_arguments(arguments)),
+        )
+        .note(format!("it could be {}", self.show_candidate(name, first)))
+        .note(format!("or {}", self.show_candidate(name, second)))
+        .help("convert the arguments, so that one of them fits exactly")
+    }
+
+    fn no_match(
+        &self,
+        name: &str,
+        arguments: &[Expression],
+        candidates: &[Candidate<'_>],
+    ) -> Diagnostic {
+        const SHOWN: usize = 4;
+        let mut diagnostic = Diagnostic::new(
+            codes::NO_MATCHING_FUNCTION,
+            format!("no `{name}` takes `({})`", self.show_arguments(arguments)),
+        );
+        for argument in arguments {
+            diagnostic =
+                diagnostic.label(argument.span, format!("this is `{}`", self.show(&argument.ty)));
+        }
+        // Those with the right number of arguments are likelier to be meant.
+        let (likely, other): (Vec<Candidate<'_>>, Vec<Candidate<'_>>) =
+            candidates.iter().partition(|candidate| candidate.parameter_count() == arguments.len());
+        let shown = if likely.is_empty() { &other } else { &likely };
+        for candidate in shown.iter().take(SHOWN) {
+            diagnostic =
+                diagnostic.note(format!("there is {}", self.show_candidate(name, *candidate)));
+        }
+        if shown.len() > SHOWN {
+            diagnostic = diagnostic.note(format!("and {} more", shown.len() - SHOWN));
+        }
+        if arguments.iter().any(|argument| argument.ty == Type::Color)
+            && is_vector_function(candidates)
+        {
+            diagnostic = diagnostic.help("`rgb(c)` gives a color as a `vec3`");
+        }
+        diagnostic
+    }
+
+    fn report_unknown_function(&mut self, name: &str, span: Span) {
+        let diagnostic =
+            Diagnostic::new(codes::UNKNOWN_NAME, format!("there is no function `{name}`"))
+                .at(span, "unknown function");
+        let similar = self.similar_function(name);
+        self.report(suggest(diagnostic, span, similar));
+    }
+
+    fn call_function(
+        &mut self,
+        id: FunctionId,
+        arguments: Vec<Expression>,
+        span: Span,
+    ) -> Expression {
+        self.note_call(id, span);
+        if matches!(self.function.kind, Kind::Initializer | Kind::Constant)
+            && self.function(id).class.is_some()
+        {
+            self.report(
+                Diagnostic::new(
+                    codes::INITIALIZER_READS,
+                    "initial values cannot call functions of the class",
+                )
+                .at(span, "a function of the class")
+                .help("call it in the constructor"),
+            );
+            return error_expression(span);
+        }
+        let function = std::sync::Arc::clone(self.function(id));
+        let parameters: Vec<(Type, Passing)> = function
+            .parameters
+            .iter()
+            .zip(&function.locals)
+            .map(|(passing, local)| (local.ty.clone(), *passing))
+            .collect();
+        self.finish_call(arguments, &parameters, function.result.clone(), span, |arguments| {
+            ExpressionKind::Call(id, arguments)
+        })
+    }
+
+    fn call_builtin(
+        &mut self,
+        overload: &'static Overload,
+        arguments: Vec<Expression>,
+        span: Span,
+    ) -> Expression {
+        let builtin = overload.builtin;
+        if builtin.usable != Usable::Anywhere
+            || builtin.lowering == Lowering::Special(Special::Rand)
+        {
+            self.note_restricted_builtin(builtin, span);
+        }
+        let candidate = Candidate::Builtin(overload);
+        let parameters: Vec<(Type, Passing)> =
+            (0..overload.parameters.len()).map(|index| candidate.parameter(index)).collect();
+        let (prelude, componentwise) = self.prelude_function(builtin, &parameters);
+        if let Some(id) = prelude {
+            self.note_call(id, span);
+        }
+        let name = builtin.name;
+        self.finish_call(arguments, &parameters, from_spec(overload.result), span, |arguments| {
+            ExpressionKind::Builtin(BuiltinCall { name, prelude, componentwise, arguments })
+        })
+    }
+
+    fn note_restricted_builtin(&mut self, builtin: &'static Builtin, span: Span) {
+        match self.function.kind {
+            Kind::ClassFunction | Kind::FileFunction => {
+                self.note_use(UseKind::Builtin(builtin), span);
+            }
+            Kind::Initializer | Kind::Constant => {
+                if self.in_prelude && builtin.usable == Usable::Prelude {
+                    return;
+                }
+                self.report(
+                    Diagnostic::new(
+                        codes::OUT_OF_PLACE,
+                        format!("`{}` is only for methods", builtin.name),
+                    )
+                    .at(span, "there is no ray here"),
+                );
+            }
+        }
+    }
+
+    /// The prelude's function behind a built-in one: the one with these parameters, or the one
+    /// on scalars, to be applied component by component.
+    fn prelude_function(
+        &self,
+        builtin: &Builtin,
+        parameters: &[(Type, Passing)],
+    ) -> (Option<FunctionId>, bool) {
+        if builtin.lowering != Lowering::Prelude {
+            return (None, false);
+        }
+        let names = self.prelude.map_or(&self.file, |prelude| &prelude.names);
+        let Some(Entity::Functions(ids)) = names.get(builtin.name).map(|named| &named.entity)
+        else {
+            return (None, false);
+        };
+        let find = |types: &[Type]| {
+            ids.iter().copied().find(|id| {
+                let function = self.function(*id);
+                let own = function.locals[..function.parameters.len()].iter();
+                own.map(|local| &local.ty).eq(types)
+            })
+        };
+        let whole: Vec<Type> = parameters.iter().map(|(ty, _)| ty.clone()).collect();
+        if let Some(id) = find(&whole) {
+            return (Some(id), false);
+        }
+        let scalars: Vec<Type> = whole
+            .into_iter()
+            .map(|ty| match ty {
+                Type::Vector(scalar, _) => Type::Scalar(scalar),
+                Type::Color => FLOAT,
+                other => other,
+            })
+            .collect();
+        (find(&scalars), true)
+    }
+
+    /// Converts the arguments, notes what happens to them, and makes the call.
+    fn finish_call(
+        &mut self,
+        arguments: Vec<Expression>,
+        parameters: &[(Type, Passing)],
+        result: Type,
+        span: Span,
+        call: impl FnOnce(Vec<Expression>) -> ExpressionKind,
+    ) -> Expression {
+        let mut converted = Vec::new();
+        // What is to be assigned from a temporary once the call is done.
+        let mut copies: Vec<(Expression, LocalId)> = Vec::new();
+        let mut failed = false;
+        for (argument, (ty, passing)) in arguments.into_iter().zip(parameters) {
+            match passing {
+                Passing::In => {
+                    self.note_access(&argument, Access::Read);
+                    let argument = self.require_value(argument);
+                    failed |= argument.ty == Type::Error;
+                    converted.push(convert(argument, ty));
+                }
+                Passing::Out | Passing::InOut => {
+                    let access =
+                        if *passing == Passing::Out { Access::Write } else { Access::ReadWrite };
+                    self.note_access(&argument, access);
+                    failed |= !self.require_assignable(&argument);
+                    if argument.ty == *ty {
+                        converted.push(argument);
+                    } else {
+                        let temporary = self.temporary(ty.clone(), span);
+                        converted.push(self.local(temporary, span));
+                        copies.push((argument, temporary));
+                    }
+                }
+            }
+        }
+        if failed {
+            return error_expression(span);
+        }
+        let call = Expression { kind: call(converted), ty: result, span };
+        if copies.is_empty() { call } else { self.copy_out(call, copies) }
+    }
+
+    fn temporary(&mut self, ty: Type, span: Span) -> LocalId {
+        let info = LocalInfo { span, read_only: false, assigned: true, used: true, loop_depth: 0 };
+        self.function.add_local(Local { name: String::new(), ty, precise: false }, info)
+    }
+
+    fn local(&self, id: LocalId, span: Span) -> Expression {
+        let ty = self.function.locals[id.0 as usize].ty.clone();
+        Expression { kind: ExpressionKind::Local(id), ty, span }
+    }
+
+    /// `result = f(temporary), target = convert(temporary), result`.
+    fn copy_out(&mut self, call: Expression, copies: Vec<(Expression, LocalId)>) -> Expression {
+        let span = call.span;
+        let result = call.ty.clone();
+        let kept = (result != Type::Void).then(|| self.temporary(result.clone(), span));
+        let mut sequence = match kept {
+            Some(id) => assign(self.local(id, span), call),
+            None => call,
+        };
+        for (target, temporary) in copies {
+            let value = convert(self.local(temporary, span), &target.ty);
+            sequence = in_sequence(sequence, assign(target, value));
+        }
+        match kept {
+            Some(id) => in_sequence(sequence, self.local(id, span)),
+            None => sequence,
+        }
+    }
+
+    /// `isSet(reference)`.
+    fn check_is_set(&mut self, mut arguments: Vec<Expression>, span: Span) -> Expression {
+        let single = arguments.len() == 1;
+        match arguments.pop() {
+            Some(reference) if single && matches!(reference.ty, Type::Reference(_)) => {
+                self.mark_tested(&reference);
+                Expression {
+                    kind: ExpressionKind::IsSet(Box::new(reference)),
+                    ty: Type::Scalar(Scalar::Bool),
+                    span,
+                }
+            }
+            _ => {
+                self.report(
+                    Diagnostic::new(
+                        codes::NO_MATCHING_FUNCTION,
+                        "`isSet` takes one argument, a reference to a shader",
+                    )
+                    .at(span, "expected a member such as `public rt_Texture kd;`"),
+                );
+                error_expression(span)
+            }
+        }
+    }
+}
+
+fn assign(target: Expression, value: Expression) -> Expression {
+    let (ty, span) = (target.ty.clone(), value.span);
+    let kind =
+        ExpressionKind::Assign { target: Box::new(target), operator: None, value: Box::new(value) };
+    Expression { kind, ty, span }
+}
+
+fn in_sequence(first: Expression, second: Expression) -> Expression {
+    let (ty, span) = (second.ty.clone(), second.span);
+    Expression { kind: ExpressionKind::Sequence(Box::new(first), Box::new(second)), ty, span }
+}
+
+/// Whether some candidate takes a vec3.
+fn is_vector_function(candidates: &[Candidate<'_>]) -> bool {
+    candidates.iter().any(|candidate| {
+        (0..candidate.parameter_count())
+            .any(|index| candidate.parameter(index).0 == Type::Vector(Scalar::F32, 3))
+    })
+}

@@ -1,0 +1,374 @@
+//! Classes.
+
+use rtsl_ir::class::Annotation;
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_spec::{Method, Role};
+use rtsl_syntax::ast::{self, Qualifier};
+
+use super::Checker;
+use super::functions::{CONSTRUCTOR, Kind};
+use super::inheritance::ClassItem;
+use super::order::declaration_order;
+use super::roles::role_list;
+use super::scope::{Entity, Level};
+use super::types::TypePlace;
+use crate::hir::{
+    Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
+};
+
+/// The most scalars that the members of one class may come to.
+const MAX_CLASS_LEAVES: u32 = 1 << 18;
+
+/// A class of the unit.
+#[derive(Debug)]
+pub(super) struct ClassDeclaration<'a> {
+    pub(super) ast: &'a ast::Class,
+    /// The class that it inherits from.
+    pub(super) parent: Option<usize>,
+    pub(super) roles: Vec<Role>,
+    /// Some base was not found.
+    pub(super) roles_unknown: bool,
+}
+
+/// The class being checked.
+#[derive(Debug)]
+pub(super) struct ClassContext {
+    pub(super) id: ClassId,
+    pub(super) name: String,
+    pub(super) roles: Vec<Role>,
+    /// Some base was not found, so that state of any role may be meant.
+    pub(super) roles_unknown: bool,
+    pub(super) names: Level,
+    pub(super) members: Vec<Member>,
+    constructor: Option<Constructor>,
+    methods: Vec<(Method, FunctionId)>,
+}
+
+/// A function whose body is to be checked.
+struct Pending<'a> {
+    ast: &'a ast::Function,
+    id: FunctionId,
+    generation: usize,
+}
+
+impl<'a> Checker<'a> {
+    /// Checks a class and adds it to the module.
+    pub(super) fn check_class(&mut self, class: &'a ast::Class) {
+        let index = self.open_class(class);
+        let items = self.items_with_inherited(index);
+        self.declare_structs_and_constants(&items);
+        self.declare_members(&items);
+        let functions = self.declare_functions(&items);
+        self.check_bodies(&functions);
+        self.add_implied_methods();
+        self.close_class(class);
+    }
+
+    fn open_class(&mut self, class: &'a ast::Class) -> usize {
+        let bases = self.check_bases(class);
+        let index = self.classes.len();
+        self.classes.push(ClassDeclaration {
+            ast: class,
+            parent: bases.parent,
+            roles: bases.roles.clone(),
+            roles_unknown: bases.unknown,
+        });
+        self.declare(&class.name, Entity::Class(index));
+        self.class = Some(ClassContext {
+            id: ClassId(self.module.classes.len() as u32),
+            name: class.name.name.clone(),
+            roles: bases.roles,
+            roles_unknown: bases.unknown,
+            names: Level::new(),
+            members: Vec::new(),
+            constructor: None,
+            methods: Vec::new(),
+        });
+        index
+    }
+
+    fn close_class(&mut self, class: &ast::Class) {
+        let Some(context) = self.class.take() else { return };
+        let mut methods = context.methods;
+        methods.sort_by_key(|(method, _)| *method);
+        self.module.classes.push(Class {
+            name: context.name,
+            roles: context.roles,
+            documentation: class.documentation.clone(),
+            members: context.members,
+            constructor: context.constructor,
+            methods,
+            span: class.span,
+        });
+    }
+
+    /// Runs `check` for an item; what it warns about an inherited one was said of the base.
+    fn for_item(&mut self, generation: usize, check: impl FnOnce(&mut Self)) {
+        let outer = std::mem::replace(&mut self.silent, generation > 0);
+        check(self);
+        self.silent = outer;
+    }
+
+    fn declare_structs_and_constants(&mut self, items: &[ClassItem<'a>]) {
+        let plain: Vec<&ast::Item> = items
+            .iter()
+            .map(|item| item.item)
+            .filter(|item| match item {
+                ast::Item::Variable(variable) => is_constant(variable),
+                _ => true,
+            })
+            .collect();
+        for index in declaration_order(&plain) {
+            match plain[index] {
+                ast::Item::Struct(declaration) => {
+                    self.declare_struct(declaration);
+                }
+                ast::Item::Variable(variable) => {
+                    if let Some(annotation) = variable.annotations.first() {
+                        self.report_misplaced_annotation(annotation.key.span);
+                    }
+                    self.declare_constant(variable);
+                }
+                ast::Item::Function(_) | ast::Item::Class(_) => {}
+            }
+        }
+    }
+
+    fn declare_members(&mut self, items: &[ClassItem<'a>]) {
+        for item in items {
+            if let ast::Item::Variable(variable) = item.item
+                && !is_constant(variable)
+            {
+                self.for_item(item.generation, |checker| checker.declare_member(variable));
+            }
+        }
+        let members = self.class.as_ref().map_or(&[][..], |class| &class.members);
+        let leaves = members
+            .iter()
+            .fold(0_u32, |sum, member| sum.saturating_add(self.leaf_count(&member.ty)));
+        if leaves > MAX_CLASS_LEAVES
+            && let Some(member) = members.last()
+        {
+            let span = member.span;
+            self.report(
+                Diagnostic::new(codes::TYPE_TOO_LARGE, "the members of this class are too large")
+                    .at(span, "the last of them")
+                    .note(format!("they may come to {MAX_CLASS_LEAVES} numbers"))
+                    .help("large tables are buffers: members declared with `[]`, set by the host"),
+            );
+        }
+    }
+
+    fn declare_functions(&mut self, items: &[ClassItem<'a>]) -> Vec<Pending<'a>> {
+        let mut pending = Vec::new();
+        for item in items {
+            let ast::Item::Function(function) = item.item else { continue };
+            let generation = item.generation;
+            self.for_item(generation, |checker| {
+                let id = if function.name.name == CONSTRUCTOR {
+                    checker.check_constructor(function, generation)
+                } else {
+                    checker.check_class_function(function, generation)
+                };
+                if let Some(id) = id {
+                    pending.push(Pending { ast: function, id, generation });
+                }
+            });
+        }
+        pending
+    }
+
+    fn check_bodies(&mut self, functions: &[Pending<'a>]) {
+        for function in functions {
+            if self.function_info[function.id.0 as usize].replaced {
+                continue;
+            }
+            self.for_item(function.generation, |checker| {
+                checker.check_function_body(function.ast, function.id);
+            });
+        }
+    }
+
+    fn add_implied_methods(&mut self) {
+        let present: Vec<Method> = self
+            .class
+            .iter()
+            .flat_map(|class| class.methods.iter().map(|(method, _)| *method))
+            .collect();
+        let implied = self.implied_functions(&present);
+        let outer = std::mem::replace(&mut self.in_prelude, true);
+        let mut declared = Vec::new();
+        for (function, method) in implied {
+            if let Some(id) = self.declare_function(function, Some(method), 0) {
+                self.add_method(method, id);
+                declared.push((function, id));
+            }
+        }
+        for (function, id) in declared {
+            self.check_function_body(function, id);
+        }
+        self.in_prelude = outer;
+    }
+
+    fn add_method(&mut self, method: Method, id: FunctionId) {
+        if let Some(class) = &mut self.class {
+            class.methods.retain(|(other, _)| *other != method);
+            class.methods.push((method, id));
+        }
+    }
+
+    /// A helper or an interface method.
+    fn check_class_function(
+        &mut self,
+        function: &ast::Function,
+        generation: usize,
+    ) -> Option<FunctionId> {
+        let Some(method) = Method::from_name(&function.name.name) else {
+            return self.declare_function(function, None, generation);
+        };
+        let class = self.class.as_ref()?;
+        let is_own = method.roles().iter().any(|role| class.roles.contains(role));
+        let has_signature = has_interface_signature(function);
+        if is_own {
+            if !has_signature {
+                self.report_signature(function, method);
+                self.declare_poisoned(&function.name);
+                return None;
+            }
+            let id = self.declare_function(function, Some(method), generation)?;
+            self.add_method(method, id);
+            return Some(id);
+        }
+        if has_signature {
+            if !class.roles_unknown {
+                self.report_method_of_other_role(function, method);
+            }
+            self.declare_poisoned(&function.name);
+            return None;
+        }
+        self.declare_function(function, None, generation)
+    }
+
+    fn report_signature(&mut self, function: &ast::Function, method: Method) {
+        let name = method.name();
+        self.report(
+            Diagnostic::new(
+                codes::BAD_METHOD_SIGNATURE,
+                format!("the interface method `{name}` must be `void {name}()`"),
+            )
+            .at(function.span, "other parameters or another result")
+            .note("interface methods receive and return values through state variables")
+            .help("if it is a function of your own, give it another name"),
+        );
+    }
+
+    fn report_method_of_other_role(&mut self, function: &ast::Function, method: Method) {
+        let Some(class) = &self.class else { return };
+        let own = role_list(&class.roles, "and");
+        let others = role_list(method.roles(), "or");
+        let class_name = class.name.clone();
+        let methods: Vec<&str> =
+            class.roles.iter().flat_map(|role| role.methods()).map(Method::name).collect();
+        let diagnostic = Diagnostic::new(
+            codes::METHOD_OF_OTHER_ROLE,
+            format!("{own} cannot have an interface method of {others}"),
+        )
+        .at(function.name.span, format!("`{}` is a method of {others}", method.name()))
+        .note(format!("the class `{class_name}` is a {own}"))
+        .note(format!("its methods are {}", super::references::quoted_list(&methods)));
+        self.report(diagnostic);
+    }
+
+    fn check_constructor(
+        &mut self,
+        function: &ast::Function,
+        generation: usize,
+    ) -> Option<FunctionId> {
+        if let Some(previous) = self.class.as_ref().and_then(|class| class.constructor.as_ref()) {
+            let previous = previous.function;
+            if self.function_info[previous.0 as usize].generation == generation {
+                let span = self.function(previous).span;
+                self.report(
+                    Diagnostic::new(codes::BAD_CONSTRUCTOR, "a class has one constructor")
+                        .at(function.span, "a second one")
+                        .label(span, "the first"),
+                );
+                return None;
+            }
+            self.function_info[previous.0 as usize].replaced = true;
+        }
+        if let Some(result) = &function.result
+            && result.name.name != "void"
+        {
+            self.report(
+                Diagnostic::new(codes::BAD_CONSTRUCTOR, "a constructor returns nothing")
+                    .at(result.span, "remove the type"),
+            );
+        }
+        let parameters = self.check_constructor_parameters(function);
+        let id = self.declare_constructor(function, generation)?;
+        if function.body.is_none() {
+            self.report(
+                Diagnostic::new(codes::BAD_CONSTRUCTOR, "this constructor has no body")
+                    .at(function.span, "expected `{ ... }`"),
+            );
+            self.function_info[id.0 as usize].has_body = true;
+        }
+        for (index, parameter) in function.parameters.iter().enumerate() {
+            if self.function(id).parameters[index] != Passing::In {
+                self.report(
+                    Diagnostic::new(
+                        codes::BAD_CONSTRUCTOR,
+                        "parameters of a constructor are inputs",
+                    )
+                    .at(parameter.span, "remove `out` or `inout`"),
+                );
+            }
+        }
+        if let Some(class) = &mut self.class {
+            class.constructor = Some(Constructor { function: id, parameters });
+        }
+        Some(id)
+    }
+
+    fn check_constructor_parameters(
+        &mut self,
+        function: &ast::Function,
+    ) -> Vec<ConstructorParameter> {
+        let mut parameters = Vec::new();
+        for parameter in &function.parameters {
+            if parameter.name.is_none() {
+                self.report(
+                    Diagnostic::new(
+                        codes::BAD_CONSTRUCTOR,
+                        "a parameter of a constructor has a name",
+                    )
+                    .at(parameter.span, "hosts set it by its name"),
+                );
+            }
+            let annotations: Vec<Annotation> = self.check_annotations(&parameter.annotations);
+            let default = parameter.default.as_ref().and_then(|default| {
+                let ty = self.resolve_type(&parameter.ty, TypePlace::Parameter);
+                let value = self.check_outside(Kind::Initializer, |checker| {
+                    checker.check_initializer(&ty, default)
+                });
+                (value.ty != Type::Error).then_some(value)
+            });
+            parameters.push(ConstructorParameter { default, annotations });
+        }
+        parameters
+    }
+}
+
+fn is_constant(variable: &ast::Variable) -> bool {
+    variable.qualifiers.find(Qualifier::Const).is_some()
+}
+
+/// `void name()`.
+fn has_interface_signature(function: &ast::Function) -> bool {
+    let returns_nothing = function
+        .result
+        .as_ref()
+        .is_none_or(|result| result.name.name == "void" && result.sizes.is_empty());
+    returns_nothing && function.parameters.is_empty()
+}

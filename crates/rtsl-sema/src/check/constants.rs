@@ -1,0 +1,116 @@
+//! Constant expressions: where the language asks for one.
+
+use std::sync::Arc;
+
+use rtsl_ir::{Constant, Scalar};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_syntax::ast;
+
+use super::Checker;
+use super::evaluator::{Evaluator, Stop};
+use crate::hir::{Expression, ExpressionKind, Type};
+
+impl Checker<'_> {
+    /// The value of an expression that must be constant; says why it is not. `what` names the
+    /// place: "an array size".
+    pub(super) fn evaluate_constant(
+        &mut self,
+        expression: &Expression,
+        what: &str,
+    ) -> Option<Arc<[Constant]>> {
+        if expression.ty == Type::Error {
+            return None;
+        }
+        if let ExpressionKind::Constant(values) = &expression.kind {
+            return Some(Arc::clone(values));
+        }
+        match self.evaluator().evaluate(expression) {
+            Ok(values) => Some(values.into()),
+            Err(stop) => {
+                self.report_not_constant(stop, what);
+                None
+            }
+        }
+    }
+
+    /// Constant expressions may call built-in functions, and so the prelude's, but none of the unit's:
+    /// those may still turn out to call themselves.
+    pub(super) fn evaluator(&self) -> Evaluator<'_> {
+        let callable = match self.prelude {
+            Some(prelude) => prelude.module.functions.len(),
+            None if self.in_prelude => self.module.functions.len(),
+            None => 0,
+        };
+        Evaluator::new(&self.module, &self.struct_info, callable)
+    }
+
+    fn report_not_constant(&mut self, stop: Stop, what: &str) {
+        let diagnostic = match stop {
+            // Reported where it was checked.
+            Stop::Error => return,
+            Stop::NotConstant(span) => Diagnostic::new(
+                codes::NOT_CONSTANT,
+                format!("{what} must be a constant expression"),
+            )
+            .at(span, "not known when the shader is compiled"),
+            Stop::TooLong(span) => Diagnostic::new(
+                codes::CONSTANT_TOO_LONG,
+                format!("{what} takes too long to compute"),
+            )
+            .at(span, "gave up in this call"),
+        };
+        self.report(diagnostic);
+    }
+
+    /// The value of a scalar that happens to be constant. Calls of functions are not tried.
+    pub(super) fn constant_scalar(&self, expression: &Expression) -> Option<Constant> {
+        if !matches!(expression.ty, Type::Scalar(_)) {
+            return None;
+        }
+        if let ExpressionKind::Constant(values) = &expression.kind {
+            return values.first().copied();
+        }
+        let evaluator = self.evaluator().without_calls();
+        evaluator.evaluate(expression).ok()?.first().copied()
+    }
+
+    /// The sizes of an array, the open ones `None`; nothing where one is in error.
+    pub(super) fn check_sizes(
+        &mut self,
+        sizes: &[Option<ast::Expression>],
+    ) -> Option<Vec<Option<u32>>> {
+        let mut checked = Vec::new();
+        for size in sizes {
+            checked.push(match size {
+                Some(size) => Some(self.check_size(size)?),
+                None => None,
+            });
+        }
+        Some(checked)
+    }
+
+    fn check_size(&mut self, size: &ast::Expression) -> Option<u32> {
+        let checked = self.check_expression(size);
+        match checked.ty {
+            Type::Scalar(Scalar::I32 | Scalar::U32) => {}
+            Type::Error => return None,
+            _ => {
+                self.report_mismatch("an array size", "`int` or `uint`", &checked);
+                return None;
+            }
+        }
+        match self.evaluate_constant(&checked, "an array size")?[0] {
+            Constant::I32(value) if value < 1 => self.report_size(i64::from(value), size.span),
+            Constant::U32(0) => self.report_size(0, size.span),
+            value => Some(value.bits()),
+        }
+    }
+
+    fn report_size(&mut self, size: i64, span: Span) -> Option<u32> {
+        self.report(
+            Diagnostic::new(codes::BAD_ARRAY_SIZE, format!("an array cannot have {size} elements"))
+                .at(span, "expected a size of at least 1"),
+        );
+        None
+    }
+}

@@ -1,0 +1,772 @@
+//! Evaluates typed trees whose leaves are constants: for constant expressions, which may call
+//! built-in functions and through them the prelude.
+//!
+//! A value is its leaves in order. Every operation gives the bits that the same operation gives
+//! at run time with contraction off.
+
+use rtsl_ir::evaluate;
+use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
+use rtsl_source::Span;
+use rtsl_spec::builtins::{self, Lowering, Operation, Special};
+
+use super::types::{StructInfo, component_scalar, leaf_count};
+use crate::hir::{
+    BinaryOperator, BuiltinCall, Expression, ExpressionKind, Function, FunctionId, LocalId, Loop,
+    Module, Passing, Statement, StatementKind, StepOperator, SwitchCase, Type, UnaryOperator,
+};
+
+/// How many operations one constant expression may take.
+const FUEL: u32 = 1_000_000;
+
+/// Why there is no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// This is not known yet.
+    NotConstant(Span),
+    /// The limit was passed here.
+    TooLong(Span),
+    /// The tree is in error, which was reported.
+    Error,
+}
+
+type Value = Vec<Constant>;
+type Evaluated<T> = Result<T, Stop>;
+
+/// The evaluation of one constant expression.
+#[derive(Debug)]
+pub(super) struct Evaluator<'m> {
+    module: &'m Module,
+    structs: &'m [StructInfo],
+    callable: usize,
+    fuel: u32,
+    calls: bool,
+}
+
+/// The locals of the function being evaluated; none outside of functions.
+#[derive(Debug, Default)]
+struct Frame {
+    locals: Vec<Value>,
+    result: Value,
+}
+
+/// How a statement ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Next,
+    Break,
+    Continue,
+    Return,
+}
+
+impl<'m> Evaluator<'m> {
+    /// Only the first `callable` functions of the module are called.
+    pub(super) fn new(module: &'m Module, structs: &'m [StructInfo], callable: usize) -> Self {
+        Evaluator { module, structs, callable, fuel: FUEL, calls: true }
+    }
+
+    /// Takes calls of functions as not constant: where no constant is asked for, the effort is
+    /// not worth it.
+    pub(super) fn without_calls(self) -> Self {
+        Evaluator { calls: false, ..self }
+    }
+
+    /// The leaves of the expression's value.
+    pub(super) fn evaluate(mut self, expression: &Expression) -> Evaluated<Value> {
+        self.expression(expression, &mut Frame::default())
+    }
+
+    fn spend(&mut self, span: Span, amount: usize) -> Evaluated<()> {
+        match self.fuel.checked_sub(amount.min(u32::MAX as usize) as u32) {
+            Some(left) => {
+                self.fuel = left;
+                Ok(())
+            }
+            None => Err(Stop::TooLong(span)),
+        }
+    }
+
+    fn zero(&self, ty: &Type) -> Value {
+        match ty {
+            Type::Struct(id) => {
+                let fields = &self.module.structs[id.0 as usize].fields;
+                fields.iter().flat_map(|(_, ty)| self.zero(ty)).collect()
+            }
+            Type::Array(element, size) => {
+                let element = self.zero(element);
+                element.repeat(*size as usize)
+            }
+            _ => {
+                let scalar = component_scalar(ty).unwrap_or(Scalar::F32);
+                vec![Constant::zero(scalar); leaf_count(self.structs, ty) as usize]
+            }
+        }
+    }
+
+    fn expression(&mut self, expression: &Expression, frame: &mut Frame) -> Evaluated<Value> {
+        let (ty, span) = (&expression.ty, expression.span);
+        self.spend(span, 1)?;
+        match &expression.kind {
+            ExpressionKind::Constant(values) => {
+                self.spend(span, values.len())?;
+                Ok(values.to_vec())
+            }
+            ExpressionKind::Local(_)
+            | ExpressionKind::Swizzle(..)
+            | ExpressionKind::Field(..)
+            | ExpressionKind::Index(..) => self.read(expression, frame),
+            ExpressionKind::Convert(operand) => self.convert(ty, operand, frame),
+            ExpressionKind::Construct(arguments) => self.construct(ty, arguments, span, frame),
+            ExpressionKind::Unary(operator, operand) => self.unary(*operator, operand, frame),
+            ExpressionKind::Binary(operator, left, right) => {
+                self.binary(*operator, left, right, frame)
+            }
+            ExpressionKind::And(left, right) => self.lazy(left, right, true, frame),
+            ExpressionKind::Or(left, right) => self.lazy(left, right, false, frame),
+            ExpressionKind::Assign { target, operator, value } => {
+                self.assign(target, *operator, value, frame)
+            }
+            ExpressionKind::Step { target, by, prefix } => self.step(target, *by, *prefix, frame),
+            ExpressionKind::Conditional(condition, then, otherwise) => {
+                let chosen = if self.truth(condition, frame)? { then } else { otherwise };
+                self.expression(chosen, frame)
+            }
+            ExpressionKind::Sequence(first, second) => {
+                self.expression(first, frame)?;
+                self.expression(second, frame)
+            }
+            ExpressionKind::Call(id, arguments) => self.call(*id, arguments, span, frame),
+            ExpressionKind::Builtin(call) => self.builtin(ty, call, span, frame),
+            ExpressionKind::Error => Err(Stop::Error),
+            ExpressionKind::Member(_)
+            | ExpressionKind::State(_)
+            | ExpressionKind::ReferenceCall(_)
+            | ExpressionKind::IsSet(_)
+            | ExpressionKind::Length(_) => Err(Stop::NotConstant(span)),
+        }
+    }
+
+    fn truth(&mut self, condition: &Expression, frame: &mut Frame) -> Evaluated<bool> {
+        Ok(self.expression(condition, frame)?.first().is_some_and(|value| value.bits() != 0))
+    }
+
+    /// The local and its leaves that a place stands for; `None` for parts of other values.
+    fn place(
+        &mut self,
+        place: &Expression,
+        frame: &mut Frame,
+    ) -> Evaluated<Option<(LocalId, Vec<usize>)>> {
+        match &place.kind {
+            ExpressionKind::Local(id) => match frame.locals.get(id.0 as usize) {
+                Some(value) => Ok(Some((*id, (0..value.len()).collect()))),
+                None => Err(Stop::NotConstant(place.span)),
+            },
+            ExpressionKind::Field(base, _)
+            | ExpressionKind::Index(base, _)
+            | ExpressionKind::Swizzle(base, _) => {
+                let Some((id, leaves)) = self.place(base, frame)? else { return Ok(None) };
+                self.spend(place.span, leaves.len())?;
+                let part = self.part(place, base, frame)?;
+                Ok(Some((id, part.into_iter().map(|index| leaves[index]).collect())))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Which leaves of `base` the field, element or swizzle `whole` takes.
+    fn part(
+        &mut self,
+        whole: &Expression,
+        base: &Expression,
+        frame: &mut Frame,
+    ) -> Evaluated<Vec<usize>> {
+        let count = leaf_count(self.structs, &whole.ty) as usize;
+        Ok(match &whole.kind {
+            ExpressionKind::Field(_, index) => {
+                let Type::Struct(id) = base.ty else { return Err(Stop::Error) };
+                let fields = &self.module.structs[id.0 as usize].fields[..*index as usize];
+                let start: u32 = fields.iter().map(|(_, ty)| leaf_count(self.structs, ty)).sum();
+                (start as usize..start as usize + count).collect()
+            }
+            ExpressionKind::Index(_, index) => {
+                let elements = leaf_count(self.structs, &base.ty) as usize / count.max(1);
+                let index = clamped(self.expression(index, frame)?, elements);
+                (index * count..(index + 1) * count).collect()
+            }
+            ExpressionKind::Swizzle(_, components) => {
+                components.iter().map(|each| usize::from(*each)).collect()
+            }
+            _ => return Err(Stop::Error),
+        })
+    }
+
+    fn read(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Value> {
+        if let Some((id, leaves)) = self.place(place, frame)? {
+            let value = &frame.locals[id.0 as usize];
+            return Ok(leaves.into_iter().map(|leaf| value[leaf]).collect());
+        }
+        let (ExpressionKind::Field(base, _)
+        | ExpressionKind::Index(base, _)
+        | ExpressionKind::Swizzle(base, _)) = &place.kind
+        else {
+            return Err(Stop::Error);
+        };
+        let value = self.expression(base, frame)?;
+        let part = self.part(place, base, frame)?;
+        Ok(part.into_iter().map(|leaf| value[leaf]).collect())
+    }
+
+    fn write(&mut self, place: &Expression, value: &Value, frame: &mut Frame) -> Evaluated<()> {
+        let Some((id, leaves)) = self.place(place, frame)? else {
+            return Err(Stop::NotConstant(place.span));
+        };
+        for (leaf, value) in leaves.into_iter().zip(value) {
+            frame.locals[id.0 as usize][leaf] = *value;
+        }
+        Ok(())
+    }
+
+    fn convert(&mut self, ty: &Type, operand: &Expression, frame: &mut Frame) -> Evaluated<Value> {
+        let value = self.expression(operand, frame)?;
+        let to = component_scalar(ty).ok_or(Stop::Error)?;
+        Ok(value.into_iter().map(|each| converted(each, to)).collect())
+    }
+
+    fn construct(
+        &mut self,
+        ty: &Type,
+        arguments: &[Expression],
+        span: Span,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let mut leaves = Vec::new();
+        for argument in arguments {
+            leaves.extend(self.expression(argument, frame)?);
+        }
+        self.spend(span, leaves.len())?;
+        let Some(scalar) = component_scalar(ty) else { return Ok(leaves) };
+        let leaves: Value = leaves.into_iter().map(|each| converted(each, scalar)).collect();
+        let count = leaf_count(self.structs, ty) as usize;
+        Ok(match (ty, arguments) {
+            (Type::Matrix(columns, rows), [argument]) => match argument.ty {
+                Type::Matrix(_, from_rows) => resized(&leaves, from_rows, *columns, *rows),
+                Type::Scalar(_) => diagonal(leaves[0], *columns, *rows),
+                _ => leaves,
+            },
+            (_, [argument]) if matches!(argument.ty, Type::Scalar(_)) => {
+                vec![leaves[0]; count]
+            }
+            _ => leaves.into_iter().take(count).collect(),
+        })
+    }
+
+    fn unary(
+        &mut self,
+        operator: UnaryOperator,
+        operand: &Expression,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let value = self.expression(operand, frame)?;
+        let op = match operator {
+            UnaryOperator::Plus => return Ok(value),
+            UnaryOperator::Negate => UnaryOp::Negate,
+            UnaryOperator::Not | UnaryOperator::BitNot => UnaryOp::Not,
+        };
+        value.into_iter().map(|each| apply_unary(op, each)).collect()
+    }
+
+    fn binary(
+        &mut self,
+        operator: BinaryOperator,
+        left: &Expression,
+        right: &Expression,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let a = self.expression(left, frame)?;
+        let b = self.expression(right, frame)?;
+        self.spend(left.span, a.len() + b.len())?;
+        combine(operator, &left.ty, &a, &right.ty, &b)
+    }
+
+    fn lazy(
+        &mut self,
+        left: &Expression,
+        right: &Expression,
+        and: bool,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let result = if self.truth(left, frame)? == and { self.truth(right, frame)? } else { !and };
+        Ok(vec![Constant::Bool(result)])
+    }
+
+    fn assign(
+        &mut self,
+        target: &Expression,
+        operator: Option<BinaryOperator>,
+        value: &Expression,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let value = match operator {
+            None => self.expression(value, frame)?,
+            Some(operator) => self.binary(operator, target, value, frame)?,
+        };
+        self.write(target, &value, frame)?;
+        Ok(value)
+    }
+
+    fn step(
+        &mut self,
+        target: &Expression,
+        by: StepOperator,
+        prefix: bool,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let old = self.expression(target, frame)?;
+        let op = match by {
+            StepOperator::Increment => BinaryOp::Add,
+            StepOperator::Decrement => BinaryOp::Subtract,
+        };
+        let new = old
+            .iter()
+            .map(|each| apply_binary(op, *each, converted(Constant::I32(1), each.scalar())))
+            .collect::<Evaluated<Value>>()?;
+        self.write(target, &new, frame)?;
+        Ok(if prefix { new } else { old })
+    }
+
+    fn call(
+        &mut self,
+        id: FunctionId,
+        arguments: &[Expression],
+        span: Span,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        if !self.calls || id.0 as usize >= self.callable {
+            return Err(Stop::NotConstant(span));
+        }
+        let mut values = Vec::new();
+        for argument in arguments {
+            values.push(self.expression(argument, frame)?);
+        }
+        let (result, locals) = self.run(id, values, span)?;
+        let passing = self.module.functions[id.0 as usize].parameters.iter();
+        for ((argument, passing), value) in arguments.iter().zip(passing).zip(&locals) {
+            if *passing != Passing::In {
+                self.write(argument, value, frame)?;
+            }
+        }
+        Ok(result)
+    }
+
+    /// Runs a function; gives its result and its locals, parameters first.
+    fn run(
+        &mut self,
+        id: FunctionId,
+        arguments: Vec<Value>,
+        span: Span,
+    ) -> Evaluated<(Value, Vec<Value>)> {
+        let function: &'m Function = &self.module.functions[id.0 as usize];
+        if function.body.is_empty() && function.result != Type::Void {
+            // Not checked yet, or in error.
+            return Err(Stop::NotConstant(span));
+        }
+        let mut locals = arguments;
+        for (index, passing) in function.parameters.iter().enumerate() {
+            if *passing == Passing::Out {
+                locals[index] = self.zero(&function.locals[index].ty);
+            }
+        }
+        for local in &function.locals[locals.len()..] {
+            let zero = self.zero(&local.ty);
+            self.spend(span, zero.len())?;
+            locals.push(zero);
+        }
+        let result = self.zero(&function.result);
+        let mut frame = Frame { locals, result };
+        self.statements(&function.body, &mut frame)?;
+        Ok((frame.result, frame.locals))
+    }
+
+    fn statements(&mut self, statements: &[Statement], frame: &mut Frame) -> Evaluated<Outcome> {
+        for statement in statements {
+            let outcome = self.statement(statement, frame)?;
+            if outcome != Outcome::Next {
+                return Ok(outcome);
+            }
+        }
+        Ok(Outcome::Next)
+    }
+
+    fn statement(&mut self, statement: &Statement, frame: &mut Frame) -> Evaluated<Outcome> {
+        self.spend(statement.span, 1)?;
+        match &statement.kind {
+            StatementKind::Expression(expression) => {
+                self.expression(expression, frame)?;
+            }
+            StatementKind::Declare(id, value) => {
+                let value = match value {
+                    Some(value) => self.expression(value, frame)?,
+                    None => frame.locals[id.0 as usize]
+                        .iter()
+                        .map(|leaf| Constant::zero(leaf.scalar()))
+                        .collect(),
+                };
+                frame.locals[id.0 as usize] = value;
+            }
+            StatementKind::Block(body) => return self.statements(body, frame),
+            StatementKind::If { condition, then, otherwise } => {
+                let chosen = if self.truth(condition, frame)? { then } else { otherwise };
+                return self.statements(chosen, frame);
+            }
+            StatementKind::Switch { selector, cases } => {
+                return self.switch(selector, cases, frame);
+            }
+            StatementKind::Loop(body) => return self.run_loop(body, statement.span, frame),
+            StatementKind::Illuminance(_) => return Err(Stop::NotConstant(statement.span)),
+            StatementKind::Return(value) => {
+                if let Some(value) = value {
+                    frame.result = self.expression(value, frame)?;
+                }
+                return Ok(Outcome::Return);
+            }
+            StatementKind::Break => return Ok(Outcome::Break),
+            StatementKind::Continue => return Ok(Outcome::Continue),
+        }
+        Ok(Outcome::Next)
+    }
+
+    fn switch(
+        &mut self,
+        selector: &Expression,
+        cases: &[SwitchCase],
+        frame: &mut Frame,
+    ) -> Evaluated<Outcome> {
+        let value = self.expression(selector, frame)?[0].bits();
+        let first = cases
+            .iter()
+            .position(|case| case.value.is_some_and(|label| label.bits() == value))
+            .or_else(|| cases.iter().position(|case| case.value.is_none()));
+        for case in first.map_or(&[][..], |first| &cases[first..]) {
+            match self.statements(&case.body, frame)? {
+                Outcome::Next => {}
+                Outcome::Break => return Ok(Outcome::Next),
+                outcome @ (Outcome::Continue | Outcome::Return) => return Ok(outcome),
+            }
+        }
+        Ok(Outcome::Next)
+    }
+
+    fn run_loop(&mut self, body: &Loop, span: Span, frame: &mut Frame) -> Evaluated<Outcome> {
+        self.statements(&body.initializer, frame)?;
+        let mut tested = body.test_last;
+        loop {
+            self.spend(span, 1)?;
+            if !tested && !self.loop_condition(body, frame)? {
+                return Ok(Outcome::Next);
+            }
+            tested = false;
+            match self.statements(&body.body, frame)? {
+                Outcome::Next | Outcome::Continue => {}
+                Outcome::Break => return Ok(Outcome::Next),
+                Outcome::Return => return Ok(Outcome::Return),
+            }
+            if let Some(step) = &body.step {
+                self.expression(step, frame)?;
+            }
+        }
+    }
+
+    fn loop_condition(&mut self, body: &Loop, frame: &mut Frame) -> Evaluated<bool> {
+        let Some(condition) = &body.condition else { return Ok(true) };
+        let value = self.expression(condition, frame)?;
+        let result = value[0].bits() != 0;
+        if let Some(id) = body.declaration {
+            frame.locals[id.0 as usize] = value;
+        }
+        Ok(result)
+    }
+
+    fn builtin(
+        &mut self,
+        ty: &Type,
+        call: &BuiltinCall,
+        span: Span,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let Some(builtin) = builtins::find(call.name) else { return Err(Stop::Error) };
+        if !self.calls {
+            return Err(Stop::NotConstant(span));
+        }
+        let mut arguments = Vec::new();
+        for argument in &call.arguments {
+            arguments.push(self.expression(argument, frame)?);
+        }
+        match builtin.lowering {
+            Lowering::Operation(operation) => {
+                let count = leaf_count(self.structs, ty) as usize;
+                (0..count).map(|index| operate(operation, &nth_leaves(&arguments, index))).collect()
+            }
+            Lowering::Special(special) => {
+                apply_special(special, ty, &arguments).ok_or(Stop::NotConstant(span))
+            }
+            Lowering::Prelude => self.prelude(ty, call, arguments, span, frame),
+        }
+    }
+
+    fn prelude(
+        &mut self,
+        ty: &Type,
+        call: &BuiltinCall,
+        arguments: Vec<Value>,
+        span: Span,
+        frame: &mut Frame,
+    ) -> Evaluated<Value> {
+        let Some(id) = call.prelude else { return Err(Stop::NotConstant(span)) };
+        let mut results: Vec<(Value, Vec<Value>)> = Vec::new();
+        if call.componentwise {
+            let count = arguments.iter().map(Vec::len).max().unwrap_or(1);
+            for index in 0..count {
+                let scalars = nth_leaves(&arguments, index);
+                let scalars = scalars.into_iter().map(|each| vec![each]).collect();
+                results.push(self.run(id, scalars, span)?);
+            }
+        } else {
+            results.push(self.run(id, arguments, span)?);
+        }
+        let passing = &self.module.functions[id.0 as usize].parameters;
+        for (index, argument) in call.arguments.iter().enumerate() {
+            if passing[index] != Passing::In {
+                let value: Value =
+                    results.iter().flat_map(|(_, locals)| locals[index].clone()).collect();
+                self.write(argument, &value, frame)?;
+            }
+        }
+        if *ty == Type::Void {
+            return Ok(Value::new());
+        }
+        Ok(results.into_iter().flat_map(|(result, _)| result).collect())
+    }
+}
+
+/// The index as an element's number, clamped as at run time.
+fn clamped(index: Value, elements: usize) -> usize {
+    let last = elements.saturating_sub(1);
+    match index[0] {
+        Constant::I32(value) => (value.max(0) as usize).min(last),
+        value => (value.bits() as usize).min(last),
+    }
+}
+
+/// Leaf `index` of each value; the only leaf of scalars.
+fn nth_leaves(values: &[Value], index: usize) -> Vec<Constant> {
+    values.iter().map(|value| value[index.min(value.len() - 1)]).collect()
+}
+
+fn converted(value: Constant, to: Scalar) -> Constant {
+    if value.scalar() == to {
+        return value;
+    }
+    Constant::from_bits(to, evaluate::convert(value.scalar(), to)(value.bits()))
+}
+
+fn diagonal(value: Constant, columns: u8, rows: u8) -> Value {
+    let element = |column, row| if column == row { value } else { Constant::F32(0.0) };
+    (0..columns).flat_map(|column| (0..rows).map(move |row| element(column, row))).collect()
+}
+
+/// A matrix cut or extended; what is new comes from the identity.
+fn resized(leaves: &[Constant], from_rows: u8, columns: u8, rows: u8) -> Value {
+    let from_columns = leaves.len() / usize::from(from_rows);
+    let mut result = Value::new();
+    for column in 0..usize::from(columns) {
+        for row in 0..usize::from(rows) {
+            let inside = column < from_columns && row < usize::from(from_rows);
+            result.push(if inside {
+                leaves[column * usize::from(from_rows) + row]
+            } else {
+                Constant::F32(if column == row { 1.0 } else { 0.0 })
+            });
+        }
+    }
+    result
+}
+
+fn apply_unary(op: UnaryOp, value: Constant) -> Evaluated<Constant> {
+    let function = evaluate::unary(op, value.scalar()).ok_or(Stop::Error)?;
+    Ok(Constant::from_bits(value.scalar(), function(value.bits())))
+}
+
+fn apply_binary(op: BinaryOp, a: Constant, b: Constant) -> Evaluated<Constant> {
+    let function = evaluate::binary(op, a.scalar()).ok_or(Stop::Error)?;
+    Ok(Constant::from_bits(a.scalar(), function(a.bits(), b.bits())))
+}
+
+fn apply_compare(op: CompareOp, a: Constant, b: Constant) -> Evaluated<Constant> {
+    let function = evaluate::compare(op, a.scalar()).ok_or(Stop::Error)?;
+    Ok(Constant::Bool(function(a.bits(), b.bits()) != 0))
+}
+
+/// What a binary operator of the typed tree does to each pair of leaves.
+enum Pairwise {
+    Binary(BinaryOp),
+    Compare(CompareOp),
+}
+
+fn pairwise(operator: BinaryOperator) -> Pairwise {
+    match operator {
+        BinaryOperator::Add => Pairwise::Binary(BinaryOp::Add),
+        BinaryOperator::Subtract => Pairwise::Binary(BinaryOp::Subtract),
+        BinaryOperator::Multiply => Pairwise::Binary(BinaryOp::Multiply),
+        BinaryOperator::Divide => Pairwise::Binary(BinaryOp::Divide),
+        BinaryOperator::Remainder => Pairwise::Binary(BinaryOp::Remainder),
+        BinaryOperator::ShiftLeft => Pairwise::Binary(BinaryOp::ShiftLeft),
+        BinaryOperator::ShiftRight => Pairwise::Binary(BinaryOp::ShiftRight),
+        BinaryOperator::BitAnd | BinaryOperator::And => Pairwise::Binary(BinaryOp::And),
+        BinaryOperator::BitOr | BinaryOperator::Or => Pairwise::Binary(BinaryOp::Or),
+        BinaryOperator::BitXor | BinaryOperator::Xor => Pairwise::Binary(BinaryOp::Xor),
+        BinaryOperator::Less => Pairwise::Compare(CompareOp::Less),
+        BinaryOperator::LessEqual => Pairwise::Compare(CompareOp::LessEqual),
+        BinaryOperator::Greater => Pairwise::Compare(CompareOp::Greater),
+        BinaryOperator::GreaterEqual => Pairwise::Compare(CompareOp::GreaterEqual),
+        BinaryOperator::Equal => Pairwise::Compare(CompareOp::Equal),
+        BinaryOperator::NotEqual => Pairwise::Compare(CompareOp::NotEqual),
+    }
+}
+
+/// `a operator b` on leaves.
+fn combine(
+    operator: BinaryOperator,
+    left: &Type,
+    a: &[Constant],
+    right: &Type,
+    b: &[Constant],
+) -> Evaluated<Value> {
+    if operator == BinaryOperator::Multiply
+        && let Some((rows, inner, columns)) = product_shape(left, right)
+    {
+        return product(a, b, rows, inner, columns);
+    }
+    let count = a.len().max(b.len());
+    let pairs = (0..count).map(|index| (a[index.min(a.len() - 1)], b[index.min(b.len() - 1)]));
+    match (pairwise(operator), operator) {
+        (Pairwise::Binary(op), _) => pairs
+            .map(|(a, b)| apply_binary(op, a, Constant::from_bits(a.scalar(), b.bits())))
+            .collect(),
+        (Pairwise::Compare(_), BinaryOperator::Equal | BinaryOperator::NotEqual) => {
+            let mut equal = true;
+            for (a, b) in pairs {
+                equal &= apply_compare(CompareOp::Equal, a, b)?.bits() != 0;
+            }
+            Ok(vec![Constant::Bool(equal == (operator == BinaryOperator::Equal))])
+        }
+        (Pairwise::Compare(op), _) => pairs.map(|(a, b)| apply_compare(op, a, b)).collect(),
+    }
+}
+
+/// Rows of the left side, the inner dimension and columns of the right side, where the types
+/// make `*` a product of linear algebra.
+fn product_shape(left: &Type, right: &Type) -> Option<(usize, usize, usize)> {
+    let size = |size: &u8| usize::from(*size);
+    match (left, right) {
+        (Type::Matrix(columns, rows), Type::Matrix(other, _)) => {
+            Some((size(rows), size(columns), size(other)))
+        }
+        (Type::Matrix(columns, rows), Type::Vector(..)) => Some((size(rows), size(columns), 1)),
+        (Type::Vector(..), Type::Matrix(columns, rows)) => Some((1, size(rows), size(columns))),
+        _ => None,
+    }
+}
+
+fn product(
+    a: &[Constant],
+    b: &[Constant],
+    rows: usize,
+    inner: usize,
+    columns: usize,
+) -> Evaluated<Value> {
+    let mut result = Value::new();
+    for column in 0..columns {
+        for row in 0..rows {
+            let mut sum = apply_binary(BinaryOp::Multiply, a[row], b[column * inner])?;
+            for index in 1..inner {
+                let term = apply_binary(
+                    BinaryOp::Multiply,
+                    a[index * rows + row],
+                    b[column * inner + index],
+                )?;
+                sum = apply_binary(BinaryOp::Add, sum, term)?;
+            }
+            result.push(sum);
+        }
+    }
+    Ok(result)
+}
+
+fn operate(operation: Operation, operands: &[Constant]) -> Evaluated<Constant> {
+    let unary = |op| apply_unary(op, operands[0]);
+    let binary = |op| apply_binary(op, operands[0], operands[1]);
+    let compare = |op| apply_compare(op, operands[0], operands[1]);
+    match operation {
+        Operation::Abs => unary(UnaryOp::Abs),
+        Operation::Sqrt => unary(UnaryOp::Sqrt),
+        Operation::Floor => unary(UnaryOp::Floor),
+        Operation::Ceil => unary(UnaryOp::Ceil),
+        Operation::Trunc => unary(UnaryOp::Trunc),
+        Operation::RoundEven => unary(UnaryOp::RoundEven),
+        Operation::Not => unary(UnaryOp::Not),
+        Operation::Min => binary(BinaryOp::Min),
+        Operation::Max => binary(BinaryOp::Max),
+        Operation::MultiplyHigh => binary(BinaryOp::MultiplyHigh),
+        Operation::Less => compare(CompareOp::Less),
+        Operation::LessEqual => compare(CompareOp::LessEqual),
+        Operation::Greater => compare(CompareOp::Greater),
+        Operation::GreaterEqual => compare(CompareOp::GreaterEqual),
+        Operation::Equal => compare(CompareOp::Equal),
+        Operation::NotEqual => compare(CompareOp::NotEqual),
+        Operation::Fma => {
+            let [a, b, c] = [0, 1, 2].map(|index: usize| operands[index].bits());
+            Ok(Constant::from_bits(Scalar::F32, evaluate::fma(a, b, c)))
+        }
+        Operation::BitcastToUint => bitcast(operands[0], Scalar::U32),
+        Operation::BitcastToFloat => bitcast(operands[0], Scalar::F32),
+    }
+}
+
+fn bitcast(value: Constant, to: Scalar) -> Evaluated<Constant> {
+    let function = evaluate::bitcast(value.scalar(), to).ok_or(Stop::Error)?;
+    Ok(Constant::from_bits(to, function(value.bits())))
+}
+
+/// The built-in functions made by hand, `None` for those that depend on the ray.
+fn apply_special(special: Special, ty: &Type, arguments: &[Value]) -> Option<Value> {
+    match special {
+        Special::Rgb => arguments.first().cloned(),
+        Special::Any => {
+            Some(vec![Constant::Bool(arguments[0].iter().any(|each| each.bits() != 0))])
+        }
+        Special::All => {
+            Some(vec![Constant::Bool(arguments[0].iter().all(|each| each.bits() != 0))])
+        }
+        Special::MatrixCompMult => arguments[0]
+            .iter()
+            .zip(&arguments[1])
+            .map(|(a, b)| apply_binary(BinaryOp::Multiply, *a, *b).ok())
+            .collect(),
+        Special::Transpose => {
+            let Type::Matrix(columns, rows) = ty else { return None };
+            let (columns, rows) = (usize::from(*columns), usize::from(*rows));
+            let element = |column: usize, row: usize| arguments[0][row * columns + column];
+            Some(
+                (0..columns)
+                    .flat_map(|column| (0..rows).map(move |row| element(column, row)))
+                    .collect(),
+            )
+        }
+        Special::Hit
+        | Special::Trace
+        | Special::Occluded
+        | Special::Ambient
+        | Special::Rand
+        | Special::Inside
+        | Special::IsSet => None,
+    }
+}

@@ -1,0 +1,473 @@
+//! Functions: signatures, parameters, bodies.
+
+use std::sync::Arc;
+
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_spec::Method;
+use rtsl_syntax::ast::{self, Qualifier};
+
+use super::Checker;
+use super::control::Flow;
+use super::facts::Facts;
+use super::scope::{Entity, Named};
+use super::types::TypePlace;
+use crate::hir::{Function, FunctionId, Local, LocalId, Passing, Type};
+
+/// What is known of a function beyond its tree.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FunctionInfo {
+    /// Collected from its body.
+    pub(super) facts: Arc<Facts>,
+    /// A body has been seen, though it may not be checked yet.
+    pub(super) has_body: bool,
+    /// It is the constructor of its class.
+    pub(super) is_constructor: bool,
+    /// Another function has taken its place in its class.
+    pub(super) replaced: bool,
+    /// From which ancestor of its class it comes; 0 for the class's own.
+    pub(super) generation: usize,
+}
+
+/// What kind of text is being checked, which decides what may be named there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A constant, an array size, an annotation.
+    Constant,
+    /// The initializer of a member or the default of a parameter.
+    Initializer,
+    /// A function at file scope.
+    FileFunction,
+    /// A function of a class: helper, method or constructor.
+    ClassFunction,
+}
+
+/// The function, initializer or constant being checked.
+#[derive(Debug)]
+pub(super) struct FunctionContext {
+    pub(super) kind: Kind,
+    /// It is the constructor.
+    pub(super) is_constructor: bool,
+    /// What it returns.
+    pub(super) result: Type,
+    /// Parameters and variables.
+    pub(super) locals: Vec<Local>,
+    /// What is known of each local beyond its tree.
+    pub(super) local_info: Vec<LocalInfo>,
+    /// Loops around the statement being checked, `illuminance` included.
+    pub(super) loop_depth: u32,
+    /// Switches inside the innermost loop.
+    pub(super) switch_depth: u32,
+    /// `illuminance` around the statement being checked.
+    pub(super) illuminance_depth: u32,
+    /// A `return` with a value was seen.
+    pub(super) returns_value: bool,
+    /// Reads that may turn out to be of uninitialized variables.
+    pub(super) flow: Flow,
+    /// Collected for the end.
+    pub(super) facts: Facts,
+}
+
+/// What is known of a local beyond its tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LocalInfo {
+    /// Its declaration.
+    pub(super) span: Span,
+    /// `const`.
+    pub(super) read_only: bool,
+    /// Some text before this point gives it a value.
+    pub(super) assigned: bool,
+    /// Some text names it.
+    pub(super) used: bool,
+    /// Loops around its declaration.
+    pub(super) loop_depth: u32,
+}
+
+impl FunctionContext {
+    /// The context of what stands in no function.
+    pub(super) fn outside() -> Self {
+        FunctionContext::new(Kind::Constant, Type::Void)
+    }
+
+    pub(super) fn new(kind: Kind, result: Type) -> Self {
+        FunctionContext {
+            kind,
+            is_constructor: false,
+            result,
+            locals: Vec::new(),
+            local_info: Vec::new(),
+            loop_depth: 0,
+            switch_depth: 0,
+            illuminance_depth: 0,
+            returns_value: false,
+            flow: Flow::default(),
+            facts: Facts::default(),
+        }
+    }
+
+    /// Adds a local that holds a value from the start.
+    pub(super) fn add_local(&mut self, local: Local, info: LocalInfo) -> LocalId {
+        self.locals.push(local);
+        self.local_info.push(info);
+        LocalId(self.locals.len() as u32 - 1)
+    }
+}
+
+/// The name of the function that makes an instance ready.
+pub(super) const CONSTRUCTOR: &str = "constructor";
+
+/// What a function's header says.
+struct Signature {
+    result: Type,
+    precise: bool,
+    parameters: Vec<Passing>,
+    locals: Vec<Local>,
+}
+
+impl Checker<'_> {
+    /// Declares a function at file scope or in the class and gives its id; `None` where it is in
+    /// error or repeats a prototype. `generation` counts from a class up to the one that the function
+    /// is inherited from: nearer functions replace those from farther up.
+    pub(super) fn declare_function(
+        &mut self,
+        function: &ast::Function,
+        method: Option<Method>,
+        generation: usize,
+    ) -> Option<FunctionId> {
+        self.check_function_qualifiers(function);
+        self.check_name_free_to_use(&function.name);
+        let signature = self.check_signature(function)?;
+        let existing = self.find_same_parameters(&function.name, &signature)?;
+        match existing {
+            Existing::Taken => None,
+            Existing::None => {
+                Some(self.add_function(function, method, signature, generation, None))
+            }
+            Existing::Function(id) if self.function_info[id.0 as usize].generation > generation => {
+                self.function_info[id.0 as usize].replaced = true;
+                Some(self.add_function(function, method, signature, generation, Some(id)))
+            }
+            Existing::Function(id) => self.redeclare_function(function, id, &signature),
+        }
+    }
+
+    /// Adds the constructor, which no text can call.
+    pub(super) fn declare_constructor(
+        &mut self,
+        function: &ast::Function,
+        generation: usize,
+    ) -> Option<FunctionId> {
+        let signature = self.check_signature(function)?;
+        let id = self.push_function(function, None, signature, generation);
+        self.function_info[id.0 as usize].is_constructor = true;
+        Some(id)
+    }
+
+    fn check_signature(&mut self, function: &ast::Function) -> Option<Signature> {
+        let result = match &function.result {
+            Some(written) => self.resolve_type(written, TypePlace::Result),
+            None => Type::Void,
+        };
+        let mut parameters = Vec::new();
+        let mut locals = Vec::new();
+        for parameter in &function.parameters {
+            let ty = self.check_parameter_type(parameter, &function.name.name);
+            parameters.push(self.check_passing(&parameter.qualifiers));
+            let name = parameter.name.as_ref().map_or(String::new(), |name| name.name.clone());
+            let precise = parameter.qualifiers.find(Qualifier::Precise).is_some();
+            locals.push(Local { name, ty, precise });
+        }
+        if result == Type::Error || locals.iter().any(|local| local.ty == Type::Error) {
+            // Calls stay silent too.
+            if function.name.name != CONSTRUCTOR {
+                self.declare_poisoned(&function.name);
+            }
+            return None;
+        }
+        let precise = function.qualifiers.find(Qualifier::Precise).is_some();
+        Some(Signature { result, precise, parameters, locals })
+    }
+
+    /// Makes calls of a function that is in error silent.
+    pub(super) fn declare_poisoned(&mut self, name: &ast::Identifier) {
+        let named = Named { entity: Entity::Error, span: name.span };
+        self.innermost().insert(name.name.clone(), named);
+    }
+
+    fn check_parameter_type(&mut self, parameter: &ast::Parameter, function: &str) -> Type {
+        if function != CONSTRUCTOR {
+            if let Some(annotation) = parameter.annotations.first() {
+                self.report_misplaced_annotation(annotation.key.span);
+            }
+            if parameter.default.is_some() {
+                self.report(
+                    Diagnostic::new(
+                        codes::MISPLACED_DEFAULT,
+                        "only parameters of a constructor may have default values",
+                    )
+                    .at(parameter.span, "has a default value")
+                    .help("overload the function instead"),
+                );
+            }
+        }
+        self.resolve_type(&parameter.ty, TypePlace::Parameter)
+    }
+
+    fn check_passing(&mut self, qualifiers: &ast::Qualifiers) -> Passing {
+        let mut passing = Passing::In;
+        for &(qualifier, span) in &qualifiers.list {
+            match qualifier {
+                Qualifier::Out => passing = Passing::Out,
+                Qualifier::InOut => passing = Passing::InOut,
+                Qualifier::In | Qualifier::Precise => {}
+                Qualifier::Const if passing == Passing::In => {}
+                Qualifier::Const => self.report_bad_qualifier(
+                    "`const`",
+                    span,
+                    "a parameter that passes a value out",
+                ),
+                Qualifier::Public
+                | Qualifier::Private
+                | Qualifier::Scratch
+                | Qualifier::Uniform
+                | Qualifier::Invariant => {
+                    self.report_bad_qualifier(qualifier_name(qualifier), span, "a parameter");
+                }
+            }
+        }
+        passing
+    }
+
+    fn check_function_qualifiers(&mut self, function: &ast::Function) {
+        for &(qualifier, span) in &function.qualifiers.list {
+            match qualifier {
+                Qualifier::Precise | Qualifier::Const | Qualifier::Public | Qualifier::Private => {}
+                Qualifier::Scratch
+                | Qualifier::Uniform
+                | Qualifier::Invariant
+                | Qualifier::In
+                | Qualifier::Out
+                | Qualifier::InOut => {
+                    self.report_bad_qualifier(qualifier_name(qualifier), span, "a function");
+                }
+            }
+        }
+    }
+
+    /// Says that a qualifier means nothing on `what`.
+    pub(super) fn report_bad_qualifier(&mut self, name: &str, span: Span, what: &str) {
+        self.report(
+            Diagnostic::new(codes::BAD_QUALIFIER, format!("{name} is not for {what}"))
+                .at(span, "not allowed here"),
+        );
+    }
+
+    /// The function of this level with the same parameters, `None` where the name is in error.
+    fn find_same_parameters(
+        &mut self,
+        name: &ast::Identifier,
+        signature: &Signature,
+    ) -> Option<Existing> {
+        let Some(named) = self.innermost().get(&name.name).cloned() else {
+            return Some(Existing::None);
+        };
+        let ids = match &named.entity {
+            Entity::Functions(ids) => ids,
+            Entity::Error => return None,
+            Entity::Local(_)
+            | Entity::Member(_)
+            | Entity::Constant(..)
+            | Entity::Struct(_)
+            | Entity::Class(_) => {
+                self.report_duplicate(name, &named);
+                return Some(Existing::Taken);
+            }
+        };
+        let same = ids.iter().copied().find(|id| {
+            let function = self.function(*id);
+            let types = function.locals[..function.parameters.len()].iter().map(|local| &local.ty);
+            types.eq(signature.locals.iter().map(|local| &local.ty))
+        });
+        Some(same.map_or(Existing::None, Existing::Function))
+    }
+
+    fn add_function(
+        &mut self,
+        function: &ast::Function,
+        method: Option<Method>,
+        signature: Signature,
+        generation: usize,
+        replaced: Option<FunctionId>,
+    ) -> FunctionId {
+        let id = self.push_function(function, method, signature, generation);
+        self.add_to_overloads(&function.name, id, replaced);
+        id
+    }
+
+    fn push_function(
+        &mut self,
+        function: &ast::Function,
+        method: Option<Method>,
+        signature: Signature,
+        generation: usize,
+    ) -> FunctionId {
+        let id = FunctionId(self.module.functions.len() as u32);
+        self.module.functions.push(Arc::new(Function {
+            name: function.name.name.clone(),
+            class: self.class.as_ref().map(|class| class.id),
+            method,
+            result: signature.result,
+            precise: signature.precise,
+            parameters: signature.parameters,
+            locals: signature.locals,
+            body: Vec::new(),
+            span: function.span,
+        }));
+        self.function_info.push(FunctionInfo {
+            has_body: function.body.is_some(),
+            generation,
+            ..FunctionInfo::default()
+        });
+        id
+    }
+
+    fn add_to_overloads(
+        &mut self,
+        name: &ast::Identifier,
+        id: FunctionId,
+        replaced: Option<FunctionId>,
+    ) {
+        let level = self.innermost();
+        let named = level
+            .entry(name.name.clone())
+            .or_insert_with(|| Named { entity: Entity::Functions(Vec::new()), span: name.span });
+        if let Entity::Functions(ids) = &mut named.entity {
+            ids.retain(|other| Some(*other) != replaced);
+            ids.push(id);
+        }
+    }
+
+    /// A second declaration with the same parameters: prototype and definition.
+    fn redeclare_function(
+        &mut self,
+        function: &ast::Function,
+        id: FunctionId,
+        signature: &Signature,
+    ) -> Option<FunctionId> {
+        let previous = Arc::clone(self.function(id));
+        if previous.result != signature.result || previous.parameters != signature.parameters {
+            self.report(
+                Diagnostic::new(
+                    codes::DECLARED_TWICE,
+                    format!("`{}` differs from its earlier declaration", function.name.name),
+                )
+                .at(function.span, "same parameter types, but another result or other qualifiers")
+                .label(previous.span, "declared here first"),
+            );
+            return None;
+        }
+        let info = &mut self.function_info[id.0 as usize];
+        if function.body.is_none() {
+            return None;
+        }
+        if info.has_body {
+            self.report(
+                Diagnostic::new(
+                    codes::DECLARED_TWICE,
+                    format!("`{}` is defined twice with the same parameters", function.name.name),
+                )
+                .at(function.span, "defined again here")
+                .label(previous.span, "defined here first"),
+            );
+            return None;
+        }
+        info.has_body = true;
+        Some(id)
+    }
+
+    /// Checks the body of a declared function.
+    pub(super) fn check_function_body(&mut self, function: &ast::Function, id: FunctionId) {
+        let Some(body) = &function.body else { return };
+        let declared = Arc::clone(self.function(id));
+        let kind = if self.class.is_some() { Kind::ClassFunction } else { Kind::FileFunction };
+        let mut context = FunctionContext::new(kind, declared.result.clone());
+        context.is_constructor = self.function_info[id.0 as usize].is_constructor;
+        let outer = std::mem::replace(&mut self.function, context);
+        self.scopes.push();
+        self.declare_parameters(function, &declared);
+        let (statements, falls_through) = self.check_statements(&body.statements);
+        self.close_scope();
+        if falls_through {
+            self.check_end_of_function(function, &declared.result);
+        }
+        let context = std::mem::replace(&mut self.function, outer);
+        let finished = Function {
+            locals: context.locals,
+            body: statements,
+            span: function.span,
+            ..Function::clone(&declared)
+        };
+        self.module.functions[id.0 as usize] = Arc::new(finished);
+        self.function_info[id.0 as usize].facts = Arc::new(context.facts);
+    }
+
+    fn declare_parameters(&mut self, function: &ast::Function, declared: &Function) {
+        for (index, parameter) in function.parameters.iter().enumerate() {
+            let mut local = declared.locals[index].clone();
+            local.name = parameter.name.as_ref().map_or(String::new(), |name| name.name.clone());
+            let info = LocalInfo {
+                span: parameter.span,
+                read_only: parameter.qualifiers.find(Qualifier::Const).is_some(),
+                assigned: declared.parameters[index] != Passing::Out,
+                used: true,
+                loop_depth: 0,
+            };
+            let id = self.function.add_local(local, info);
+            if let Some(name) = &parameter.name {
+                self.declare(name, Entity::Local(id));
+            }
+        }
+    }
+
+    /// Reports prototypes that nothing in the file defines.
+    pub(super) fn check_all_functions_defined(&mut self) {
+        let inherited = self.prelude.map_or(0, |prelude| prelude.module.functions.len());
+        for index in inherited..self.module.functions.len() {
+            if self.function_info[index].has_body || self.function_info[index].replaced {
+                continue;
+            }
+            let function = Arc::clone(&self.module.functions[index]);
+            self.report(
+                Diagnostic::new(
+                    codes::MISSING_BODY,
+                    format!("`{}` is declared, but never defined", function.name),
+                )
+                .at(function.span, "has no body anywhere in this file"),
+            );
+        }
+    }
+}
+
+enum Existing {
+    /// No function of these parameters.
+    None,
+    /// This one.
+    Function(FunctionId),
+    /// The name stands for something else, which has been reported.
+    Taken,
+}
+
+/// The keyword in quotes.
+pub(super) fn qualifier_name(qualifier: Qualifier) -> &'static str {
+    match qualifier {
+        Qualifier::Public => "`public`",
+        Qualifier::Private => "`private`",
+        Qualifier::Scratch => "`scratch`",
+        Qualifier::Const => "`const`",
+        Qualifier::Uniform => "`uniform`",
+        Qualifier::Precise => "`precise`",
+        Qualifier::Invariant => "`invariant`",
+        Qualifier::In => "`in`",
+        Qualifier::Out => "`out`",
+        Qualifier::InOut => "`inout`",
+    }
+}

@@ -1,0 +1,64 @@
+//! Implied methods: what a material's class gets where it lacks it.
+//!
+//! A class with only `shade`, or with no method at all, gets nothing. One with `BSDF` gets
+//! `shade` and `emission`, and cosine sampling where it has neither `sampleBSDF` nor `evaluatePDF`;
+//! one of the two alone is left alone, since a cosine's density would not be that of the class's
+//! own sampling. One with `emission` and neither `shade` nor `BSDF` gets a black `BSDF` and with it
+//! the rest.
+
+use rtsl_spec::{Method, Role};
+use rtsl_syntax::ast;
+
+use super::Checker;
+
+/// The class of the prelude whose methods are taken.
+const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
+
+/// The implied classes among the prelude's items.
+pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
+    items
+        .iter()
+        .filter_map(|item| match item {
+            ast::Item::Class(class) => Some(class.clone()),
+            ast::Item::Struct(_) | ast::Item::Function(_) | ast::Item::Variable(_) => None,
+        })
+        .collect()
+}
+
+impl<'a> Checker<'a> {
+    /// The functions that the class being checked gets, given the methods that it has.
+    pub(super) fn implied_functions(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
+        let is_material =
+            self.class.as_ref().is_some_and(|class| class.roles.contains(&Role::Material));
+        if !is_material {
+            return Vec::new();
+        }
+        let missing = missing_methods(present);
+        let classes = self.prelude.map_or(&[][..], |prelude| &prelude.implied);
+        let items = classes
+            .iter()
+            .filter(|class| class.name.name == IMPLIED_MATERIAL)
+            .flat_map(|class| &class.items);
+        items
+            .filter_map(|item| {
+                let ast::Item::Function(function) = item else { return None };
+                let method = Method::from_name(&function.name.name)?;
+                missing.contains(&method).then_some((function, method))
+            })
+            .collect()
+    }
+}
+
+fn missing_methods(present: &[Method]) -> Vec<Method> {
+    let has = |method| present.contains(&method);
+    let glows_only = has(Method::Emission) && !has(Method::Shade) && !has(Method::Bsdf);
+    if !has(Method::Bsdf) && !glows_only {
+        return Vec::new();
+    }
+    let mut wanted = vec![Method::Shade, Method::Bsdf, Method::Emission];
+    if !has(Method::SampleBsdf) && !has(Method::EvaluatePdf) {
+        wanted.extend([Method::SampleBsdf, Method::EvaluatePdf]);
+    }
+    wanted.retain(|method| !has(*method));
+    wanted
+}

@@ -1,0 +1,265 @@
+//! What may be assigned, and what assigning means for variables, members and state.
+
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_syntax::ast;
+
+use super::Checker;
+use super::expressions::{convert, error_expression};
+use super::facts::UseKind;
+use crate::hir::{
+    BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
+};
+
+/// What happens to a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Access {
+    Read,
+    Write,
+    ReadWrite,
+}
+
+impl Access {
+    fn reads(self) -> bool {
+        self != Access::Write
+    }
+
+    fn writes(self) -> bool {
+        self != Access::Read
+    }
+}
+
+impl Checker<'_> {
+    /// Notes what happens to the variable, member or state variable that a place is part of.
+    pub(super) fn note_access(&mut self, place: &Expression, access: Access) {
+        let root = root(place);
+        match root.kind {
+            ExpressionKind::Local(id) => {
+                if access.reads() {
+                    self.note_local_read(id, place.span);
+                }
+                if access.writes() {
+                    self.note_local_write(id);
+                }
+            }
+            ExpressionKind::State(id) => {
+                if access.reads() {
+                    self.note_use(UseKind::ReadState(id), root.span);
+                }
+                if access.writes() {
+                    self.note_use(UseKind::WriteState(id), root.span);
+                }
+            }
+            ExpressionKind::Member(id) => {
+                let scratch = self
+                    .class
+                    .as_ref()
+                    .is_some_and(|class| class.members[id.0 as usize].storage == Storage::Scratch);
+                if access.writes() {
+                    self.note_use(UseKind::WriteMember(id), root.span);
+                } else if scratch {
+                    self.note_use(UseKind::ReadScratch(id), root.span);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether `place` may be assigned; says why not.
+    pub(super) fn require_assignable(&mut self, place: &Expression) -> bool {
+        match self.obstacle(place) {
+            None => true,
+            Some(diagnostic) => {
+                if let Some(diagnostic) = *diagnostic {
+                    self.report(diagnostic);
+                }
+                false
+            }
+        }
+    }
+
+    /// Why `place` may not be assigned; the inner `None` where that was reported.
+    fn obstacle(&self, place: &Expression) -> Option<Box<Option<Diagnostic>>> {
+        let refuse = |diagnostic: Diagnostic| Some(Box::new(Some(diagnostic)));
+        if place.ty == Type::Error {
+            return Some(Box::new(None));
+        }
+        let mut part = place;
+        loop {
+            match &part.ty {
+                Type::Buffer(_) => return refuse(buffer_obstacle(place.span)),
+                Type::Reference(_) => return refuse(reference_obstacle(place.span)),
+                Type::Array(element, _) if matches!(**element, Type::Reference(_)) => {
+                    return refuse(reference_obstacle(place.span));
+                }
+                _ => {}
+            }
+            part = match &part.kind {
+                ExpressionKind::Local(id) => return self.local_obstacle(*id, place.span),
+                ExpressionKind::Member(_) | ExpressionKind::State(_) => return None,
+                ExpressionKind::Field(base, _) | ExpressionKind::Index(base, _) => base,
+                ExpressionKind::Swizzle(base, components) => {
+                    if repeats(components) {
+                        return refuse(
+                            Diagnostic::new(
+                                codes::NOT_ASSIGNABLE,
+                                "a component occurs twice in this target",
+                            )
+                            .at(part.span, "each component can be given one value"),
+                        );
+                    }
+                    base
+                }
+                ExpressionKind::Error => return Some(Box::new(None)),
+                _ => return refuse(value_obstacle(part, place.span)),
+            };
+        }
+    }
+
+    fn local_obstacle(&self, id: LocalId, span: Span) -> Option<Box<Option<Diagnostic>>> {
+        let info = self.function.local_info[id.0 as usize];
+        let name = &self.function.locals[id.0 as usize].name;
+        info.read_only.then(|| {
+            Box::new(Some(
+                Diagnostic::new(codes::NOT_ASSIGNABLE, format!("`{name}` is `const`"))
+                    .at(span, "cannot be assigned")
+                    .label(info.span, "declared `const` here"),
+            ))
+        })
+    }
+
+    /// `a = b` and `a op= b`.
+    pub(super) fn check_assign(
+        &mut self,
+        target: &ast::Expression,
+        operator: Option<BinaryOperator>,
+        value: &ast::Expression,
+        span: Span,
+    ) -> Expression {
+        let value = self.check_expression(value);
+        let target = self.check_place(target);
+        self.note_access(
+            &target,
+            if operator.is_some() { Access::ReadWrite } else { Access::Write },
+        );
+        if !self.require_assignable(&target) {
+            return error_expression(span);
+        }
+        let value = match operator {
+            None => {
+                let ty = target.ty.clone();
+                self.expect_type(value, &ty, "the target")
+            }
+            Some(operator) => self.check_compound_value(operator, &target, value, span),
+        };
+        if value.ty == Type::Error {
+            return error_expression(span);
+        }
+        let ty = target.ty.clone();
+        let kind =
+            ExpressionKind::Assign { target: Box::new(target), operator, value: Box::new(value) };
+        Expression { kind, ty, span }
+    }
+
+    /// The right side of `a op= b`, converted as `a op b` wants it; the result must be of the
+    /// target's type.
+    fn check_compound_value(
+        &mut self,
+        operator: BinaryOperator,
+        target: &Expression,
+        value: Expression,
+        span: Span,
+    ) -> Expression {
+        if value.ty == Type::Error {
+            return value;
+        }
+        let Some(types) = super::operators::binary_types(operator, &target.ty, &value.ty) else {
+            self.report_operands(operator, target, &value, span);
+            return error_expression(span);
+        };
+        if types.result != target.ty || types.left != target.ty {
+            let (result, expected) = (self.show(&types.result), self.show(&target.ty));
+            self.report(
+                Diagnostic::new(
+                    codes::MISMATCHED_TYPES,
+                    format!("the target is `{expected}`, and the result is `{result}`"),
+                )
+                .at(span, format!("expected `{expected}`, found `{result}`"))
+                .label(value.span, format!("this is `{}`", self.show(&value.ty))),
+            );
+            return error_expression(span);
+        }
+        convert(value, &types.right)
+    }
+
+    /// `++a`, `a--` and their like.
+    pub(super) fn check_step(
+        &mut self,
+        target: &ast::Expression,
+        by: StepOperator,
+        prefix: bool,
+        span: Span,
+    ) -> Expression {
+        let target = self.check_place(target);
+        self.note_access(&target, Access::ReadWrite);
+        if !self.require_assignable(&target) {
+            return error_expression(span);
+        }
+        let steps = match &target.ty {
+            Type::Scalar(scalar) | Type::Vector(scalar, _) => *scalar != rtsl_ir::Scalar::Bool,
+            Type::Matrix(..) => true,
+            _ => false,
+        };
+        if !steps {
+            let name = match by {
+                StepOperator::Increment => "++",
+                StepOperator::Decrement => "--",
+            };
+            let shown = self.show(&target.ty);
+            self.report(
+                Diagnostic::new(
+                    codes::BAD_OPERANDS,
+                    format!("`{name}` does not apply to `{shown}`"),
+                )
+                .at(target.span, format!("this is `{shown}`")),
+            );
+            return error_expression(span);
+        }
+        let ty = target.ty.clone();
+        Expression { kind: ExpressionKind::Step { target: Box::new(target), by, prefix }, ty, span }
+    }
+}
+
+/// The variable, member or state variable that a place is part of, or the value.
+pub(super) fn root(place: &Expression) -> &Expression {
+    let mut part = place;
+    while let ExpressionKind::Field(base, _)
+    | ExpressionKind::Index(base, _)
+    | ExpressionKind::Swizzle(base, _) = &part.kind
+    {
+        part = base;
+    }
+    part
+}
+
+fn repeats(components: &[u8]) -> bool {
+    components.iter().enumerate().any(|(index, each)| components[..index].contains(each))
+}
+
+fn buffer_obstacle(span: Span) -> Diagnostic {
+    Diagnostic::new(codes::BUFFER_READ_ONLY, "buffers cannot be written")
+        .at(span, "read-only")
+        .note("a buffer is data that the host binds, and that many instances may share")
+}
+
+fn reference_obstacle(span: Span) -> Diagnostic {
+    Diagnostic::new(codes::REFERENCE_ASSIGNED, "references are set by the host alone")
+        .at(span, "cannot be assigned")
+}
+
+fn value_obstacle(part: &Expression, span: Span) -> Diagnostic {
+    let what = match part.kind {
+        ExpressionKind::Constant(_) => "a constant cannot be assigned",
+        _ => "only variables, members and their parts can be assigned",
+    };
+    Diagnostic::new(codes::NOT_ASSIGNABLE, what).at(span, "not a variable")
+}

@@ -1,0 +1,227 @@
+//! Members: storage, initial values, annotations.
+
+use rtsl_ir::Constant;
+use rtsl_ir::class::{Annotation, AnnotationValue};
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_syntax::ast::{self, Qualifier};
+
+use super::Checker;
+use super::constructors::is_open;
+use super::functions::{Kind, qualifier_name};
+use super::references::quoted_list;
+use super::scope::Entity;
+use super::types::TypePlace;
+use crate::hir::{Expression, Member, MemberId, Storage, Type};
+
+/// The keys of annotations that hosts know, and what each takes.
+const ANNOTATIONS: [(&str, AnnotationKind); 11] = [
+    ("label", AnnotationKind::Text),
+    ("doc", AnnotationKind::Text),
+    ("unit", AnnotationKind::Text),
+    ("group", AnnotationKind::Text),
+    ("widget", AnnotationKind::Text),
+    ("min", AnnotationKind::Number),
+    ("max", AnnotationKind::Number),
+    ("softmin", AnnotationKind::Number),
+    ("softmax", AnnotationKind::Number),
+    ("step", AnnotationKind::Number),
+    ("hidden", AnnotationKind::Flag),
+];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum AnnotationKind {
+    Text,
+    Number,
+    Flag,
+}
+
+impl AnnotationKind {
+    fn expected(self) -> &'static str {
+        match self {
+            AnnotationKind::Text => "text in double quotes",
+            AnnotationKind::Number => "a number",
+            AnnotationKind::Flag => "nothing after it",
+        }
+    }
+}
+
+impl Checker<'_> {
+    /// Declares a member of the class.
+    pub(super) fn declare_member(&mut self, variable: &ast::Variable) {
+        let storage = self.check_storage(&variable.qualifiers);
+        let written = self.resolve_type(&variable.ty, TypePlace::Member);
+        let initializer = self.check_member_initializer(&written, variable);
+        let annotations = self.check_annotations(&variable.annotations);
+        let ty = match &initializer {
+            // An open size that the initial value gives makes a table, not a buffer.
+            Some(value) if is_open(&written) => value.ty.clone(),
+            _ => written,
+        };
+        self.check_storage_fits(&ty, storage, variable);
+        if ty == Type::Error {
+            self.declare(&variable.name, Entity::Error);
+            return;
+        }
+        let Some(class) = &mut self.class else { return };
+        let id = MemberId(class.members.len() as u32);
+        class.members.push(Member {
+            name: variable.name.name.clone(),
+            ty,
+            storage,
+            initializer: initializer.filter(|value| value.ty != Type::Error),
+            annotations,
+            tested: false,
+            span: variable.span,
+        });
+        self.declare(&variable.name, Entity::Member(id));
+    }
+
+    fn check_storage(&mut self, qualifiers: &ast::Qualifiers) -> Storage {
+        let mut storage: Option<(Storage, Qualifier)> = None;
+        for &(qualifier, span) in &qualifiers.list {
+            let named = match qualifier {
+                Qualifier::Public | Qualifier::Uniform => Storage::Public,
+                Qualifier::Private => Storage::Private,
+                Qualifier::Scratch => Storage::Scratch,
+                Qualifier::Precise | Qualifier::Invariant | Qualifier::Const => continue,
+                Qualifier::In | Qualifier::Out | Qualifier::InOut => {
+                    self.report_bad_qualifier(qualifier_name(qualifier), span, "a member");
+                    continue;
+                }
+            };
+            if let Some((other, first)) = storage
+                && other != named
+            {
+                self.report_bad_qualifier(
+                    qualifier_name(qualifier),
+                    span,
+                    &format!("a member that is {}", qualifier_name(first)),
+                );
+                continue;
+            }
+            storage = Some((named, qualifier));
+        }
+        storage.map_or(Storage::Private, |(storage, _)| storage)
+    }
+
+    fn check_member_initializer(
+        &mut self,
+        ty: &Type,
+        variable: &ast::Variable,
+    ) -> Option<Expression> {
+        let initializer = variable.initializer.as_ref()?;
+        if matches!(ty, Type::Reference(_)) {
+            self.report(
+                Diagnostic::new(codes::BAD_INITIALIZER, "references have no initial value")
+                    .at(variable.span, "the host sets it")
+                    .help("test it with `isSet()` where it may stay unset"),
+            );
+            return None;
+        }
+        Some(
+            self.check_outside(Kind::Initializer, |checker| {
+                checker.check_initializer(ty, initializer)
+            }),
+        )
+    }
+
+    fn check_storage_fits(&mut self, ty: &Type, storage: Storage, variable: &ast::Variable) {
+        let (code, what) = match ty {
+            Type::Buffer(_) => (codes::MISPLACED_BUFFER, "a buffer"),
+            Type::Reference(_) => (codes::PRIVATE_REFERENCE, "a reference"),
+            Type::Array(element, _) if matches!(**element, Type::Reference(_)) => {
+                (codes::PRIVATE_REFERENCE, "an array of references")
+            }
+            _ => return,
+        };
+        if storage == Storage::Public {
+            return;
+        }
+        let mut diagnostic = Diagnostic::new(
+            code,
+            format!("{what} must be `public`, since only the host can set it"),
+        )
+        .at(variable.span, "not `public`");
+        let storages = [Qualifier::Private, Qualifier::Scratch];
+        diagnostic = match storages.iter().find_map(|each| variable.qualifiers.find(*each)) {
+            Some(span) => diagnostic.suggest("make it public", span, "public"),
+            None => {
+                let before = Span { end: variable.ty.span.start, ..variable.ty.span };
+                diagnostic.suggest("make it public", before, "public ")
+            }
+        };
+        self.report(diagnostic);
+    }
+
+    /// The annotations of a member or parameter, values folded.
+    pub(super) fn check_annotations(&mut self, written: &[ast::Annotation]) -> Vec<Annotation> {
+        let mut annotations: Vec<Annotation> = Vec::new();
+        for annotation in written {
+            let key = &annotation.key;
+            if annotations.iter().any(|other| other.key == key.name) {
+                self.report(
+                    Diagnostic::new(
+                        codes::DECLARED_TWICE,
+                        format!("`{}` is given twice", key.name),
+                    )
+                    .at(key.span, "given again here"),
+                );
+                continue;
+            }
+            let Some(value) = self.check_annotation_value(annotation) else { continue };
+            annotations.push(Annotation { key: key.name.clone(), value });
+        }
+        annotations
+    }
+
+    fn check_annotation_value(&mut self, annotation: &ast::Annotation) -> Option<AnnotationValue> {
+        let (value, found) = match &annotation.value {
+            ast::AnnotationValue::None => (AnnotationValue::None, AnnotationKind::Flag),
+            ast::AnnotationValue::Text(text, _) => {
+                (AnnotationValue::Text(text.clone()), AnnotationKind::Text)
+            }
+            ast::AnnotationValue::Expression(expression) => {
+                let value = self.check_annotation_number(expression)?;
+                (AnnotationValue::Constant(value), AnnotationKind::Number)
+            }
+        };
+        let key = &annotation.key;
+        match ANNOTATIONS.iter().find(|(name, _)| *name == key.name) {
+            None => self.report_unknown_annotation(key),
+            Some((_, kind)) if *kind != found => {
+                self.report(
+                    Diagnostic::new(
+                        codes::ANNOTATION_VALUE,
+                        format!("`{}` takes {}", key.name, kind.expected()),
+                    )
+                    .at(key.span, format!("found {}", found.expected())),
+                );
+                return None;
+            }
+            Some(_) => {}
+        }
+        Some(value)
+    }
+
+    fn check_annotation_number(&mut self, expression: &ast::Expression) -> Option<Constant> {
+        let checked =
+            self.check_outside(Kind::Constant, |checker| checker.check_expression(expression));
+        if !matches!(checked.ty, Type::Scalar(_) | Type::Error) {
+            self.report_mismatch("an annotation", "a number", &checked);
+            return None;
+        }
+        self.evaluate_constant(&checked, "an annotation").map(|values| values[0])
+    }
+
+    fn report_unknown_annotation(&mut self, key: &ast::Identifier) {
+        let known = ANNOTATIONS.map(|(name, _)| name);
+        let diagnostic = Diagnostic::new(
+            codes::UNKNOWN_ANNOTATION,
+            format!("hosts do not know the annotation `{}`", key.name),
+        )
+        .at(key.span, "has no effect")
+        .note(format!("they know {}", quoted_list(&known)));
+        let similar = self.similar_of(&key.name, known);
+        self.report(super::suggestions::suggest(diagnostic, key.span, similar));
+    }
+}

@@ -1,0 +1,132 @@
+//! The order in which structs and constants that may name each other are declared.
+
+use std::collections::BTreeMap;
+
+use rtsl_syntax::ast::{Expression, ExpressionKind, Initializer, Item, TypeName};
+
+/// The structs and constants among `items`, each after those that it names. Where they name each
+/// other in a circle the order of the text stands, and the checker meets an unknown name.
+pub(super) fn declaration_order(items: &[&Item]) -> Vec<usize> {
+    let mut declared: BTreeMap<&str, usize> = BTreeMap::new();
+    for (index, item) in items.iter().enumerate() {
+        match item {
+            Item::Struct(declaration) => {
+                declared.entry(&declaration.name.name).or_insert(index);
+            }
+            Item::Variable(variable) => {
+                declared.entry(&variable.name.name).or_insert(index);
+            }
+            Item::Function(_) | Item::Class(_) => {}
+        }
+    }
+    let mut order = Vec::new();
+    let mut visited = vec![false; items.len()];
+    for start in 0..items.len() {
+        visit(start, items, &declared, &mut visited, &mut order);
+    }
+    order
+}
+
+/// Depth first with a stack of its own, since chains of constants have no bound.
+fn visit(
+    start: usize,
+    items: &[&Item],
+    declared: &BTreeMap<&str, usize>,
+    visited: &mut [bool],
+    order: &mut Vec<usize>,
+) {
+    if visited[start] || matches!(items[start], Item::Function(_) | Item::Class(_)) {
+        return;
+    }
+    visited[start] = true;
+    let mut stack = vec![(start, needed(items[start], declared))];
+    while let Some((index, pending)) = stack.last_mut() {
+        match pending.pop() {
+            Some(next) if visited[next] => {}
+            Some(next) => {
+                visited[next] = true;
+                stack.push((next, needed(items[next], declared)));
+            }
+            None => {
+                order.push(*index);
+                stack.pop();
+            }
+        }
+    }
+}
+
+/// The items that `item` names, the first last.
+fn needed(item: &Item, declared: &BTreeMap<&str, usize>) -> Vec<usize> {
+    let mut names = Vec::new();
+    match item {
+        Item::Struct(declaration) => {
+            for field in &declaration.fields {
+                names_of_type(&field.ty, &mut names);
+            }
+        }
+        Item::Variable(variable) => {
+            names_of_type(&variable.ty, &mut names);
+            if let Some(initializer) = &variable.initializer {
+                names_of_initializer(initializer, &mut names);
+            }
+        }
+        Item::Function(_) | Item::Class(_) => {}
+    }
+    names.iter().rev().filter_map(|name| declared.get(name).copied()).collect()
+}
+
+fn names_of_type<'a>(ty: &'a TypeName, names: &mut Vec<&'a str>) {
+    names.push(&ty.name.name);
+    for size in ty.sizes.iter().flatten() {
+        names_of(size, names);
+    }
+}
+
+fn names_of_initializer<'a>(initializer: &'a Initializer, names: &mut Vec<&'a str>) {
+    match initializer {
+        Initializer::Expression(expression) => names_of(expression, names),
+        Initializer::List(items, _) => {
+            for item in items {
+                names_of_initializer(item, names);
+            }
+        }
+    }
+}
+
+fn names_of<'a>(expression: &'a Expression, names: &mut Vec<&'a str>) {
+    match &expression.kind {
+        ExpressionKind::Error
+        | ExpressionKind::Int(_)
+        | ExpressionKind::Uint(_)
+        | ExpressionKind::Float(_)
+        | ExpressionKind::Bool(_) => {}
+        ExpressionKind::Name(name) => names.push(name),
+        ExpressionKind::Sequence(first, second)
+        | ExpressionKind::Binary(_, first, second)
+        | ExpressionKind::Assign { target: first, value: second, .. } => {
+            names_of(first, names);
+            names_of(second, names);
+        }
+        ExpressionKind::Unary(_, operand)
+        | ExpressionKind::Step { target: operand, .. }
+        | ExpressionKind::Member(operand, _) => names_of(operand, names),
+        ExpressionKind::Conditional(condition, then, otherwise) => {
+            names_of(condition, names);
+            names_of(then, names);
+            names_of(otherwise, names);
+        }
+        ExpressionKind::Index(base, index) => {
+            names_of(base, names);
+            if let Some(index) = index {
+                names_of(index, names);
+            }
+        }
+        ExpressionKind::Call { callee, arguments }
+        | ExpressionKind::MethodCall { receiver: callee, arguments, .. } => {
+            names_of(callee, names);
+            for argument in arguments {
+                names_of(argument, names);
+            }
+        }
+    }
+}

@@ -1,0 +1,343 @@
+//! What the methods of each role may do: state variables, built-in functions that need a ray, members.
+//!
+//! A state variable is checked where it is named against the roles of the class, and at the end
+//! against each interface method that reaches the place through calls: a helper may be called by
+//! several. A variable that the table does not name for a method is a local of the call there: it
+//! starts with its default, may be written, and reading it without writing it is warned about.
+//!
+//! `hit` belongs to `intersect`; `trace`, `occluded`, `ambient`, `illuminance` and calls of another
+//! material's `shade` to `shade`; `inside` to the methods of materials; `rand` and calls of other
+//! shaders to every method. The constructor has no ray, so it has none of these.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
+use rtsl_spec::builtins::{Builtin, Lowering, ReferenceMethod, Special, Usable};
+use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
+
+use super::Checker;
+use super::expressions::error_expression;
+use super::facts::{Facts, Use, UseKind};
+use super::functions::Kind;
+use super::references::quoted_list;
+use super::types::from_state;
+use crate::hir::{ClassId, Expression, ExpressionKind, FunctionId, MemberId, StateId, Storage};
+
+/// A method or constructor of a class, whose reach is being checked.
+struct Root {
+    class: ClassId,
+    function: FunctionId,
+    /// `None` for the constructor.
+    method: Option<Method>,
+    /// The roles of the class that the method belongs to.
+    roles: Vec<Role>,
+    /// The state variables that something in reach writes.
+    written: BTreeSet<StateId>,
+}
+
+/// Something done in the reach of a root.
+#[derive(Clone, Copy)]
+struct Reached {
+    /// The function that does it.
+    function: FunctionId,
+    done: Use,
+    /// In the body of an `illuminance`, perhaps of a caller.
+    lit: bool,
+}
+
+impl Checker<'_> {
+    /// The name of a state variable in an expression.
+    pub(super) fn check_state(
+        &mut self,
+        variable: &'static StateVariable,
+        span: Span,
+    ) -> Expression {
+        let place = match (&self.class, self.function.kind) {
+            (Some(_), Kind::ClassFunction) if self.function.is_constructor => {
+                Some("the constructor runs before there is a ray")
+            }
+            (Some(_), Kind::ClassFunction) => None,
+            (_, Kind::Initializer | Kind::Constant) => {
+                Some("this is computed before there is a ray")
+            }
+            (None, _) | (_, Kind::FileFunction) => {
+                Some("functions at file scope belong to no role; pass it as an argument")
+            }
+        };
+        if let Some(reason) = place {
+            self.report(
+                Diagnostic::new(
+                    codes::STATE_OUT_OF_PLACE,
+                    format!("the state variable `{}` cannot be used here", variable.name),
+                )
+                .at(span, "state is for the methods of classes")
+                .note(reason),
+            );
+            return Expression { ty: from_state(variable.ty), ..error_expression(span) };
+        }
+        if !self.class_has_state(variable.name) {
+            self.report_state_of_other_role(variable, span);
+        }
+        let kind = ExpressionKind::State(StateId(variable.index));
+        Expression { kind, ty: from_state(variable.ty), span }
+    }
+
+    /// Whether some role of the class has the state variable.
+    pub(super) fn class_has_state(&self, name: &str) -> bool {
+        self.class.as_ref().is_some_and(|class| {
+            class.roles_unknown || class.roles.iter().any(|role| role.row(name).is_some())
+        })
+    }
+
+    fn report_state_of_other_role(&mut self, variable: &StateVariable, span: Span) {
+        let Some(class) = &self.class else { return };
+        let owners: Vec<Role> =
+            Role::ALL.into_iter().filter(|role| role.row(variable.name).is_some()).collect();
+        let own = role_list(&class.roles, "and");
+        let class_name = class.name.clone();
+        let message = format!("{own} cannot access a state of {}", role_list(&owners, "or"));
+        let diagnostic = Diagnostic::new(codes::STATE_OF_OTHER_ROLE, message)
+            .at(span, format!("`{}` is not a state of {own}", variable.name))
+            .note(format!("the class `{class_name}` is a {own}"))
+            .note(format!("`{}` is a state of {}", variable.name, role_list(&owners, "and")));
+        let similar = self.similar_name(variable.name).filter(|name| name.starts_with("rt_"));
+        self.report(super::suggestions::suggest(diagnostic, span, similar));
+    }
+
+    /// Judges all that the methods of all classes reach.
+    pub(super) fn check_roles(&mut self) {
+        for index in 0..self.module.classes.len() {
+            for root in self.roots(ClassId(index as u32)) {
+                self.check_root(root);
+            }
+        }
+    }
+
+    fn roots(&self, id: ClassId) -> Vec<Root> {
+        let class = &self.module.classes[id.0 as usize];
+        let constructor = class.constructor.iter().map(|constructor| (None, constructor.function));
+        let methods = class.methods.iter().map(|(method, function)| (Some(*method), *function));
+        constructor
+            .chain(methods)
+            .map(|(method, function)| {
+                let belongs = |role: &Role| method.is_some_and(|each| each.roles().contains(role));
+                let roles = class.roles.iter().copied().filter(belongs).collect();
+                Root { class: id, function, method, roles, written: BTreeSet::new() }
+            })
+            .collect()
+    }
+
+    fn check_root(&mut self, mut root: Root) {
+        let reached = self.reach(root.function);
+        root.written = reached
+            .iter()
+            .filter_map(|each| match each.done.kind {
+                UseKind::WriteState(id) => Some(id),
+                _ => None,
+            })
+            .collect();
+        for each in &reached {
+            self.check_use(&root, each);
+        }
+    }
+
+    /// Everything that `start` and the functions that it calls do.
+    fn reach(&self, start: FunctionId) -> Vec<Reached> {
+        let mut seen: BTreeSet<(FunctionId, bool)> = BTreeSet::from([(start, false)]);
+        let mut pending = vec![(start, false)];
+        let mut reached = Vec::new();
+        while let Some((function, lit)) = pending.pop() {
+            let facts: &Arc<Facts> = &self.function_info[function.0 as usize].facts;
+            for &done in &facts.uses {
+                reached.push(Reached { function, done, lit: lit || done.lit });
+            }
+            for call in &facts.calls {
+                let next = (call.callee, lit || call.lit);
+                if seen.insert(next) {
+                    pending.push(next);
+                }
+            }
+        }
+        reached
+    }
+
+    fn check_use(&mut self, root: &Root, reached: &Reached) {
+        match reached.done.kind {
+            UseKind::ReadState(id) => self.check_state_read(root, reached, id),
+            UseKind::WriteState(id) => self.check_state_write(root, reached, id),
+            UseKind::WriteMember(id) => self.check_member_write(root, reached, id),
+            UseKind::ReadScratch(id) => self.check_scratch_read(root, reached, id),
+            UseKind::Builtin(builtin) => self.check_builtin_use(root, reached, builtin),
+            UseKind::Reference(method) => self.check_reference_use(root, reached, method),
+            UseKind::Illuminance => {
+                if root.method != Some(Method::Shade) {
+                    self.report_out_of_place(root, reached, "`illuminance`", "`shade`");
+                }
+            }
+        }
+    }
+
+    fn check_state_write(&mut self, root: &Root, reached: &Reached, id: StateId) {
+        let Some(method) = root.method else { return };
+        let name = state_variables()[id.0 as usize].name;
+        let rows: Vec<_> = root.roles.iter().filter_map(|role| role.row(name)).collect();
+        if reached.lit && rows.iter().any(|row| row.illuminance) {
+            let diagnostic = Diagnostic::new(
+                codes::LIGHT_SAMPLE_READ_ONLY,
+                format!("`{name}` cannot be written inside `illuminance`"),
+            )
+            .at(reached.done.span, "holds the light's sample here");
+            return self.report_with_path(root, reached, diagnostic);
+        }
+        if rows.iter().any(|row| row.direction(method) == Some(Direction::In)) {
+            let role = role_list(&root.roles, "and");
+            let diagnostic = Diagnostic::new(
+                codes::STATE_READ_ONLY,
+                format!("`{name}` cannot be written in `{}`", method.name()),
+            )
+            .at(reached.done.span, format!("an `in` state of {role}"))
+            .note(format!("the host sets `{name}` before it calls `{}`", method.name()));
+            self.report_with_path(root, reached, diagnostic);
+        }
+    }
+
+    fn check_state_read(&mut self, root: &Root, reached: &Reached, id: StateId) {
+        let Some(method) = root.method else { return };
+        if root.written.contains(&id) {
+            return;
+        }
+        let name = state_variables()[id.0 as usize].name;
+        let rows: Vec<_> = root.roles.iter().filter_map(|role| role.row(name)).collect();
+        let has_value = rows
+            .iter()
+            .any(|row| row.direction(method).is_some() || (reached.lit && row.illuminance));
+        if has_value || self.class_is_uncertain(root.class) {
+            return;
+        }
+        let mut diagnostic = Diagnostic::new(
+            codes::STATE_WITHOUT_VALUE,
+            format!("`{name}` has no value in `{}`", method.name()),
+        )
+        .at(reached.done.span, "reads its default");
+        if rows.iter().any(|row| row.illuminance) && method == Method::Shade {
+            diagnostic = diagnostic.note("it has a value inside the body of `illuminance`");
+        }
+        self.report_with_path(root, reached, diagnostic);
+    }
+
+    /// Whether a base of the class is unknown, so that its roles are too.
+    fn class_is_uncertain(&self, id: ClassId) -> bool {
+        self.classes.get(id.0 as usize).is_some_and(|class| class.roles_unknown)
+    }
+
+    fn check_member_write(&mut self, root: &Root, reached: &Reached, id: MemberId) {
+        let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
+        let (name, storage) = (member.name.clone(), member.storage);
+        match (root.method, storage) {
+            (None, Storage::Scratch) => self.report_scratch(root, reached, &name),
+            (None, Storage::Public | Storage::Private) | (Some(_), Storage::Scratch) => {}
+            (Some(method), Storage::Public | Storage::Private) => {
+                let diagnostic = Diagnostic::new(
+                    codes::INSTANCE_WRITE,
+                    format!(
+                        "`{name}` is written in `{}`, and the value is discarded",
+                        method.name()
+                    ),
+                )
+                .at(reached.done.span, "lost when the method returns")
+                .note("members of the instance are one value for all rays")
+                .help("use a variable, or a `scratch` member to pass it to later methods");
+                self.report_with_path(root, reached, diagnostic);
+            }
+        }
+    }
+
+    fn check_scratch_read(&mut self, root: &Root, reached: &Reached, id: MemberId) {
+        if root.method.is_none() {
+            let member = &self.module.classes[root.class.0 as usize].members[id.0 as usize];
+            let name = member.name.clone();
+            self.report_scratch(root, reached, &name);
+        }
+    }
+
+    fn report_scratch(&mut self, root: &Root, reached: &Reached, name: &str) {
+        let diagnostic = Diagnostic::new(
+            codes::SCRATCH_IN_CONSTRUCTOR,
+            format!("the constructor cannot use the scratch member `{name}`"),
+        )
+        .at(reached.done.span, "belongs to a ray, and there is none yet")
+        .help("make it `private`, if the instance shall keep it");
+        self.report_with_path(root, reached, diagnostic);
+    }
+
+    fn check_builtin_use(&mut self, root: &Root, reached: &Reached, builtin: &'static Builtin) {
+        let what = format!("`{}`", builtin.name);
+        match (builtin.usable, root.method) {
+            (Usable::Methods(methods), method) => {
+                let of_material = builtin.lowering != Lowering::Special(Special::Inside)
+                    || root.roles.contains(&Role::Material);
+                if !of_material || method.is_none_or(|method| !methods.contains(&method)) {
+                    let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+                    self.report_out_of_place(root, reached, &what, &quoted_list(&names));
+                }
+            }
+            (Usable::Anywhere, None) => {
+                self.report_out_of_place(root, reached, &what, "methods");
+            }
+            (Usable::Anywhere | Usable::Prelude, _) => {}
+        }
+    }
+
+    fn check_reference_use(
+        &mut self,
+        root: &Root,
+        reached: &Reached,
+        method: &'static ReferenceMethod,
+    ) {
+        let what = format!("`{}` of another shader", method.name);
+        match root.method {
+            None => self.report_out_of_place(root, reached, &what, "methods"),
+            Some(caller) if method.runs == Method::Shade && caller != Method::Shade => {
+                self.report_out_of_place(root, reached, &what, "`shade`");
+            }
+            Some(_) => {}
+        }
+    }
+
+    fn report_out_of_place(&mut self, root: &Root, reached: &Reached, what: &str, place: &str) {
+        let found = root
+            .method
+            .map_or("the constructor".to_owned(), |method| format!("`{}`", method.name()));
+        let diagnostic = Diagnostic::new(
+            codes::OUT_OF_PLACE,
+            format!("{what} is only for {place}, not for {found}"),
+        )
+        .at(reached.done.span, "not possible here");
+        self.report_with_path(root, reached, diagnostic);
+    }
+
+    /// Reports, and says how the method comes to a helper.
+    fn report_with_path(&mut self, root: &Root, reached: &Reached, diagnostic: Diagnostic) {
+        let diagnostic = if reached.function == root.function {
+            diagnostic
+        } else {
+            let helper = &self.function(reached.function).name;
+            let caller = root.method.map_or("constructor", Method::name);
+            diagnostic.note(format!("`{caller}` reaches this through `{helper}`"))
+        };
+        self.report(diagnostic);
+    }
+}
+
+/// "camera", "camera and light", "texture, light or material".
+pub(super) fn role_list(roles: &[Role], conjunction: &str) -> String {
+    let names: Vec<&str> = roles.iter().map(|role| role.name()).collect();
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => {
+            format!("{} {conjunction} {last}", rest.join(", "))
+        }
+        Some((last, _)) => (*last).to_owned(),
+        None => "class without a role".to_owned(),
+    }
+}

@@ -1,0 +1,141 @@
+//! "Did you mean": which names are in reach where one was not found.
+
+use rtsl_source::{Diagnostic, Span, most_similar};
+use rtsl_spec::{builtins, state_variables};
+
+use super::Checker;
+use super::scope::{Entity, Level};
+use super::types::builtin_type_names;
+
+/// How many names are compared for one unit; past it no suggestions are made, so that a long text
+/// full of unknown names is not compared with itself.
+pub(super) const COMPARISON_LIMIT: usize = 50_000;
+
+/// Adds "did you mean" to a diagnostic about the name at `span`.
+pub(super) fn suggest(diagnostic: Diagnostic, span: Span, similar: Option<String>) -> Diagnostic {
+    match similar {
+        Some(similar) => diagnostic.suggest(format!("did you mean `{similar}`?"), span, similar),
+        None => diagnostic,
+    }
+}
+
+impl Checker<'_> {
+    /// The value (variable, constant, state variable) or function that was probably meant.
+    pub(super) fn similar_name(&mut self, name: &str) -> Option<String> {
+        let found = {
+            let states: Vec<&str> = self.states_in_reach();
+            let candidates = self
+                .scopes
+                .names()
+                .chain(self.levels().flat_map(|level| value_names(level)))
+                .chain(states)
+                .collect::<Vec<&str>>();
+            self.comparisons
+                .checked_sub(candidates.len())
+                .map(|left| (left, most_similar(name, candidates).map(str::to_owned)))
+        };
+        let (left, similar) = found?;
+        self.comparisons = left;
+        similar.or_else(|| self.similar_function(name))
+    }
+
+    /// The function that was probably meant.
+    pub(super) fn similar_function(&mut self, name: &str) -> Option<String> {
+        let (count, similar) = {
+            let candidates: Vec<&str> = self
+                .levels()
+                .flat_map(function_names)
+                .chain(
+                    builtins::all()
+                        .map(|builtin| builtin.name)
+                        .filter(|name| !name.starts_with("rt_")),
+                )
+                .chain(builtin_constructors().iter().map(String::as_str))
+                .collect();
+            (candidates.len(), most_similar(name, candidates).map(str::to_owned))
+        };
+        self.comparisons = self.comparisons.checked_sub(count)?;
+        similar
+    }
+
+    /// The type that was probably meant.
+    pub(super) fn similar_type(&mut self, name: &str) -> Option<String> {
+        let (count, similar) = {
+            let candidates: Vec<&str> = builtin_constructors()
+                .iter()
+                .map(String::as_str)
+                .chain(self.levels().flat_map(struct_names))
+                .collect();
+            (candidates.len(), most_similar(name, candidates).map(str::to_owned))
+        };
+        self.comparisons = self.comparisons.checked_sub(count)?;
+        similar
+    }
+
+    /// The class that was probably meant.
+    pub(super) fn similar_class(&mut self, name: &str) -> Option<String> {
+        self.comparisons = self.comparisons.checked_sub(self.classes.len() + 5)?;
+        let roles = rtsl_spec::Role::ALL.map(rtsl_spec::Role::class);
+        let classes = self.classes.iter().map(|class| class.ast.name.name.as_str());
+        most_similar(name, roles.into_iter().chain(classes)).map(str::to_owned)
+    }
+
+    /// One of `names` that was probably meant.
+    pub(super) fn similar_of<'n>(
+        &mut self,
+        name: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Option<String> {
+        let names: Vec<&str> = names.into_iter().collect();
+        self.comparisons = self.comparisons.checked_sub(names.len())?;
+        most_similar(name, names).map(str::to_owned)
+    }
+
+    fn levels(&self) -> impl Iterator<Item = &Level> {
+        self.class.iter().map(|class| &class.names).chain(std::iter::once(&self.file))
+    }
+
+    fn states_in_reach(&self) -> Vec<&'static str> {
+        let Some(class) = &self.class else { return Vec::new() };
+        state_variables()
+            .iter()
+            .map(|variable| variable.name)
+            .filter(|name| class.roles.iter().any(|role| role.row(name).is_some()))
+            .collect()
+    }
+}
+
+fn value_names(level: &Level) -> impl Iterator<Item = &str> {
+    level.iter().filter_map(|(name, named)| match named.entity {
+        Entity::Member(_) | Entity::Constant(..) | Entity::Local(_) => Some(name.as_str()),
+        Entity::Struct(_) | Entity::Functions(_) | Entity::Class(_) | Entity::Error => None,
+    })
+}
+
+fn function_names(level: &Level) -> impl Iterator<Item = &str> {
+    level.iter().filter_map(|(name, named)| match named.entity {
+        Entity::Functions(_) | Entity::Struct(_) => Some(name.as_str()),
+        Entity::Member(_)
+        | Entity::Constant(..)
+        | Entity::Local(_)
+        | Entity::Class(_)
+        | Entity::Error => None,
+    })
+}
+
+fn struct_names(level: &Level) -> impl Iterator<Item = &str> {
+    level.iter().filter_map(|(name, named)| match named.entity {
+        Entity::Struct(_) => Some(name.as_str()),
+        Entity::Functions(_)
+        | Entity::Member(_)
+        | Entity::Constant(..)
+        | Entity::Local(_)
+        | Entity::Class(_)
+        | Entity::Error => None,
+    })
+}
+
+fn builtin_constructors() -> &'static [String] {
+    static NAMES: std::sync::LazyLock<Vec<String>> = std::sync::LazyLock::new(builtin_type_names);
+    &NAMES
+}

@@ -1,0 +1,42 @@
+//! The prelude is free of errors and warnings, and every built-in function that it implements is
+//! found there for every overload.
+
+mod support;
+
+use rtsl_sema::hir::Type;
+use rtsl_spec::builtins::{Lowering, all, overloads};
+
+#[test]
+fn the_prelude_checks() {
+    let (_, text) = support::checked_prelude();
+    assert_eq!(text, "");
+}
+
+/// Calls every overload of every built-in function on variables of its parameters' types.
+#[test]
+fn every_overload_finds_its_function() {
+    let mut failures = String::new();
+    for builtin in all().filter(|builtin| builtin.lowering == Lowering::Prelude) {
+        for overload in overloads(builtin.name) {
+            let mut text = String::from("class C : rt_Texture;\nvoid lookup() {\n");
+            for (index, parameter) in overload.parameters.iter().enumerate() {
+                let ty = parameter.ty;
+                text += &format!(
+                    "    {ty} a{index} = {ty}({});\n",
+                    if ty.to_string() == "bool" { "true" } else { "1" }
+                );
+            }
+            let names: Vec<String> =
+                (0..overload.parameters.len()).map(|index| format!("a{index}")).collect();
+            text += &format!("    {}({});\n}}\n", builtin.name, names.join(", "));
+            let (module, _, _) = support::check(&text);
+            let report = support::diagnostics(&text);
+            let tree = format!("{:?}", module.functions.last());
+            if !report.is_empty() || tree.contains("prelude: None") {
+                failures += &format!("{overload}\n{report}");
+            }
+            assert_ne!(module.functions.last().unwrap().result, Type::Error);
+        }
+    }
+    assert_eq!(failures, "");
+}
