@@ -29,14 +29,14 @@ impl OptLevel {
     /// The passes, in LLVM's notation. The single-ray IR comes here folded, numbered and with
     /// invariants hoisted, so that what is left is the mess of packet lowering: slots to
     /// values, equal masks, blocks that fall together. Vectorisers and unrolling never run:
-    /// the code is vectors already.
+    /// the code is vectors already. Nor does `instcombine`: it sees through the form in which
+    /// masks cross blocks, and costs as much time as the others together.
     fn passes(self) -> Option<&'static str> {
         match self {
             OptLevel::O0 => None,
             OptLevel::O1 => Some("function(sroa,early-cse,simplifycfg)"),
             OptLevel::O2 => Some(
-                "function(sroa,early-cse<memssa>,simplifycfg,instcombine<no-verify-fixpoint>,\
-                 loop-mssa(licm),gvn,dse,adce,simplifycfg,instcombine<no-verify-fixpoint>)",
+                "function(sroa,early-cse<memssa>,simplifycfg,loop-mssa(licm),gvn,adce,simplifycfg)",
             ),
             OptLevel::O3 => Some("default<O3>"),
         }

@@ -272,14 +272,14 @@ impl Emitter<'_, '_> {
     }
 
     pub fn emit_select(&mut self, result: Value, condition: Value, a: Value, b: Value) {
-        let (ty, lanes) = (self.register_type(result), self.is_lanes(result));
+        let (ty, lanes) = (self.crossing_type(result), self.is_lanes(result));
         let by_lane = self.is_lanes(condition);
         let condition = self.operand(condition, by_lane);
         let condition_type = self.vector("i1", by_lane);
-        let (a, b) = (self.operand(a, lanes), self.operand(b, lanes));
+        let (a, b) = (self.crossing(a, lanes), self.crossing(b, lanes));
         let operand = self
             .instruction(format_args!("select {condition_type} {condition}, {ty} {a}, {ty} {b}"));
-        self.define(result, operand);
+        self.define_crossing(result, operand);
     }
 
     pub fn emit_fma(&mut self, result: Value, operands: [Value; 3]) {

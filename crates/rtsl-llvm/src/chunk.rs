@@ -176,20 +176,33 @@ impl Emitter<'_, '_> {
     /// Outputs of a method that accepts hits: stored only where it did.
     fn emit_hit_outputs(&mut self, mask: Value, accepted: Value) {
         let (store, stored) = (self.new_label(), self.new_label());
-        let bits = self.bits(accepted);
-        let on = self.bits(mask);
-        let ty = self.lanes("i1");
-        let hits = self.instruction(format_args!("and {ty} {bits}, {on}"));
-        let words = self.words_of_bits(hits);
-        let any = self.any_bit(hits);
+        let (bits, words) = self.hits(mask, accepted);
+        let any = self.any_bit(bits);
         self.prepare_outputs();
         self.store_accepted(words);
         self.branch(any, store, stored);
         self.begin_block(store);
-        let condition = if self.kernel.width == 1 { None } else { Some(self.bits_of_words(words)) };
+        let condition = match self.kernel.width {
+            1 => None,
+            _ if self.values.masks_in_lanes => Some(self.bits_of_mask_words(words)),
+            _ => Some(bits),
+        };
         self.store_outputs(condition);
         self.jump(stored);
         self.begin_block(stored);
+    }
+
+    /// The lanes that are on and accept a hit, as bits and as words.
+    fn hits(&mut self, mask: Value, accepted: Value) -> (Operand, Operand) {
+        if self.values.masks_in_lanes {
+            let (ty, accepted, on) = (self.lanes("i32"), self.words(accepted), self.words(mask));
+            let words = self.instruction(format_args!("and {ty} {accepted}, {on}"));
+            (self.bits_of_mask_words(words), words)
+        } else {
+            let (ty, accepted, on) = (self.lanes("i1"), self.bits(accepted), self.bits(mask));
+            let bits = self.instruction(format_args!("and {ty} {accepted}, {on}"));
+            (bits, self.words_of_bits(bits))
+        }
     }
 
     /// Makes lanes of uniform outputs before the branches that use them.

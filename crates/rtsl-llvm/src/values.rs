@@ -179,8 +179,7 @@ impl Emitter<'_, '_> {
         }
         let bits = if self.values.masks_in_lanes {
             let words = self.words(value);
-            let ty = self.lanes("i32");
-            self.instruction(format_args!("icmp slt {ty} {words}, zeroinitializer"))
+            self.bits_of_mask_words(words)
         } else {
             return self.splat_bits(value);
         };
@@ -250,7 +249,15 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("sext {from} {bits} to {to}"))
     }
 
-    /// Lanes of 0 and any other word as a mask.
+    /// Lanes of 0 and -1 as bits: a test of signs, which LLVM does not take back to the bits that
+    /// the words were made of in another block, as it would a comparison with 0.
+    pub fn bits_of_mask_words(&mut self, words: Operand) -> Operand {
+        let ty = self.lanes("i32");
+        let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        self.instruction(format_args!("icmp slt {ty} {words}, {zero}"))
+    }
+
+    /// Lanes of 0 and any other word as bits.
     pub fn bits_of_words(&mut self, words: Operand) -> Operand {
         let ty = self.lanes("i32");
         let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };

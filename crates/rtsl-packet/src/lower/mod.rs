@@ -188,7 +188,12 @@ impl<'a> Lowering<'a> {
             Ray::Unary(unary, a) => OpKind::Unary(*unary, value(a)),
             Ray::Binary(binary, a, b) => OpKind::Binary(*binary, value(a), value(b)),
             Ray::Compare(compare, a, b) => OpKind::Compare(*compare, value(a), value(b)),
-            Ray::Select(condition, a, b) => OpKind::Select(value(condition), value(a), value(b)),
+            Ray::Select(condition, a, b) => {
+                let (condition, a, b) = (value(condition), value(a), value(b));
+                let value = self.select(condition, a, b);
+                self.set_results(op, &[value]);
+                return Ok(());
+            }
             Ray::Fma(a, b, c) => OpKind::Fma(value(a), value(b), value(c)),
             Ray::Convert(to, a) => OpKind::Convert(*to, value(a)),
             Ray::Bitcast(to, a) => OpKind::Bitcast(*to, value(a)),
@@ -326,6 +331,10 @@ impl<'a> Lowering<'a> {
         self.pure(OpKind::Binary(BinaryOp::And, a, b), Scalar::Bool)
     }
 
+    fn or(&mut self, a: Value, b: Value) -> Value {
+        self.pure(OpKind::Binary(BinaryOp::Or, a, b), Scalar::Bool)
+    }
+
     fn not(&mut self, a: Value) -> Value {
         self.pure(OpKind::Unary(UnaryOp::Not, a), Scalar::Bool)
     }
@@ -339,8 +348,31 @@ impl<'a> Lowering<'a> {
         if a == b {
             return a;
         }
-        let scalar = self.ty(a).scalar;
-        self.pure(OpKind::Select(condition, a, b), scalar)
+        match (self.known_bool(a), self.known_bool(b)) {
+            (Some(true), Some(_)) => condition,
+            (Some(false), Some(_)) => self.not(condition),
+            (Some(true), None) => self.or(condition, b),
+            (None, Some(false)) => self.and(condition, a),
+            (Some(false), None) => {
+                let inverse = self.not(condition);
+                self.and(inverse, b)
+            }
+            (None, Some(true)) => {
+                let inverse = self.not(condition);
+                self.or(inverse, a)
+            }
+            (None, None) => {
+                let scalar = self.ty(a).scalar;
+                self.pure(OpKind::Select(condition, a, b), scalar)
+            }
+        }
+    }
+
+    fn known_bool(&self, value: Value) -> Option<bool> {
+        let is = |constant: bool| {
+            self.constants.get(&(Scalar::Bool, u32::from(constant))) == Some(&value)
+        };
+        [true, false].into_iter().find(|constant| is(*constant))
     }
 
     /// A bool to branch on: the condition, or whether any lane of it is on.
