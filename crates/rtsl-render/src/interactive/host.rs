@@ -9,7 +9,7 @@ use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 use crate::math::{dot, normalize_or};
 use crate::sampling::{RayStream, Sampler};
 
-use super::compiled::{CompiledScene, Light};
+use super::compiled::Light;
 use super::shading::{Tracer, radiance};
 use super::variables::{number, set_number, set_vector, variables, vector};
 use super::workspace::Workspace;

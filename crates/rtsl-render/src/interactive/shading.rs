@@ -65,8 +65,7 @@ pub fn radiance(
     add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
     let runs = runs(tracer.scene, &hits, lanes);
     for run in &runs {
-        let Level { blocks, kept_scratch } = &mut level;
-        prepare(tracer.scene, run, rays, &hits, blocks, kept_scratch, context, tracer.problems);
+        prepare(tracer, run, rays, &hits, &mut level, context);
     }
     for shading in shadings(&runs) {
         let mut host = ShadingHost { tracer, workspace, context, depth };

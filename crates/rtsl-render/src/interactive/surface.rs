@@ -9,8 +9,9 @@ use crate::math::{Affine, dot, normalize_or, reciprocal};
 use super::compiled::{CompiledScene, Object};
 use super::host::LaneContext;
 use super::intersection::set_rays;
+use super::shading::Tracer;
 use super::variables::{number, set_number, set_vector, variables, vector};
-use super::workspace::{CallBlocks, Problems};
+use super::workspace::Level;
 
 /// Lanes that hit one object.
 pub struct Run<'a> {
@@ -55,15 +56,15 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'
 /// Runs the methods of one object for its hits and leaves in the state what materials read,
 /// and in `context` what lights read.
 pub fn prepare(
-    scene: &CompiledScene,
+    tracer: &Tracer<'_>,
     run: &Run<'_>,
     rays: &RayPacket,
     hits: &Hits,
-    blocks: &mut CallBlocks,
-    scratch: &mut LaneBlock,
+    level: &mut Level,
     context: &mut LaneContext,
-    problems: &Problems,
 ) {
+    let Tracer { scene, problems } = tracer;
+    let Level { blocks, kept_scratch } = level;
     set_local_hits(run, rays, hits, &mut blocks.state);
     let (needs_coordinates, needs_derivatives) = scene.needs(run.object);
     let mut methods = vec![Method::ComputeNormal];
@@ -78,7 +79,7 @@ pub fn prepare(
     }
     for method in methods {
         if let Some(call) = scene.call(&run.object.primitive, method, problems) {
-            blocks.call(&call, run.lanes, Some(&mut *scratch), context);
+            blocks.call(&call, run.lanes, Some(&mut *kept_scratch), context);
         }
         if method == Method::ComputeNormal {
             normalize_normals(run.lanes, &mut blocks.state);

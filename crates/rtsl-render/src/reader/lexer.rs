@@ -116,7 +116,7 @@ impl<'a> Lexer<'a> {
         let rest = &self.text[self.offset..];
         let ends =
             |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'[' | b']' | b'"' | b'#');
-        let length = rest.as_bytes().iter().position(|byte| ends(byte)).unwrap_or(rest.len());
+        let length = rest.as_bytes().iter().position(ends).unwrap_or(rest.len());
         self.offset += length;
         classify(&rest[..length])
     }

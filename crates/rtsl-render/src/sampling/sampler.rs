@@ -132,7 +132,7 @@ mod tests {
             let mut strata: Vec<usize> = (0..16)
                 .map(|sample| {
                     let mut stream = STRATIFIED.stream(11, sample);
-                    (0..dimension).for_each(|_| drop(STRATIFIED.next(&mut stream)));
+                    (0..dimension).for_each(|_| _ = STRATIFIED.next(&mut stream));
                     (STRATIFIED.next(&mut stream) * 16.0) as usize
                 })
                 .collect();
