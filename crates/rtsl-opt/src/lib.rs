@@ -6,8 +6,11 @@
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
 //! every backend is done here, what pays on one belongs to it.
 
+mod algebra;
 pub mod budget;
 pub mod contract;
+pub mod dead;
+pub mod fold;
 pub mod promote;
 mod substitution;
 #[cfg(test)]

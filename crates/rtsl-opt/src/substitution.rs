@@ -40,10 +40,4 @@ impl Substitution {
     pub fn apply_to_yields(&self, region: &mut Region) {
         region.yields.iter_mut().for_each(|value| *value = self.get(*value));
     }
-
-    /// Substitutes everything in a region.
-    #[cfg(test)]
-    pub fn apply(&self, region: &mut Region) {
-        region.for_each_use_mut(&mut |value| *value = self.get(*value));
-    }
 }

@@ -1,0 +1,386 @@
+//! Dead code elimination: what neither outputs nor effects need is removed.
+//!
+//! Needed are the outputs, operations with effects on the host, and what those need, backward
+//! through results of `if`, carried values of loops, and slots: a store is needed where
+//! the slot is read by something needed. An operation with regions is needed when something inside
+//! it is. Everything else goes, single results of `if` and loops and slots that nothing names
+//! included. A loop that does nothing needed goes even if it would never end.
+
+use rtsl_ir::{Effect, Function, Op, OpKind, Place, PlaceId, PlaceKind, Region, Value, Values};
+
+use crate::substitution::Substitution;
+
+/// Removes dead code from all of `function`.
+pub fn run(function: &mut Function) {
+    let needed = Liveness::new(function).find(function);
+    let mut body = std::mem::take(&mut function.body);
+    Sweep { function, needed, substitution: Substitution::default() }.region(&mut body, 0);
+    function.body = body;
+    remove_unused_slots(function);
+}
+
+/// Where a value comes from.
+#[derive(Clone, Copy)]
+enum Source {
+    Undefined,
+    /// An operation without regions.
+    Plain,
+    /// This result of an `if`.
+    IfResult(u32),
+    /// This carried value of a loop: its parameter and its result.
+    Carried(u32),
+}
+
+/// Which values are needed, found backward from where needs begin.
+struct Liveness<'a> {
+    places: &'a [Place],
+    /// The operations, in the order of the text.
+    ops: Vec<&'a Op>,
+    /// For each operation the one whose region it is in.
+    parents: Vec<Option<u32>>,
+    /// For each value the operation that defines it.
+    owners: Vec<u32>,
+    sources: Vec<Source>,
+    /// The stores to each place.
+    stores: Vec<Vec<u32>>,
+    needed_values: Vec<bool>,
+    needed_ops: Vec<bool>,
+    needed_slots: Vec<bool>,
+    /// Values whose definitions have not been looked at.
+    worklist: Vec<Value>,
+}
+
+impl<'a> Liveness<'a> {
+    fn new(function: &'a Function) -> Self {
+        let values = function.values.len();
+        let mut liveness = Liveness {
+            places: &function.places,
+            ops: Vec::new(),
+            parents: Vec::new(),
+            owners: vec![u32::MAX; values],
+            sources: vec![Source::Undefined; values],
+            stores: vec![Vec::new(); function.places.len()],
+            needed_values: vec![false; values],
+            needed_ops: Vec::new(),
+            needed_slots: vec![false; function.places.len()],
+            worklist: Vec::new(),
+        };
+        liveness.index(&function.body, None);
+        liveness.needed_ops = vec![false; liveness.ops.len()];
+        liveness
+    }
+
+    fn index(&mut self, region: &'a Region, parent: Option<u32>) {
+        for op in &region.ops {
+            let number = self.ops.len() as u32;
+            self.ops.push(op);
+            self.parents.push(parent);
+            for (position, value) in (0..).zip(op.results.iter()) {
+                let source = match op.kind {
+                    OpKind::If { .. } => Source::IfResult(position),
+                    OpKind::Loop { .. } => Source::Carried(position),
+                    _ => Source::Plain,
+                };
+                self.set_source(value, number, source);
+            }
+            if let OpKind::Loop { body, .. } = &op.kind {
+                for (position, value) in (0..).zip(&body.params) {
+                    self.set_source(*value, number, Source::Carried(position));
+                }
+            }
+            if let Effect::WritesSlot(slot) = op.kind.effect(self.places) {
+                self.stores[slot.0 as usize].push(number);
+            }
+            for region in op.kind.regions() {
+                self.index(region, Some(number));
+            }
+        }
+    }
+
+    fn set_source(&mut self, value: Value, owner: u32, source: Source) {
+        self.owners[value.0 as usize] = owner;
+        self.sources[value.0 as usize] = source;
+    }
+
+    fn find(mut self, function: &Function) -> Needed {
+        for value in &function.body.yields {
+            self.need(*value);
+        }
+        for number in 0..self.ops.len() as u32 {
+            if self.ops[number as usize].kind.effect(self.places) == Effect::Host {
+                self.need_op(number);
+            }
+        }
+        while let Some(value) = self.worklist.pop() {
+            self.need_source(value);
+        }
+        Needed { values: self.needed_values, ops: self.needed_ops }
+    }
+
+    fn need(&mut self, value: Value) {
+        let needed = &mut self.needed_values[value.0 as usize];
+        if !*needed {
+            *needed = true;
+            self.worklist.push(value);
+        }
+    }
+
+    /// What the definition of a needed value needs.
+    fn need_source(&mut self, value: Value) {
+        let owner = self.owners[value.0 as usize];
+        let op = self.ops[owner as usize];
+        self.need_op(owner);
+        match (&op.kind, self.sources[value.0 as usize]) {
+            (OpKind::If { then, otherwise, .. }, Source::IfResult(position)) => {
+                self.need(then.yields[position as usize]);
+                self.need(otherwise.yields[position as usize]);
+            }
+            (OpKind::Loop { initial, body }, Source::Carried(position)) => {
+                self.need(op.results.get(position));
+                self.need(body.params[position as usize]);
+                self.need(initial[position as usize]);
+                self.need(body.yields[position as usize + 1]);
+            }
+            _ => {}
+        }
+    }
+
+    /// An operation that stays, and so those around it.
+    fn need_op(&mut self, number: u32) {
+        let mut next = Some(number);
+        while let Some(number) = next {
+            if std::mem::replace(&mut self.needed_ops[number as usize], true) {
+                return;
+            }
+            let op = self.ops[number as usize];
+            match &op.kind {
+                OpKind::If { condition, .. } => self.need(*condition),
+                OpKind::Loop { body, .. } => self.need(body.yields[0]),
+                kind => kind.for_each_operand(|value| self.need(value)),
+            }
+            if let Effect::ReadsSlot(slot) = op.kind.effect(self.places) {
+                self.need_slot(slot);
+            }
+            next = self.parents[number as usize];
+        }
+    }
+
+    fn need_slot(&mut self, slot: PlaceId) {
+        if !std::mem::replace(&mut self.needed_slots[slot.0 as usize], true) {
+            for store in std::mem::take(&mut self.stores[slot.0 as usize]) {
+                self.need_op(store);
+            }
+        }
+    }
+}
+
+/// What [`Liveness`] found: by value, and by operation in the order of the text.
+struct Needed {
+    values: Vec<bool>,
+    ops: Vec<bool>,
+}
+
+struct Sweep<'a> {
+    function: &'a mut Function,
+    needed: Needed,
+    substitution: Substitution,
+}
+
+impl Sweep<'_> {
+    /// Removes what is not needed from a region whose first operation has this number; returns the
+    /// number after its last.
+    fn region(&mut self, region: &mut Region, first: usize) -> usize {
+        let mut number = first;
+        let mut ops = Vec::with_capacity(region.ops.len());
+        for mut op in std::mem::take(&mut region.ops) {
+            let needed = self.needed.ops[number];
+            number += 1;
+            if !needed {
+                number += count_inside(&op.kind);
+                continue;
+            }
+            self.prune(&mut op);
+            self.substitution.apply_to_operands(&mut op.kind);
+            for region in op.kind.regions_mut() {
+                number = self.region(region, number);
+            }
+            ops.push(op);
+        }
+        region.ops = ops;
+        self.substitution.apply_to_yields(region);
+        number
+    }
+
+    /// Removes the results of an `if` or a loop that are not needed.
+    fn prune(&mut self, op: &mut Op) {
+        let results = op.results;
+        let is_needed = |value: Value| self.needed.values[value.0 as usize];
+        let keep: Vec<bool> = results.iter().map(is_needed).collect();
+        match &mut op.kind {
+            OpKind::If { then, otherwise, .. } => {
+                retain(&mut then.yields, &keep, 0);
+                retain(&mut otherwise.yields, &keep, 0);
+            }
+            OpKind::Loop { initial, body } => {
+                retain(initial, &keep, 0);
+                retain(&mut body.params, &keep, 0);
+                retain(&mut body.yields, &keep, 1);
+            }
+            _ => return,
+        }
+        if keep.contains(&false) {
+            op.results = self.renumbered(results, &keep);
+        }
+    }
+
+    /// New consecutive values for the results that stay.
+    fn renumbered(&mut self, results: Values, keep: &[bool]) -> Values {
+        let kept = results.iter().zip(keep).filter(|(_, keep)| **keep).map(|(value, _)| value);
+        let kept: Vec<Value> = kept.collect();
+        let scalars: Vec<_> = kept.iter().map(|value| self.function.scalar(*value)).collect();
+        let new = self.function.new_values(&scalars);
+        for (old, new) in kept.into_iter().zip(new.iter()) {
+            self.substitution.set(old, new);
+        }
+        new
+    }
+}
+
+/// Keeps of the values after the first `skipped` those that `keep` says.
+fn retain(values: &mut Vec<Value>, keep: &[bool], skipped: usize) {
+    let mut position = 0;
+    values.retain(|_| {
+        position += 1;
+        position <= skipped || keep[position - 1 - skipped]
+    });
+}
+
+/// The number of operations in the regions of one.
+fn count_inside(kind: &OpKind) -> usize {
+    let mut count = 0;
+    for region in kind.regions() {
+        region.for_each_op(&mut |_| count += 1);
+    }
+    count
+}
+
+/// Removes slots that no operation names; other places are the interface.
+fn remove_unused_slots(function: &mut Function) {
+    let mut used: Vec<bool> =
+        function.places.iter().map(|place| place.kind != PlaceKind::Slot).collect();
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Load(place, _) | OpKind::Store(place, ..) = op.kind {
+            used[place.0 as usize] = true;
+        }
+    });
+    if !used.contains(&false) {
+        return;
+    }
+    let mut new_ids = Vec::with_capacity(used.len());
+    let mut next = 0;
+    for used in &used {
+        new_ids.push(PlaceId(next));
+        next += u32::from(*used);
+    }
+    let mut position = 0;
+    function.places.retain(|_| {
+        position += 1;
+        used[position - 1]
+    });
+    for output in &mut function.outputs {
+        output.place = new_ids[output.place.0 as usize];
+    }
+    rename_places(&mut function.body, &new_ids);
+}
+
+fn rename_places(region: &mut Region, new_ids: &[PlaceId]) {
+    for op in &mut region.ops {
+        match &mut op.kind {
+            OpKind::Load(place, _) | OpKind::Store(place, ..) | OpKind::Length(place) => {
+                *place = new_ids[place.0 as usize];
+            }
+            kind => kind.regions_mut().for_each(|region| rename_places(region, new_ids)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::testing::{check_preserves, transformed};
+
+    #[test]
+    fn results_and_carried_values_go_one_by_one() {
+        let text = "
+            %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0
+            %unused: f32 = sqrt %x
+            %a: f32, %b: f32 = if %c {
+                %y: f32 = negate %x %z: f32 = abs %x yield %y, %z
+            } else { yield %x, %x }
+            %l: f32, %m: f32, %n: f32 = loop (%p: f32 = %x, %q: f32 = %b, %r: f32 = %x) {
+                %p2: f32 = add %p, %p %q2: f32 = add %q, %r %r2: f32 = add %r, %r
+                repeat %c, %p2, %q2, %r2
+            }
+            return scratch:f@0 = %m";
+        expect![[r#"
+            %2: f32 = if %0 {
+              %3: f32 = abs %1
+              yield %3
+            } else {
+              yield %1
+            }
+            %4: f32, %5: f32 = loop (%6: f32 = %2, %7: f32 = %1) {
+              %8: f32 = add %6, %7
+              %9: f32 = add %7, %7
+              repeat %0, %8, %9
+            }
+            return scratch:f@0 = %4
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn effects_stay_and_what_encloses_them() {
+        let text = "
+            %c: bool = load scratch:b@0
+            if %c { %r: f32 = rand yield } else { %x: f32 = load scratch:f@0 yield }
+            loop () { repeat %c }
+            return";
+        expect![[r#"
+            if %0 {
+              %1: f32 = rand
+              yield
+            } else {
+              yield
+            }
+            return
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn stores_that_nobody_reads_go_with_the_slot() {
+        let text = "
+            %x: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
+            store slot:s@0, %x
+            store slot:r@0, %i
+            %y: i32 = load slot:r@%i
+            return scratch:i@0 = %y";
+        let function = |function: &mut rtsl_ir::Function| {
+            super::run(function);
+            assert!(function.find_place(rtsl_ir::PlaceKind::Slot, "s").is_none());
+        };
+        expect![[r#"
+            store slot:r@0, %0
+            %1: i32 = load slot:r@%0
+            return scratch:i@0 = %1
+        "#]]
+        .assert_eq(&transformed(text, function));
+    }
+
+    #[test]
+    fn keeps_results() {
+        check_preserves(super::run);
+    }
+}
