@@ -11,10 +11,15 @@ pub mod budget;
 pub mod contract;
 pub mod dead;
 pub mod fold;
+pub mod hoist;
+pub mod number;
 pub mod promote;
+pub mod select;
+pub mod specialise;
 mod substitution;
 #[cfg(test)]
 mod testing;
+pub mod unroll;
 
 use rtsl_ir::Function;
 use rtsl_ir::verify::verify;
@@ -45,11 +50,24 @@ pub fn optimize(function: &mut Function, options: &Options) {
     }
     if options.optimize {
         run("promote", function, promote::run);
+        run("fold", function, fold::run);
+        run("number", function, number::run);
+        run("unroll", function, unroll::run);
+        // Unrolling makes constants of indices, and folding makes constant indices of those.
+        run("fold", function, fold::run);
+        run("promote", function, promote::run);
+        run("fold", function, fold::run);
+        run("dead", function, dead::run);
+        run("select", function, select::run);
+        run("fold", function, fold::run);
+        run("number", function, number::run);
+        run("hoist", function, hoist::run);
+        run("dead", function, dead::run);
     }
     if let Some(limit) = options.budget {
         run("budget", function, |function| budget::run(function, limit));
     }
-    function.renumber();
+    run("renumber", function, Function::renumber);
 }
 
 /// Runs a pass and, in debug builds, the verifier after it.
@@ -59,5 +77,32 @@ fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
         && let Err(error) = verify(function)
     {
         panic!("after {name}: {error}\n{function}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::check_preserves;
+
+    #[test]
+    fn all_passes_keep_results() {
+        let options = Options { contract: false, budget: Some(1 << 20), optimize: true };
+        check_preserves(|function| optimize(function, &options));
+    }
+
+    /// Other passes neither change what is contracted nor what that gives.
+    #[test]
+    fn results_do_not_depend_on_how_much_is_optimized() {
+        for seed in 1000..1200 {
+            let function = rtsl_ir::generate::seeded_function(seed, 500);
+            let outcomes = [false, true].map(|optimized| {
+                let mut function = function.clone();
+                let options = Options { optimize: optimized, ..Options::default() };
+                optimize(&mut function, &options);
+                testing::outcome(&function, &rtsl_ir::generate::Entropy::bytes(seed, 600))
+            });
+            assert_eq!(outcomes[0], outcomes[1], "{seed}");
+        }
     }
 }

@@ -1,0 +1,219 @@
+//! Value numbering: what has been computed already is not computed again.
+//!
+//! An operation without effects that equals one before it, in its region or in one around
+//! that, is replaced by that one's result (Click and Cooper's dominator-scoped numbering; regions make
+//! the dominator tree). All constants move to the start of the function, so that equal ones
+//! in different regions are one value. Operands that may be exchanged are put in order first.
+
+use std::collections::HashMap;
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Index, Op, OpKind, PlaceId,
+    Region, Scalar, UnaryOp, Value, Values,
+};
+
+use crate::substitution::Substitution;
+
+/// Numbers all of `function`.
+pub fn run(function: &mut Function) {
+    let mut body = std::mem::take(&mut function.body);
+    let mut numbering = Numbering {
+        constants: ConstantPool::default(),
+        function,
+        seen: HashMap::new(),
+        scope: Vec::new(),
+        substitution: Substitution::default(),
+    };
+    numbering.region(&mut body);
+    let constants = numbering.constants;
+    function.body = body;
+    constants.define_in(function);
+}
+
+/// What an operation computes: equal keys, equal results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    Unary(UnaryOp, Value),
+    Binary(BinaryOp, Value, Value),
+    Compare(CompareOp, Value, Value),
+    Select(Value, Value, Value),
+    Fma(Value, Value, Value),
+    Convert(Scalar, Value),
+    Bitcast(Scalar, Value),
+    Load(PlaceId, Index),
+    Length(PlaceId),
+    LightCount,
+    Ambient,
+}
+
+struct Numbering<'a> {
+    constants: ConstantPool,
+    function: &'a mut Function,
+    /// The results of what is visible. Only looked up, so that its order does not matter. Precise
+    /// operations are not the same as others, for passes that tell them apart.
+    seen: HashMap<(Key, bool), Values>,
+    /// What has been seen in the open regions, in order.
+    scope: Vec<(Key, bool)>,
+    substitution: Substitution,
+}
+
+impl Numbering<'_> {
+    fn region(&mut self, region: &mut Region) {
+        let outside = self.scope.len();
+        let mut ops = Vec::with_capacity(region.ops.len());
+        for mut op in std::mem::take(&mut region.ops) {
+            self.substitution.apply_to_operands(&mut op.kind);
+            for region in op.kind.regions_mut() {
+                self.region(region);
+            }
+            if self.is_new(&mut op) {
+                ops.push(op);
+            }
+        }
+        region.ops = ops;
+        self.substitution.apply_to_yields(region);
+        for key in self.scope.drain(outside..) {
+            self.seen.remove(&key);
+        }
+    }
+
+    /// Remembers an operation, or has its results replaced.
+    fn is_new(&mut self, op: &mut Op) -> bool {
+        if let OpKind::Constant(constant) = op.kind {
+            self.pool(op.results, constant);
+            return false;
+        }
+        if let OpKind::Binary(operator, a, b) = &mut op.kind
+            && is_commutative(*operator)
+            && *b < *a
+        {
+            std::mem::swap(a, b);
+        }
+        if op.kind.effect(&self.function.places) != Effect::None {
+            return true;
+        }
+        let Some(key) = key(&op.kind) else { return true };
+        let key = (key, op.precise);
+        if let Some(results) = self.seen.get(&key) {
+            self.substitution.set_all(op.results, results.iter());
+            return false;
+        }
+        self.seen.insert(key, op.results);
+        self.scope.push(key);
+        true
+    }
+
+    fn pool(&mut self, results: Values, constant: Constant) {
+        let value = self.constants.intern(&mut self.function.values, constant);
+        self.substitution.set(results.get(0), value);
+    }
+}
+
+/// `min` and `max` are not: they tell their operands apart where one is a NaN and for zeros.
+fn is_commutative(op: BinaryOp) -> bool {
+    match op {
+        BinaryOp::Add
+        | BinaryOp::Multiply
+        | BinaryOp::And
+        | BinaryOp::Or
+        | BinaryOp::Xor
+        | BinaryOp::MultiplyHigh => true,
+        BinaryOp::Subtract
+        | BinaryOp::Divide
+        | BinaryOp::Remainder
+        | BinaryOp::Min
+        | BinaryOp::Max
+        | BinaryOp::ShiftLeft
+        | BinaryOp::ShiftRight => false,
+    }
+}
+
+/// `None` for what is not numbered: regions, and what an effect keeps apart.
+fn key(kind: &OpKind) -> Option<Key> {
+    match *kind {
+        OpKind::Unary(op, a) => Some(Key::Unary(op, a)),
+        OpKind::Binary(op, a, b) => Some(Key::Binary(op, a, b)),
+        OpKind::Compare(op, a, b) => Some(Key::Compare(op, a, b)),
+        OpKind::Select(condition, a, b) => Some(Key::Select(condition, a, b)),
+        OpKind::Fma(a, b, c) => Some(Key::Fma(a, b, c)),
+        OpKind::Convert(to, a) => Some(Key::Convert(to, a)),
+        OpKind::Bitcast(to, a) => Some(Key::Bitcast(to, a)),
+        OpKind::Load(place, index) => Some(Key::Load(place, index)),
+        OpKind::Length(place) => Some(Key::Length(place)),
+        OpKind::LightCount => Some(Key::LightCount),
+        OpKind::Ambient => Some(Key::Ambient),
+        OpKind::Constant(_)
+        | OpKind::Store(..)
+        | OpKind::If { .. }
+        | OpKind::Loop { .. }
+        | OpKind::Trace { .. }
+        | OpKind::Occluded { .. }
+        | OpKind::LightSample { .. }
+        | OpKind::Rand
+        | OpKind::ReferenceCall(_)
+        | OpKind::IsSet(..)
+        | OpKind::ReportBudget => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::testing::{check_preserves, transformed};
+
+    #[test]
+    fn regions_see_what_is_around_them_and_not_beside() {
+        let text = "
+            %c: bool = load scratch:b@0 %x: f32 = load member:m@0
+            %a: f32 = if %c {
+                %y: f32 = load member:m@0 %one: f32 = constant 1
+                %z: f32 = add %one, %y yield %z
+            } else {
+                %y2: f32 = load member:m@0 %one2: f32 = constant 1
+                %z2: f32 = add %y2, %one2 yield %z2
+            }
+            %m: f32 = min %x, %a %n: f32 = min %a, %x
+            %r: f32 = rand %s: f32 = rand
+            return scratch:f@0 = %a, scratch:f@1 = %m, scratch:f@2 = %n, scratch:f@3 = %s";
+        expect![[r#"
+            %0: f32 = constant 1.0
+            %2: f32 = load member:m@0
+            %3: f32 = if %1 {
+              %4: f32 = add %2, %0
+              yield %4
+            } else {
+              %5: f32 = add %2, %0
+              yield %5
+            }
+            %6: f32 = min %2, %3
+            %7: f32 = min %3, %2
+            %8: f32 = rand
+            %9: f32 = rand
+            return scratch:f@0 = %3, scratch:f@1 = %6, scratch:f@2 = %7, scratch:f@3 = %9
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn loads_of_slots_are_not_the_same_after_a_store() {
+        let text = "
+            %i: i32 = load scratch:i@0
+            %a: i32 = load slot:r@%i
+            store slot:r@0, %i
+            %b: i32 = load slot:r@%i
+            return scratch:i@0 = %a, scratch:i@1 = %b";
+        expect![[r#"
+            %1: i32 = load slot:r@%0
+            store slot:r@0, %0
+            %2: i32 = load slot:r@%0
+            return scratch:i@0 = %1, scratch:i@1 = %2
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn keeps_results() {
+        check_preserves(super::run);
+    }
+}

@@ -1,0 +1,58 @@
+//! Specialisation: members of known value become constants.
+
+use std::collections::BTreeMap;
+
+use rtsl_ir::{Constant, Function, Index, OpKind, PlaceId, Region};
+
+/// Replaces loads of these scalars of places by their values. Loads at dynamic indices stay.
+///
+/// The values must have the types of their places; folding then spreads them.
+pub fn run(function: &mut Function, known: &BTreeMap<(PlaceId, u32), Constant>) {
+    region(&mut function.body, known);
+}
+
+fn region(region_: &mut Region, known: &BTreeMap<(PlaceId, u32), Constant>) {
+    for op in &mut region_.ops {
+        if let OpKind::Load(place, Index::Constant(index)) = op.kind
+            && let Some(constant) = known.get(&(place, index))
+        {
+            op.kind = OpKind::Constant(*constant);
+        }
+        op.kind.regions_mut().for_each(|inner| region(inner, known));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use expect_test::expect;
+    use rtsl_ir::{Constant, PlaceKind};
+
+    use crate::testing::transformed;
+
+    #[test]
+    fn known_members_become_constants() {
+        let text = "
+            %c: bool = load scratch:b@0
+            %a: f32 = load member:m@0
+            %b: f32 = if %c { %x: f32 = load member:m@1 yield %x } else { yield %a }
+            return scratch:f@0 = %b";
+        let specialised = transformed(text, |function| {
+            let place = function.find_place(PlaceKind::Member, "m").unwrap();
+            let known = BTreeMap::from([((place, 1), Constant::F32(2.5))]);
+            super::run(function, &known);
+        });
+        expect![[r#"
+            %1: f32 = load member:m@0
+            %2: f32 = if %0 {
+              %3: f32 = constant 2.5
+              yield %3
+            } else {
+              yield %1
+            }
+            return scratch:f@0 = %2
+        "#]]
+        .assert_eq(&specialised);
+    }
+}
