@@ -153,6 +153,9 @@ diagnostics! {
     E0404 TYPE_TOO_LARGE "a type beyond the limits";
     E0405 CONSTANT_TOO_LONG "a constant that takes too long to compute";
     E0406 TOO_MUCH_INHERITED "classes that inherit too much";
+    E0451 TOO_MUCH_CODE "a method that becomes too large";
+    E0452 CALLS_TOO_DEEP "statements, expressions or calls in one another without end";
+    E0453 TOO_MUCH_DATA "variables or members that are too large";
     E0501 MISSING_PARAMETER "a parameter that must be set and is not";
     E0502 NO_SUCH_PARAMETER "a parameter that the class does not have";
     E0503 PARAMETER_TYPE "a value of another type than its parameter";
@@ -162,9 +165,6 @@ diagnostics! {
     E0507 NO_SUCH_CLASS "a class that the text does not have";
     E0508 NO_SUCH_METHOD "a method that the class does not have";
     E0509 LINK_LIMIT "instances that refer to too many others";
-    E0451 TOO_MUCH_CODE "a method that becomes too large";
-    E0452 CALLS_TOO_DEEP "statements, expressions or calls in one another without end";
-    E0453 TOO_MUCH_DATA "variables or members that are too large";
     E0601 UNREADABLE_FILE "a file that cannot be read";
     E0602 SCENE_SYNTAX "a scene text that does not follow the format";
     E0603 BAD_NUMBER "what stands for a number is none";

@@ -477,8 +477,11 @@ impl Checker<'_> {
                 Passing::Out | Passing::InOut => {
                     let access =
                         if *passing == Passing::Out { Access::Write } else { Access::ReadWrite };
+                    if !self.require_assignable(&argument) {
+                        failed = true;
+                        continue;
+                    }
                     self.note_access(&argument, access);
-                    failed |= !self.require_assignable(&argument);
                     if argument.ty == *ty {
                         converted.push(argument);
                     } else {

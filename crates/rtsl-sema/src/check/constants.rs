@@ -24,7 +24,7 @@ impl Checker<'_> {
         if let ExpressionKind::Constant(values) = &expression.kind {
             return Some(Arc::clone(values));
         }
-        match self.evaluator().evaluate(expression) {
+        match self.evaluate(expression, true) {
             Ok(values) => Some(values.into()),
             Err(stop) => {
                 self.report_not_constant(stop, what);
@@ -33,15 +33,24 @@ impl Checker<'_> {
         }
     }
 
-    /// Constant expressions may call built-in functions, and so the prelude's, but none of the unit's:
-    /// those may still turn out to call themselves.
-    pub(super) fn evaluator(&self) -> Evaluator<'_> {
+    /// The value of an expression, if all its leaves are constant. It may call built-in functions, and
+    /// so the prelude's, but none of the unit's: those may still turn out to call themselves.
+    pub(super) fn evaluate(
+        &mut self,
+        expression: &Expression,
+        calls: bool,
+    ) -> Result<Vec<Constant>, Stop> {
         let callable = match self.prelude {
             Some(prelude) => prelude.module.functions.len(),
             None if self.in_prelude => self.module.functions.len(),
             None => 0,
         };
-        Evaluator::new(&self.module, &self.struct_info, callable)
+        let evaluator =
+            Evaluator::new(&self.module, &self.struct_info, callable, self.evaluation_fuel);
+        let evaluator = if calls { evaluator } else { evaluator.without_calls() };
+        let (value, spent) = evaluator.evaluate(expression);
+        self.evaluation_fuel -= spent;
+        value
     }
 
     fn report_not_constant(&mut self, stop: Stop, what: &str) {
@@ -63,15 +72,14 @@ impl Checker<'_> {
     }
 
     /// The value of a scalar that happens to be constant. Calls of functions are not tried.
-    pub(super) fn constant_scalar(&self, expression: &Expression) -> Option<Constant> {
+    pub(super) fn constant_scalar(&mut self, expression: &Expression) -> Option<Constant> {
         if !matches!(expression.ty, Type::Scalar(_)) {
             return None;
         }
         if let ExpressionKind::Constant(values) = &expression.kind {
             return values.first().copied();
         }
-        let evaluator = self.evaluator().without_calls();
-        evaluator.evaluate(expression).ok()?.first().copied()
+        self.evaluate(expression, false).ok()?.first().copied()
     }
 
     /// The sizes of an array, the open ones `None`; nothing where one is in error.

@@ -23,7 +23,6 @@ impl Checker<'_> {
     /// text is probably a mistake.
     pub(super) fn note_local_read(&mut self, id: LocalId, span: Span) {
         let info = &mut self.function.local_info[id.0 as usize];
-        info.used = true;
         if info.assigned {
             return;
         }
@@ -38,7 +37,6 @@ impl Checker<'_> {
     /// Notes that a local, or a part of it, is given a value.
     pub(super) fn note_local_write(&mut self, id: LocalId) {
         let info = &mut self.function.local_info[id.0 as usize];
-        info.used = true;
         info.assigned = true;
     }
 

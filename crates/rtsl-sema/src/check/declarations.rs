@@ -203,7 +203,8 @@ impl<'a> Checker<'a> {
             span: variable.name.span,
             read_only,
             assigned,
-            used: false,
+            // What is in error may have lost its uses.
+            used: ty == Type::Error,
             loop_depth: self.function.loop_depth,
         };
         let local = Local {
@@ -225,8 +226,7 @@ impl<'a> Checker<'a> {
         if let ExpressionKind::Constant(values) = &value.kind {
             return Some(Entity::Constant(value.ty.clone(), Arc::clone(values)));
         }
-        let evaluator = self.evaluator();
-        let values = evaluator.evaluate(value).ok()?;
+        let values = self.evaluate(value, true).ok()?;
         Some(Entity::Constant(value.ty.clone(), values.into()))
     }
 

@@ -16,7 +16,10 @@ use crate::hir::{
 };
 
 /// How many operations one constant expression may take.
-const FUEL: u32 = 1_000_000;
+const EXPRESSION_FUEL: u32 = 200_000;
+
+/// How many operations all constant expressions of a unit may take.
+pub(super) const UNIT_FUEL: u32 = 20_000_000;
 
 /// Why there is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,9 +62,14 @@ enum Outcome {
 }
 
 impl<'m> Evaluator<'m> {
-    /// Only the first `callable` functions of the module are called.
-    pub(super) fn new(module: &'m Module, structs: &'m [StructInfo], callable: usize) -> Self {
-        Evaluator { module, structs, callable, fuel: FUEL, calls: true }
+    /// Only the first `callable` functions of the module are called, and `fuel` is all that is left.
+    pub(super) fn new(
+        module: &'m Module,
+        structs: &'m [StructInfo],
+        callable: usize,
+        fuel: u32,
+    ) -> Self {
+        Evaluator { module, structs, callable, fuel: fuel.min(EXPRESSION_FUEL), calls: true }
     }
 
     /// Takes calls of functions as not constant: where no constant is asked for, the effort is
@@ -70,9 +78,11 @@ impl<'m> Evaluator<'m> {
         Evaluator { calls: false, ..self }
     }
 
-    /// The leaves of the expression's value.
-    pub(super) fn evaluate(mut self, expression: &Expression) -> Evaluated<Value> {
-        self.expression(expression, &mut Frame::default())
+    /// The leaves of the expression's value, and how many operations it took.
+    pub(super) fn evaluate(mut self, expression: &Expression) -> (Evaluated<Value>, u32) {
+        let fuel = self.fuel;
+        let value = self.expression(expression, &mut Frame::default());
+        (value, fuel - self.fuel)
     }
 
     fn spend(&mut self, span: Span, amount: usize) -> Evaluated<()> {

@@ -156,7 +156,7 @@ impl Checker<'_> {
         function: &ast::Function,
         generation: usize,
     ) -> Option<FunctionId> {
-        let signature = self.check_signature(function)?;
+        let signature = Signature { result: Type::Void, ..self.check_signature(function)? };
         let id = self.push_function(function, None, signature, generation);
         self.function_info[id.0 as usize].is_constructor = true;
         Some(id)

@@ -135,15 +135,13 @@ impl Checker<'_> {
         value: &ast::Expression,
         span: Span,
     ) -> Expression {
-        let value = self.check_expression(value);
         let target = self.check_place(target);
-        self.note_access(
-            &target,
-            if operator.is_some() { Access::ReadWrite } else { Access::Write },
-        );
         if !self.require_assignable(&target) {
             return error_expression(span);
         }
+        let value = self.check_expression(value);
+        let access = if operator.is_some() { Access::ReadWrite } else { Access::Write };
+        self.note_access(&target, access);
         let value = match operator {
             None => {
                 let ty = target.ty.clone();
@@ -200,10 +198,10 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let target = self.check_place(target);
-        self.note_access(&target, Access::ReadWrite);
         if !self.require_assignable(&target) {
             return error_expression(span);
         }
+        self.note_access(&target, Access::ReadWrite);
         let steps = match &target.ty {
             Type::Scalar(scalar) | Type::Vector(scalar, _) => *scalar != rtsl_ir::Scalar::Bool,
             Type::Matrix(..) => true,

@@ -141,6 +141,8 @@ struct Checker<'a> {
     classes: Vec<ClassDeclaration<'a>>,
     /// How many more names may be compared for suggestions.
     comparisons: usize,
+    /// How many more operations constant expressions may take.
+    evaluation_fuel: u32,
     /// How many more bytes of inherited text may be checked again.
     inheritable: usize,
 }
@@ -165,6 +167,7 @@ impl<'a> Checker<'a> {
             scopes: Scopes::default(),
             classes: Vec::new(),
             comparisons: suggestions::COMPARISON_LIMIT,
+            evaluation_fuel: evaluator::UNIT_FUEL,
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
         }
     }

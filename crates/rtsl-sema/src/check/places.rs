@@ -54,6 +54,7 @@ impl Checker<'_> {
     }
 
     fn local_expression(&mut self, id: LocalId, span: Span) -> Expression {
+        self.function.local_info[id.0 as usize].used = true;
         let ty = self.function.locals[id.0 as usize].ty.clone();
         Expression { kind: ExpressionKind::Local(id), ty, span }
     }

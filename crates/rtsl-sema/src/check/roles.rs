@@ -78,6 +78,7 @@ impl Checker<'_> {
         }
         if !self.class_has_state(variable.name) {
             self.report_state_of_other_role(variable, span);
+            return Expression { ty: from_state(variable.ty), ..error_expression(span) };
         }
         let kind = ExpressionKind::State(StateId(variable.index));
         Expression { kind, ty: from_state(variable.ty), span }
@@ -101,7 +102,7 @@ impl Checker<'_> {
             .at(span, format!("`{}` is not a state of {own}", variable.name))
             .note(format!("the class `{class_name}` is a {own}"))
             .note(format!("`{}` is a state of {}", variable.name, role_list(&owners, "and")));
-        let similar = self.similar_name(variable.name).filter(|name| name.starts_with("rt_"));
+        let similar = self.similar_of(variable.name, self.states_in_reach());
         self.report(super::suggestions::suggest(diagnostic, span, similar));
     }
 

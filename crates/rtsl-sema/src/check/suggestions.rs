@@ -14,7 +14,7 @@ pub(super) const COMPARISON_LIMIT: usize = 50_000;
 /// Adds "did you mean" to a diagnostic about the name at `span`.
 pub(super) fn suggest(diagnostic: Diagnostic, span: Span, similar: Option<String>) -> Diagnostic {
     match similar {
-        Some(similar) => diagnostic.suggest(format!("did you mean `{similar}`?"), span, similar),
+        Some(similar) => diagnostic.suggest("did you mean", span, similar),
         None => diagnostic,
     }
 }
@@ -95,7 +95,8 @@ impl Checker<'_> {
         self.class.iter().map(|class| &class.names).chain(std::iter::once(&self.file))
     }
 
-    fn states_in_reach(&self) -> Vec<&'static str> {
+    /// The state variables that the class has.
+    pub(super) fn states_in_reach(&self) -> Vec<&'static str> {
         let Some(class) = &self.class else { return Vec::new() };
         state_variables()
             .iter()

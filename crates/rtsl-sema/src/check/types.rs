@@ -10,6 +10,7 @@ use rtsl_syntax::ast;
 
 use super::Checker;
 use super::scope::Entity;
+use super::suggestions::suggest;
 use crate::hir::{StructId, Type};
 
 /// The most scalars that a value may have.
@@ -314,14 +315,11 @@ impl Checker<'_> {
     }
 
     fn report_unknown_type(&mut self, name: &ast::Identifier) {
-        let mut diagnostic =
+        let diagnostic =
             Diagnostic::new(codes::UNKNOWN_TYPE, format!("there is no type `{}`", name.name))
                 .at(name.span, "unknown type");
-        if let Some(similar) = self.similar_type(&name.name) {
-            diagnostic =
-                diagnostic.suggest(format!("did you mean `{similar}`?"), name.span, similar);
-        }
-        self.report(diagnostic);
+        let similar = self.similar_type(&name.name);
+        self.report(suggest(diagnostic, name.span, similar));
     }
 
     fn check_type_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {
