@@ -1,0 +1,502 @@
+//! Single-ray text in, packet text out.
+
+use expect_test::{Expect, expect};
+use rtsl_ir::{Function, PlaceKind};
+use rtsl_packet::{Kernel, Layout, LowerError, Shape};
+
+fn lower(text: &str, shape: Shape, width: u32) -> Result<Kernel, LowerError> {
+    let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
+    rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
+    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let layout = Layout::new(
+        places(PlaceKind::Member),
+        places(PlaceKind::Buffer),
+        places(PlaceKind::Scratch),
+    );
+    let kernel = rtsl_packet::lower(&function, &layout, shape, width)?;
+    rtsl_packet::verify(&kernel).unwrap_or_else(|error| panic!("{error}"));
+    Ok(kernel)
+}
+
+fn check(text: &str, expected: Expect) {
+    expected.assert_eq(&lower(text, Shape::Packet, 8).unwrap().to_string());
+}
+
+const SHARED_WORK: &str = "function f member radius: f32[1] member table: f32[8]
+    state rt_HitDistance: f32[1] {
+        %t: f32 = load state:rt_HitDistance@0
+        %r: f32 = load member:radius@0
+        %square: f32 = multiply %r, %r
+        %n: i32 = convert %square
+        %e: f32 = load member:table@%n
+        %sum: f32 = add %t, %e
+        return state:rt_HitDistance@0 = %sum
+    }";
+
+#[test]
+fn what_rays_share_is_done_once() {
+    check(
+        SHARED_WORK,
+        expect![[r#"
+        kernel f packet W=8 {
+          member radius: f32[1] at 0
+          member table: f32[8] at 1
+          state rt_HitDistance: f32xW[1] at 17
+          prologue {
+            %2 = load radius[0] : f32
+            %3 = multiply %2, %2 : f32
+            %4 = convert %3 : i32
+            %5 = load table[%4] : f32
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %6 = add %1, %5 : f32xW
+          }
+          rt_HitDistance[0] = %6
+        }
+    "#]],
+    );
+}
+
+#[test]
+fn in_the_stream_shape_members_are_lanes() {
+    let kernel = lower(SHARED_WORK, Shape::Stream, 8).unwrap();
+    assert!(kernel.prologue.ops.is_empty());
+    expect![[r#"
+        kernel f stream W=8 {
+          member radius: f32xW[1] at 0
+          member table: f32xW[8] at 1
+          state rt_HitDistance: f32xW[1] at 17
+          prologue {
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %2 = load radius[0] : f32xW
+            %3 = multiply %2, %2 : f32xW
+            %4 = convert %3 : i32xW
+            %5 = load table[%4] : f32xW
+            %6 = add %1, %5 : f32xW
+          }
+          rt_HitDistance[0] = %6
+        }
+    "#]]
+    .assert_eq(&kernel.to_string());
+}
+
+#[test]
+fn short_sides_are_selected() {
+    check(
+        "function f state rt_HitDistance: f32[1] {
+            %t: f32 = load state:rt_HitDistance@0
+            %0: f32 = constant 0.0
+            %below: bool = less %t, %0
+            %r: f32, %flag: bool = if %below {
+                %n: f32 = negate %t
+                yield %n, %below
+            } else {
+                %h: f32 = multiply %t, %t
+                %true: bool = constant true
+                yield %h, %true
+            }
+            %one: f32 = convert %flag
+            %sum: f32 = add %r, %one
+            return state:rt_HitDistance@0 = %sum
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              state rt_HitDistance: f32xW[1] at 17
+              prologue {
+                %2 = 0.0 : f32
+                %6 = true : bool
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %3 = less %1, %2 : mask
+                %4 = negate %1 : f32xW
+                %5 = multiply %1, %1 : f32xW
+                %7 = select %3, %4, %5 : f32xW
+                %8 = not %3 : mask
+                %9 = or %8, %3 : mask
+                %10 = convert %9 : f32xW
+                %11 = add %7, %10 : f32xW
+              }
+              rt_HitDistance[0] = %11
+            }
+        "#]],
+    );
+}
+
+/// A side that is too long to be done in vain.
+const LONG: &str = "%q: f32 = divide %t, %t %a: f32 = sqrt %q %b: f32 = divide %a, %t
+    %c: f32 = sqrt %b %d: f32 = divide %c, %b";
+const LONG_TOO: &str = "%k: f32 = divide %0, %t %l: f32 = sqrt %k %m: f32 = divide %l, %t
+    %o: f32 = sqrt %m %p: f32 = divide %o, %m";
+
+#[test]
+fn long_sides_are_branched_over() {
+    let one = format!(
+        "function f state rt_HitDistance: f32[1] {{
+            %t: f32 = load state:rt_HitDistance@0
+            %0: f32 = constant 0.0
+            %below: bool = less %t, %0
+            %r: f32 = if %below {{ {LONG} yield %d }} else {{ yield %t }}
+            return state:rt_HitDistance@0 = %r
+        }}"
+    );
+    check(
+        &one,
+        expect![[r#"
+        kernel f packet W=8 {
+          state rt_HitDistance: f32xW[1] at 17
+          prologue {
+            %2 = 0.0 : f32
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %3 = less %1, %2 : mask
+            %4 = and %0, %3 : mask
+            %5 = any %4 : bool
+            %12 = if %5 {
+              %6 = divide %1, %1 : f32xW
+              %7 = sqrt %6 : f32xW
+              %8 = divide %7, %1 : f32xW
+              %9 = sqrt %8 : f32xW
+              %10 = divide %9, %8 : f32xW
+              %11 = select %3, %10, %1 : f32xW
+              yield %11
+            } else {
+              yield %1
+            } : f32xW
+          }
+          rt_HitDistance[0] = %12
+        }
+    "#]],
+    );
+    let both = one.replace("{ yield %t }", &format!("{{ {LONG_TOO} yield %p }}"));
+    check(
+        &both,
+        expect![[r#"
+        kernel f packet W=8 {
+          state rt_HitDistance: f32xW[1] at 17
+          prologue {
+            %2 = 0.0 : f32
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %3 = less %1, %2 : mask
+            %4 = unspecified : f32xW
+            %5 = and %0, %3 : mask
+            %6 = any %5 : bool
+            %12 = if %6 {
+              %7 = divide %1, %1 : f32xW
+              %8 = sqrt %7 : f32xW
+              %9 = divide %8, %1 : f32xW
+              %10 = sqrt %9 : f32xW
+              %11 = divide %10, %9 : f32xW
+              yield %11
+            } else {
+              yield %4
+            } : f32xW
+            %13 = not %3 : mask
+            %14 = and %0, %13 : mask
+            %15 = any %14 : bool
+            %22 = if %15 {
+              %16 = divide %2, %1 : f32xW
+              %17 = sqrt %16 : f32xW
+              %18 = divide %17, %1 : f32xW
+              %19 = sqrt %18 : f32xW
+              %20 = divide %19, %18 : f32xW
+              %21 = select %3, %12, %20 : f32xW
+              yield %21
+            } else {
+              yield %12
+            } : f32xW
+          }
+          rt_HitDistance[0] = %22
+        }
+    "#]],
+    );
+}
+
+#[test]
+fn one_ray_branches() {
+    let text = format!(
+        "function f state rt_HitDistance: f32[1] {{
+            %t: f32 = load state:rt_HitDistance@0
+            %0: f32 = constant 0.0
+            %below: bool = less %t, %0
+            %r: f32 = if %below {{ {LONG} yield %d }} else {{ {LONG_TOO} yield %p }}
+            return state:rt_HitDistance@0 = %r
+        }}"
+    );
+    expect![[r#"
+        kernel f packet W=1 {
+          state rt_HitDistance: f32xW[1] at 17
+          prologue {
+            %2 = 0.0 : f32
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %3 = less %1, %2 : mask
+            %14 = any %3 : bool
+            %15 = if %14 {
+              %4 = divide %1, %1 : f32xW
+              %5 = sqrt %4 : f32xW
+              %6 = divide %5, %1 : f32xW
+              %7 = sqrt %6 : f32xW
+              %8 = divide %7, %6 : f32xW
+              yield %8
+            } else {
+              %9 = divide %2, %1 : f32xW
+              %10 = sqrt %9 : f32xW
+              %11 = divide %10, %1 : f32xW
+              %12 = sqrt %11 : f32xW
+              %13 = divide %12, %11 : f32xW
+              yield %13
+            } : f32xW
+          }
+          rt_HitDistance[0] = %15
+        }
+    "#]]
+    .assert_eq(&lower(&text, Shape::Packet, 1).unwrap().to_string());
+}
+
+#[test]
+fn rays_leave_a_loop_at_different_times() {
+    // The counter is uniform in the loop and lanes after it.
+    check(
+        "function f state rt_HitDistance: f32[1] {
+            %t: f32 = load state:rt_HitDistance@0
+            %0: i32 = constant 0 %1: i32 = constant 1 %half: f32 = constant 0.5
+            %n: i32, %x: f32, %unread: f32 = loop (%i: i32 = %0, %y: f32 = %t, %z: f32 = %t) {
+                %next: i32 = add %i, %1
+                %smaller: f32 = multiply %y, %half
+                %more: bool = less %half, %smaller
+                repeat %more, %next, %smaller, %smaller
+            }
+            %float: f32 = convert %n
+            %sum: f32 = add %x, %float
+            return state:rt_HitDistance@0 = %sum
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              state rt_HitDistance: f32xW[1] at 17
+              prologue {
+                %2 = 0 : i32
+                %3 = 1 : i32
+                %4 = 0.5 : f32
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %5 = unspecified : i32xW
+                %18, %19, %20, %21, %22 = loop (%0, %2, %1, %1, %5) (%6: mask, %7: i32, %8: f32xW, %9: f32xW, %10: i32xW) {
+                  %11 = add %7, %3 : i32
+                  %12 = multiply %8, %4 : f32xW
+                  %13 = less %4, %12 : mask
+                  %14 = and %6, %13 : mask
+                  %15 = any %14 : bool
+                  %16 = select %6, %12, %8 : f32xW
+                  %17 = select %6, %11, %10 : i32xW
+                  yield %15, %14, %11, %16, %12, %17
+                } : mask, i32, f32xW, f32xW, i32xW
+                %23 = convert %22 : f32xW
+                %24 = add %20, %23 : f32xW
+              }
+              rt_HitDistance[0] = %24
+            }
+        "#]],
+    );
+}
+
+#[test]
+fn rays_that_count_together_need_no_mask() {
+    check(
+        "function f state rt_HitDistance: f32[1] member count: i32[1] slot table: f32[6] {
+            %t: f32 = load state:rt_HitDistance@0
+            %count: i32 = load member:count@0
+            %0: i32 = constant 0 %1: i32 = constant 1 %zero: f32 = constant 0.0
+            %below: bool = less %t, %zero
+            %r: f32 = if %below {
+                %n: i32, %x: f32 = loop (%i: i32 = %0, %y: f32 = %t) {
+                    store slot:table@%i, %y
+                    %next: i32 = add %i, %1
+                    %twice: f32 = add %y, %y
+                    %more: bool = less %next, %count
+                    repeat %more, %next, %twice
+                }
+                yield %x
+            } else {
+                yield %t
+            }
+            %last: f32 = load slot:table@5
+            %sum: f32 = add %last, %r
+            return state:rt_HitDistance@0 = %sum
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              state rt_HitDistance: f32xW[1] at 17
+              member count: i32[1] at 0
+              slot table: f32xW[6]
+              prologue {
+                %2 = load count[0] : i32
+                %3 = 0 : i32
+                %4 = 1 : i32
+                %5 = 0.0 : f32
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %6 = less %1, %5 : mask
+                %7 = and %0, %6 : mask
+                %8 = any %7 : bool
+                %17 = if %8 {
+                  %14, %15 = loop (%3, %1) (%9: i32, %10: f32xW) {
+                    store table[%9] %10 where %7
+                    %11 = add %9, %4 : i32
+                    %12 = add %10, %10 : f32xW
+                    %13 = less %11, %2 : bool
+                    yield %13, %11, %12
+                  } : i32, f32xW
+                  %16 = select %6, %15, %1 : f32xW
+                  yield %16
+                } else {
+                  yield %1
+                } : f32xW
+                %18 = load table[5] : f32xW
+                %19 = add %18, %17 : f32xW
+              }
+              rt_HitDistance[0] = %19
+            }
+        "#]],
+    );
+}
+
+#[test]
+fn small_arrays_are_chosen_from() {
+    check(
+        "function f state rt_HitPoint: f32[3] scratch axis: i32[1] slot v: f32[2] {
+            %axis: i32 = load scratch:axis@0
+            %c: f32 = load state:rt_HitPoint@%axis
+            store slot:v@%axis, %c
+            %r: f32 = load slot:v@1
+            return state:rt_HitPoint@0 = %r
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              state rt_HitPoint: f32xW[3] at 21
+              scratch axis: i32xW[1] at 0
+              slot v: f32xW[2]
+              prologue {
+                %4 = 1 : i32
+                %8 = 2 : i32
+                %11 = 0 : i32
+              }
+              chunk (%0: mask) {
+                %1 = load axis[0] : i32xW
+                %2 = load rt_HitPoint[0] : f32xW
+                %3 = load rt_HitPoint[1] : f32xW
+                %5 = greater_equal %1, %4 : mask
+                %6 = select %5, %3, %2 : f32xW
+                %7 = load rt_HitPoint[2] : f32xW
+                %9 = greater_equal %1, %8 : mask
+                %10 = select %9, %7, %6 : f32xW
+                %12 = less_equal %1, %11 : mask
+                %13 = load v[0] : f32xW
+                %14 = select %12, %10, %13 : f32xW
+                store v[0] %14
+                %15 = greater_equal %1, %4 : mask
+                %16 = load v[1] : f32xW
+                %17 = select %15, %10, %16 : f32xW
+                store v[1] %17
+                %18 = load v[1] : f32xW
+              }
+              rt_HitPoint[0] = %18
+            }
+        "#]],
+    );
+}
+
+#[test]
+fn hosts_are_asked_for_lanes() {
+    check(
+        "function f state rt_HitPoint: f32[3] state rt_PDF: f32[1] {
+            %x: f32 = load state:rt_HitPoint@0
+            %0: f32 = constant 0.0 %1: f32 = constant 1.0
+            %i: i32 = convert %x
+            %lit: bool, %lx: f32, %ly: f32, %lz: f32, %d: f32, %cr: f32, %cg: f32, %cb: f32, %pdf: f32 =
+                light_sample %i, %x, %x, %x, %0, %0, %1, %0
+            %below: bool = less %x, %0
+            %r: f32 = if %below {
+                %random: f32 = rand
+                yield %random
+            } else {
+                yield %pdf
+            }
+            return state:rt_PDF@0 = %r
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              state rt_HitPoint: f32xW[3] at 21
+              state rt_PDF: f32xW[1] at 51
+              prologue {
+                %2 = 0.0 : f32
+                %3 = 1.0 : f32
+                %5 = false : bool
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitPoint[0] : f32xW
+                %4 = convert %1 : i32xW
+                %40, %41, %42, %43, %44, %45, %46, %47, %48, %49 = loop (%0, %5, %2, %2, %2, %2, %2, %2, %2, %2) (%6: mask, %7: mask, %8: f32xW, %9: f32xW, %10: f32xW, %11: f32xW, %12: f32xW, %13: f32xW, %14: f32xW, %15: f32xW) {
+                  %16 = first %6, %4 : i32
+                  %17 = equal %4, %16 : mask
+                  %18 = and %6, %17 : mask
+                  %19, %20, %21, %22, %23, %24, %25, %26, %27 = light_sample %18, %16, %1, %1, %1, %2, %2, %3, %2 : mask, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW
+                  %28 = not %17 : mask
+                  %29 = and %6, %28 : mask
+                  %30 = any %29 : bool
+                  %31 = select %18, %19, %7 : mask
+                  %32 = select %18, %20, %8 : f32xW
+                  %33 = select %18, %21, %9 : f32xW
+                  %34 = select %18, %22, %10 : f32xW
+                  %35 = select %18, %23, %11 : f32xW
+                  %36 = select %18, %24, %12 : f32xW
+                  %37 = select %18, %25, %13 : f32xW
+                  %38 = select %18, %26, %14 : f32xW
+                  %39 = select %18, %27, %15 : f32xW
+                  yield %30, %29, %31, %32, %33, %34, %35, %36, %37, %38, %39
+                } : mask, mask, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW, f32xW
+                %50 = less %1, %2 : mask
+                %51 = and %0, %50 : mask
+                %52 = any %51 : bool
+                %55 = if %52 {
+                  %53 = rand %51 : f32xW
+                  %54 = select %50, %53, %49 : f32xW
+                  yield %54
+                } else {
+                  yield %49
+                } : f32xW
+              }
+              rt_PDF[0] = %55
+            }
+        "#]],
+    );
+}
+
+#[test]
+fn errors_say_why() {
+    let slot = "function f slot large: f32[9000] state rt_PDF: f32[1] {
+        %1: f32 = load state:rt_PDF@0 store slot:large@4, %1 return }";
+    let parameter = "function f parameter p: f32[1] { %1: f32 = load parameter:p@0 return }";
+    let member = "function f member m: f32[1] { %1: f32 = load member:m@0 return member:m@0 = %1 }";
+    let linked = "function f { %1: bool = is_set kd return }";
+    for (text, width, message) in [
+        (slot, 8, "local arrays take 72000 words for all rays of a packet, more than 65536"),
+        (parameter, 8, "the parameter `p` has no place in a call"),
+        (member, 8, "kernels do not store the member `m`"),
+        (linked, 8, "the reference `kd` is not linked"),
+        ("function f { return }", 5, "no packets have 5 rays"),
+        ("function f { return }", 32, "no packets have 32 rays"),
+        ("function f { return }", 0, "no packets have 0 rays"),
+    ] {
+        assert_eq!(lower(text, Shape::Packet, width).unwrap_err().to_string(), message);
+    }
+}
