@@ -33,6 +33,7 @@ mod loader;
 mod options;
 mod parameters;
 pub mod pipeline;
+mod prelude;
 mod program;
 mod state;
 mod tree;

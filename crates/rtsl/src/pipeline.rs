@@ -3,11 +3,15 @@
 use std::fmt::Display;
 use std::sync::Arc;
 
+use rtsl_ir::class::Class;
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_jit::{CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
-use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
+use rtsl_sema::check::check_unit;
+use rtsl_sema::hir::ClassId;
+use rtsl_sema::lower::lower_class;
+use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 use rtsl_syntax::IncludeLoader;
 
@@ -18,6 +22,7 @@ use crate::interpreted::InterpretedKernel;
 use crate::kernel::Kernel;
 use crate::link::{self, Linked};
 use crate::options::{EngineOptions, Math};
+use crate::prelude::prelude;
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
 
@@ -25,15 +30,41 @@ use crate::unit::{Compilation, Unit};
 pub(crate) fn compile(
     name: &str,
     text: &str,
-    _options: &CompilerOptions,
+    options: &CompilerOptions,
     loader: &mut dyn IncludeLoader,
 ) -> Compilation {
-    let mut sources = SourceMap::new();
-    let mut diagnostics = Diagnostics::new();
+    let prelude = prelude();
+    let mut sources = prelude.sources.clone();
+    let mut diagnostics = prelude.diagnostics.clone();
     let file = sources.add(name, text);
-    let _tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
-    let unit = (!diagnostics.has_errors()).then(Unit::default);
+
+    let tree = rtsl_syntax::parse(&mut sources, file, loader, &mut diagnostics);
+    // What a broken text seems to mean is not worth complaining about.
+    if diagnostics.has_errors() {
+        return Compilation { unit: None, diagnostics, sources };
+    }
+    let module = check_unit(&tree, Some(&prelude.checked), &mut diagnostics);
+    if diagnostics.has_errors() {
+        return Compilation { unit: None, diagnostics, sources };
+    }
+    let mut classes = Vec::new();
+    for index in prelude.checked.module().classes.len()..module.classes.len() {
+        match lower_class(&module, ClassId(index as u32)) {
+            Ok(class) => classes.push(Arc::new(with_budget(class, options))),
+            Err(problems) => diagnostics.extend(problems),
+        }
+    }
+    let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
     Compilation { unit, diagnostics, sources }
+}
+
+/// Bounds what runs when an instance is made; methods are bounded when they are linked.
+fn with_budget(mut class: Class, options: &CompilerOptions) -> Class {
+    if let Some(budget) = options.loop_budget {
+        let made = std::iter::once(&mut class.initializer).chain(&mut class.constructor);
+        made.for_each(|function| rtsl_opt::budget::run(function, budget));
+    }
+    class
 }
 
 /// Links a method with those that it calls through references, and optimises the whole.
