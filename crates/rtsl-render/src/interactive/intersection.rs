@@ -3,7 +3,7 @@
 use rtsl::host::NoHost;
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LaneMask, Lanes, Objects, RayPacket, lanes_of};
+use crate::acceleration::{LANES, LaneMask, Lanes, Objects, RayPacket, lanes_of};
 use crate::math::{Affine, reciprocal};
 
 use super::compiled::{CompiledScene, Object};
@@ -38,11 +38,9 @@ impl Objects for Intersector<'_> {
             return 0;
         };
         let v = variables();
-        let state = &mut self.blocks.state;
-        set_rays(state, &object.inverse, rays, lanes);
-        for lane in lanes_of(lanes) {
-            set_number(state, v.hit_distance, lane, distance[lane]);
-        }
+        let count = LANES - lanes.leading_zeros() as usize;
+        fill_rays(&mut self.blocks.state, &object.inverse, rays, count);
+        self.blocks.state.floats_mut(v.hit_distance)[..count].copy_from_slice(&distance[..count]);
         let accepted = self.blocks.call(&call, lanes, None, &mut NoHost);
         for lane in lanes_of(accepted) {
             distance[lane] = number(&self.blocks.state, v.hit_distance, lane);
@@ -62,16 +60,40 @@ impl Objects for Intersector<'_> {
     }
 }
 
+/// Sets the rays of the first `count` lanes, whether they take part or not, taken into an object's
+/// space: in whole arrays, which is what packets spend much of their time on.
+fn fill_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, count: usize) {
+    let v = variables();
+    let [x, y, z, origin] = &map.columns;
+    let (from_origin, from_direction) = (&rays.origin, &rays.direction);
+    for row in 0..3 {
+        // The order of operations is that of `Affine::point` and `Affine::vector`.
+        let turned = |from: &[Lanes; 3], lane: usize| {
+            x[row] * from[0][lane] + y[row] * from[1][lane] + z[row] * from[2][lane]
+        };
+        let to = &mut state.floats_mut(v.ray_origin + row)[..count];
+        for (lane, to) in to.iter_mut().enumerate() {
+            *to = turned(from_origin, lane) + origin[row];
+        }
+        let to = &mut state.floats_mut(v.ray_direction + row)[..count];
+        for (lane, to) in to.iter_mut().enumerate() {
+            *to = turned(from_direction, lane);
+        }
+        let to = &mut state.floats_mut(v.inverse_ray_direction + row)[..count];
+        for (lane, to) in to.iter_mut().enumerate() {
+            *to = 1.0 / turned(from_direction, lane);
+        }
+    }
+    state.floats_mut(v.epsilon)[..count].copy_from_slice(&rays.epsilon[..count]);
+    state.floats_mut(v.time_seed)[..count].copy_from_slice(&rays.time[..count]);
+}
+
 /// Sets the rays of `lanes`, taken into an object's space, with what comes with them.
 pub fn set_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, lanes: LaneMask) {
     let v = variables();
-    let identity = map.is_identity();
     for lane in lanes_of(lanes) {
-        let (mut origin, mut direction) = (rays.origin_of(lane), rays.direction_of(lane));
-        if !identity {
-            origin = map.point(origin);
-            direction = map.vector(direction);
-        }
+        let origin = map.point(rays.origin_of(lane));
+        let direction = map.vector(rays.direction_of(lane));
         set_vector(state, v.ray_origin, lane, origin);
         set_vector(state, v.ray_direction, lane, direction);
         set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rtsl::host::Host;
 use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, new_state};
 
-use crate::acceleration::{LANES, LaneMask};
+use crate::acceleration::{LANES, LaneMask, lanes_of};
 use crate::statistics::RayCounts;
 
 use super::compiled::{CompiledScene, ShaderInstance};
@@ -39,6 +39,8 @@ pub struct CallBlocks {
     /// The scratch.
     pub scratch: LaneBlock,
     mask: MaskBlock,
+    /// What `mask` holds.
+    masked: LaneMask,
     accepted: MaskBlock,
 }
 
@@ -74,6 +76,7 @@ impl CallBlocks {
             state: new_state(LANES),
             scratch: LaneBlock::new(scratch_arrays, LANES),
             mask: MaskBlock::new(LANES),
+            masked: 0,
             accepted: MaskBlock::new(LANES),
         }
     }
@@ -87,9 +90,10 @@ impl CallBlocks {
         scratch: Option<&mut LaneBlock>,
         host: &mut dyn Host,
     ) -> LaneMask {
-        for lane in 0..LANES {
+        for lane in lanes_of(self.masked ^ lanes) {
             self.mask.set(lane, lanes >> lane & 1 != 0);
         }
+        self.masked = lanes;
         let status = call.kernel.call(CallArguments {
             state: &mut self.state,
             scratch: scratch.unwrap_or(&mut self.scratch),
