@@ -11,6 +11,8 @@ struct StandardName {
     parameters: &'static [(&'static str, &'static str)],
 }
 
+/// Names whose shapes lie otherwise in their own space (`disk`, `cylinder`) are left out: they would
+/// render, and wrongly.
 const NAMES: &[StandardName] = &[
     StandardName {
         kind: EntityKind::Camera,
@@ -31,13 +33,23 @@ const NAMES: &[StandardName] = &[
         parameters: &[],
     },
     StandardName { kind: EntityKind::Shape, name: "sphere", class: "Sphere", parameters: &[] },
-    StandardName { kind: EntityKind::Shape, name: "disk", class: "Disk", parameters: &[] },
-    StandardName { kind: EntityKind::Shape, name: "cylinder", class: "Cylinder", parameters: &[] },
     StandardName {
         kind: EntityKind::Material,
         name: "diffuse",
         class: "Lambertian",
-        parameters: &[("reflectance", "albedo")],
+        parameters: &[("reflectance", "kd")],
+    },
+    StandardName {
+        kind: EntityKind::Material,
+        name: "dielectric",
+        class: "SchlickDielectric",
+        parameters: &[],
+    },
+    StandardName {
+        kind: EntityKind::AreaLight,
+        name: "diffuse",
+        class: "Emissive",
+        parameters: &[("L", "radiance")],
     },
     StandardName {
         kind: EntityKind::Light,
@@ -47,9 +59,21 @@ const NAMES: &[StandardName] = &[
     },
     StandardName {
         kind: EntityKind::Light,
-        name: "distant",
-        class: "DirectionalLight",
-        parameters: &[("L", "radiance")],
+        name: "spot",
+        class: "SpotLight",
+        parameters: &[
+            ("from", "position"),
+            ("to", "target"),
+            ("I", "intensity"),
+            ("coneangle", "coneAngle"),
+            ("conedeltaangle", "softness"),
+        ],
+    },
+    StandardName {
+        kind: EntityKind::Texture,
+        name: "constant",
+        class: "Constant",
+        parameters: &[],
     },
 ];
 
