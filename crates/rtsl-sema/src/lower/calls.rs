@@ -33,6 +33,9 @@ pub(super) struct Jumps {
     pub continued: Option<Cell>,
 }
 
+/// For each parameter where it is copied out to.
+pub(super) type Targets = Vec<Option<Access>>;
+
 /// What a call gives.
 pub(super) struct Returned {
     pub result: Vec<Value>,
@@ -59,7 +62,7 @@ impl<'m> Lowering<'m> {
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
-    ) -> Lowered<(Vec<Vec<Value>>, Vec<Option<Access>>)> {
+    ) -> Lowered<(Vec<Vec<Value>>, Targets)> {
         let function = self.function(id);
         let mut values = Vec::with_capacity(arguments.len());
         let mut targets = Vec::with_capacity(arguments.len());
@@ -84,7 +87,7 @@ impl<'m> Lowering<'m> {
     /// Writes what a call hands back, from left to right.
     pub fn copy_out(
         &mut self,
-        targets: Vec<Option<Access>>,
+        targets: Targets,
         outputs: Vec<Option<Vec<Value>>>,
     ) -> Lowered<()> {
         for (target, output) in targets.into_iter().zip(outputs) {

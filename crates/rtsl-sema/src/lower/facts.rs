@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_spec::builtins::{self, Lowering, Special};
 
-use super::state::light_states;
+use super::state::{light_states, state_id};
 use super::walk::{Node, called, walk, walk_expression, walk_statements};
 use crate::hir::{
     Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, ReferenceFunction,
@@ -118,20 +118,17 @@ impl FactTable {
             ExpressionKind::Assign { target, .. } | ExpressionKind::Step { target, .. } => {
                 root_of(target).map(&mut *report);
             }
-            ExpressionKind::ReferenceCall(call) => {
-                if call.function == ReferenceFunction::SampleBsdf {
-                    for name in ["rt_LightDirection", "rt_PDF"] {
-                        rtsl_spec::lookup_state(name)
-                            .map(|variable| report(Root::State(StateId(variable.index))));
-                    }
-                }
+            ExpressionKind::ReferenceCall(call)
+                if call.function == ReferenceFunction::SampleBsdf =>
+            {
+                report(Root::State(state_id("rt_LightDirection")));
+                report(Root::State(state_id("rt_PDF")));
             }
             ExpressionKind::Builtin(call) => {
                 let entry = builtins::find(call.name);
                 if entry.is_some_and(|entry| entry.lowering == Lowering::Special(Special::Hit)) {
                     report(Root::Accepted);
-                    rtsl_spec::lookup_state("rt_HitDistance")
-                        .map(|variable| report(Root::State(StateId(variable.index))));
+                    report(Root::State(state_id("rt_HitDistance")));
                 }
             }
             _ => {}

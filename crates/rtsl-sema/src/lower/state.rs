@@ -202,7 +202,7 @@ impl Lowering<'_> {
                 let vec3 = Type::Vector(Scalar::F32, 3);
                 let arguments = vec![normal.clone()];
                 let first =
-                    self.call_prelude("perpendicularTo", &[vec3.clone()], arguments, span)?;
+                    self.call_prelude("perpendicularTo", std::slice::from_ref(&vec3), arguments, span)?;
                 if !second {
                     return Ok(first);
                 }
