@@ -9,7 +9,7 @@ use super::cells::Cell;
 use super::facts::Root;
 use super::limits::{self, Lowered};
 use super::variables::VariableId;
-use crate::hir::{Expression, Function, FunctionId, LocalId, Passing, Type};
+use crate::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 
 /// One call whose body is being lowered.
 #[derive(Clone, Debug)]
@@ -85,11 +85,7 @@ impl<'m> Lowering<'m> {
     }
 
     /// Writes what a call hands back, from left to right.
-    pub fn copy_out(
-        &mut self,
-        targets: Targets,
-        outputs: Vec<Option<Vec<Value>>>,
-    ) -> Lowered<()> {
+    pub fn copy_out(&mut self, targets: Targets, outputs: Vec<Option<Vec<Value>>>) -> Lowered<()> {
         for (target, output) in targets.into_iter().zip(outputs) {
             if let (Some(target), Some(output)) = (target, output) {
                 self.write(&target, &output)?;
@@ -220,9 +216,19 @@ impl<'m> Lowering<'m> {
     }
 }
 
+/// The functions of the prelude that [`Lowering::call_prelude`] is used with: computed defaults, cones
+/// of light and `inside` need them even where the text calls none.
+pub(super) fn implicit_functions(module: &Module) -> impl Iterator<Item = FunctionId> {
+    const NAMES: [&str; 5] = ["cos", "cross", "dot", "luminance", "perpendicularTo"];
+    let named =
+        |function: &Function| function.class.is_none() && NAMES.contains(&function.name.as_str());
+    let functions = (0..).map(FunctionId).zip(&module.functions);
+    functions.filter(move |(_, function)| named(function)).map(|(id, _)| id)
+}
+
 /// The function outside classes with this name and these parameters.
 pub(super) fn find_function(
-    module: &crate::hir::Module,
+    module: &Module,
     name: &str,
     parameters: &[Type],
 ) -> Option<FunctionId> {

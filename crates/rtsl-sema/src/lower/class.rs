@@ -9,7 +9,7 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
 use super::access::Access;
-use super::calls::Frame;
+use super::calls::{Frame, implicit_functions};
 use super::cells::{Cell, Cells};
 use super::facts::{FactTable, Root};
 use super::layout::Layouts;
@@ -32,16 +32,17 @@ pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<
         module,
         class,
         layouts: &layouts,
-        facts: &FactTable::new(module, functions_of(class), &expressions_of(class)),
+        facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
         tables: &RefCell::default(),
     };
     maker.make()
 }
 
-/// The constructor and the methods.
-fn functions_of(class: &Class) -> impl Iterator<Item = FunctionId> {
+/// The constructor, the methods, and what they may call without saying so.
+fn functions_of(module: &Module, class: &Class) -> impl Iterator<Item = FunctionId> {
     let constructor = class.constructor.iter().map(|constructor| constructor.function);
-    constructor.chain(class.methods.iter().map(|(_, function)| *function))
+    let methods = class.methods.iter().map(|(_, function)| *function);
+    constructor.chain(methods).chain(implicit_functions(module))
 }
 
 /// Initial values and defaults.

@@ -22,7 +22,7 @@ pub(super) struct ConstantTables {
 /// One table.
 #[derive(Clone, Debug)]
 pub(super) struct ConstantTable {
-    /// No name of the language has a `$`.
+    /// No name of a text has two underscores.
     pub name: String,
     pub ty: Type,
     /// Element by element and field by field.
@@ -36,7 +36,7 @@ impl ConstantTables {
         if let Some(table) = self.tables.iter().find(same) {
             return table.name.clone();
         }
-        let name = format!("$table{}", self.tables.len());
+        let name = format!("table__{}", self.tables.len());
         self.tables.push(ConstantTable {
             name: name.clone(),
             ty: ty.clone(),

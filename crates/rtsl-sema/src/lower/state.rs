@@ -201,8 +201,12 @@ impl Lowering<'_> {
                 let normal = self.get_variable(normal)?;
                 let vec3 = Type::Vector(Scalar::F32, 3);
                 let arguments = vec![normal.clone()];
-                let first =
-                    self.call_prelude("perpendicularTo", std::slice::from_ref(&vec3), arguments, span)?;
+                let first = self.call_prelude(
+                    "perpendicularTo",
+                    std::slice::from_ref(&vec3),
+                    arguments,
+                    span,
+                )?;
                 if !second {
                     return Ok(first);
                 }

@@ -1,0 +1,12 @@
+//! Text to the single-ray representation, run by the interpreter.
+
+mod calls;
+mod control;
+mod expressions;
+mod harness;
+mod lights;
+mod limits;
+mod metadata;
+mod references;
+mod state;
+mod storage;
