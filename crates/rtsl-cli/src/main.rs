@@ -1,3 +1,58 @@
-//! The `rtsl` command.
+//! The `rtsl` command: a thin shell over the crates `rtsl` and `rtsl-render`.
+//!
+//! Exit codes: 0 done; 1 the input is at fault, and diagnostics say why; 2 wrong usage. Diagnostics
+//! go to standard error, results to standard output or to the file that `-o` names.
 
-fn main() {}
+mod arguments;
+mod commands;
+mod eval;
+mod files;
+mod json;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::arguments::{Arguments, Command};
+use crate::commands::{Failure, Outcome};
+use crate::report::Reporter;
+
+const INPUT_AT_FAULT: u8 = 1;
+const WRONG_USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let reporter = Reporter::new(arguments.color);
+    let result = match arguments.command {
+        Command::Check(arguments) => commands::check::run(&arguments, &reporter),
+        Command::Build(arguments) => commands::build::run(&arguments, &reporter),
+        Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
+        Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),
+        Command::Render(arguments) => commands::render::run(&arguments, &reporter),
+        Command::Info(arguments) => commands::info::run(&arguments, &reporter),
+        Command::Explain(arguments) => commands::explain::run(&arguments),
+        Command::Help(arguments) => commands::help::run(&arguments),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::InputAtFault) => ExitCode::from(INPUT_AT_FAULT),
+        Err(Failure::Usage(message)) => {
+            reporter.message("error", &message);
+            reporter.message("help", "`rtsl help` tells what the command understands");
+            ExitCode::from(WRONG_USAGE)
+        }
+        Err(Failure::Diagnostics(diagnostics)) => {
+            diagnostics.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
+            ExitCode::from(INPUT_AT_FAULT)
+        }
+        // Whoever reads the output has read enough: `rtsl explain | head`.
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
+        Err(Failure::Output(error)) => {
+            reporter.message("error", &format!("can't write the result: {error}"));
+            ExitCode::from(INPUT_AT_FAULT)
+        }
+    }
+}

@@ -62,6 +62,21 @@ impl Compiler {
             Err(reason) => unreadable(path, &reason),
         }
     }
+
+    /// The syntax tree of a file as text, with the diagnostics of parsing. Nothing is checked.
+    pub fn print_syntax_tree(&self, path: &Path) -> (String, Compilation) {
+        let text = match read_text(path) {
+            Ok(text) => text,
+            Err(reason) => return (String::new(), unreadable(path, &reason)),
+        };
+        let mut loader = FileLoader::beside(path, self.options.search_path.clone());
+        let mut compilation =
+            Compilation { unit: None, diagnostics: Diagnostics::new(), sources: SourceMap::new() };
+        let Compilation { sources, diagnostics, .. } = &mut compilation;
+        let file = sources.add(path.display().to_string(), text);
+        let tree = rtsl_syntax::parse(sources, file, &mut loader, diagnostics);
+        (rtsl_syntax::print::print(&tree), compilation)
+    }
 }
 
 fn unreadable(path: &Path, reason: &str) -> Compilation {

@@ -48,7 +48,7 @@ pub use instance::Instance;
 pub use kernel::Kernel;
 pub use loader::FileLoader;
 pub use options::{Backend, EngineOptions, Math};
-pub use parameters::{scalar_name, type_name};
+pub use parameters::{place_words, scalar_name, type_name};
 pub use program::{LinkedMethod, Program};
 pub use state::{new_state, set_defaults};
 pub use unit::{Compilation, Unit};

@@ -80,6 +80,25 @@ pub(crate) fn argument(parameter: &Parameter, value: &Value) -> Result<Argument,
     }
 }
 
+/// The words that `value` gives for a variable of type `ty` that is called `name`, by the names of
+/// its places; for hosts that set scratch.
+///
+/// # Errors
+/// Where the value has another type, a sentence that says so.
+pub fn place_words(
+    name: &str,
+    ty: &ParameterType,
+    value: &Value,
+) -> Result<Vec<(String, Vec<u32>)>, String> {
+    let mut leaves = Leaves::new();
+    add(ty, value, name, &mut leaves, 0).map_err(|mismatch| match mismatch {
+        Mismatch::Type { expected, found } => format!("expected {expected}, found {found}"),
+        Mismatch::Range(problem) => problem,
+        Mismatch::Role { class, role } => format!("`{class}` is no {role}"),
+    })?;
+    Ok(leaves.into_iter().map(|(name, words)| (name, words.as_slice().to_vec())).collect())
+}
+
 /// The type as RTSL writes it.
 pub fn type_name(ty: &ParameterType) -> String {
     match ty {

@@ -1,0 +1,181 @@
+//! `rtsl eval`: runs one method on given values.
+
+use std::io::{BufRead, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::Value as JsonValue;
+
+use super::{CommandResult, Failure, Outcome};
+use crate::arguments::{BackendName, EngineArguments, MathName, SearchPath};
+use crate::eval::{Answer, Evaluation, Request, Session};
+use crate::files::write_result;
+use crate::json::Json;
+use crate::report::Reporter;
+
+/// The command line of `rtsl eval`.
+#[derive(Debug, Args)]
+pub struct EvalArguments {
+    /// The shader.
+    #[arg(required_unless_present = "stdin", value_name = "FILE")]
+    file: Option<PathBuf>,
+    /// The method; without one the file is only compiled.
+    method: Option<String>,
+    /// The class, where the file has several.
+    #[arg(long)]
+    class: Option<String>,
+    /// A parameter of the instance; may be repeated. Values are numbers, `true`, `false`, lists
+    /// such as `1,0,0`, or JSON.
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    params: Vec<(String, JsonValue)>,
+    /// A state variable before the call; may be repeated.
+    #[arg(long = "state", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    state: Vec<(String, JsonValue)>,
+    /// A scratch member before the call; may be repeated.
+    #[arg(long = "scratch", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    scratch: Vec<(String, JsonValue)>,
+    /// The greatest number of loop iterations of one ray.
+    #[arg(long)]
+    budget: Option<u32>,
+    /// Print the answer as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Read one JSON request a line from standard input, write one JSON answer a line.
+    #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "state", "scratch"])]
+    stdin: bool,
+    #[command(flatten)]
+    engine: EngineArguments,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// Runs the method, or answers requests until there are no more.
+pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
+    let mut session = Session::new(arguments.search_path.search_path.clone());
+    if arguments.stdin {
+        return answer_lines(&mut session);
+    }
+    let request = request(arguments);
+    if arguments.json {
+        let answer = session.answer(&request);
+        write_result(None, json_line(&answer).as_bytes())?;
+        return Ok(if answer.ok { Outcome::Done } else { Outcome::InputAtFault });
+    }
+    let Evaluation { answer, compilation, problems } = session.evaluate(&request);
+    if let Some(compilation) = compilation {
+        reporter.compilation(&compilation);
+    }
+    problems.iter().for_each(|problem| reporter.diagnostic(problem));
+    write_result(None, plain_text(&answer).as_bytes())?;
+    match answer.error {
+        Some(error) => Err(Failure::Usage(error)),
+        None if answer.ok => Ok(Outcome::Done),
+        None => Ok(Outcome::InputAtFault),
+    }
+}
+
+fn answer_lines(session: &mut Session) -> CommandResult {
+    let mut input = std::io::stdin().lock();
+    let mut output = std::io::stdout().lock();
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        if input.read_until(b'\n', &mut line).map_err(Failure::Output)? == 0 {
+            return Ok(Outcome::Done);
+        }
+        let answer = match str::from_utf8(&line) {
+            Ok(text) if text.trim().is_empty() => continue,
+            Ok(text) => session.answer_line(text),
+            Err(_) => Answer::refusal(None, "not UTF-8"),
+        };
+        output
+            .write_all(json_line(&answer).as_bytes())
+            .and_then(|()| output.flush())
+            .map_err(Failure::Output)?;
+    }
+}
+
+fn json_line(answer: &Answer) -> String {
+    serde_json::to_string(answer).unwrap_or_default() + "\n"
+}
+
+fn request(arguments: &EvalArguments) -> Request {
+    let values = |list: &[(String, JsonValue)]| list.iter().cloned().collect();
+    let backend = match arguments.engine.backend {
+        BackendName::Auto => "auto",
+        BackendName::Jit => "jit",
+        BackendName::Interp => "interp",
+    };
+    let math = match arguments.engine.math {
+        MathName::Contract => "contract",
+        MathName::Strict => "strict",
+        MathName::Fast => "fast",
+    };
+    Request {
+        file: arguments.file.clone(),
+        class: arguments.class.clone(),
+        method: arguments.method.clone(),
+        params: values(&arguments.params),
+        state: values(&arguments.state),
+        scratch: values(&arguments.scratch),
+        backend: Some(backend.to_owned()),
+        width: arguments.engine.width,
+        math: Some(math.to_owned()),
+        budget: arguments.budget,
+        ..Request::default()
+    }
+}
+
+/// `name=value`, the value a number, a list with commas, or JSON.
+pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let json = |text: &str| {
+        let number = serde_json::from_str(text);
+        // What JSON writes otherwise: `.5`, `+1`, `1.`.
+        let float = || {
+            let value: f32 = text.trim().parse().ok()?;
+            let shown = serde_json::to_string(&Json::Float(value)).ok()?;
+            serde_json::from_str(&shown).ok()
+        };
+        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is no value"))
+    };
+    let value = if value.contains(',') && !value.trim_start().starts_with(['[', '{']) {
+        JsonValue::Array(value.split(',').map(json).collect::<Result<_, _>>()?)
+    } else {
+        json(value)?
+    };
+    Ok((name.to_owned(), value))
+}
+
+/// `name = value` lines, the value of the one ray.
+fn plain_text(answer: &Answer) -> String {
+    let mut text = String::new();
+    if let Some(hit) = &answer.hit {
+        text += &format!("hit = {}\n", plain_value(first_lane(hit)));
+    }
+    let state = answer.state.iter().flatten();
+    for (name, value) in state.chain(answer.scratch.iter().flatten()) {
+        text += &format!("{name} = {}\n", plain_value(first_lane(value)));
+    }
+    text
+}
+
+fn first_lane(value: &Json) -> &Json {
+    match value {
+        Json::Object(fields) => match fields.first() {
+            Some((_, Json::List(lanes))) => lanes.first().unwrap_or(value),
+            _ => value,
+        },
+        _ => value,
+    }
+}
+
+fn plain_value(value: &Json) -> String {
+    match value {
+        Json::Text(text) => text.clone(),
+        Json::Float(value) if !value.is_finite() => format!("{value:?}"),
+        Json::Float(_) | Json::Integer(_) | Json::Bool(_) | Json::List(_) | Json::Object(_) => {
+            serde_json::to_string(value).unwrap_or_default()
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! `rtsl explain`: what the code of a diagnostic means.
+
+use clap::Args;
+use rtsl::{code_info, codes, most_similar};
+
+use super::{CommandResult, Failure, Outcome};
+use crate::files::write_result;
+
+/// The command line of `rtsl explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// The code, such as E0201; all codes are listed if none is given.
+    code: Option<String>,
+}
+
+/// Prints the page of a code, or the list of all.
+pub fn run(arguments: &ExplainArguments) -> CommandResult {
+    let text = match &arguments.code {
+        None => {
+            let lines = codes().iter().map(|info| format!("{}  {}\n", info.code, info.title));
+            lines.collect()
+        }
+        Some(code) => match code_info(code) {
+            Some(info) => format!("# {}: {}\n\n{}", info.code, info.title, info.explanation),
+            None => return Err(Failure::Usage(unknown_code(code))),
+        },
+    };
+    write_result(None, text.as_bytes())?;
+    Ok(Outcome::Done)
+}
+
+fn unknown_code(code: &str) -> String {
+    let code = code.to_ascii_uppercase();
+    match most_similar(&code, codes().iter().map(|info| info.code.as_str())) {
+        Some(meant) => format!("there is no code `{code}`; did you mean `{meant}`?"),
+        None => format!("there is no code `{code}`; `rtsl explain` lists them all"),
+    }
+}

@@ -1,0 +1,124 @@
+//! `rtsl info`: this program and the machine, or a class.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rtsl::{
+    AnnotationValue, Class, Compiler, Engine, EngineOptions, Llvm, Parameter, library,
+    most_similar, type_name,
+};
+
+use super::{CommandResult, Failure, Outcome, compile_file, compiler};
+use crate::arguments::SearchPath;
+use crate::files::write_result;
+use crate::report::Reporter;
+
+/// The command line of `rtsl info`.
+#[derive(Debug, Args)]
+pub struct InfoArguments {
+    /// A class of the standard library, or a file: what its classes are and take. Without one,
+    /// the program's version, the LLVM in use and the machine.
+    #[arg(value_name = "CLASS|FILE")]
+    subject: Option<String>,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// Prints what is asked about.
+pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
+    let text = match &arguments.subject {
+        None => about_program(&arguments.search_path.search_path),
+        Some(subject) => {
+            let compiler = compiler(&arguments.search_path);
+            let path = Path::new(subject);
+            if path.extension().is_some() || path.exists() {
+                match compile_file(&compiler, path, reporter) {
+                    Some(unit) => unit.classes().iter().map(|class| about_class(class)).collect(),
+                    None => return Ok(Outcome::InputAtFault),
+                }
+            } else {
+                about_library_class(&compiler, subject)?
+            }
+        }
+    };
+    write_result(None, text.as_bytes())?;
+    Ok(Outcome::Done)
+}
+
+fn about_program(search_path: &[PathBuf]) -> String {
+    let mut text = format!("rtsl {}\n", env!("CARGO_PKG_VERSION"));
+    match Llvm::load() {
+        Ok(llvm) => {
+            text += &format!("LLVM          {}\n", llvm.version());
+            text += &format!("  library     {}\n", llvm.path().display());
+            text += &format!("  processor   {}\n", llvm.host().cpu());
+            text += &format!("  target      {}\n", llvm.host().triple());
+            text += &format!("  features    {}\n", present_features(llvm.host().features()));
+        }
+        Err(error) => text += &format!("LLVM          none: {error}\n"),
+    }
+    if let Ok((engine, _)) = Engine::new(EngineOptions::default()) {
+        text += &format!("width         {}\n", engine.width());
+    }
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    text += &format!("threads       {threads}\n");
+    text += &format!("library       {} shaders, built in\n", library::files().len());
+    let folders: Vec<String> =
+        search_path.iter().map(|folder| folder.display().to_string()).collect();
+    let folders = if folders.is_empty() { "none".to_owned() } else { folders.join(" ") };
+    text + &format!("search path   {folders}\n")
+}
+
+/// Of LLVM's list, what the machine has.
+fn present_features(features: &str) -> String {
+    let present = features.split(',').filter_map(|feature| feature.strip_prefix('+'));
+    present.collect::<Vec<_>>().join(" ")
+}
+
+fn about_library_class(compiler: &Compiler, name: &str) -> Result<String, Failure> {
+    let mut names = Vec::new();
+    for file in library::files() {
+        let compilation = compiler.compile(file.path, file.text);
+        for class in compilation.unit.iter().flat_map(|unit| unit.classes()) {
+            if class.name == name {
+                return Ok(about_class(class));
+            }
+            names.push(class.name.clone());
+        }
+    }
+    names.sort();
+    Err(Failure::Usage(match most_similar(name, names.iter().map(String::as_str)) {
+        Some(meant) => format!("the library has no class `{name}`; did you mean `{meant}`?"),
+        None => format!("the library has no class `{name}`; it has {}", names.join(", ")),
+    }))
+}
+
+fn about_class(class: &Class) -> String {
+    let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
+    let mut text = format!("{}: {}\n", class.name, roles.join(", "));
+    for line in class.documentation.iter().flat_map(|documentation| documentation.lines()) {
+        text += &format!("  {line}\n");
+    }
+    let methods: Vec<&str> = class.methods.keys().map(|method| method.name()).collect();
+    text += &format!("methods: {}\n", methods.join(", "));
+    if !class.parameters.is_empty() {
+        text += "parameters:\n";
+    }
+    for parameter in &class.parameters {
+        text += &about_parameter(parameter);
+    }
+    text + "\n"
+}
+
+fn about_parameter(parameter: &Parameter) -> String {
+    let required = if parameter.required { ", required" } else { "" };
+    let mut text = format!("  {} {}{required}", type_name(&parameter.ty), parameter.name);
+    for annotation in &parameter.annotations {
+        match &annotation.value {
+            AnnotationValue::None => text += &format!("; {}", annotation.key),
+            AnnotationValue::Text(value) => text += &format!("; {} {value:?}", annotation.key),
+            AnnotationValue::Constant(value) => text += &format!("; {} {value}", annotation.key),
+        }
+    }
+    text + "\n"
+}

@@ -1,0 +1,83 @@
+//! The subcommands, one file each.
+
+pub mod bench;
+pub mod build;
+pub mod check;
+pub mod eval;
+pub mod explain;
+pub mod help;
+pub mod info;
+pub mod render;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rtsl::{
+    Class, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Unit,
+};
+
+use crate::arguments::SearchPath;
+use crate::report::Reporter;
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// As asked.
+    Done,
+    /// The input is at fault; diagnostics are written.
+    InputAtFault,
+}
+
+/// Why a command could not end.
+#[derive(Debug)]
+pub enum Failure {
+    /// The command line asks for what there is not.
+    Usage(String),
+    /// The input is at fault; diagnostics are yet to be written.
+    Diagnostics(Vec<Diagnostic>),
+    /// A result can't be written.
+    Output(std::io::Error),
+}
+
+impl From<Diagnostic> for Failure {
+    fn from(diagnostic: Diagnostic) -> Failure {
+        Failure::Diagnostics(vec![diagnostic])
+    }
+}
+
+/// What a command gives.
+pub type CommandResult = Result<Outcome, Failure>;
+
+/// A compiler that looks for includes where the command line says.
+pub fn compiler(search_path: &SearchPath) -> Compiler {
+    let search_path = search_path.search_path.clone();
+    Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() })
+}
+
+/// Compiles a file and reports; `None` if there are errors.
+pub fn compile_file(compiler: &Compiler, path: &Path, reporter: &Reporter) -> Option<Unit> {
+    let compilation: Compilation = compiler.compile_file(path);
+    reporter.compilation(&compilation);
+    compilation.unit
+}
+
+/// The class of this name, or the only one.
+pub fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>, Failure> {
+    match (name, unit.classes()) {
+        (Some(name), _) => Ok(unit.class(name)?),
+        (None, [class]) => Ok(class),
+        (None, []) => Err(Failure::Usage("the file has no class".to_owned())),
+        (None, classes) => {
+            let names: Vec<&str> = classes.iter().map(|class| class.name.as_str()).collect();
+            let names = names.join("`, `");
+            Err(Failure::Usage(format!("choose a class with `--class`; the file has `{names}`")))
+        }
+    }
+}
+
+/// An engine; its warnings are reported.
+pub fn engine(options: EngineOptions, reporter: &Reporter) -> Result<Engine, Failure> {
+    let (engine, warnings) = Engine::new(options)?;
+    warnings.iter().for_each(|warning| reporter.diagnostic(warning));
+    Ok(engine)
+}

@@ -1,0 +1,157 @@
+//! `rtsl render`: a scene to a picture.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rtsl_render::film::{ImageFormat, write_image};
+use rtsl_render::{Messages, RenderRequest, render_scene};
+
+use super::{CommandResult, Failure, Outcome};
+use crate::arguments::{EngineArguments, SearchPath};
+use crate::files::write_result;
+use crate::report::Reporter;
+
+/// The command line of `rtsl render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// The scene, in the format of pbrt-v4 with RTSL's class names.
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// The picture: OUT.png or OUT.exr.
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// What renders.
+    #[arg(long, value_enum, default_value_t = Renderer::Interactive)]
+    renderer: Renderer,
+    /// Samples a pixel, instead of the scene's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Columns and rows, instead of the scene's.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(usize, usize)>,
+    /// How many threads; all processors if not given. Never changes the picture.
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
+    /// The seed of the sampler, instead of the scene's.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Stop after this time and write what there is.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    time: Option<Duration>,
+    /// Write what the render did and how long it took, as JSON.
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
+    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
+    defines: Vec<String>,
+    /// Brighten a PNG by so many stops, on top of the scene's exposure.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+    #[command(flatten)]
+    engine: EngineArguments,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// The renderers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Renderer {
+    /// Packets of rays from tiles; runs `shade`.
+    Interactive,
+}
+
+/// Renders and writes the picture.
+pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
+    check_output(&arguments.output)?;
+    match arguments.renderer {
+        Renderer::Interactive => {}
+    }
+    let bar = progress_bar(reporter);
+    let progress = |done: usize, of: usize| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    };
+    let request = RenderRequest {
+        scene: arguments.scene.clone(),
+        defines: arguments.defines.clone(),
+        search_path: arguments.search_path.search_path.clone(),
+        size: arguments.size,
+        samples: arguments.spp,
+        seed: arguments.seed,
+        threads: arguments.threads,
+        engine: arguments.engine.options(),
+        time_limit: arguments.time,
+        progress: Some(&progress),
+        cancel: None,
+    };
+    let rendered = render_scene(&request);
+    bar.finish_and_clear();
+    let rendered = match rendered {
+        Ok(rendered) => rendered,
+        Err(messages) => {
+            report(&messages, reporter);
+            return Ok(Outcome::InputAtFault);
+        }
+    };
+    report(&rendered.warnings, reporter);
+    let exposure = rendered.settings.exposure + arguments.exposure;
+    write_image(&rendered.image, &arguments.output, exposure)
+        .map_err(|error| Failure::Output(std::io::Error::other(error)))?;
+    if let Some(path) = &arguments.stats {
+        write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Refuses before the work what could not be written after it.
+fn check_output(output: &Path) -> Result<(), Failure> {
+    ImageFormat::from_path(output).map_err(|error| Failure::Usage(error.to_string()))?;
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder {
+        Some(folder) if !folder.is_dir() => {
+            Err(Failure::Usage(format!("there is no folder `{}`", folder.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn progress_bar(reporter: &Reporter) -> ProgressBar {
+    let target = if reporter.shows_progress() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(None, target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}%  {elapsed}, {eta} left")
+    {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn report(messages: &Messages, reporter: &Reporter) {
+    for (sources, diagnostic) in messages.iter() {
+        reporter.diagnostics(sources, [diagnostic]);
+    }
+}
+
+fn parse_size(text: &str) -> Result<(usize, usize), String> {
+    let size = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side));
+        Some((side(width)?, side(height)?))
+    });
+    size.ok_or_else(|| "expected columns and rows, such as 1024x768".to_owned())
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().ok().filter(|threads| (1..=1024).contains(threads));
+    threads.ok_or_else(|| "expected a number from 1 to 1024".to_owned())
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds >= 0.0);
+    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| "expected seconds".to_owned())
+}

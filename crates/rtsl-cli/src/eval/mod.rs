@@ -1,0 +1,11 @@
+//! Runs one method on given values: what `rtsl eval` does, for people and for programs.
+
+mod host;
+mod request;
+mod run;
+mod session;
+mod values;
+
+pub use request::{Answer, Request};
+pub use session::{Evaluation, Session};
+pub use values::{ValueError, make_instance};

@@ -1,0 +1,271 @@
+//! Makes the instance, sets what the request sets, calls the method, reads what it gave.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::{
+    CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, Method,
+    ParameterType, Program, Role, Scalar, Shape, StateVariable, Unit, Value,
+    diagnostic_codes as codes, lookup_state, most_similar, new_state, place_words, set_defaults,
+    state_variables,
+};
+use serde_json::Value as JsonValue;
+
+use super::host::PlainHost;
+use super::request::{Request, Values};
+use super::session::Evaluation;
+use super::values::{self, Lanes, PlaceWords, ValueError};
+use crate::json::Json;
+
+/// The greatest number of rays of one request.
+const MAX_LANES: usize = 1 << 20;
+
+/// Why there is no result.
+#[derive(Debug)]
+pub enum Refusal {
+    /// The request itself is at fault.
+    Request(String),
+    /// The shader, its parameters or this machine are.
+    Diagnostics(Vec<Diagnostic>),
+}
+
+impl From<Diagnostic> for Refusal {
+    fn from(diagnostic: Diagnostic) -> Refusal {
+        Refusal::Diagnostics(vec![diagnostic])
+    }
+}
+
+impl From<ValueError> for Refusal {
+    fn from(error: ValueError) -> Refusal {
+        match error {
+            ValueError::Malformed(message) => Refusal::Request(message),
+            ValueError::Instance(diagnostics) => Refusal::Diagnostics(diagnostics),
+        }
+    }
+}
+
+/// Runs the request's method and completes the evaluation. Gives the program, to be kept.
+pub fn run(
+    request: &Request,
+    unit: &Unit,
+    engine: &Engine,
+    evaluation: &mut Evaluation,
+) -> Result<Arc<Program>, Refusal> {
+    let class = choose_class(unit, request.class.as_deref())?;
+    let method = choose_method(request.method.as_deref().unwrap_or_default())?;
+    let params = request.params.iter().chain(&request.buffers);
+    let instance = values::make_instance(class, unit, params)?;
+    let program = engine.program(&instance);
+    let linked = program.method(method)?;
+    evaluation.problems.extend(linked.warnings.iter().cloned());
+    let kernel = program.kernel(method, Shape::Packet)?;
+
+    let state_values = parse_lanes(&request.state);
+    let scratch_values = parse_lanes(&request.scratch);
+    let lanes = count_lanes(request, state_values.values().chain(scratch_values.values()))?;
+    let mut state = new_state(lanes);
+    if let Some(role) = role_of(class, method) {
+        set_defaults(&mut state, role);
+    }
+    set_state(&mut state, &state_values)?;
+    let mut scratch = program.new_scratch(lanes);
+    set_scratch(&mut scratch, &program, &scratch_values)?;
+    let mut accepted = LaneMask::new(lanes);
+    let block = program.block(&instance);
+    let status = kernel.call(CallArguments {
+        state: &mut state,
+        scratch: &mut scratch,
+        count: lanes,
+        mask: None,
+        accepted: Some(&mut accepted),
+        instances: Instances::One(&block),
+        host: &mut PlainHost(&request.host),
+    });
+    let answer = &mut evaluation.answer;
+    if status.budget_exhausted {
+        answer.ok = false;
+        evaluation.problems.push(budget_exhausted(class, method));
+    }
+    let written = linked.writes.iter().map(|variable| show_state(variable, &state));
+    answer.state = Some(written.collect());
+    answer.scratch = Some(show_scratch(&program, &scratch));
+    if method == Method::Intersect {
+        let hits = (0..lanes).map(|lane| Json::Bool(accepted.get(lane)));
+        answer.hit = Some(lanes_of(hits.collect()));
+    }
+    Ok(program)
+}
+
+fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>, Refusal> {
+    match (name, unit.classes()) {
+        (Some(name), _) => Ok(unit.class(name)?),
+        (None, [class]) => Ok(class),
+        (None, classes) => {
+            let message = format!("choose a `class`: the text has {}", classes.len());
+            Err(Refusal::Request(message))
+        }
+    }
+}
+
+fn choose_method(name: &str) -> Result<Method, Refusal> {
+    Method::from_name(name).ok_or_else(|| {
+        let names = Method::ALL.iter().map(|method| method.name());
+        Refusal::Request(match most_similar(name, names) {
+            Some(meant) => format!("there is no method `{name}`; did you mean `{meant}`?"),
+            None => format!("there is no method `{name}`"),
+        })
+    })
+}
+
+/// The role in which the class has the method.
+fn role_of(class: &Class, method: Method) -> Option<Role> {
+    class.roles.iter().copied().find(|role| method.roles().contains(role))
+}
+
+fn parse_lanes(values: &Values) -> BTreeMap<&str, Lanes> {
+    values.iter().map(|(name, value)| (name.as_str(), Lanes::parse(value))).collect()
+}
+
+fn count_lanes<'a>(
+    request: &Request,
+    values: impl Iterator<Item = &'a Lanes>,
+) -> Result<usize, Refusal> {
+    let given = values.filter_map(Lanes::count).max();
+    let lanes = request.lanes.or(given).unwrap_or(1);
+    if lanes > MAX_LANES {
+        return Err(Refusal::Request(format!("{lanes} lanes, where {MAX_LANES} are the limit")));
+    }
+    Ok(lanes)
+}
+
+fn lane_value<'a>(name: &str, values: &'a Lanes, lane: usize) -> Result<&'a JsonValue, Refusal> {
+    values
+        .get(lane)
+        .ok_or_else(|| Refusal::Request(format!("`{name}` has no value for lane {lane}")))
+}
+
+fn set_state(state: &mut LaneBlock, values: &BTreeMap<&str, Lanes>) -> Result<(), Refusal> {
+    for (name, values) in values {
+        let variable = lookup_state(name).ok_or_else(|| unknown_state(name))?;
+        let count = variable.ty.components() as usize;
+        for lane in 0..state.lanes() {
+            let mut floats = Vec::with_capacity(count);
+            let value = lane_value(name, values, lane)?;
+            values::parse_floats(value, &mut floats)
+                .map_err(|error| Refusal::Request(format!("`{name}`: {error}")))?;
+            if variable.ty == rtsl::StateType::Color && floats.len() == 1 {
+                floats.resize(count, floats[0]);
+            }
+            if floats.len() != count {
+                let message = format!("`{name}` has {count} components, not {}", floats.len());
+                return Err(Refusal::Request(message));
+            }
+            for (component, value) in floats.into_iter().enumerate() {
+                state.floats_mut(variable.first_component as usize + component)[lane] = value;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn unknown_state(name: &str) -> Refusal {
+    let names = state_variables().iter().map(|variable| variable.name);
+    Refusal::Request(match most_similar(name, names) {
+        Some(meant) => format!("there is no state variable `{name}`; did you mean `{meant}`?"),
+        None => format!("there is no state variable `{name}`"),
+    })
+}
+
+fn set_scratch(
+    scratch: &mut LaneBlock,
+    program: &Program,
+    values: &BTreeMap<&str, Lanes>,
+) -> Result<(), Refusal> {
+    for (name, values) in values {
+        let ty = scratch_type(program.class(), name)?;
+        for lane in 0..scratch.lanes() {
+            let value = values::parse_value(lane_value(name, values, lane)?, &Unit::default())?;
+            set_scratch_member(scratch, program, name, ty, &value, lane)?;
+        }
+    }
+    Ok(())
+}
+
+fn scratch_type<'a>(class: &'a Class, name: &str) -> Result<&'a ParameterType, Refusal> {
+    let found = class.scratch_types.iter().find(|(member, _)| member == name);
+    found.map(|(_, ty)| ty).ok_or_else(|| {
+        Refusal::Request(format!("class `{}` has no scratch member `{name}`", class.name))
+    })
+}
+
+fn set_scratch_member(
+    scratch: &mut LaneBlock,
+    program: &Program,
+    name: &str,
+    ty: &ParameterType,
+    value: &Value,
+    lane: usize,
+) -> Result<(), Refusal> {
+    let places = place_words(name, ty, value)
+        .map_err(|error| Refusal::Request(format!("scratch `{name}`: {error}")))?;
+    for (place, words) in places {
+        let Some(first) = program.layout().scratch.get(&place) else { continue };
+        let is_bool = program
+            .scratch()
+            .iter()
+            .any(|known| known.name == place && known.scalar == Scalar::Bool);
+        for (index, word) in words.into_iter().enumerate() {
+            // Kernels hold true as all ones.
+            let word = if is_bool && word != 0 { u32::MAX } else { word };
+            scratch.words_mut(*first as usize + index)[lane] = word;
+        }
+    }
+    Ok(())
+}
+
+fn show_state(variable: &StateVariable, state: &LaneBlock) -> (String, Json) {
+    let component = |index: u32, lane: usize| {
+        Json::Float(state.floats((variable.first_component + index) as usize)[lane])
+    };
+    let lanes = (0..state.lanes()).map(|lane| match variable.ty.components() {
+        1 => component(0, lane),
+        count => Json::List((0..count).map(|index| component(index, lane)).collect()),
+    });
+    (variable.name.to_owned(), lanes_of(lanes.collect()))
+}
+
+fn show_scratch(program: &Program, scratch: &LaneBlock) -> BTreeMap<String, Json> {
+    let members = program.class().scratch_types.iter().map(|(name, ty)| {
+        let lanes = (0..scratch.lanes()).map(|lane| {
+            let mut words = lane_words(program, scratch, lane);
+            values::show(ty, name, &mut words)
+        });
+        (name.clone(), lanes_of(lanes.collect()))
+    });
+    members.collect()
+}
+
+/// The words of every place of the scratch of one ray.
+fn lane_words<'a>(program: &'a Program, scratch: &'a LaneBlock, lane: usize) -> PlaceWords<'a> {
+    let places = program.scratch().iter().filter_map(|place| {
+        let first = *program.layout().scratch.get(&place.name)?;
+        let words = (first..first + place.len)
+            .map(move |array| scratch.words(array as usize)[lane])
+            .map(|word| if place.scalar == Scalar::Bool { u32::from(word != 0) } else { word });
+        let words: Box<dyn Iterator<Item = u32>> = Box::new(words);
+        Some((place.name.clone(), words))
+    });
+    places.collect()
+}
+
+fn lanes_of(lanes: Vec<Json>) -> Json {
+    Json::Object(vec![("lanes".to_owned(), Json::List(lanes))])
+}
+
+fn budget_exhausted(class: &Class, method: Method) -> Diagnostic {
+    Diagnostic::new(
+        codes::BUDGET_EXHAUSTED,
+        format!("`{}` of `{}` used up its budget of loop iterations", method.name(), class.name),
+    )
+    .help("its loop may never end; `--budget` sets the limit")
+}

@@ -1,0 +1,204 @@
+//! Requests, one after the other, with what they can share.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use rtsl::{
+    Backend, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Math,
+    Program, SourceMap,
+};
+
+use super::request::{Answer, Request};
+use super::run::{self, Refusal};
+use crate::report::JsonDiagnostic;
+
+/// How many compiled texts are kept.
+const KEPT_TEXTS: usize = 16;
+/// How many programs of one text are kept.
+const KEPT_PROGRAMS: usize = 64;
+
+/// Answers requests. Texts and code are kept for requests that ask for the same.
+#[derive(Default)]
+pub struct Session {
+    search_path: Vec<PathBuf>,
+    engines: Vec<(EngineOptions, Engine)>,
+    /// The most recently used last.
+    texts: Vec<KeptText>,
+}
+
+/// What became of a request.
+pub struct Evaluation {
+    /// The answer without its diagnostics.
+    pub answer: Answer,
+    /// The compiled text with its diagnostics.
+    pub compilation: Option<Arc<Compilation>>,
+    /// Further diagnostics, of parameters, linking and running, without a place.
+    pub problems: Vec<Diagnostic>,
+}
+
+/// A compiled text.
+struct KeptText {
+    source: String,
+    budget: Option<u32>,
+    compilation: Arc<Compilation>,
+    /// Kept alive with their kernels.
+    programs: Vec<Arc<Program>>,
+}
+
+impl Session {
+    /// A session whose texts may include files from these folders.
+    pub fn new(search_path: Vec<PathBuf>) -> Session {
+        Session { search_path, ..Session::default() }
+    }
+
+    /// The answer to a line of JSON.
+    pub fn answer_line(&mut self, line: &str) -> Answer {
+        let json: serde_json::Value = match serde_json::from_str(line) {
+            Ok(json) => json,
+            Err(error) => return Answer::refusal(None, format!("not JSON: {error}")),
+        };
+        let id = json.get("id").cloned();
+        match serde_json::from_value(json) {
+            Ok(request) => self.answer(&request),
+            Err(error) => Answer::refusal(id, format!("not a request: {error}")),
+        }
+    }
+
+    /// The answer to a request.
+    pub fn answer(&mut self, request: &Request) -> Answer {
+        let Evaluation { mut answer, compilation, problems } = self.evaluate(request);
+        let compiled = compilation.iter().flat_map(|compilation| {
+            let diagnostics = compilation.diagnostics.iter();
+            diagnostics.map(|diagnostic| JsonDiagnostic::new(&compilation.sources, diagnostic))
+        });
+        let nowhere = SourceMap::new();
+        let others = problems.iter().map(|problem| JsonDiagnostic::new(&nowhere, problem));
+        answer.diagnostics = compiled.chain(others).collect();
+        answer
+    }
+
+    /// What a request gives, diagnostics apart.
+    pub fn evaluate(&mut self, request: &Request) -> Evaluation {
+        let id = request.id.clone();
+        let answer = Answer { id: id.clone(), ..Answer::default() };
+        let mut evaluation = Evaluation { answer, compilation: None, problems: Vec::new() };
+        // A mistake of the compiler costs one answer, not the process.
+        let completed =
+            catch_unwind(AssertUnwindSafe(|| self.try_evaluate(request, &mut evaluation)));
+        match completed {
+            Ok(Ok(())) => {}
+            Ok(Err(Refusal::Request(error))) => evaluation.answer = Answer::refusal(id, error),
+            Ok(Err(Refusal::Diagnostics(problems))) => {
+                evaluation.answer.ok = false;
+                evaluation.problems.extend(problems);
+            }
+            Err(_) => {
+                let message = "internal error: the compiler failed on this request";
+                evaluation.answer = Answer::refusal(id, message);
+            }
+        }
+        evaluation
+    }
+
+    fn try_evaluate(
+        &mut self,
+        request: &Request,
+        evaluation: &mut Evaluation,
+    ) -> Result<(), Refusal> {
+        let compilation = self.compile(request)?;
+        evaluation.compilation = Some(compilation.clone());
+        let Some(unit) = &compilation.unit else { return Ok(()) };
+        evaluation.answer.ok = true;
+        if request.method.is_none() {
+            let names = unit.classes().iter().map(|class| class.name.clone());
+            evaluation.answer.classes = Some(names.collect());
+            return Ok(());
+        }
+        let engine = self.engine(engine_options(request)?, evaluation)?;
+        let program = run::run(request, unit, &engine, evaluation)?;
+        self.keep_program(program);
+        Ok(())
+    }
+
+    fn compile(&mut self, request: &Request) -> Result<Arc<Compilation>, Refusal> {
+        let compiler = Compiler::new(CompilerOptions {
+            loop_budget: request.budget,
+            search_path: self.search_path.clone(),
+        });
+        let source = match (&request.source, &request.file) {
+            (Some(source), None) => source,
+            // A file may have changed, or what it includes.
+            (None, Some(file)) => return Ok(Arc::new(compiler.compile_file(file))),
+            _ => {
+                let message = "a request has either `source` or `file`";
+                return Err(Refusal::Request(message.to_owned()));
+            }
+        };
+        let is_kept = |kept: &KeptText| kept.budget == request.budget && kept.source == *source;
+        if let Some(index) = self.texts.iter().position(is_kept) {
+            let kept = self.texts.remove(index);
+            let compilation = kept.compilation.clone();
+            self.texts.push(kept);
+            return Ok(compilation);
+        }
+        let compilation = Arc::new(compiler.compile("request.rtsl", source));
+        if self.texts.len() == KEPT_TEXTS {
+            self.texts.remove(0);
+        }
+        self.texts.push(KeptText {
+            source: source.clone(),
+            budget: request.budget,
+            compilation: compilation.clone(),
+            programs: Vec::new(),
+        });
+        Ok(compilation)
+    }
+
+    fn keep_program(&mut self, program: Arc<Program>) {
+        let Some(kept) = self.texts.last_mut() else { return };
+        let is_known = kept.programs.iter().any(|known| Arc::ptr_eq(known, &program));
+        if !is_known && kept.programs.len() < KEPT_PROGRAMS {
+            kept.programs.push(program);
+        }
+    }
+
+    fn engine(
+        &mut self,
+        options: EngineOptions,
+        evaluation: &mut Evaluation,
+    ) -> Result<Engine, Refusal> {
+        if let Some((_, engine)) = self.engines.iter().find(|(known, _)| *known == options) {
+            return Ok(engine.clone());
+        }
+        let (engine, warnings) = Engine::new(options.clone())?;
+        evaluation.problems.extend(warnings.iter().cloned());
+        self.engines.push((options, engine.clone()));
+        Ok(engine)
+    }
+}
+
+fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
+    let backend = match request.backend.as_deref() {
+        None | Some("auto") => Backend::Auto,
+        Some("jit") => Backend::Jit,
+        Some("interp") => Backend::Interpreter,
+        Some(other) => {
+            let message = format!("there is no backend `{other}`: auto, jit, interp");
+            return Err(Refusal::Request(message));
+        }
+    };
+    let math = match request.math.as_deref() {
+        None => Math::default(),
+        Some(name) => Math::from_name(name).ok_or_else(|| {
+            Refusal::Request(format!("there is no math `{name}`: contract, strict, fast"))
+        })?,
+    };
+    Ok(EngineOptions {
+        backend,
+        width: request.width,
+        math,
+        loop_budget: request.budget,
+        ..EngineOptions::default()
+    })
+}

@@ -1,0 +1,184 @@
+//! Values between JSON and the language.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::{Class, Constant, Diagnostic, Instance, ParameterType, Scalar, Unit, Value, type_name};
+use serde_json::Value as JsonValue;
+
+use super::request::Values;
+use crate::json::Json;
+
+/// One value for all rays, or one for each.
+#[derive(Clone, Debug)]
+pub enum Lanes {
+    /// The same for all.
+    Uniform(JsonValue),
+    /// `{"lanes": [...]}`.
+    Varying(Vec<JsonValue>),
+}
+
+impl Lanes {
+    /// Reads a value that may have lanes.
+    pub fn parse(value: &JsonValue) -> Lanes {
+        match value {
+            JsonValue::Object(fields) if fields.len() == 1 => match fields.get("lanes") {
+                Some(JsonValue::Array(values)) => Lanes::Varying(values.clone()),
+                _ => Lanes::Uniform(value.clone()),
+            },
+            _ => Lanes::Uniform(value.clone()),
+        }
+    }
+
+    /// How many rays it has values for; any number where `None`.
+    pub fn count(&self) -> Option<usize> {
+        match self {
+            Lanes::Uniform(_) => None,
+            Lanes::Varying(values) => Some(values.len()),
+        }
+    }
+
+    /// The value of a ray.
+    pub fn get(&self, lane: usize) -> Option<&JsonValue> {
+        match self {
+            Lanes::Uniform(value) => Some(value),
+            Lanes::Varying(values) => values.get(lane),
+        }
+    }
+}
+
+/// A parameter's value. An object with a `class` is an instance of that class of the text.
+pub fn parse_value(json: &JsonValue, unit: &Unit) -> Result<Value, ValueError> {
+    match json {
+        JsonValue::Bool(value) => Ok(Value::Bool(*value)),
+        JsonValue::Number(number) => parse_number(&number.to_string()),
+        JsonValue::String(text) => match text.as_str() {
+            "NaN" => Ok(Value::Float(f32::NAN)),
+            "Infinity" => Ok(Value::Float(f32::INFINITY)),
+            "-Infinity" => Ok(Value::Float(f32::NEG_INFINITY)),
+            _ => Err(ValueError::Malformed(format!("\"{text}\" is no value"))),
+        },
+        JsonValue::Array(values) => {
+            let values = values.iter().map(|value| parse_value(value, unit));
+            Ok(Value::List(values.collect::<Result<_, _>>()?))
+        }
+        JsonValue::Object(fields) => match fields.get("class") {
+            Some(JsonValue::String(class)) => parse_instance(class, fields, unit),
+            _ => {
+                let fields = fields
+                    .iter()
+                    .map(|(name, value)| Ok((name.clone(), parse_value(value, unit)?)));
+                Ok(Value::Struct(fields.collect::<Result<_, ValueError>>()?))
+            }
+        },
+        JsonValue::Null => Err(ValueError::Malformed("null is no value".to_owned())),
+    }
+}
+
+/// Why a value can't be read.
+#[derive(Debug)]
+pub enum ValueError {
+    /// The request is at fault.
+    Malformed(String),
+    /// An instance can't be made.
+    Instance(Vec<Diagnostic>),
+}
+
+/// Whole numbers are ints where they fit, so that they serve for any type.
+fn parse_number(text: &str) -> Result<Value, ValueError> {
+    // A float keeps the sign of its zero.
+    if text != "-0" {
+        if let Ok(value) = text.parse() {
+            return Ok(Value::Int(value));
+        }
+        if let Ok(value) = text.parse() {
+            return Ok(Value::Uint(value));
+        }
+    }
+    let malformed = |_| ValueError::Malformed(format!("`{text}` is no number"));
+    text.parse().map(Value::Float).map_err(malformed)
+}
+
+fn parse_instance(name: &str, fields: &Values, unit: &Unit) -> Result<Value, ValueError> {
+    let class = unit.class(name).map_err(|error| ValueError::Instance(vec![error]))?;
+    let empty = Values::new();
+    let params = match fields.get("params") {
+        Some(JsonValue::Object(params)) => params,
+        None => &empty,
+        Some(_) => {
+            return Err(ValueError::Malformed("`params` is no object".to_owned()));
+        }
+    };
+    let instance = make_instance(class, unit, params.iter())?;
+    Ok(Value::Instance(instance))
+}
+
+/// An instance of `class` with these parameters.
+pub fn make_instance<'a>(
+    class: &Arc<Class>,
+    unit: &Unit,
+    params: impl Iterator<Item = (&'a String, &'a JsonValue)>,
+) -> Result<Arc<Instance>, ValueError> {
+    let arguments = params
+        .map(|(name, value)| Ok((name.as_str(), parse_value(value, unit)?)))
+        .collect::<Result<Vec<_>, ValueError>>()?;
+    Instance::new(class, arguments)
+        .map_err(|problems| ValueError::Instance(problems.iter().cloned().collect()))
+}
+
+/// All floats of a value, in order.
+pub fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
+    match parse_value(json, &Unit::default()) {
+        Ok(Value::Int(value)) => floats.push(value as f32),
+        Ok(Value::Uint(value)) => floats.push(value as f32),
+        Ok(Value::Float(value)) => floats.push(value),
+        Ok(Value::List(_)) => {
+            let JsonValue::Array(values) = json else { return Ok(()) };
+            return values.iter().try_for_each(|value| parse_floats(value, floats));
+        }
+        Ok(_) | Err(_) => return Err(format!("{json} is no float or list of floats")),
+    }
+    Ok(())
+}
+
+/// The words of places, read element by element.
+pub type PlaceWords<'a> = BTreeMap<String, Box<dyn Iterator<Item = u32> + 'a>>;
+
+/// A value of type `ty` from the words of its places; the first is called `path`.
+pub fn show(ty: &ParameterType, path: &str, words: &mut PlaceWords<'_>) -> Json {
+    match ty {
+        ParameterType::Scalar(scalar) => show_scalar(*scalar, path, words),
+        ParameterType::Vector(scalar, count) => {
+            Json::List((0..*count).map(|_| show_scalar(*scalar, path, words)).collect())
+        }
+        ParameterType::Matrix(columns, rows) => {
+            let column = ParameterType::Vector(Scalar::F32, *rows);
+            Json::List((0..*columns).map(|_| show(&column, path, words)).collect())
+        }
+        ParameterType::Color => {
+            let color = ParameterType::Vector(Scalar::F32, rtsl::COLOR_COMPONENTS as u8);
+            show(&color, path, words)
+        }
+        ParameterType::Struct(_, fields) => {
+            let fields = fields
+                .iter()
+                .map(|(name, ty)| (name.clone(), show(ty, &format!("{path}.{name}"), words)));
+            Json::Object(fields.collect())
+        }
+        ParameterType::Array(element, count) => {
+            Json::List((0..*count).map(|_| show(element, path, words)).collect())
+        }
+        // No class has them in scratch.
+        ParameterType::Buffer(_) | ParameterType::Reference(_) => Json::Text(type_name(ty)),
+    }
+}
+
+fn show_scalar(scalar: Scalar, path: &str, words: &mut PlaceWords<'_>) -> Json {
+    let word = words.get_mut(path).and_then(Iterator::next).unwrap_or_default();
+    match Constant::from_bits(scalar, word) {
+        Constant::F32(value) => Json::Float(value),
+        Constant::I32(value) => Json::Integer(value.into()),
+        Constant::U32(value) => Json::Integer(value.into()),
+        Constant::Bool(value) => Json::Bool(value),
+    }
+}
