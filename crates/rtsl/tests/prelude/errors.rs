@@ -1,0 +1,158 @@
+//! Errors in units in the last place, against binary64.
+
+#![allow(clippy::disallowed_methods, reason = "references for a comparison with a tolerance")]
+
+use crate::evaluate::{evaluate, thinning};
+
+/// A function of one argument and what is promised of it.
+struct Promise {
+    name: &'static str,
+    reference: fn(f64) -> f64,
+    domain: fn(f32) -> bool,
+    ulp: f64,
+    /// Results below the smallest normal number are 0.
+    flushed: bool,
+}
+
+const PROMISES: &[Promise] = &[
+    promise("sin", f64::sin, trigonometric, 2.0),
+    promise("cos", f64::cos, trigonometric, 2.0),
+    promise("tan", f64::tan, trigonometric, 2.0),
+    promise("asin", f64::asin, every, 3.0),
+    promise("acos", f64::acos, every, 3.0),
+    promise("atan", f64::atan, every, 3.0),
+    Promise { flushed: true, ..promise("exp", f64::exp, every, 2.0) },
+    Promise { flushed: true, ..promise("exp2", f64::exp2, every, 2.0) },
+    promise("log", f64::ln, every, 2.0),
+    promise("log2", f64::log2, every, 2.0),
+    promise("inversesqrt", |x| 1.0 / x.sqrt(), every, 2.0),
+    promise("sinh", f64::sinh, every, 4.0),
+    promise("cosh", f64::cosh, every, 4.0),
+    promise("tanh", f64::tanh, every, 4.0),
+    promise("asinh", f64::asinh, every, 4.0),
+    promise("acosh", f64::acosh, every, 4.0),
+    promise("atanh", f64::atanh, every, 4.0),
+];
+
+const fn promise(
+    name: &'static str,
+    reference: fn(f64) -> f64,
+    domain: fn(f32) -> bool,
+    ulp: f64,
+) -> Promise {
+    Promise { name, reference, domain, ulp, flushed: false }
+}
+
+fn every(_: f32) -> bool {
+    true
+}
+
+fn trigonometric(x: f32) -> bool {
+    x.is_nan() || x.abs() <= 1_048_576.0
+}
+
+#[test]
+fn functions_of_one_argument_keep_their_promises() {
+    for promise in PROMISES {
+        let inputs = floats(16_381 * thinning() as u64, promise.domain);
+        let outputs = evaluate(&format!("{}(x)", promise.name), &inputs);
+        for (input, found) in inputs.iter().zip(outputs) {
+            let wanted = (promise.reference)(f64::from(input[0]));
+            let error = error_of(found, wanted, promise.flushed);
+            assert!(
+                error <= promise.ulp,
+                "{}({:e}) is {found:e}, wanted {wanted:e}: {error:.3} ulp",
+                promise.name,
+                input[0]
+            );
+        }
+    }
+}
+
+#[test]
+fn pow_is_within_four() {
+    let inputs = powers(200_000 / thinning());
+    let outputs = evaluate("pow(x, y)", &inputs);
+    for (&[x, y], found) in inputs.iter().zip(outputs) {
+        let wanted = f64::from(x).powf(f64::from(y));
+        let error = error_of(found, wanted, true);
+        assert!(error <= 4.0, "pow({x:e}, {y:e}) is {found:e}, wanted {wanted:e}: {error:.3} ulp");
+    }
+}
+
+#[test]
+fn atan_of_two_arguments_is_within_three() {
+    let mut random = Random(1);
+    let inputs: Vec<[f32; 2]> =
+        (0..200_000 / thinning()).map(|_| [random.float(), random.float()]).collect();
+    let outputs = evaluate("atan(x, y)", &inputs);
+    for (&[y, x], found) in inputs.iter().zip(outputs) {
+        let wanted = f64::from(y).atan2(f64::from(x));
+        let error = error_of(found, wanted, false);
+        assert!(error <= 3.0, "atan({y:e}, {x:e}) is {found:e}, wanted {wanted:e}: {error:.3} ulp");
+    }
+}
+
+/// Every `stride`-th float of the domain, by its bits, and the special ones.
+fn floats(stride: u64, domain: fn(f32) -> bool) -> Vec<[f32; 2]> {
+    let special =
+        [0.0, -0.0, 1.0, -1.0, 0.5, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e-40, -1e-40];
+    let dense = (0..1u64 << 32).step_by(stride as usize).map(|bits| f32::from_bits(bits as u32));
+    special.into_iter().chain(dense).filter(|x| domain(*x)).map(|x| [x, 0.0]).collect()
+}
+
+/// Pairs whose power is mostly a finite number: any bases, exponents of the fitting size, and
+/// bases near 1.
+fn powers(count: usize) -> Vec<[f32; 2]> {
+    let mut random = Random(2);
+    (0..count)
+        .map(|index| {
+            let x = if index % 4 == 0 {
+                1.0 + (random.unit() as f32 - 0.5) * 0.05
+            } else {
+                f32::from_bits(random.next() as u32 & 0x7f7f_ffff).max(f32::MIN_POSITIVE)
+            };
+            let exponent = random.unit() * 260.0 - 130.0;
+            [x, (exponent / f64::from(x).log2()).clamp(-1e30, 1e30) as f32]
+        })
+        .filter(|[x, _]| *x != 1.0)
+        .collect()
+}
+
+/// The distance in units in the last place of the wanted value.
+fn error_of(found: f32, wanted: f64, flushed: bool) -> f64 {
+    let smallest = f64::from(f32::MIN_POSITIVE);
+    if wanted.is_nan() || found.is_nan() {
+        return if wanted.is_nan() && found.is_nan() { 0.0 } else { f64::INFINITY };
+    }
+    if flushed && wanted.abs() < smallest {
+        // Just below the smallest normal number either neighbour will do.
+        let near = found == f32::MIN_POSITIVE && wanted > smallest * (1.0 - 1e-6);
+        return if found == 0.0 || near { 0.0 } else { f64::INFINITY };
+    }
+    // Infinity stands one step beyond the greatest number.
+    let beyond = 2f64.powi(128);
+    let finite = |value: f64| value.clamp(-beyond, beyond);
+    let exponent = (wanted.abs().clamp(smallest, f64::from(f32::MAX)).to_bits() >> 52) - 23;
+    (finite(f64::from(found)) - finite(wanted)).abs() / f64::from_bits(exponent << 52)
+}
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 32 ^ self.0 << 13
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.next() & 0xffff_ffff) as f64 / 4_294_967_296.0
+    }
+
+    /// A finite float of any size.
+    fn float(&mut self) -> f32 {
+        let float = f32::from_bits(self.next() as u32);
+        if float.is_finite() { float } else { 1.0 }
+    }
+}

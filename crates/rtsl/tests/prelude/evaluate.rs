@@ -1,0 +1,79 @@
+//! Runs an expression of RTSL for many pairs of numbers.
+
+use std::sync::OnceLock;
+
+use rtsl::{
+    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Method,
+    Shape, host, lookup_state, new_state,
+};
+
+/// The values of `expression`, a float in terms of the floats x and y, for each pair of these.
+pub fn evaluate(expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
+    evaluate_with("", expression, inputs)
+}
+
+/// The same with functions that the expression may call.
+pub fn evaluate_with(declarations: &str, expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
+    let text = format!(
+        "{declarations}\nclass Probe : rt_Texture;\nvoid lookup() {{\n    float x = rt_TextureUV.x;\n    \
+         float y = rt_TextureUV.y;\n    rt_FloatTextureValue = {expression};\n}}\n"
+    );
+    let compilation = Compiler::new(CompilerOptions::default()).compile("probe.rtsl", &text);
+    let report = compilation.report(false);
+    let unit = compilation.unit.unwrap_or_else(|| panic!("{expression}: {report}"));
+    let class = unit.class("Probe").expect("the class is there");
+    let instance = Instance::new(class, []).expect("it has no parameters");
+    let program = engine().program(&instance);
+    let kernel = program
+        .kernel(Method::Lookup, Shape::Packet)
+        .unwrap_or_else(|diagnostic| panic!("{expression}: {}", diagnostic.message));
+
+    let mut state = new_state(inputs.len());
+    for component in 0..2 {
+        let array = state.floats_mut(component_of("rt_TextureUV") + component);
+        for (lane, input) in array.iter_mut().zip(inputs) {
+            *lane = input[component];
+        }
+    }
+    let status = kernel.call(CallArguments {
+        state: &mut state,
+        scratch: &mut program.new_scratch(inputs.len()),
+        count: inputs.len(),
+        mask: None,
+        accepted: None,
+        instances: Instances::One(&program.block(&instance)),
+        host: &mut host::NoHost,
+    });
+    assert!(!status.budget_exhausted);
+    state.floats(component_of("rt_FloatTextureValue")).to_vec()
+}
+
+/// The value of an expression without variables, computed at run time.
+pub fn value(expression: &str) -> f32 {
+    evaluate(expression, &[[0.0; 2]])[0]
+}
+
+/// How many times fewer samples serve where the interpreter does the work.
+pub fn thinning() -> usize {
+    if engine().llvm().is_some() { 1 } else { 64 }
+}
+
+/// Pairs of numbers in [0, 1) that fill the square evenly (the R2 sequence).
+pub fn unit_pairs(count: usize) -> Vec<[f32; 2]> {
+    let step = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    (0..count)
+        .map(|index| step.map(|step: f64| ((index as f64 * step).fract() as f32).min(0.999_999_9)))
+        .collect()
+}
+
+fn engine() -> &'static Engine {
+    static ENGINE: OnceLock<Engine> = OnceLock::new();
+    ENGINE.get_or_init(|| match Engine::new(EngineOptions::default()) {
+        Ok((engine, _)) => engine,
+        Err(diagnostic) => panic!("{}", diagnostic.message),
+    })
+}
+
+fn component_of(variable: &str) -> usize {
+    lookup_state(variable).expect("a state variable").first_component as usize
+}

@@ -1,0 +1,9 @@
+//! The prelude against references: errors of the mathematics over dense samples of all floats,
+//! GLSL's formulas at the edges of their domains, noise and sampling by what they promise.
+
+mod errors;
+mod evaluate;
+mod formulas;
+mod noise;
+mod registry;
+mod sampling;
