@@ -1,0 +1,100 @@
+//! Large and deep functions: in time, and without overflowing the stack of a small thread.
+
+use rtsl_ir::generate::{Entropy, HashHost, Memory};
+use rtsl_ir::verify::verify;
+use rtsl_ir::{
+    BinaryOp, Builder, CompareOp, Function, Interpreter, MAX_NESTING, Place, PlaceId, PlaceKind,
+    Scalar,
+};
+use rtsl_opt::{Options, optimize};
+
+fn builder() -> (Builder, PlaceId) {
+    let mut builder = Builder::new("Large.method");
+    let (kind, name) = (PlaceKind::Scratch, "s".to_owned());
+    let place = builder.place(Place { kind, name, scalar: Scalar::F32, len: 4 });
+    (builder, place)
+}
+
+fn optimize_and_run(mut function: Function) {
+    verify(&function).unwrap();
+    let parsed: Function = function.to_string().parse().unwrap();
+    assert_eq!(parsed.values.len(), function.values.len());
+    optimize(&mut function, &Options { budget: Some(1000), ..Options::default() });
+    let mut memory = Memory::new(&function, &mut Entropy::new(&[]));
+    Interpreter::prepare(&function).unwrap().run(0, &mut memory, &mut HashHost::default());
+}
+
+/// As deep as the verifier lets it, alternating between `if` and loops.
+#[test]
+fn the_deepest_nesting() {
+    let (mut builder, place) = builder();
+    let zero = builder.f32(0.0);
+    let x = builder.load(place, 0);
+    let condition = builder.compare(CompareOp::Less, x, zero);
+    let slot = builder.slot("t", Scalar::F32, 2);
+    let mut value = x;
+    for depth in 0..MAX_NESTING {
+        if depth % 2 == 0 {
+            builder.begin_region();
+        } else {
+            value = builder.begin_loop(vec![value]).get(0);
+        }
+        value = builder.add(value, x);
+        builder.store(slot, 1, value);
+    }
+    for depth in (0..MAX_NESTING).rev() {
+        if depth % 2 == 0 {
+            let then = builder.end_region(vec![value]);
+            builder.begin_region();
+            let otherwise = builder.end_region(vec![x]);
+            value = builder.if_regions(condition, then, otherwise).get(0);
+        } else {
+            value = builder.end_loop(condition, &[value]).get(0);
+        }
+    }
+    let stored = builder.load(slot, 1);
+    builder.output(place, 0, value);
+    builder.output(place, 1, stored);
+    optimize_and_run(builder.finish());
+}
+
+/// A flat function with very many operations.
+#[test]
+fn very_many_operations() {
+    let (mut builder, place) = builder();
+    let x = builder.load(place, 0);
+    let mut value = x;
+    for round in 0..40_000 {
+        let constant = builder.f32(round as f32);
+        let product = builder.multiply(value, constant);
+        let sum = builder.add(product, x);
+        let condition = builder.compare(CompareOp::Less, sum, constant);
+        value = builder.if_(condition, |_| vec![sum], |builder| vec![builder.add(sum, x)]).get(0);
+    }
+    builder.output(place, 0, value);
+    optimize_and_run(builder.finish());
+}
+
+/// Very many loops, each with the same few rounds.
+#[test]
+fn very_many_loops() {
+    let (mut builder, place) = builder();
+    let (zero, one, four) = (builder.i32(0), builder.i32(1), builder.i32(4));
+    let slot = builder.slot("t", Scalar::F32, 8);
+    let mut value = builder.load(place, 0);
+    for _ in 0..5_000 {
+        let results = builder.loop_(vec![zero, value], |builder, carried| {
+            let counter = carried.get(0);
+            builder.store_at(slot, counter, carried.get(1));
+            let sum = builder.binary(BinaryOp::Max, carried.get(1), value);
+            let next = builder.add(counter, one);
+            let again = builder.compare(CompareOp::Less, next, four);
+            (again, vec![next, sum])
+        });
+        value = results.get(1);
+    }
+    let stored = builder.load(slot, 3);
+    builder.output(place, 0, value);
+    builder.output(place, 1, stored);
+    optimize_and_run(builder.finish());
+}
