@@ -1,1 +1,84 @@
-//! To come.
+//! Programs that are right but too large.
+
+use crate::harness::lower;
+
+#[track_caller]
+fn check(text: &str, code: &str) {
+    let errors = lower(text).err().unwrap_or_else(|| panic!("lowers:\n{text}"));
+    let codes: Vec<&str> = errors.iter().map(|error| error.code.as_str()).collect();
+    assert_eq!(codes, [code]);
+}
+
+/// `count` functions, each made from the number of the one before.
+fn chain(count: u32, body: impl Fn(u32) -> String) -> String {
+    (1..count).map(|i| format!("float f{i}(float x) {{ {} }}\n", body(i - 1))).collect()
+}
+
+fn texture(helpers: &str, value: &str) -> String {
+    format!("{helpers}\nclass T : rt_Texture;\nvoid lookup() {{ rt_FloatTextureValue = {value}; }}")
+}
+
+#[test]
+fn doubling_functions() {
+    let double = chain(40, |i| format!("return f{i}(x) + f{i}(x * 2.0);"));
+    check(
+        &texture(&format!("float f0(float x) {{ return x; }} {double}"), "f39(rt_TextureUV.x)"),
+        "E0451",
+    );
+}
+
+#[test]
+fn doubling_functions_without_operations() {
+    let double = chain(40, |i| format!("f{i}(x); f{i}(x); return x;"));
+    check(
+        &texture(&format!("float f0(float x) {{ return x; }} {double}"), "f39(rt_TextureUV.x)"),
+        "E0451",
+    );
+}
+
+#[test]
+fn a_long_chain_of_functions() {
+    let chain = chain(1000, |i| format!("return f{i}(x) + 1.0;"));
+    check(
+        &texture(&format!("float f0(float x) {{ return x; }} {chain}"), "f999(rt_TextureUV.x)"),
+        "E0452",
+    );
+}
+
+#[test]
+fn deep_but_allowed_nesting_fits_the_stack() {
+    // Tests run on stacks of 2 MB without optimisation. Calls in loops in branches are the largest
+    // frames.
+    let chain = chain(28, |i| {
+        format!(
+            "float s = 0.0; for (int j = 0; j < 2; j++) if (x > 0.0) s += -(x * f{i}(x)); return s;"
+        )
+    });
+    let text =
+        texture(&format!("float f0(float x) {{ return x; }} {chain}"), "f27(rt_TextureUV.x)");
+    lower(&text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let chain = self::chain(300, |i| {
+        format!(
+            "float s = 0.0; for (int j = 0; j < 2; j++) if (x > 0.0) s += -(x * f{i}(x)); return s;"
+        )
+    });
+    check(
+        &texture(&format!("float f0(float x) {{ return x; }} {chain}"), "f299(rt_TextureUV.x)"),
+        "E0452",
+    );
+}
+
+#[test]
+fn large_members() {
+    let text = "class T : rt_Texture; private float a[60000]; private float b[60000];
+        void lookup() { rt_FloatTextureValue = a[1] + b[2]; }";
+    if let Err(errors) = lower(text) {
+        assert_eq!(errors[0].code.as_str(), "E0453");
+    }
+}
+
+#[test]
+fn large_variables() {
+    let text = texture("", "0.0; float a[60000]; a[int(rt_TextureUV.x)] = 1.0");
+    check(&text, "E0453");
+}
