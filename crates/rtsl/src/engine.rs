@@ -1,6 +1,7 @@
 //! Makes kernels.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
@@ -111,26 +112,77 @@ impl Engine {
 
     /// Makes kernels on all processors; the results are in the order of the requests.
     pub fn compile_all(&self, requests: &[KernelRequest]) -> Vec<Result<Arc<Kernel>, Diagnostic>> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let next = std::sync::atomic::AtomicUsize::new(0);
-        let work = || {
-            loop {
-                let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                let Some((program, method, shape)) = requests.get(index) else { break };
-                // Kept by the program; asked for again below.
-                let _ = program.kernel(*method, *shape);
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 1..threads.min(requests.len()) {
-                scope.spawn(work);
-            }
-            work();
-        });
+        if self.shared.llvm.is_some() {
+            self.compile_together(requests);
+        }
         let kernels =
             requests.iter().map(|(program, method, shape)| program.kernel(*method, *shape));
         kernels.collect()
     }
+
+    fn compile_together(&self, requests: &[KernelRequest]) {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let mut missing: Vec<&KernelRequest> = Vec::new();
+        for request @ (program, method, shape) in requests {
+            let same = |other: &&KernelRequest| {
+                Arc::ptr_eq(&other.0, program) && (other.1, other.2) == (*method, *shape)
+            };
+            if !program.has_made(*method, *shape) && !missing.iter().any(same) {
+                missing.push(request);
+            }
+        }
+        let sizes: Vec<AtomicUsize> = missing.iter().map(|_| AtomicUsize::new(0)).collect();
+        on_threads(threads, missing.len(), |index| {
+            let (program, method, _) = missing[index];
+            let size = program.method(*method).map_or(0, |method| method.function.values.len());
+            sizes[index].store(size, Ordering::Relaxed);
+        });
+        let sizes: Vec<usize> = sizes.into_iter().map(AtomicUsize::into_inner).collect();
+        let modules = into_modules(&sizes, threads);
+        on_threads(threads, modules.len(), |index| {
+            let module: Vec<_> = modules[index].iter().map(|index| missing[*index]).collect();
+            Program::make_together(&module, &self.shared);
+        });
+    }
+}
+
+/// Shares kernels of these sizes out among modules of about equal work: enough modules to keep
+/// the threads busy to the end, few enough that what each costs by itself does not count.
+fn into_modules(sizes: &[usize], threads: usize) -> Vec<Vec<usize>> {
+    /// What a kernel costs LLVM beyond its operations, in operations.
+    const KERNEL_COST: usize = 50;
+    const MODULES_PER_THREAD: usize = 2;
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|index| std::cmp::Reverse(sizes[*index]));
+    let count = (threads * MODULES_PER_THREAD).min(sizes.len());
+    let mut modules = vec![(0, Vec::new()); count];
+    for index in order {
+        if let Some((work, module)) = modules.iter_mut().min_by_key(|(work, _)| *work) {
+            *work += sizes[index] + KERNEL_COST;
+            module.push(index);
+        }
+    }
+    modules.into_iter().map(|(_, module)| module).collect()
+}
+
+/// Does the pieces of work `0..count` on threads, each piece once.
+fn on_threads(threads: usize, count: usize, work: impl Fn(usize) + Sync) {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            work(index);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads.min(count) {
+            scope.spawn(take);
+        }
+        take();
+    });
 }
 
 /// The width of the host's vectors.

@@ -1,11 +1,10 @@
 //! The whole compiler, stage by stage.
 
-use std::fmt::Display;
 use std::sync::Arc;
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, PlaceKind};
-use rtsl_jit::{CompiledKernel, OptLevel, Signature, Target};
+use rtsl_ir::{Function, Output, PlaceKind};
+use rtsl_jit::{CompiledKernel, JitError, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
 use rtsl_sema::check::check_unit;
@@ -84,30 +83,37 @@ pub(crate) fn link(
     Ok(linked)
 }
 
-/// Makes the kernel of a linked method.
-pub(crate) fn kernel(
-    function: &Function,
-    shape: Shape,
-    layout: &Layout,
-    shared: &Shared,
-) -> Result<Kernel, Diagnostic> {
-    let signature = Signature {
-        scratch_arrays: layout.scratch_arrays,
-        block_words: layout.block_words,
-        many_instances: shape == Shape::Stream,
-        accepts: accepts_hits(function),
-    };
-    let failed = |error: &dyn Display| errors::code_generation(&function.name, error);
+/// A kernel to make.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    pub function: &'a Function,
+    pub shape: Shape,
+    pub layout: &'a Layout,
+}
+
+/// Makes the kernels of linked methods: all in one module, which costs less than one each.
+pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, Diagnostic> {
     let Some(llvm) = &shared.llvm else {
-        let kernel = InterpretedKernel::new(function, layout, signature);
-        return kernel.map(Kernel::interpreted).map_err(|error| failed(&error));
+        return jobs.iter().map(|job| interpreted(*job)).collect();
     };
-    let packet = packet(function, shape, layout, shared.width)?;
-    let text = llvm_text(&packet, llvm.host());
-    let module = llvm.compile(&text, llvm.host(), shared.options.optimization);
-    let module = module.map_err(|error| failed(&error))?;
-    let kernel = CompiledKernel::new(Arc::new(module), SYMBOL, signature);
-    kernel.map(Kernel::compiled).map_err(|error| failed(&error))
+    let packets = jobs.iter().map(|job| packet(job.function, job.shape, job.layout, shared.width));
+    let packets = packets.collect::<Result<Vec<_>, _>>()?;
+    let text = llvm_text(&packets, llvm.host());
+    // One name stands for all: a caller with several jobs goes on to make them one by one.
+    let name = jobs.first().map_or("", |job| job.function.name.as_str());
+    let failed = |error: JitError| errors::code_generation(name, &error);
+    let module = llvm.compile(&text, llvm.host(), shared.options.optimization).map_err(failed)?;
+    let module = Arc::new(module);
+    let kernels = jobs.iter().enumerate().map(|(index, job)| {
+        CompiledKernel::new(module.clone(), &symbol(index), signature(*job)).map(Kernel::compiled)
+    });
+    kernels.collect::<Result<_, _>>().map_err(failed)
+}
+
+fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
+    let kernel = InterpretedKernel::new(job.function, job.layout, signature(job));
+    let failed = |error| errors::code_generation(&job.function.name, &error);
+    kernel.map(Kernel::interpreted).map_err(failed)
 }
 
 /// The packet code of a linked method.
@@ -122,15 +128,23 @@ pub(crate) fn packet(
 }
 
 /// The text that LLVM gets.
-pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
+pub(crate) fn llvm_text(packets: &[rtsl_packet::Kernel], target: &Target) -> String {
     let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
-    rtsl_llvm::emit([(SYMBOL, packet)], &features)
+    let symbols: Vec<String> = (0..packets.len()).map(symbol).collect();
+    rtsl_llvm::emit(symbols.iter().map(String::as_str).zip(packets), &features)
 }
 
-/// The name of the one function in each module.
-const SYMBOL: &str = "kernel";
+/// The name of a kernel in its module.
+fn symbol(index: usize) -> String {
+    format!("kernel{index}")
+}
 
-fn accepts_hits(function: &Function) -> bool {
-    let kind = |output: &rtsl_ir::Output| function.place(output.place).kind;
-    function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted)
+fn signature(job: Job<'_>) -> Signature {
+    let kind = |output: &Output| job.function.place(output.place).kind;
+    Signature {
+        scratch_arrays: job.layout.scratch_arrays,
+        block_words: job.layout.block_words,
+        many_instances: job.shape == Shape::Stream,
+        accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
+    }
 }

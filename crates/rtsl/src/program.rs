@@ -10,10 +10,11 @@ use rtsl_packet::{Layout, Shape};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
-use crate::engine::Shared;
+use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
+use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
-use crate::{Instance, errors, pipeline};
+use crate::{Instance, errors};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
@@ -105,20 +106,45 @@ impl Program {
     /// # Errors
     /// As for [`Program::method`], or if code generation fails.
     pub fn kernel(&self, method: Method, shape: Shape) -> Result<Arc<Kernel>, Diagnostic> {
-        let cell = {
-            let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-            kernels.entry((method, shape)).or_default().clone()
-        };
-        cell.get_or_init(|| self.make_kernel(method, shape).map(Arc::new)).clone()
+        self.cell(method, shape).get_or_init(|| self.make_kernel(method, shape)).clone()
+    }
+
+    fn cell(&self, method: Method, shape: Shape) -> Arc<KernelCell> {
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        kernels.entry((method, shape)).or_default().clone()
+    }
+
+    /// Whether the kernel has been made, well or not.
+    pub(crate) fn has_made(&self, method: Method, shape: Shape) -> bool {
+        self.cell(method, shape).get().is_some()
+    }
+
+    /// Makes kernels together. What fails is left to be made one by one, so that each gets its own
+    /// error.
+    pub(crate) fn make_together(requests: &[&KernelRequest], shared: &Shared) {
+        let methods = requests.iter().map(|(program, method, _)| program.method(*method));
+        let Ok(methods) = methods.collect::<Result<Vec<_>, _>>() else { return };
+        let jobs = requests.iter().zip(&methods).map(|((program, _, shape), method)| Job {
+            function: &method.function,
+            shape: *shape,
+            layout: &program.layout,
+        });
+        let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
+        for ((program, method, shape), kernel) in requests.iter().zip(kernels) {
+            // Somebody may have been faster; one kernel is as good as the other.
+            let _ = program.cell(*method, *shape).set(Ok(Arc::new(kernel)));
+        }
     }
 
     pub(crate) fn shared(&self) -> &Shared {
         &self.shared
     }
 
-    fn make_kernel(&self, method: Method, shape: Shape) -> Result<Kernel, Diagnostic> {
+    fn make_kernel(&self, method: Method, shape: Shape) -> Result<Arc<Kernel>, Diagnostic> {
         let method = self.method(method)?;
-        pipeline::kernel(&method.function, shape, &self.layout, &self.shared)
+        let job = Job { function: &method.function, shape, layout: &self.layout };
+        let mut kernels = pipeline::kernels(&[job], &self.shared)?;
+        Ok(Arc::new(kernels.remove(0)))
     }
 }
 

@@ -210,12 +210,12 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
 
 #[test]
 fn small_functions_agree() {
-    compare(0..60, 60, OptLevel::O2);
+    compare(0..40, 60, OptLevel::O2);
 }
 
 #[test]
 fn large_functions_agree() {
-    compare(100..112, 1500, OptLevel::O2);
+    compare(100..106, 1500, OptLevel::O2);
 }
 
 #[test]

@@ -194,34 +194,44 @@ fn the_prelude_and_every_file_compile_without_a_word() {
     }
 }
 
+/// The results of all methods of the classes, made together.
+fn call_all(engine: &Engine, classes: &[Arc<Class>], shape: Shape) -> Vec<(String, Vec<u32>)> {
+    let programs: Vec<_> = classes.iter().map(|it| engine.program(&instance(it))).collect();
+    let requests = classes.iter().zip(&programs).flat_map(|(class, program)| {
+        class.methods.keys().map(|method| (program.clone(), *method, shape))
+    });
+    let kernels = engine.compile_all(&requests.collect::<Vec<_>>());
+    assert!(kernels.iter().all(Result::is_ok));
+    let each = classes.iter().flat_map(|class| {
+        class.methods.keys().map(move |method| {
+            let name = format!("{}.{} {}", class.name, method.name(), shape.name());
+            (name, call(engine, class, *method, shape))
+        })
+    });
+    each.collect()
+}
+
 #[test]
 fn every_method_gives_the_oracles_bits() {
     let compiler = Compiler::default();
+    let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
+    let classes: Vec<Arc<Class>> = units.flat_map(|unit| unit.classes().to_vec()).collect();
     let oracle = engine(Backend::Interpreter, 1).unwrap();
-    for file in library::files() {
-        let Some(unit) = compiler.compile(file.path, file.text).unit else { continue };
-        for class in unit.classes() {
-            for method in class.methods.keys() {
-                for shape in Shape::ALL {
-                    let expected = call(&oracle, class, *method, shape);
-                    let widths: &[u32] =
-                        if shape == Shape::Packet { &Engine::WIDTHS } else { &[8] };
-                    for width in widths {
-                        let Some(engine) = engine(Backend::Jit, *width) else { return };
-                        let found = call(&engine, class, *method, shape);
-                        let first = (0..expected.len()).find(|at| expected[*at] != found[*at]);
-                        assert!(
-                            first.is_none(),
-                            "{}.{} {} at width {width}: component {}, ray {}: {:#x}, {:#x}",
-                            class.name,
-                            method.name(),
-                            shape.name(),
-                            first.unwrap() / COUNT,
-                            first.unwrap() % COUNT,
-                            expected[first.unwrap()],
-                            found[first.unwrap()],
-                        );
-                    }
+    for shape in Shape::ALL {
+        let expected = call_all(&oracle, &classes, shape);
+        let widths: &[u32] = if shape == Shape::Packet { &Engine::WIDTHS } else { &[8] };
+        for width in widths {
+            let Some(engine) = engine(Backend::Jit, *width) else { return };
+            let found = call_all(&engine, &classes, shape);
+            for ((name, expected), (_, found)) in expected.iter().zip(&found) {
+                if let Some(at) = (0..expected.len()).find(|at| expected[*at] != found[*at]) {
+                    panic!(
+                        "{name} at width {width}: component {}, ray {}: {:#x}, {:#x}",
+                        at / COUNT,
+                        at % COUNT,
+                        expected[at],
+                        found[at],
+                    );
                 }
             }
         }
