@@ -246,11 +246,16 @@ impl Emitter<'_, '_> {
     /// A mask as lanes of 0 and -1.
     pub fn words_of_bits(&mut self, bits: Operand) -> Operand {
         let (from, to) = (self.lanes("i1"), self.lanes("i32"));
-        self.instruction(format_args!("sext {from} {bits} to {to}"))
+        if !self.values.masks_in_lanes {
+            return self.instruction(format_args!("sext {from} {bits} to {to}"));
+        }
+        // A `sext` in two steps, which LLVM puts together again when it selects instructions, but not
+        // before: else it would find the bits behind the words from other blocks.
+        let ones = self.instruction(format_args!("zext {from} {bits} to {to}"));
+        self.instruction(format_args!("sub {to} zeroinitializer, {ones}"))
     }
 
-    /// Lanes of 0 and -1 as bits: a test of signs, which LLVM does not take back to the bits that
-    /// the words were made of in another block, as it would a comparison with 0.
+    /// Lanes of 0 and -1 as bits: a test of signs, which blends and mask tests absorb.
     pub fn bits_of_mask_words(&mut self, words: Operand) -> Operand {
         let ty = self.lanes("i32");
         let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
@@ -280,9 +285,18 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("bitcast {ty} {bits} to i{width}"))
     }
 
-    /// The mask of a bit set in an i32.
+    /// The mask of a bit set in an i32. Without mask registers each lane tests its own bit of a copy,
+    /// since LLVM takes other ways apart into scalars.
     pub fn bits_of_set(&mut self, set: Operand) -> Operand {
         let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        if self.values.masks_in_lanes {
+            let words = self.lanes("i32");
+            let copies = self.splat_here("i32", set);
+            let own: Vec<String> = (0..width).map(|lane| format!("i32 {}", 1 << lane)).collect();
+            let own = own.join(", ");
+            let tested = self.instruction(format_args!("and {words} {copies}, <{own}>"));
+            return self.instruction(format_args!("icmp ne {words} {tested}, zeroinitializer"));
+        }
         let small = self.instruction(format_args!("trunc i32 {set} to i{width}"));
         if width == 1 {
             return small;

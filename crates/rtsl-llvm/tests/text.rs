@@ -39,87 +39,89 @@ fn vectors() {
         "x86-64-v3",
         4,
         expect![[r#"
-        target triple = "x86_64-unknown-linux-gnu"
+            target triple = "x86_64-unknown-linux-gnu"
 
-        define void @"kernel"(ptr noalias %call) #0 {
-        entry:
-          %count.at = getelementptr i8, ptr %call, i64 72
-          %count.word = load i32, ptr %count.at, align 4
-          %count = zext i32 %count.word to i64
-          %none = icmp eq i64 %count, 0
-          br i1 %none, label %b1, label %b2
-        b2:
-          %t1 = getelementptr i8, ptr %call, i64 32
-          %t2 = load ptr, ptr %t1, align 8
-          %t7 = getelementptr i8, ptr %call, i64 16
-          %t8 = load ptr, ptr %t7, align 8
-          %t9 = icmp eq ptr %t8, null
-          %t28 = getelementptr i8, ptr %call, i64 0
-          %t29 = load ptr, ptr %t28, align 8
-          %t30 = getelementptr i8, ptr %t29, i64 136
-          %t31 = load ptr, ptr %t30, align 8
-          %t3 = load float, ptr %t2, align 4
-          %t4 = fmul float %t3, 0x3FE0000000000000
-          %t25 = insertelement <4 x i32> poison, i32 -1, i64 0
-          %t26 = shufflevector <4 x i32> %t25, <4 x i32> poison, <4 x i32> zeroinitializer
-          %t34 = insertelement <4 x float> poison, float %t4, i64 0
-          %t35 = shufflevector <4 x float> %t34, <4 x float> poison, <4 x i32> zeroinitializer
-          br label %b3
-        b3:
-          %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
-          %t10 = sub nuw i64 %count, %t5
-          %t11 = icmp uge i64 %t10, 4
-          %t12 = and i1 %t11, %t9
-          br i1 %t12, label %b4, label %b7
-        b7:
-          %t13 = trunc i64 %t10 to i32
-          %t14 = insertelement <4 x i32> poison, i32 %t13, i64 0
-          %t15 = shufflevector <4 x i32> %t14, <4 x i32> poison, <4 x i32> zeroinitializer
-          %t16 = icmp ugt <4 x i32> %t15, <i32 0, i32 1, i32 2, i32 3>
-          %t17 = sext <4 x i1> %t16 to <4 x i32>
-          br i1 %t9, label %b4, label %b8
-        b8:
-          %t18 = getelementptr i32, ptr %t8, i64 %t5
-          %t19 = load <4 x i32>, ptr %t18, align 4
-          %t20 = icmp ne <4 x i32> %t19, zeroinitializer
-          %t21 = and <4 x i1> %t20, %t16
-          %t22 = sext <4 x i1> %t21 to <4 x i32>
-          %t23 = bitcast <4 x i1> %t21 to i4
-          %t24 = icmp ne i4 %t23, 0
-          br i1 %t24, label %b4, label %b5
-        b4:
-          %t27 = phi <4 x i32> [ %t26, %b3 ], [ %t17, %b7 ], [ %t22, %b8 ]
-          %t32 = getelementptr i32, ptr %t31, i64 %t5
-          %t33 = load <4 x float>, ptr %t32, align 4
-          %t36 = fmul <4 x float> %t33, %t35
-          br i1 %t12, label %b9, label %b10
-        b9:
-          %t37 = getelementptr i32, ptr %t31, i64 %t5
-          store <4 x float> %t36, ptr %t37, align 4
-          br label %b11
-        b10:
-          %t38 = icmp slt <4 x i32> %t27, zeroinitializer
-          %t39 = getelementptr i32, ptr %t31, i64 %t5
-          %t40 = load <4 x float>, ptr %t39, align 4
-          %t41 = select <4 x i1> %t38, <4 x float> %t36, <4 x float> %t40
-          store <4 x float> %t41, ptr %t39, align 4
-          br label %b11
-        b11:
-          br label %b6
-        b5:
-          br label %b6
-        b6:
-          %t6 = add nuw i64 %t5, 4
-          %t42 = icmp ult i64 %t6, %count
-          br i1 %t42, label %b3, label %b1
-        b1:
-          ret void
-        }
+            define void @"kernel"(ptr noalias %call) #0 {
+            entry:
+              %count.at = getelementptr i8, ptr %call, i64 72
+              %count.word = load i32, ptr %count.at, align 4
+              %count = zext i32 %count.word to i64
+              %none = icmp eq i64 %count, 0
+              br i1 %none, label %b1, label %b2
+            b2:
+              %t1 = getelementptr i8, ptr %call, i64 32
+              %t2 = load ptr, ptr %t1, align 8
+              %t7 = getelementptr i8, ptr %call, i64 16
+              %t8 = load ptr, ptr %t7, align 8
+              %t9 = icmp eq ptr %t8, null
+              %t30 = getelementptr i8, ptr %call, i64 0
+              %t31 = load ptr, ptr %t30, align 8
+              %t32 = getelementptr i8, ptr %t31, i64 136
+              %t33 = load ptr, ptr %t32, align 8
+              %t3 = load float, ptr %t2, align 4
+              %t4 = fmul float %t3, 0x3FE0000000000000
+              %t27 = insertelement <4 x i32> poison, i32 -1, i64 0
+              %t28 = shufflevector <4 x i32> %t27, <4 x i32> poison, <4 x i32> zeroinitializer
+              %t36 = insertelement <4 x float> poison, float %t4, i64 0
+              %t37 = shufflevector <4 x float> %t36, <4 x float> poison, <4 x i32> zeroinitializer
+              br label %b3
+            b3:
+              %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
+              %t10 = sub nuw i64 %count, %t5
+              %t11 = icmp uge i64 %t10, 4
+              %t12 = and i1 %t11, %t9
+              br i1 %t12, label %b4, label %b7
+            b7:
+              %t13 = trunc i64 %t10 to i32
+              %t14 = insertelement <4 x i32> poison, i32 %t13, i64 0
+              %t15 = shufflevector <4 x i32> %t14, <4 x i32> poison, <4 x i32> zeroinitializer
+              %t16 = icmp ugt <4 x i32> %t15, <i32 0, i32 1, i32 2, i32 3>
+              %t17 = zext <4 x i1> %t16 to <4 x i32>
+              %t18 = sub <4 x i32> zeroinitializer, %t17
+              br i1 %t9, label %b4, label %b8
+            b8:
+              %t19 = getelementptr i32, ptr %t8, i64 %t5
+              %t20 = load <4 x i32>, ptr %t19, align 4
+              %t21 = icmp ne <4 x i32> %t20, zeroinitializer
+              %t22 = and <4 x i1> %t21, %t16
+              %t23 = zext <4 x i1> %t22 to <4 x i32>
+              %t24 = sub <4 x i32> zeroinitializer, %t23
+              %t25 = bitcast <4 x i1> %t22 to i4
+              %t26 = icmp ne i4 %t25, 0
+              br i1 %t26, label %b4, label %b5
+            b4:
+              %t29 = phi <4 x i32> [ %t28, %b3 ], [ %t18, %b7 ], [ %t24, %b8 ]
+              %t34 = getelementptr i32, ptr %t33, i64 %t5
+              %t35 = load <4 x float>, ptr %t34, align 4
+              %t38 = fmul <4 x float> %t35, %t37
+              br i1 %t12, label %b9, label %b10
+            b9:
+              %t39 = getelementptr i32, ptr %t33, i64 %t5
+              store <4 x float> %t38, ptr %t39, align 4
+              br label %b11
+            b10:
+              %t40 = icmp slt <4 x i32> %t29, zeroinitializer
+              %t41 = getelementptr i32, ptr %t33, i64 %t5
+              %t42 = load <4 x float>, ptr %t41, align 4
+              %t43 = select <4 x i1> %t40, <4 x float> %t38, <4 x float> %t42
+              store <4 x float> %t43, ptr %t41, align 4
+              br label %b11
+            b11:
+              br label %b6
+            b5:
+              br label %b6
+            b6:
+              %t6 = add nuw i64 %t5, 4
+              %t44 = icmp ult i64 %t6, %count
+              br i1 %t44, label %b3, label %b1
+            b1:
+              ret void
+            }
 
 
-        attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
-        attributes #1 = { nounwind }
-    "#]],
+            attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
+            attributes #1 = { nounwind }
+        "#]],
     );
 }
 
@@ -205,129 +207,135 @@ fn masks_cross_blocks_as_words() {
         "x86-64-v3",
         8,
         expect![[r#"
-        target triple = "x86_64-unknown-linux-gnu"
+            target triple = "x86_64-unknown-linux-gnu"
 
-        define void @"kernel"(ptr noalias %call) #0 {
-        entry:
-          %count.at = getelementptr i8, ptr %call, i64 72
-          %count.word = load i32, ptr %count.at, align 4
-          %count = zext i32 %count.word to i64
-          %none = icmp eq i64 %count, 0
-          br i1 %none, label %b1, label %b2
-        b2:
-          %t3 = getelementptr i8, ptr %call, i64 16
-          %t4 = load ptr, ptr %t3, align 8
-          %t5 = icmp eq ptr %t4, null
-          %t24 = getelementptr i8, ptr %call, i64 0
-          %t25 = load ptr, ptr %t24, align 8
-          %t26 = getelementptr i8, ptr %t25, i64 136
-          %t27 = load ptr, ptr %t26, align 8
-          %t53 = getelementptr i8, ptr %call, i64 24
-          %t54 = load ptr, ptr %t53, align 8
-          %t21 = insertelement <8 x i32> poison, i32 -1, i64 0
-          %t22 = shufflevector <8 x i32> %t21, <8 x i32> poison, <8 x i32> zeroinitializer
-          %t30 = insertelement <8 x float> poison, float 0x3FF0000000000000, i64 0
-          %t31 = shufflevector <8 x float> %t30, <8 x float> poison, <8 x i32> zeroinitializer
-          br label %b3
-        b3:
-          %t1 = phi i64 [ 0, %b2 ], [ %t2, %b6 ]
-          %t6 = sub nuw i64 %count, %t1
-          %t7 = icmp uge i64 %t6, 8
-          %t8 = and i1 %t7, %t5
-          br i1 %t8, label %b4, label %b7
-        b7:
-          %t9 = trunc i64 %t6 to i32
-          %t10 = insertelement <8 x i32> poison, i32 %t9, i64 0
-          %t11 = shufflevector <8 x i32> %t10, <8 x i32> poison, <8 x i32> zeroinitializer
-          %t12 = icmp ugt <8 x i32> %t11, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-          %t13 = sext <8 x i1> %t12 to <8 x i32>
-          br i1 %t5, label %b4, label %b8
-        b8:
-          %t14 = getelementptr i32, ptr %t4, i64 %t1
-          %t15 = load <8 x i32>, ptr %t14, align 4
-          %t16 = icmp ne <8 x i32> %t15, zeroinitializer
-          %t17 = and <8 x i1> %t16, %t12
-          %t18 = sext <8 x i1> %t17 to <8 x i32>
-          %t19 = bitcast <8 x i1> %t17 to i8
-          %t20 = icmp ne i8 %t19, 0
-          br i1 %t20, label %b4, label %b5
-        b4:
-          %t23 = phi <8 x i32> [ %t22, %b3 ], [ %t13, %b7 ], [ %t18, %b8 ]
-          %t28 = getelementptr i32, ptr %t27, i64 %t1
-          %t29 = load <8 x float>, ptr %t28, align 4
-          %t32 = fcmp olt <8 x float> %t29, %t31
-          %t33 = sext <8 x i1> %t32 to <8 x i32>
-          %t34 = and <8 x i32> %t23, %t33
-          %t35 = icmp slt <8 x i32> %t34, zeroinitializer
-          %t36 = bitcast <8 x i1> %t35 to i8
-          %t37 = icmp ne i8 %t36, 0
-          br i1 %t37, label %b10, label %b9
-        b10:
-          %t38 = fdiv <8 x float> %t31, %t29
-          %t39 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t38)
-          %t40 = fdiv <8 x float> %t39, %t29
-          %t41 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t40)
-          %t42 = fcmp olt <8 x float> %t41, %t31
-          %t43 = sext <8 x i1> %t42 to <8 x i32>
-          %t44 = icmp slt <8 x i32> %t33, zeroinitializer
-          %t45 = select <8 x i1> %t44, <8 x float> %t41, <8 x float> %t29
-          %t46 = select <8 x i1> %t44, <8 x i32> %t43, <8 x i32> %t33
-          br label %b9
-        b9:
-          %t47 = phi <8 x float> [ %t45, %b10 ], [ %t29, %b4 ]
-          %t48 = phi <8 x i32> [ %t46, %b10 ], [ %t33, %b4 ]
-          %t49 = and <8 x i32> %t48, %t23
-          %t50 = icmp slt <8 x i32> %t49, zeroinitializer
-          %t51 = bitcast <8 x i1> %t50 to i8
-          %t52 = icmp ne i8 %t51, 0
-          %t55 = getelementptr i32, ptr %t54, i64 %t1
-          br i1 %t8, label %b13, label %b14
-        b13:
-          store <8 x i32> %t49, ptr %t55, align 4
-          br label %b15
-        b14:
-          %t56 = trunc i64 %t6 to i32
-          %t57 = insertelement <8 x i32> poison, i32 %t56, i64 0
-          %t58 = shufflevector <8 x i32> %t57, <8 x i32> poison, <8 x i32> zeroinitializer
-          %t59 = icmp ugt <8 x i32> %t58, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-          %t60 = load <8 x i32>, ptr %t55, align 4
-          %t61 = select <8 x i1> %t59, <8 x i32> %t49, <8 x i32> %t60
-          store <8 x i32> %t61, ptr %t55, align 4
-          br label %b15
-        b15:
-          br i1 %t52, label %b11, label %b12
-        b11:
-          %t62 = icmp slt <8 x i32> %t49, zeroinitializer
-          %t63 = getelementptr i32, ptr %t27, i64 %t1
-          %t64 = load <8 x float>, ptr %t63, align 4
-          %t65 = select <8 x i1> %t62, <8 x float> %t47, <8 x float> %t64
-          store <8 x float> %t65, ptr %t63, align 4
-          br label %b12
-        b12:
-          br label %b6
-        b5:
-          %t66 = getelementptr i32, ptr %t54, i64 %t1
-          %t67 = trunc i64 %t6 to i32
-          %t68 = insertelement <8 x i32> poison, i32 %t67, i64 0
-          %t69 = shufflevector <8 x i32> %t68, <8 x i32> poison, <8 x i32> zeroinitializer
-          %t70 = icmp ugt <8 x i32> %t69, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-          %t71 = load <8 x i32>, ptr %t66, align 4
-          %t72 = select <8 x i1> %t70, <8 x i32> zeroinitializer, <8 x i32> %t71
-          store <8 x i32> %t72, ptr %t66, align 4
-          br label %b6
-        b6:
-          %t2 = add nuw i64 %t1, 8
-          %t73 = icmp ult i64 %t2, %count
-          br i1 %t73, label %b3, label %b1
-        b1:
-          ret void
-        }
+            define void @"kernel"(ptr noalias %call) #0 {
+            entry:
+              %count.at = getelementptr i8, ptr %call, i64 72
+              %count.word = load i32, ptr %count.at, align 4
+              %count = zext i32 %count.word to i64
+              %none = icmp eq i64 %count, 0
+              br i1 %none, label %b1, label %b2
+            b2:
+              %t3 = getelementptr i8, ptr %call, i64 16
+              %t4 = load ptr, ptr %t3, align 8
+              %t5 = icmp eq ptr %t4, null
+              %t26 = getelementptr i8, ptr %call, i64 0
+              %t27 = load ptr, ptr %t26, align 8
+              %t28 = getelementptr i8, ptr %t27, i64 136
+              %t29 = load ptr, ptr %t28, align 8
+              %t59 = getelementptr i8, ptr %call, i64 24
+              %t60 = load ptr, ptr %t59, align 8
+              %t23 = insertelement <8 x i32> poison, i32 -1, i64 0
+              %t24 = shufflevector <8 x i32> %t23, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t32 = insertelement <8 x float> poison, float 0x3FF0000000000000, i64 0
+              %t33 = shufflevector <8 x float> %t32, <8 x float> poison, <8 x i32> zeroinitializer
+              br label %b3
+            b3:
+              %t1 = phi i64 [ 0, %b2 ], [ %t2, %b6 ]
+              %t6 = sub nuw i64 %count, %t1
+              %t7 = icmp uge i64 %t6, 8
+              %t8 = and i1 %t7, %t5
+              br i1 %t8, label %b4, label %b7
+            b7:
+              %t9 = trunc i64 %t6 to i32
+              %t10 = insertelement <8 x i32> poison, i32 %t9, i64 0
+              %t11 = shufflevector <8 x i32> %t10, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t12 = icmp ugt <8 x i32> %t11, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t13 = zext <8 x i1> %t12 to <8 x i32>
+              %t14 = sub <8 x i32> zeroinitializer, %t13
+              br i1 %t5, label %b4, label %b8
+            b8:
+              %t15 = getelementptr i32, ptr %t4, i64 %t1
+              %t16 = load <8 x i32>, ptr %t15, align 4
+              %t17 = icmp ne <8 x i32> %t16, zeroinitializer
+              %t18 = and <8 x i1> %t17, %t12
+              %t19 = zext <8 x i1> %t18 to <8 x i32>
+              %t20 = sub <8 x i32> zeroinitializer, %t19
+              %t21 = bitcast <8 x i1> %t18 to i8
+              %t22 = icmp ne i8 %t21, 0
+              br i1 %t22, label %b4, label %b5
+            b4:
+              %t25 = phi <8 x i32> [ %t24, %b3 ], [ %t14, %b7 ], [ %t20, %b8 ]
+              %t30 = getelementptr i32, ptr %t29, i64 %t1
+              %t31 = load <8 x float>, ptr %t30, align 4
+              %t34 = fcmp olt <8 x float> %t31, %t33
+              %t35 = zext <8 x i1> %t34 to <8 x i32>
+              %t36 = sub <8 x i32> zeroinitializer, %t35
+              %t37 = and <8 x i32> %t25, %t36
+              %t38 = icmp slt <8 x i32> %t37, zeroinitializer
+              %t39 = bitcast <8 x i1> %t38 to i8
+              %t40 = icmp ne i8 %t39, 0
+              br i1 %t40, label %b10, label %b9
+            b10:
+              %t41 = fdiv <8 x float> %t33, %t31
+              %t42 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t41)
+              %t43 = fdiv <8 x float> %t42, %t31
+              %t44 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t43)
+              %t45 = fcmp olt <8 x float> %t44, %t33
+              %t46 = zext <8 x i1> %t45 to <8 x i32>
+              %t47 = sub <8 x i32> zeroinitializer, %t46
+              %t48 = icmp slt <8 x i32> %t36, zeroinitializer
+              %t49 = select <8 x i1> %t48, <8 x float> %t44, <8 x float> %t31
+              %t50 = and <8 x i1> %t48, %t45
+              %t51 = zext <8 x i1> %t50 to <8 x i32>
+              %t52 = sub <8 x i32> zeroinitializer, %t51
+              br label %b9
+            b9:
+              %t53 = phi <8 x float> [ %t49, %b10 ], [ %t31, %b4 ]
+              %t54 = phi <8 x i32> [ %t52, %b10 ], [ %t36, %b4 ]
+              %t55 = and <8 x i32> %t54, %t25
+              %t56 = icmp slt <8 x i32> %t55, zeroinitializer
+              %t57 = bitcast <8 x i1> %t56 to i8
+              %t58 = icmp ne i8 %t57, 0
+              %t61 = getelementptr i32, ptr %t60, i64 %t1
+              br i1 %t8, label %b13, label %b14
+            b13:
+              store <8 x i32> %t55, ptr %t61, align 4
+              br label %b15
+            b14:
+              %t62 = trunc i64 %t6 to i32
+              %t63 = insertelement <8 x i32> poison, i32 %t62, i64 0
+              %t64 = shufflevector <8 x i32> %t63, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t65 = icmp ugt <8 x i32> %t64, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t66 = load <8 x i32>, ptr %t61, align 4
+              %t67 = select <8 x i1> %t65, <8 x i32> %t55, <8 x i32> %t66
+              store <8 x i32> %t67, ptr %t61, align 4
+              br label %b15
+            b15:
+              br i1 %t58, label %b11, label %b12
+            b11:
+              %t68 = icmp slt <8 x i32> %t55, zeroinitializer
+              %t69 = getelementptr i32, ptr %t29, i64 %t1
+              %t70 = load <8 x float>, ptr %t69, align 4
+              %t71 = select <8 x i1> %t68, <8 x float> %t53, <8 x float> %t70
+              store <8 x float> %t71, ptr %t69, align 4
+              br label %b12
+            b12:
+              br label %b6
+            b5:
+              %t72 = getelementptr i32, ptr %t60, i64 %t1
+              %t73 = trunc i64 %t6 to i32
+              %t74 = insertelement <8 x i32> poison, i32 %t73, i64 0
+              %t75 = shufflevector <8 x i32> %t74, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t76 = icmp ugt <8 x i32> %t75, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t77 = load <8 x i32>, ptr %t72, align 4
+              %t78 = select <8 x i1> %t76, <8 x i32> zeroinitializer, <8 x i32> %t77
+              store <8 x i32> %t78, ptr %t72, align 4
+              br label %b6
+            b6:
+              %t2 = add nuw i64 %t1, 8
+              %t79 = icmp ult i64 %t2, %count
+              br i1 %t79, label %b3, label %b1
+            b1:
+              ret void
+            }
 
-        declare <8 x float> @llvm.sqrt.v8f32(<8 x float>)
+            declare <8 x float> @llvm.sqrt.v8f32(<8 x float>)
 
-        attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
-        attributes #1 = { nounwind }
-    "#]],
+            attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
+            attributes #1 = { nounwind }
+        "#]],
     );
 }
 

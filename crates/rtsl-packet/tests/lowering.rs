@@ -115,12 +115,11 @@ fn short_sides_are_selected() {
                 %4 = negate %1 : f32xW
                 %5 = multiply %1, %1 : f32xW
                 %7 = select %3, %4, %5 : f32xW
-                %8 = not %3 : mask
-                %9 = or %8, %3 : mask
-                %10 = convert %9 : f32xW
-                %11 = add %7, %10 : f32xW
+                %8 = or %3, %6 : mask
+                %9 = convert %8 : f32xW
+                %10 = add %7, %9 : f32xW
               }
-              rt_HitDistance[0] = %11
+              rt_HitDistance[0] = %10
             }
         "#]],
     );

@@ -348,6 +348,12 @@ impl<'a> Lowering<'a> {
         if a == b {
             return a;
         }
+        if a == condition {
+            return self.or(condition, b);
+        }
+        if b == condition {
+            return self.and(condition, a);
+        }
         match (self.known_bool(a), self.known_bool(b)) {
             (Some(true), Some(_)) => condition,
             (Some(false), Some(_)) => self.not(condition),
