@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use rtsl_ir::host::NoHost;
 
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
+use rtsl_source::Diagnostic;
+
+use crate::errors;
 
 /// The scalars of members, constructor parameters and buffers, by name.
 #[derive(Clone, Debug, Default)]
@@ -26,21 +29,29 @@ impl Environment {
         words
     }
 
-    /// Runs an initialiser or a constructor, which reads places and then sets others. A function
-    /// that is not linked does nothing: `link` is asked about constructors first.
-    pub fn run(&mut self, function: &Function) {
-        let Ok(mut interpreter) = Interpreter::prepare(function) else { return };
+    /// Runs a linked initialiser or constructor, which reads places and then sets others.
+    ///
+    /// # Errors
+    /// Where it is not linked, or ran past its budget.
+    pub fn run(&mut self, function: &Function) -> Result<(), Diagnostic> {
+        let interpreter = Interpreter::prepare(function);
+        let mut interpreter =
+            interpreter.map_err(|error| errors::code_generation(&function.name, &error))?;
         let mut storage = FunctionStorage {
             places: &function.places,
             values: function.places.iter().map(|place| self.words(place)).collect(),
         };
-        let _ = interpreter.run(0, &mut storage, &mut NoHost);
+        let outcome = interpreter.run(0, &mut storage, &mut NoHost);
+        if outcome.budget_exceeded {
+            return Err(errors::endless_constructor(&function.name));
+        }
         let values = storage.values;
         for (place, words) in function.places.iter().zip(values) {
             if matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter) {
                 self.set(place.kind, &place.name, &words);
             }
         }
+        Ok(())
     }
 
     fn words(&self, place: &Place) -> Vec<u32> {

@@ -90,6 +90,14 @@ pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Dia
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
 }
 
+/// A constructor that did not come to its end.
+pub(crate) fn endless_constructor(name: &str) -> Diagnostic {
+    Diagnostic::new(
+        codes::BUDGET_EXHAUSTED,
+        format!("`{name}` ran past its budget of loop iterations"),
+    )
+}
+
 fn list(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().take(LISTED).map(|name| format!("`{name}`")).collect();
     match (quoted.as_slice(), names.len() > LISTED) {

@@ -208,9 +208,30 @@ impl<'a> Builder<'a> {
         if self.problems.has_errors() {
             return Err(self.problems);
         }
+        let mut values = match self.run(constructor.as_deref(), &references) {
+            Ok(values) => values,
+            Err(problem) => {
+                self.problems.push(problem);
+                return Err(self.problems);
+            }
+        };
         let class = self.class;
+        let members = class.members.iter().map(|place| values.take(place)).collect();
+        let buffers = class.buffers.iter().map(|place| {
+            self.members.remove(&place.name).map_or_else(|| Arc::from([]), Words::into_shared)
+        });
+        let buffers = buffers.collect();
+        Ok(Instance { class: class.clone(), members, buffers, references, tree_size, depth })
+    }
+
+    /// Initialisers, then the host's values, then the constructor.
+    fn run(
+        &self,
+        constructor: Option<&Function>,
+        references: &[Vec<Option<Arc<Instance>>>],
+    ) -> Result<Environment, Diagnostic> {
         let mut values = Environment::default();
-        values.run(&class.initializer);
+        values.run(&self.class.initializer)?;
         for (name, words) in &self.members {
             values.set(PlaceKind::Member, name, words.as_slice());
             values.set(PlaceKind::Buffer, name, words.as_slice());
@@ -219,15 +240,11 @@ impl<'a> Builder<'a> {
             values.set(PlaceKind::Parameter, name, words.as_slice());
         }
         if let Some(constructor) = constructor {
-            for_each_element(class, &references, |path, instance| instance.show(path, &mut values));
-            values.run(&constructor);
+            let show = |path: &str, instance: &Instance| instance.show(path, &mut values);
+            for_each_element(self.class, references, show);
+            values.run(constructor)?;
         }
-        let members = class.members.iter().map(|place| values.take(place)).collect();
-        let buffers = class.buffers.iter().map(|place| {
-            self.members.remove(&place.name).map_or_else(|| Arc::from([]), Words::into_shared)
-        });
-        let buffers = buffers.collect();
-        Ok(Instance { class: class.clone(), members, buffers, references, tree_size, depth })
+        Ok(values)
     }
 
     fn take_references(&mut self) -> Vec<Vec<Option<Arc<Instance>>>> {
