@@ -235,7 +235,7 @@ impl Checker<'_> {
         &self,
         name: &str,
         arguments: &[Expression],
-    ) -> Result<Target, Option<Diagnostic>> {
+    ) -> Result<Target, Option<Box<Diagnostic>>> {
         let levels = self.function_levels(name);
         if levels.is_empty() {
             return Err(None);
@@ -246,12 +246,12 @@ impl Checker<'_> {
                 Choice::One(Candidate::Builtin(overload)) => return Ok(Target::Builtin(overload)),
                 Choice::None => {}
                 Choice::Ambiguous(first, second) => {
-                    return Err(Some(self.ambiguous(name, arguments, first, second)));
+                    return Err(Some(Box::new(self.ambiguous(name, arguments, first, second))));
                 }
             }
         }
         let all: Vec<Candidate<'_>> = levels.into_iter().flatten().collect();
-        Err(Some(self.no_match(name, arguments, &all)))
+        Err(Some(Box::new(self.no_match(name, arguments, &all))))
     }
 
     fn show_arguments(&self, arguments: &[Expression]) -> String {
@@ -378,10 +378,10 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         let builtin = overload.builtin;
-        if builtin.usable != Usable::Anywhere
-            || builtin.lowering == Lowering::Special(Special::Rand)
-        {
-            self.note_restricted_builtin(builtin, span);
+        let restricted = builtin.usable != Usable::Anywhere
+            || builtin.lowering == Lowering::Special(Special::Rand);
+        if restricted && !self.note_restricted_builtin(builtin, span) {
+            return error_expression(span);
         }
         let candidate = Candidate::Builtin(overload);
         let parameters: Vec<(Type, Passing)> =
@@ -396,14 +396,16 @@ impl Checker<'_> {
         })
     }
 
-    fn note_restricted_builtin(&mut self, builtin: &'static Builtin, span: Span) {
+    /// Notes a call that only some methods may make; reports it where there is no method at all.
+    fn note_restricted_builtin(&mut self, builtin: &'static Builtin, span: Span) -> bool {
         match self.function.kind {
             Kind::ClassFunction | Kind::FileFunction => {
                 self.note_use(UseKind::Builtin(builtin), span);
+                true
             }
             Kind::Initializer | Kind::Constant => {
                 if self.in_prelude && builtin.usable == Usable::Prelude {
-                    return;
+                    return true;
                 }
                 self.report(
                     Diagnostic::new(
@@ -412,6 +414,7 @@ impl Checker<'_> {
                     )
                     .at(span, "there is no ray here"),
                 );
+                false
             }
         }
     }

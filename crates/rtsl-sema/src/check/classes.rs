@@ -57,8 +57,9 @@ impl<'a> Checker<'a> {
         let index = self.open_class(class);
         let items = self.items_with_inherited(index);
         self.declare_structs_and_constants(&items);
+        let mut functions = self.declare_functions(&items);
         self.declare_members(&items);
-        let functions = self.declare_functions(&items);
+        functions.extend(self.declare_constructors(&items));
         self.check_bodies(&functions);
         self.add_implied_methods();
         self.close_class(class);
@@ -164,13 +165,29 @@ impl<'a> Checker<'a> {
         for item in items {
             let ast::Item::Function(function) = item.item else { continue };
             let generation = item.generation;
+            if function.name.name == CONSTRUCTOR {
+                continue;
+            }
             self.for_item(generation, |checker| {
-                let id = if function.name.name == CONSTRUCTOR {
-                    checker.check_constructor(function, generation)
-                } else {
-                    checker.check_class_function(function, generation)
-                };
-                if let Some(id) = id {
+                if let Some(id) = checker.check_class_function(function, generation) {
+                    pending.push(Pending { ast: function, id, generation });
+                }
+            });
+        }
+        pending
+    }
+
+    /// After the members, so that defaults that name one are told apart from unknown names.
+    fn declare_constructors(&mut self, items: &[ClassItem<'a>]) -> Vec<Pending<'a>> {
+        let mut pending = Vec::new();
+        for item in items {
+            let ast::Item::Function(function) = item.item else { continue };
+            let generation = item.generation;
+            if function.name.name != CONSTRUCTOR {
+                continue;
+            }
+            self.for_item(generation, |checker| {
+                if let Some(id) = checker.check_constructor(function, generation) {
                     pending.push(Pending { ast: function, id, generation });
                 }
             });
@@ -201,6 +218,7 @@ impl<'a> Checker<'a> {
         for (function, method) in implied {
             if let Some(id) = self.declare_function(function, Some(method), 0) {
                 self.add_method(method, id);
+                self.function_info[id.0 as usize].is_implied = true;
                 declared.push((function, id));
             }
         }

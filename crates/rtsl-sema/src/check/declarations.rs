@@ -188,7 +188,7 @@ impl<'a> Checker<'a> {
             _ if failed && is_open(&ty) => Type::Error,
             _ => ty,
         };
-        let id = self.add_variable(variable, ty, value.is_some(), is_const);
+        let id = self.add_variable(variable, ty, value.is_some() || is_const, is_const);
         Some(StatementKind::Declare(id, value))
     }
 

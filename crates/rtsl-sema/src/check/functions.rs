@@ -22,6 +22,8 @@ pub(super) struct FunctionInfo {
     pub(super) has_body: bool,
     /// It is the constructor of its class.
     pub(super) is_constructor: bool,
+    /// It is a method that the class did not write.
+    pub(super) is_implied: bool,
     /// Another function has taken its place in its class.
     pub(super) replaced: bool,
     /// From which ancestor of its class it comes; 0 for the class's own.
@@ -214,12 +216,14 @@ impl Checker<'_> {
 
     fn check_passing(&mut self, qualifiers: &ast::Qualifiers) -> Passing {
         let mut passing = Passing::In;
+        let outward = [Qualifier::Out, Qualifier::InOut];
+        let passes_out = outward.iter().any(|each| qualifiers.find(*each).is_some());
         for &(qualifier, span) in &qualifiers.list {
             match qualifier {
                 Qualifier::Out => passing = Passing::Out,
                 Qualifier::InOut => passing = Passing::InOut,
                 Qualifier::In | Qualifier::Precise => {}
-                Qualifier::Const if passing == Passing::In => {}
+                Qualifier::Const if !passes_out => {}
                 Qualifier::Const => self.report_bad_qualifier(
                     "`const`",
                     span,
@@ -366,9 +370,7 @@ impl Checker<'_> {
             return None;
         }
         let info = &mut self.function_info[id.0 as usize];
-        if function.body.is_none() {
-            return None;
-        }
+        function.body.as_ref()?;
         if info.has_body {
             self.report(
                 Diagnostic::new(
@@ -416,7 +418,8 @@ impl Checker<'_> {
             local.name = parameter.name.as_ref().map_or(String::new(), |name| name.name.clone());
             let info = LocalInfo {
                 span: parameter.span,
-                read_only: parameter.qualifiers.find(Qualifier::Const).is_some(),
+                read_only: parameter.qualifiers.find(Qualifier::Const).is_some()
+                    && declared.parameters[index] == Passing::In,
                 assigned: declared.parameters[index] != Passing::Out,
                 used: true,
                 loop_depth: 0,

@@ -29,6 +29,7 @@ pub(super) fn binary_types(
     left: &Type,
     right: &Type,
 ) -> Option<BinaryTypes> {
+    let booleans = *left == BOOL && *right == BOOL;
     match operator {
         BinaryOperator::Add
         | BinaryOperator::Subtract
@@ -44,9 +45,9 @@ pub(super) fn binary_types(
         | BinaryOperator::Greater
         | BinaryOperator::GreaterEqual => order_types(left, right),
         BinaryOperator::Equal | BinaryOperator::NotEqual => equality_types(left, right),
-        BinaryOperator::And | BinaryOperator::Or | BinaryOperator::Xor => (*left == BOOL
-            && *right == BOOL)
-            .then(|| BinaryTypes { left: BOOL, right: BOOL, result: BOOL }),
+        BinaryOperator::And | BinaryOperator::Or | BinaryOperator::Xor => {
+            booleans.then_some(BinaryTypes { left: BOOL, right: BOOL, result: BOOL })
+        }
     }
 }
 

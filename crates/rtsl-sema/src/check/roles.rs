@@ -115,12 +115,15 @@ impl Checker<'_> {
         }
     }
 
+    /// The constructor and the methods that the class wrote. What implied methods reach is reached from
+    /// these too, but for their own text.
     fn roots(&self, id: ClassId) -> Vec<Root> {
         let class = &self.module.classes[id.0 as usize];
         let constructor = class.constructor.iter().map(|constructor| (None, constructor.function));
         let methods = class.methods.iter().map(|(method, function)| (Some(*method), *function));
         constructor
             .chain(methods)
+            .filter(|(_, function)| !self.function_info[function.0 as usize].is_implied)
             .map(|(method, function)| {
                 let belongs = |role: &Role| method.is_some_and(|each| each.roles().contains(role));
                 let roles = class.roles.iter().copied().filter(belongs).collect();

@@ -1,7 +1,8 @@
 //! "Did you mean": which names are in reach where one was not found.
 
 use rtsl_source::{Diagnostic, Span, most_similar};
-use rtsl_spec::{builtins, state_variables};
+use rtsl_spec::builtins::Usable;
+use rtsl_spec::{Role, builtins, state_variables};
 
 use super::Checker;
 use super::scope::{Entity, Level};
@@ -22,62 +23,37 @@ pub(super) fn suggest(diagnostic: Diagnostic, span: Span, similar: Option<String
 impl Checker<'_> {
     /// The value (variable, constant, state variable) or function that was probably meant.
     pub(super) fn similar_name(&mut self, name: &str) -> Option<String> {
-        let found = {
-            let states: Vec<&str> = self.states_in_reach();
-            let candidates = self
-                .scopes
-                .names()
-                .chain(self.levels().flat_map(|level| value_names(level)))
-                .chain(states)
-                .collect::<Vec<&str>>();
-            self.comparisons
-                .checked_sub(candidates.len())
-                .map(|left| (left, most_similar(name, candidates).map(str::to_owned)))
-        };
-        let (left, similar) = found?;
-        self.comparisons = left;
+        let similar = self.compared(name, |checker| {
+            let levels = checker.levels().flat_map(value_names);
+            checker.scopes.names().chain(levels).chain(checker.states_in_reach()).collect()
+        });
         similar.or_else(|| self.similar_function(name))
     }
 
     /// The function that was probably meant.
     pub(super) fn similar_function(&mut self, name: &str) -> Option<String> {
-        let (count, similar) = {
-            let candidates: Vec<&str> = self
-                .levels()
-                .flat_map(function_names)
-                .chain(
-                    builtins::all()
-                        .map(|builtin| builtin.name)
-                        .filter(|name| !name.starts_with("rt_")),
-                )
-                .chain(builtin_constructors().iter().map(String::as_str))
-                .collect();
-            (candidates.len(), most_similar(name, candidates).map(str::to_owned))
-        };
-        self.comparisons = self.comparisons.checked_sub(count)?;
-        similar
+        self.compared(name, |checker| {
+            let shown = builtins::all().filter(|builtin| builtin.usable != Usable::Prelude);
+            let builtin = shown.map(|builtin| builtin.name);
+            let types = type_names().iter().map(String::as_str);
+            checker.levels().flat_map(function_names).chain(builtin).chain(types).collect()
+        })
     }
 
     /// The type that was probably meant.
     pub(super) fn similar_type(&mut self, name: &str) -> Option<String> {
-        let (count, similar) = {
-            let candidates: Vec<&str> = builtin_constructors()
-                .iter()
-                .map(String::as_str)
-                .chain(self.levels().flat_map(struct_names))
-                .collect();
-            (candidates.len(), most_similar(name, candidates).map(str::to_owned))
-        };
-        self.comparisons = self.comparisons.checked_sub(count)?;
-        similar
+        self.compared(name, |checker| {
+            let types = type_names().iter().map(String::as_str);
+            types.chain(checker.levels().flat_map(struct_names)).collect()
+        })
     }
 
     /// The class that was probably meant.
     pub(super) fn similar_class(&mut self, name: &str) -> Option<String> {
-        self.comparisons = self.comparisons.checked_sub(self.classes.len() + 5)?;
-        let roles = rtsl_spec::Role::ALL.map(rtsl_spec::Role::class);
-        let classes = self.classes.iter().map(|class| class.ast.name.name.as_str());
-        most_similar(name, roles.into_iter().chain(classes)).map(str::to_owned)
+        self.compared(name, |checker| {
+            let classes = checker.classes.iter().map(|class| class.ast.name.name.as_str());
+            Role::ALL.into_iter().map(|role| role.class()).chain(classes).collect()
+        })
     }
 
     /// One of `names` that was probably meant.
@@ -89,6 +65,22 @@ impl Checker<'_> {
         let names: Vec<&str> = names.into_iter().collect();
         self.comparisons = self.comparisons.checked_sub(names.len())?;
         most_similar(name, names).map(str::to_owned)
+    }
+
+    /// The one of the candidates that was probably meant, until the comparisons are used up.
+    fn compared(
+        &mut self,
+        name: &str,
+        candidates: impl for<'s> FnOnce(&'s Self) -> Vec<&'s str>,
+    ) -> Option<String> {
+        if self.comparisons == 0 {
+            return None;
+        }
+        let candidates = candidates(self);
+        let left = self.comparisons.saturating_sub(candidates.len());
+        let similar = most_similar(name, candidates).map(str::to_owned);
+        self.comparisons = left;
+        similar
     }
 
     fn levels(&self) -> impl Iterator<Item = &Level> {
@@ -136,7 +128,7 @@ fn struct_names(level: &Level) -> impl Iterator<Item = &str> {
     })
 }
 
-fn builtin_constructors() -> &'static [String] {
+fn type_names() -> &'static [String] {
     static NAMES: std::sync::LazyLock<Vec<String>> = std::sync::LazyLock::new(builtin_type_names);
     &NAMES
 }

@@ -1,0 +1,140 @@
+//! Texts that are deep, long or make each other longer: each gives an answer soon, on a small stack.
+
+mod support;
+
+use std::fmt::Write;
+
+use support::codes;
+
+/// Checks a text on a stack of 2 MB.
+fn on_small_stack(text: String) -> Vec<&'static str> {
+    let thread = std::thread::Builder::new().stack_size(2 << 20);
+    thread.spawn(move || codes(&text)).unwrap().join().unwrap()
+}
+
+fn method(body: &str) -> String {
+    format!("class C : rt_Texture;\nvoid lookup() {{\n{body}\n}}\n")
+}
+
+/// As deep as the parser lets pass.
+const DEEP: usize = 240;
+
+fn nested(open: &str, inner: &str, close: &str, depth: usize) -> String {
+    open.repeat(depth) + inner + &close.repeat(depth)
+}
+
+#[test]
+fn deep_expressions_pass() {
+    for (open, inner, close) in [
+        ("(", "1.0", ")"),
+        ("- ", "rt_TextureUV.x", ""),
+        ("1.0 + ", "2.0", ""),
+        ("sin(", "0.5", ")"),
+        ("max(1.0, ", "0.5", ")"),
+        ("float(", "0.5", ")"),
+        ("true ? 1.0 : ", "0.5", ""),
+    ] {
+        let text = method(&format!("rt_FloatTextureValue = {};", nested(open, inner, close, DEEP)));
+        assert_eq!(on_small_stack(text), [""; 0], "{open}");
+    }
+    let indexed = nested("a[", "0", "]", DEEP);
+    let text = method(&format!("int a[1] = {{ 0 }}; rt_FloatTextureValue = float({indexed});"));
+    assert_eq!(on_small_stack(text), [""; 0]);
+    let calls = nested("f(", "0.0", ")", DEEP);
+    let text = "float f(float x) { return x; }\n".to_owned()
+        + &method(&format!("rt_FloatTextureValue = {calls};"));
+    assert_eq!(on_small_stack(text), [""; 0]);
+    let constant = nested("sin(", "0.5", ")", DEEP);
+    let text = format!("const float x = {constant};\n") + &method("rt_FloatTextureValue = x;");
+    assert_eq!(on_small_stack(text), [""; 0]);
+}
+
+#[test]
+fn deep_statements_pass() {
+    for (open, close) in [
+        ("{", "}"),
+        ("if (rt_TextureUV.x > 0.5) {", "}"),
+        ("for (int i = 0; i < 2; i++) ", ""),
+        ("while (rt_TextureUV.x > 0.5) ", ""),
+        ("switch (1) { case 1: ", "}"),
+    ] {
+        let body = nested(open, "rt_FloatTextureValue = 1.0;", close, DEEP / 2);
+        let found = on_small_stack(method(&body));
+        assert_eq!(found, [""; 0], "{open}");
+    }
+}
+
+#[test]
+fn long_chains_of_calls_pass_and_cycles_through_them_are_found() {
+    let mut text = String::from("float f0(float x) { return x; }\n");
+    for index in 1..3_000 {
+        let _ = writeln!(text, "float f{index}(float x) {{ return f{}(x); }}", index - 1);
+    }
+    let calling = text.clone() + &method("rt_FloatTextureValue = f2999(1.0);");
+    assert_eq!(on_small_stack(calling), [""; 0]);
+    let closed = text.replace(
+        "float f0(float x) { return x; }",
+        "float f2999(float x);\nfloat f0(float x) { return f2999(x); }",
+    );
+    assert_eq!(on_small_stack(closed + &method("")), ["E0216"]);
+}
+
+#[test]
+fn chains_of_constants_and_structs_pass() {
+    let mut text = String::from("class C : rt_Texture;\nconst int c2999 = 1;\n");
+    for index in (0..2_999).rev() {
+        let _ = writeln!(text, "const int c{index} = c{};", index + 1);
+    }
+    text += "void lookup() { rt_FloatTextureValue = float(c0); }";
+    assert_eq!(on_small_stack(text), [""; 0]);
+    let mut text = String::from("struct S0 { float x; };\n");
+    for index in 1..3_000 {
+        let _ = writeln!(text, "struct S{index} {{ S{} x; }};", index - 1);
+    }
+    assert!(on_small_stack(text + &method("")).iter().all(|code| *code == "E0404"));
+    let dimensions = "[1]".repeat(DEEP);
+    assert_eq!(codes(&method(&format!("float x{dimensions};"))), ["E0404"]);
+}
+
+#[test]
+fn large_values_are_refused() {
+    let text =
+        "struct A { float x[60000]; };\nstruct B { A x[60000]; };\nstruct D { B x[60000]; };\n";
+    assert_eq!(codes(&(text.to_owned() + &method(""))), ["E0404"]);
+    let mut text = String::from("class C : rt_Texture;\n");
+    for index in 0..100 {
+        let _ = writeln!(text, "private float a{index}[60000];");
+    }
+    assert_eq!(codes(&(text + "void lookup() { }")), ["E0404"]);
+}
+
+#[test]
+fn large_tables_used_often_are_shared() {
+    let mut text =
+        String::from("const float a[16] = { 1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16 };\n");
+    let _ = writeln!(text, "const float b[16][16] = {{ {} }};", vec!["a"; 16].join(", "));
+    let _ = writeln!(text, "const float c[16][16][16] = {{ {} }};", vec!["b"; 16].join(", "));
+    let _ = writeln!(text, "const float d[16][16][16][16] = {{ {} }};", vec!["c"; 16].join(", "));
+    let body = "rt_FloatTextureValue += d[i][i][i][i];\n".repeat(5_000);
+    text += &method(&format!("int i = int(rt_TextureUV.x);\n{body}"));
+    assert_eq!(on_small_stack(text), [""; 0]);
+}
+
+#[test]
+fn many_unknown_names_are_answered_soon() {
+    let mut body = String::new();
+    for index in 0..4_000 {
+        let _ = writeln!(body, "int known{index} = unknown{index};");
+    }
+    assert_eq!(codes(&method(&body)).len(), 200);
+}
+
+#[test]
+fn inherited_text_is_bounded() {
+    let body = "rt_FloatTextureValue += 1.0;\n".repeat(1_000);
+    let mut text = format!("class A : rt_Texture {{ void lookup() {{ {body} }} }};\n");
+    for index in 0..1_000 {
+        let _ = writeln!(text, "class B{index} : A {{ }};");
+    }
+    assert!(codes(&text).contains(&"E0406"));
+}
