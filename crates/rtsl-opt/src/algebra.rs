@@ -25,6 +25,7 @@ pub(crate) enum Simplified {
 pub(crate) enum Definition {
     Unary(UnaryOp, Value),
     Compare(CompareOp, Value, Value),
+    Select(Value, Value, Value),
     Convert(Value),
     Bitcast(Value),
 }
@@ -35,6 +36,7 @@ impl Definition {
         match *kind {
             OpKind::Unary(op, a) => Some(Definition::Unary(op, a)),
             OpKind::Compare(op, a, b) => Some(Definition::Compare(op, a, b)),
+            OpKind::Select(condition, a, b) => Some(Definition::Select(condition, a, b)),
             OpKind::Convert(_, a) => Some(Definition::Convert(a)),
             OpKind::Bitcast(_, a) => Some(Definition::Bitcast(a)),
             _ => None,
@@ -286,8 +288,29 @@ impl Facts<'_> {
         if let Some(Definition::Unary(UnaryOp::Not, x)) = self.definition(condition) {
             return becomes(OpKind::Select(x, b, a));
         }
-        if self.scalar(a) != Scalar::Bool {
-            return None;
+        // An inner choice by the same condition is decided by the outer one.
+        if let Some(Definition::Select(inner, x, _)) = self.definition(a)
+            && inner == condition
+        {
+            return becomes(OpKind::Select(condition, x, b));
+        }
+        if let Some(Definition::Select(inner, _, y)) = self.definition(b)
+            && inner == condition
+        {
+            return becomes(OpKind::Select(condition, a, y));
+        }
+        match self.scalar(a) {
+            Scalar::Bool => self.select_bool(condition, a, b),
+            Scalar::F32 | Scalar::I32 | Scalar::U32 => None,
+        }
+    }
+
+    fn select_bool(&self, condition: Value, a: Value, b: Value) -> Option<Simplified> {
+        if a == condition {
+            return becomes(OpKind::Binary(BinaryOp::Or, condition, b));
+        }
+        if b == condition {
+            return becomes(OpKind::Binary(BinaryOp::And, condition, a));
         }
         match (self.bits(a), self.bits(b)) {
             (Some(1), Some(0)) => same(condition),

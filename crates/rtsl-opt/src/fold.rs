@@ -221,6 +221,25 @@ mod tests {
     }
 
     #[test]
+    fn choices_by_one_condition() {
+        let text = "
+            %c: bool = load scratch:b@0 %d: bool = load scratch:b@1
+            %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1 %z: f32 = load scratch:f@2
+            %inner: f32 = select %c, %x, %y %outer: f32 = select %c, %inner, %z
+            %or: bool = select %c, %c, %d %and: bool = select %c, %d, %c
+            return scratch:f@0 = %outer, scratch:b@0 = %or, scratch:b@1 = %and";
+        check(
+            text,
+            expect![[r#"
+                %4: f32 = select %0, %2, %3
+                %5: bool = or %0, %1
+                %6: bool = and %0, %1
+                return scratch:f@0 = %4, scratch:b@0 = %5, scratch:b@1 = %6
+            "#]],
+        );
+    }
+
+    #[test]
     fn indices_become_constant_and_are_clamped() {
         let text = "
             %i: i32 = constant 9 %j: i32 = constant -1

@@ -64,7 +64,7 @@ fn very_many_operations() {
     let (mut builder, place) = builder();
     let x = builder.load(place, 0);
     let mut value = x;
-    for round in 0..40_000 {
+    for round in 0..10_000 {
         let constant = builder.f32(round as f32);
         let product = builder.multiply(value, constant);
         let sum = builder.add(product, x);
@@ -82,7 +82,7 @@ fn very_many_loops() {
     let (zero, one, four) = (builder.i32(0), builder.i32(1), builder.i32(4));
     let slot = builder.slot("t", Scalar::F32, 8);
     let mut value = builder.load(place, 0);
-    for _ in 0..5_000 {
+    for _ in 0..1_500 {
         let results = builder.loop_(vec![zero, value], |builder, carried| {
             let counter = carried.get(0);
             builder.store_at(slot, counter, carried.get(1));

@@ -36,7 +36,7 @@ const MAX_DEPTH: usize = 4;
 const MAX_ROUNDS: usize = 4;
 
 /// Places that every function has: kind, name, type, length.
-const PLACES: [(PlaceKind, &str, Scalar, u32); 13] = [
+const PLACES: [(PlaceKind, &str, Scalar, u32); 14] = [
     (PlaceKind::State, "rt_RayOrigin", Scalar::F32, 3),
     (PlaceKind::State, "rt_RayDirection", Scalar::F32, 3),
     (PlaceKind::State, "rt_HitDistance", Scalar::F32, 1),
@@ -50,7 +50,13 @@ const PLACES: [(PlaceKind, &str, Scalar, u32); 13] = [
     (PlaceKind::Buffer, "indices", Scalar::I32, 1),
     (PlaceKind::Slot, "stack", Scalar::F32, 5),
     (PlaceKind::Slot, "order", Scalar::I32, 4),
+    (PlaceKind::Slot, "local", Scalar::F32, 2),
 ];
+
+/// The positions in [`PLACES`] of the buffers.
+const BUFFERS: std::ops::Range<usize> = 9..11;
+/// The positions of the slots; the last is only accessed at constant indices.
+const SLOTS: std::ops::Range<usize> = 11..14;
 
 struct Generator<'a> {
     entropy: Entropy<'a>,
@@ -187,7 +193,7 @@ impl<'a> Generator<'a> {
 
     fn load(&mut self) -> Value {
         let place = self.entropy.choose(&self.places);
-        match self.entropy.chance(100) {
+        match self.entropy.chance(100) && !self.is_local(place) {
             true => {
                 let index = self.pick(Scalar::I32);
                 self.load_at(place, index)
@@ -207,12 +213,12 @@ impl<'a> Generator<'a> {
     }
 
     fn store(&mut self) {
-        let slots: Vec<PlaceId> = self.places[PLACES.len() - 2..].to_vec();
-        let slot = self.entropy.choose(&slots);
+        let slot = self.entropy.choose(&self.places[SLOTS]);
         let scalar = self.builder.function().place(slot).scalar;
         let value = self.pick(scalar);
         let index = self.pick(Scalar::I32);
-        if self.entropy.chance(128) && self.known_in_range(slot, index) {
+        let dynamic = self.entropy.chance(128) && !self.is_local(slot);
+        if dynamic && self.known_in_range(slot, index) {
             self.builder.store_at(slot, index, value);
         } else {
             let index = self.constant_index(slot);
@@ -221,7 +227,7 @@ impl<'a> Generator<'a> {
     }
 
     fn length(&mut self) -> Value {
-        let buffer = self.entropy.choose(&self.places[9..11]);
+        let buffer = self.entropy.choose(&self.places[BUFFERS]);
         self.builder.length(buffer)
     }
 
@@ -348,6 +354,10 @@ impl<'a> Generator<'a> {
     fn constant_index(&mut self, place: PlaceId) -> u32 {
         let len = self.builder.function().place(place).len;
         self.entropy.below(len as usize) as u32
+    }
+
+    fn is_local(&self, place: PlaceId) -> bool {
+        place == self.places[PLACES.len() - 1]
     }
 
     /// A value that is no constant, or one in range.
