@@ -43,6 +43,18 @@ impl Default for Options {
     }
 }
 
+/// The passes that need nothing but the function, by name.
+pub const PASSES: &[(&str, fn(&mut Function))] = &[
+    ("contract", contract::run),
+    ("dead", dead::run),
+    ("fold", fold::run),
+    ("hoist", hoist::run),
+    ("number", number::run),
+    ("promote", promote::run),
+    ("select", select::run),
+    ("unroll", unroll::run),
+];
+
 /// Runs the passes on a verified function, in order.
 pub fn optimize(function: &mut Function, options: &Options) {
     if options.contract {

@@ -13,6 +13,8 @@ const FILE: &str = "//# file:";
 pub struct TestFile<'a> {
     /// The name of the mode.
     pub mode: String,
+    /// The words after it.
+    pub arguments: Vec<&'a str>,
     /// Everything before the expectation.
     input: &'a str,
     /// The lines of the expectation, without their marks.
@@ -23,7 +25,8 @@ impl<'a> TestFile<'a> {
     pub fn parse(text: &'a str) -> Result<Self, Failed> {
         let first = text.lines().next().unwrap_or_default();
         let (_, words) = first.split_once(MODE).ok_or("the first line names no `mode:`")?;
-        let mode = words.split_whitespace().next().ok_or("the first line names no mode")?;
+        let mut words = words.split_whitespace();
+        let mode = words.next().ok_or("the first line names no mode")?;
         let is_expected = |line: &str| line.starts_with(EXPECTED);
         let input_length: usize =
             text.split_inclusive('\n').take_while(|line| !is_expected(line)).map(str::len).sum();
@@ -34,7 +37,7 @@ impl<'a> TestFile<'a> {
             expected.push_str(line.strip_prefix(' ').unwrap_or(line));
             expected.push('\n');
         }
-        Ok(TestFile { mode: mode.to_owned(), input, expected })
+        Ok(TestFile { mode: mode.to_owned(), arguments: words.collect(), input, expected })
     }
 
     /// The files of the input with their names: the text itself, called `test.rtsl`, then those

@@ -2,6 +2,7 @@
 //! printed.
 
 use libtest_mimic::Failed;
+use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
 use rtsl_syntax::MemoryLoader;
 use rtsl_syntax::ast::TranslationUnit;
@@ -17,8 +18,12 @@ pub struct Mode {
 }
 
 /// All modes; `tests/README.md` describes them.
-pub const MODES: &[Mode] =
-    &[Mode { name: "ast", run: ast }, Mode { name: "syntax-errors", run: syntax_errors }];
+pub const MODES: &[Mode] = &[
+    Mode { name: "ast", run: ast },
+    Mode { name: "syntax-errors", run: syntax_errors },
+    Mode { name: "verify", run: verify },
+    Mode { name: "passes", run: passes },
+];
 
 /// The mode of this name.
 pub fn find(name: &str) -> Option<&'static Mode> {
@@ -38,6 +43,40 @@ fn ast(test: &TestFile<'_>) -> Result<String, Failed> {
 fn syntax_errors(test: &TestFile<'_>) -> Result<String, Failed> {
     let (map, _, diagnostics) = parse(test);
     Ok(render::all_to_text(&map, diagnostics.iter(), false))
+}
+
+/// What reading and verifying say of each function of the IR.
+fn verify(test: &TestFile<'_>) -> Result<String, Failed> {
+    let mut text = String::new();
+    for (name, function) in test.files() {
+        let verdict = match function.parse::<Function>() {
+            Ok(function) => match rtsl_ir::verify::verify(&function) {
+                Ok(()) => "verified".to_owned(),
+                Err(error) => error.to_string(),
+            },
+            Err(error) => error.to_string(),
+        };
+        text.push_str(&format!("{name}: {verdict}\n"));
+    }
+    Ok(text)
+}
+
+/// A function of the IR after the passes that the first line names, or after all of them.
+fn passes(test: &TestFile<'_>) -> Result<String, Failed> {
+    let (_, text) = test.files().into_iter().next().unwrap_or_default();
+    let mut function: Function = text.parse()?;
+    rtsl_ir::verify::verify(&function)?;
+    for name in &test.arguments {
+        let pass = rtsl_opt::PASSES.iter().find(|(known, _)| known == name);
+        let (_, run) = pass.ok_or_else(|| format!("there is no pass `{name}`"))?;
+        run(&mut function);
+        rtsl_ir::verify::verify(&function).map_err(|error| format!("after {name}: {error}"))?;
+    }
+    if test.arguments.is_empty() {
+        rtsl_opt::optimize(&mut function, &rtsl_opt::Options::default());
+    }
+    function.renumber();
+    Ok(function.to_string())
 }
 
 fn parse(test: &TestFile<'_>) -> (SourceMap, TranslationUnit, Diagnostics) {
