@@ -4,7 +4,11 @@
 mod oracle_support;
 
 use oracle_support::Case;
-use rtsl_ir::generate::seeded_function;
+use rtsl_ir::generate::{Entropy, seeded_function};
+use rtsl_ir::{
+    BinaryOp, Builder, CompareOp, Function, Index, OpKind, Place, PlaceKind, Scalar, UnaryOp,
+    Value, evaluate,
+};
 
 /// Functions of about `size / 3` operations each, from these seeds.
 fn check_generated(seeds: std::ops::Range<u64>, size: usize) {
@@ -24,10 +28,211 @@ fn scaled(count: u64) -> u64 {
 
 #[test]
 fn short_functions() {
-    check_generated(0..scaled(40), 60);
+    check_generated(0..scaled(20), 60);
 }
 
 #[test]
 fn long_functions() {
-    check_generated(1000..1000 + scaled(8), 700);
+    check_generated(1000..1000 + scaled(4), 700);
+}
+
+/// Makes functions that do every operation on a type with operands of every kind.
+struct Operations {
+    builder: Builder,
+    /// By type: lanes, one for all rays, a constant; two of each, and a buffer and a slot of
+    /// them at an index of lanes.
+    operands: Vec<Vec<Value>>,
+    results: Vec<Value>,
+}
+
+impl Operations {
+    fn new(seed: u64) -> Operations {
+        let mut builder = Builder::new("Operations.method");
+        let bytes = Entropy::bytes(seed, 64);
+        let mut entropy = Entropy::new(&bytes);
+        let mut operands = Vec::new();
+        for scalar in Scalar::ALL {
+            let mut place = |kind, prefix: &str, len| {
+                let name = format!("{prefix}_{}", scalar.name());
+                builder.place(Place { kind, name, scalar, len })
+            };
+            let lanes = place(PlaceKind::Scratch, "lanes", 2);
+            let shared = place(PlaceKind::Member, "shared", 2);
+            let mut values = Vec::new();
+            for index in 0..2 {
+                values.push(builder.load(lanes, index));
+                values.push(builder.load(shared, index));
+                values.push(builder.constant(entropy.constant(scalar)));
+            }
+            operands.push(values);
+        }
+        Operations { builder, operands, results: Vec::new() }
+    }
+
+    fn operands(&self, scalar: Scalar) -> Vec<Value> {
+        self.operands[Scalar::ALL.iter().position(|it| *it == scalar).unwrap()].clone()
+    }
+
+    /// A first operand with second operands of every kind, and the other way round.
+    fn pairs(&self, scalar: Scalar) -> Vec<(Value, Value)> {
+        let operands = self.operands(scalar);
+        let (first, second) = operands.split_at(3);
+        let pairs = first.iter().flat_map(|a| second.iter().map(|b| (*a, *b)));
+        pairs.chain([(operands[0], operands[0])]).collect()
+    }
+
+    fn push(&mut self, kind: OpKind) {
+        let value = self.builder.push(kind).get(0);
+        self.results.push(value);
+    }
+
+    fn unary(&mut self, scalar: Scalar) {
+        for op in UnaryOp::ALL {
+            for a in self.operands(scalar) {
+                if evaluate::unary(*op, scalar).is_some() {
+                    self.push(OpKind::Unary(*op, a));
+                }
+            }
+        }
+    }
+
+    fn binary(&mut self, scalar: Scalar) {
+        for (a, b) in self.pairs(scalar) {
+            for op in BinaryOp::ALL {
+                if evaluate::binary(*op, scalar).is_some() {
+                    self.push(OpKind::Binary(*op, a, b));
+                }
+            }
+            for op in CompareOp::ALL {
+                if evaluate::compare(*op, scalar).is_some() {
+                    self.push(OpKind::Compare(*op, a, b));
+                }
+            }
+        }
+    }
+
+    fn conversions(&mut self, scalar: Scalar) {
+        for a in self.operands(scalar) {
+            for to in Scalar::ALL {
+                self.push(OpKind::Convert(to, a));
+                if evaluate::bitcast(scalar, to).is_some() {
+                    self.push(OpKind::Bitcast(to, a));
+                }
+            }
+        }
+    }
+
+    fn ternary(&mut self, scalar: Scalar) {
+        for (a, b) in self.pairs(scalar) {
+            for condition in self.operands(Scalar::Bool) {
+                self.push(OpKind::Select(condition, a, b));
+            }
+            if scalar == Scalar::F32 {
+                for c in self.operands(scalar) {
+                    self.push(OpKind::Fma(a, b, c));
+                }
+            }
+        }
+    }
+
+    /// Places of every kind and several lengths, at indices of every kind.
+    fn memory(&mut self, scalar: Scalar) {
+        let kinds = [PlaceKind::Scratch, PlaceKind::Member, PlaceKind::Buffer, PlaceKind::Slot];
+        let values = self.operands(scalar);
+        for kind in kinds {
+            for len in [3, 9] {
+                let name = format!("{}_{}_{len}", kind.name(), scalar.name());
+                let place = self.builder.place(Place { kind, name, scalar, len });
+                for (index, value) in self.operands(Scalar::I32).into_iter().zip(&values).take(2) {
+                    if kind == PlaceKind::Slot {
+                        self.builder.push(OpKind::Store(place, Index::Dynamic(index), *value));
+                    }
+                    self.push(OpKind::Load(place, Index::Dynamic(index)));
+                }
+                self.push(OpKind::Load(place, Index::Constant(len - 1)));
+                if kind == PlaceKind::Buffer {
+                    self.push(OpKind::Length(place));
+                }
+            }
+        }
+    }
+
+    fn finish(mut self) -> Function {
+        for scalar in Scalar::ALL {
+            let results = self.results.iter().copied();
+            let fitting: Vec<Value> =
+                results.filter(|value| self.builder.scalar(*value) == scalar).collect();
+            let place = self.builder.place(Place {
+                kind: PlaceKind::Scratch,
+                name: format!("results_{}", scalar.name()),
+                scalar,
+                len: fitting.len().max(1) as u32,
+            });
+            for (component, value) in fitting.into_iter().enumerate() {
+                self.builder.output(place, component as u32, value);
+            }
+        }
+        self.builder.finish()
+    }
+}
+
+fn check_operations(scalar: Scalar, add: fn(&mut Operations, Scalar)) {
+    for seed in 0..scaled(1) {
+        let mut operations = Operations::new(seed);
+        add(&mut operations, scalar);
+        let function = operations.finish();
+        rtsl_ir::verify::verify(&function).unwrap();
+        if let Err(difference) = Case::new(function, seed).check() {
+            panic!("seed {seed}: {difference}");
+        }
+    }
+}
+
+#[test]
+fn every_operation_on_f32() {
+    check_operations(Scalar::F32, |operations, scalar| {
+        operations.unary(scalar);
+        operations.binary(scalar);
+    });
+    check_operations(Scalar::F32, Operations::ternary);
+}
+
+#[test]
+fn every_operation_on_i32() {
+    check_operations(Scalar::I32, |operations, scalar| {
+        operations.unary(scalar);
+        operations.binary(scalar);
+    });
+}
+
+#[test]
+fn every_operation_on_u32() {
+    check_operations(Scalar::U32, |operations, scalar| {
+        operations.unary(scalar);
+        operations.binary(scalar);
+        operations.ternary(scalar);
+    });
+}
+
+#[test]
+fn every_operation_on_bool() {
+    check_operations(Scalar::Bool, |operations, scalar| {
+        operations.unary(scalar);
+        operations.binary(scalar);
+        operations.ternary(scalar);
+    });
+}
+
+#[test]
+fn every_conversion() {
+    for scalar in Scalar::ALL {
+        check_operations(scalar, Operations::conversions);
+    }
+}
+
+#[test]
+fn every_kind_of_memory() {
+    for scalar in [Scalar::F32, Scalar::I32, Scalar::Bool] {
+        check_operations(scalar, Operations::memory);
+    }
 }
