@@ -15,9 +15,11 @@ use crate::error::JitError;
 
 const STACK_BYTES: usize = 64 << 20;
 
+type Report = Box<dyn Fn(String)>;
+
 thread_local! {
     /// Where a fatal error of the work on this thread is reported.
-    static REPORT: RefCell<Option<Box<dyn Fn(String)>>> = const { RefCell::new(None) };
+    static REPORT: RefCell<Option<Report>> = const { RefCell::new(None) };
 }
 
 /// Runs `work` on a new thread; a fatal error of LLVM becomes a [`JitError`].

@@ -104,6 +104,9 @@ fn find_override(overrides: &[(StateComponent, Value)], wanted: StateComponent) 
 
 type Linking<T> = Result<T, Diagnostic>;
 
+/// Adds the operations for one element of an array of references and gives their results.
+type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
+
 impl Linker {
     fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new());
@@ -433,7 +436,7 @@ impl Linker {
         &mut self,
         choice: &Choice<'_>,
         range: std::ops::Range<usize>,
-        element: &mut dyn FnMut(&mut Self, usize, &mut Vec<Op>) -> Linking<Vec<Value>>,
+        element: &mut ElementBody<'_>,
         to: &mut Vec<Op>,
     ) -> Linking<Vec<Value>> {
         if range.len() <= 1 {

@@ -1,4 +1,13 @@
-//! The whole compiler, stage by stage.
+//! The whole compiler, stage by stage. A reader starts here.
+//!
+//! 1. `compile`: text, over the built-in prelude, to the classes of a file: `rtsl_syntax::parse`
+//!    (preprocessor, lexer, parser), `check_unit` (names, types, roles), `lower_class` (to the
+//!    single-ray representation).
+//! 2. `link`: a method and those it calls through references to one function, when instances are
+//!    known: `link::link`, then `rtsl_opt::optimize`, which lists its passes.
+//! 3. `kernels`: functions to machine code, when they are first called: `rtsl_packet::lower` (masks,
+//!    one shape and width), `rtsl_llvm::emit` (text), `Llvm::compile` (LLVM's passes, object,
+//!    loading). Without LLVM step 3 is the interpreter.
 
 use std::sync::Arc;
 
