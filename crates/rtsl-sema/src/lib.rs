@@ -12,3 +12,4 @@
 pub mod check;
 pub mod hir;
 pub mod lower;
+pub mod print;

@@ -334,7 +334,8 @@ fn takes_operand(operator: UnaryOperator, ty: &Type) -> bool {
     }
 }
 
-fn unary_symbol(operator: UnaryOperator) -> &'static str {
+/// The operator as text writes it.
+pub(crate) fn unary_symbol(operator: UnaryOperator) -> &'static str {
     match operator {
         UnaryOperator::Negate => "-",
         UnaryOperator::Not => "!",

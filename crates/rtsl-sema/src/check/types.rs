@@ -401,7 +401,7 @@ pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
 }
 
 /// The name of a type that has no struct in it; arrays and structs are the caller's business.
-pub(super) fn plain_type_name(ty: &Type) -> String {
+pub(crate) fn plain_type_name(ty: &Type) -> String {
     match ty {
         Type::Void => "void".into(),
         Type::Scalar(scalar) => scalar_name(*scalar).into(),
