@@ -1,0 +1,147 @@
+//! Scenes whose radiance is known.
+
+use std::path::PathBuf;
+
+use rtsl_render::reader::MemoryFiles;
+use rtsl_render::request::render_scene_from;
+use rtsl_render::{Messages, RenderRequest, RenderResult};
+
+fn try_render(scene: &str, shaders: &[(&str, &str)]) -> Result<RenderResult, Messages> {
+    let shaders = shaders.iter().map(|(name, text)| (PathBuf::from(name), (*text).to_owned()));
+    let scene = (PathBuf::from("scene.pbrt"), scene.to_owned());
+    let files = MemoryFiles(shaders.chain([scene]).collect());
+    let request = RenderRequest { scene: "scene.pbrt".into(), ..RenderRequest::default() };
+    render_scene_from(&request, &files)
+}
+
+fn render(scene: &str, shaders: &[(&str, &str)]) -> RenderResult {
+    try_render(scene, shaders).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn codes(result: Result<RenderResult, Messages>) -> Vec<&'static str> {
+    let Err(messages) = result else { return Vec::new() };
+    messages.iter().map(|(_, diagnostic)| diagnostic.code.as_str()).collect()
+}
+
+const HEAD: &str = r#"
+LookAt 0 0 -5  0 0 0  0 1 0
+Camera "Pinhole" "float fov" 40
+Film "rgb" "integer xresolution" 9 "integer yresolution" 9
+Sampler "stratified" "integer pixelsamples" 4
+"#;
+
+/// Reflects a known part of what it sees in directions with cosine density.
+const FURNACE: &str = r"
+class Furnace : rt_Material;
+public color albedo = color(0.5);
+void shade() {
+    float z = rand() * 2.0 - 1.0;
+    float angle = rand() * 6.2831853;
+    float r = sqrt(max(0.0, 1.0 - z * z));
+    vec3 onSphere = vec3(r * cos(angle), r * sin(angle), z);
+    rt_SampleColor = albedo * trace(rt_HitPoint, rt_ShadingNormal + 0.999 * onSphere);
+}
+";
+
+#[test]
+fn a_sphere_in_a_furnace_shows_its_albedo() {
+    let scene = format!(
+        "{HEAD}WorldBegin\nLightSource \"SkyLight\" \"rgb zenith\" [1 1 1] \"rgb horizon\" [1 1 1] \
+         \"rgb ground\" [1 1 1]\nMaterial \"Furnace\" \"rgb albedo\" [0.25 0.5 0.75]\nShape \"Sphere\""
+    );
+    let image = render(&scene, &[("furnace.rtsl", FURNACE)]).image;
+    for (found, expected) in image.pixels[4 * 9 + 4].iter().zip([0.25, 0.5, 0.75]) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+    assert!(image.pixels[0].iter().all(|channel| (channel - 1.0).abs() < 1e-6));
+}
+
+#[test]
+fn light_falls_with_the_square_of_distance_and_the_cosine() {
+    // A matte square seen from above; the light is 2 above its middle.
+    let scene = r#"
+LookAt 0 1 0  0 0 0  0 0 1
+Camera "Orthographic" "float scale" 1
+Film "rgb" "integer xresolution" 9 "integer yresolution" 9
+Sampler "stratified" "integer xsamples" 1 "integer ysamples" 1 "bool jitter" false
+WorldBegin
+LightSource "PointLight" "point3 position" [0 2 0] "rgb intensity" [8 4 2]
+Material "Lambertian" "rgb kd" [0.5 0.5 0.5]
+Shape "Plane"
+"#;
+    let image = render(scene, &[]).image;
+    let middle = image.pixels[4 * 9 + 4];
+    for (found, intensity) in middle.iter().zip([8.0, 4.0, 2.0]) {
+        let expected = 0.5 / std::f32::consts::PI * intensity / 4.0;
+        assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
+    }
+    let corner = image.pixels[0][0];
+    assert!(corner < middle[0] && corner > 0.5 * middle[0], "{corner}");
+}
+
+#[test]
+fn what_stands_between_throws_a_shadow() {
+    let scene = format!(
+        "{HEAD}WorldBegin\nLightSource \"DirectionalLight\" \"vector3 direction\" [0 0 1]\n\
+         Shape \"Sphere\" \"float radius\" 0.5\nTranslate 0 0 -3\nScale 0.02 0.02 0.02\n\
+         Shape \"Sphere\""
+    );
+    let pixels = render(&scene, &[]).image.pixels;
+    assert!(pixels.iter().any(|pixel| pixel[0] > 0.1));
+    // Far from the small sphere's shadow the large one is lit; both are hit in the middle column.
+    assert!(pixels[0] == [0.0; 3]);
+}
+
+#[test]
+fn a_shape_may_be_its_own_material_and_light_up() {
+    let lamp = r"
+class Lamp : rt_Primitive, rt_Material;
+scratch float side;
+void intersect() {
+    float b = dot(rt_RayOrigin, rt_RayDirection), a = dot(rt_RayDirection, rt_RayDirection);
+    float root = sqrt(b * b - a * (dot(rt_RayOrigin, rt_RayOrigin) - 1.0));
+    if (hit((-b - root) / a)) side = 3.0;
+}
+void computeBounds() { rt_BoundMin = vec3(-1.0); rt_BoundMax = vec3(1.0); }
+void computeNormal() { rt_GeometricNormal = rt_HitPoint; }
+void shade() { rt_SampleColor = color(side); }
+";
+    let scene = format!("{HEAD}WorldBegin\nShape \"Lamp\"");
+    let image = render(&scene, &[("bulbs.rtsl", lamp)]).image;
+    assert_eq!(image.pixels[4 * 9 + 4], [3.0; 3]);
+    assert_eq!(image.pixels[0], [0.0; 3]);
+}
+
+#[test]
+fn a_shader_that_never_ends_is_reported() {
+    let endless = "class Endless : rt_Material;\nvoid shade() {\n    float x = 0.0;\n    \
+        while (x < 1.0) x = x * 0.5;\n    rt_SampleColor = color(x);\n}\n";
+    let head = format!("{HEAD}Integrator \"interactive\" \"integer budget\" 10000\n");
+    let scene = format!("{head}WorldBegin\nMaterial \"Endless\"\nShape \"Sphere\"");
+    assert_eq!(codes(try_render(&scene, &[("endless.rtsl", endless)])), ["E0619"]);
+}
+
+#[test]
+fn what_scenes_get_wrong_has_its_codes() {
+    let table = [
+        ("Shape \"Sphere\" \"float radus\" 2", "E0608"),
+        ("Shape \"Sphere\" \"rgb radius\" [1 2 3]", "E0607"),
+        ("Shape \"Sphere\" \"string radius\" \"two\"", "E0607"),
+        ("Shape \"Spheer\"", "E0609"),
+        ("Shape \"Lambertian\"", "E0616"),
+        ("Material \"Lambertian\" \"texture kd\" \"none\" Shape \"Sphere\"", "E0610"),
+        (
+            "MakeNamedMaterial \"a\" \"string type\" \"Mix\" \"material first\" \"b\"\n\
+             MakeNamedMaterial \"b\" \"string type\" \"Mix\" \"material first\" \"a\"",
+            "E0505",
+        ),
+        ("Shape \"Sphere\" \"float radius\" -1", "E0504"),
+        ("Shape \"Broken\"", "E0201"),
+    ];
+    let broken = "class Broken : rt_Primitive;\nvoid intersect() { hit(nothing); }\n";
+    for (text, code) in table {
+        let scene = format!("{HEAD}WorldBegin\n{text}");
+        let found = codes(try_render(&scene, &[("broken.rtsl", broken)]));
+        assert!(found.contains(&code), "{text}: {code} expected, found {found:?}");
+    }
+}
