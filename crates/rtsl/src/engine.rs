@@ -43,7 +43,8 @@ impl Engine {
     /// An engine, and a warning if it falls back on the interpreter.
     ///
     /// # Errors
-    /// If machine code is asked for and there is no LLVM, or the width is none of
+    /// If machine code is asked for and there is no LLVM, or `RTSL_LLVM` names one that can't be
+    /// used, or the width is none of
     /// [`Engine::WIDTHS`].
     pub fn new(options: EngineOptions) -> Result<(Engine, Diagnostics), Diagnostic> {
         let mut warnings = Diagnostics::new();
@@ -52,6 +53,8 @@ impl Engine {
             Backend::Jit => Some(Llvm::load().map_err(|error| no_llvm(&error))?),
             Backend::Auto => match Llvm::load() {
                 Ok(llvm) => Some(llvm),
+                // Who names a library wants that one, not something slower.
+                Err(error) if error.chosen_by_user => return Err(no_llvm(&error)),
                 Err(error) => {
                     warnings.push(interpreter_instead(&error));
                     None
