@@ -196,6 +196,7 @@ diagnostics! {
     W0331 INSTANCE_WRITE "a write to a member of the instance that is lost";
     W0332 UNKNOWN_ANNOTATION "an annotation that hosts do not know";
     W0333 STATE_WITHOUT_VALUE "a state variable read where nobody sets it";
+    W0334 MISSPELLED_METHOD "a function that looks like a misspelled interface method";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";

@@ -12,7 +12,7 @@ use super::facts::UseKind;
 use super::functions::{Kind, LocalInfo};
 use super::lvalues::Access;
 use super::scope::Entity;
-use super::suggestions::suggest;
+use super::suggestions::{counterpart, suggest};
 use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
 use crate::hir::{
     BuiltinCall, Expression, ExpressionKind, FunctionId, Local, LocalId, Passing, Type,
@@ -335,8 +335,14 @@ impl Checker<'_> {
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_NAME, format!("there is no function `{name}`"))
                 .at(span, "unknown function");
-        let similar = self.similar_function(name);
-        self.report(suggest(diagnostic, span, similar));
+        let diagnostic = match counterpart(name) {
+            Some(help) => diagnostic.help(help),
+            None => {
+                let similar = self.similar_function(name);
+                suggest(diagnostic, span, similar)
+            }
+        };
+        self.report(diagnostic);
     }
 
     fn call_function(

@@ -1,5 +1,7 @@
 //! Classes.
 
+use std::collections::BTreeSet;
+
 use rtsl_ir::class::Annotation;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Method, Role};
@@ -11,6 +13,7 @@ use super::inheritance::ClassItem;
 use super::order::declaration_order;
 use super::roles::role_list;
 use super::scope::{Entity, Level};
+use super::suggestions::suggest;
 use super::types::TypePlace;
 use crate::hir::{
     Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
@@ -61,6 +64,7 @@ impl<'a> Checker<'a> {
         self.declare_members(&items);
         functions.extend(self.declare_constructors(&items));
         self.check_bodies(&functions);
+        self.check_misspelled_methods(&functions);
         self.add_implied_methods();
         self.close_class(class);
     }
@@ -203,6 +207,32 @@ impl<'a> Checker<'a> {
             self.for_item(function.generation, |checker| {
                 checker.check_function_body(function.ast, function.id);
             });
+        }
+    }
+
+    /// A function like an interface method, with nearly the name of one, that nothing calls: hosts
+    /// will not call it either.
+    fn check_misspelled_methods(&mut self, functions: &[Pending<'a>]) {
+        let facts = functions.iter().map(|each| &self.function_info[each.id.0 as usize].facts);
+        let called: BTreeSet<FunctionId> =
+            facts.flat_map(|facts| facts.calls.iter().map(|call| call.callee)).collect();
+        for Pending { ast: function, id, generation } in functions {
+            let name = &function.name;
+            let is_method = Method::from_name(&name.name).is_some() || name.name == CONSTRUCTOR;
+            if is_method || !has_interface_signature(function) || called.contains(id) {
+                continue;
+            }
+            let roles = self.class.as_ref().map_or(Vec::new(), |class| class.roles.clone());
+            let methods = roles.iter().flat_map(|role| role.methods()).map(Method::name);
+            if let Some(similar) = self.similar_of(&name.name, methods) {
+                let diagnostic = Diagnostic::new(
+                    codes::MISSPELLED_METHOD,
+                    format!("`{}` is no interface method, and nothing calls it", name.name),
+                )
+                .at(name.span, "never called");
+                let diagnostic = suggest(diagnostic, name.span, Some(similar));
+                self.for_item(*generation, |checker| checker.report(diagnostic));
+            }
         }
     }
 

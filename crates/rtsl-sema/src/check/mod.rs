@@ -33,6 +33,7 @@ mod declarations;
 mod evaluator;
 mod expressions;
 mod facts;
+mod folding;
 mod functions;
 mod implied;
 mod inheritance;

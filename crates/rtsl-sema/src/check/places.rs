@@ -11,7 +11,7 @@ use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 use super::Checker;
 use super::expressions::error_expression;
 use super::scope::Entity;
-use super::suggestions::suggest;
+use super::suggestions::{counterpart, suggest};
 use super::types::{builtin_type, leaf_count};
 use crate::hir::{Expression, ExpressionKind, LocalId, MemberId, StructId, Type};
 
@@ -71,8 +71,14 @@ impl Checker<'_> {
         }
         let diagnostic = Diagnostic::new(codes::UNKNOWN_NAME, format!("there is no `{name}` here"))
             .at(span, "unknown name");
-        let similar = self.similar_name(name);
-        self.report(suggest(diagnostic, span, similar));
+        let diagnostic = match counterpart(name) {
+            Some(help) => diagnostic.help(help),
+            None => {
+                let similar = self.similar_name(name);
+                suggest(diagnostic, span, similar)
+            }
+        };
+        self.report(diagnostic);
         error_expression(span)
     }
 
