@@ -388,3 +388,30 @@ fn nothing_lets_llvm_change_results() {
         }
     }
 }
+
+/// Regions nested as deep as a function may have them, in a thread with a small stack.
+#[test]
+fn the_deepest_nesting_is_no_trouble() {
+    let depth = rtsl_ir::MAX_NESTING - 1;
+    let mut text = String::from(
+        "function f state rt_PDF: f32[1] slot s: f32[1] { %t: f32 = load state:rt_PDF@0
+         %c: bool = less %t, %t ",
+    );
+    for level in 0..depth {
+        text += &match level % 2 {
+            0 => format!("%r{level}: f32 = if %c {{ store slot:s@0, %t "),
+            _ => format!("%r{level}: f32 = loop (%p{level}: f32 = %t) {{ "),
+        };
+    }
+    for level in (0..depth).rev() {
+        let inner = if level + 1 == depth { "%t".to_owned() } else { format!("%r{}", level + 1) };
+        text += &match level % 2 {
+            0 => format!("yield {inner} }} else {{ yield %t }} "),
+            _ => format!("repeat %c, {inner} }} "),
+        };
+    }
+    text += "return state:rt_PDF@0 = %r0 }";
+    let thread = std::thread::Builder::new().stack_size(2 << 20);
+    let emitted = thread.spawn(move || emit(&text, "x86-64-v3", Shape::Packet, 8).len());
+    assert!(emitted.unwrap().join().unwrap() > 10_000);
+}
