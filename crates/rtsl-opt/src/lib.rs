@@ -12,6 +12,7 @@ pub mod contract;
 pub mod dead;
 pub mod fold;
 pub mod hoist;
+pub mod leave;
 pub mod number;
 pub mod promote;
 pub mod select;
@@ -49,6 +50,7 @@ pub const PASSES: &[(&str, fn(&mut Function))] = &[
     ("dead", dead::run),
     ("fold", fold::run),
     ("hoist", hoist::run),
+    ("leave", leave::run),
     ("number", number::run),
     ("promote", promote::run),
     ("select", select::run),
@@ -73,6 +75,7 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("select", function, select::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
+        run("leave", function, leave::run);
         run("hoist", function, hoist::run);
         run("dead", function, dead::run);
     }
