@@ -8,7 +8,7 @@ use clap::Args;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, Engine, EngineOptions, Instance, InstanceTable, Instances, LaneBlock,
-    LaneIndices, Method, Program, Role, Shape, Unit, new_state, set_defaults,
+    LaneIndices, LaneMask, Method, Program, Role, Shape, Unit, new_state, set_defaults,
 };
 use serde::Serialize;
 use serde_json::Value as JsonValue;
@@ -153,6 +153,7 @@ fn measure(
     let call = || {
         // A method may change what it reads, as `intersect` does with `rt_HitDistance`.
         let (mut state, mut scratch) = (given.clone(), scratch.clone());
+        let mut accepted = LaneMask::new(LANES);
         let instances = match shape {
             Shape::Packet => Instances::One(&block),
             Shape::Stream => Instances::Many(&table, &indices),
@@ -162,7 +163,7 @@ fn measure(
             scratch: &mut scratch,
             count: LANES,
             mask: None,
-            accepted: None,
+            accepted: Some(&mut accepted),
             instances,
             host: &mut NoHost,
         };
@@ -221,7 +222,7 @@ fn vary(state: &mut LaneBlock, role: Role) {
 
 fn heading() -> String {
     let widths = Engine::WIDTHS.iter().map(|width| format!("{:>20}", format!("width {width}")));
-    format!("{:<28}{}\n", "nanoseconds per lane", widths.collect::<String>())
+    format!("{:<34}{}\n", "nanoseconds per lane", widths.collect::<String>())
 }
 
 fn table_row(measurements: &[Measurement]) -> String {
@@ -230,5 +231,5 @@ fn table_row(measurements: &[Measurement]) -> String {
     let cells = measurements.iter().map(|it| {
         format!("{:>20}", format!("{:.2} ({:.1}x)", it.nanoseconds_per_lane, it.speedup))
     });
-    format!("{name:<28}{}\n", cells.collect::<String>())
+    format!("{name:<34}{}\n", cells.collect::<String>())
 }
