@@ -1,0 +1,359 @@
+//! Runs the command as its users do: what it prints, and how it exits.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use expect_test::{Expect, expect};
+
+const DONE: i32 = 0;
+const INPUT_AT_FAULT: i32 = 1;
+const WRONG_USAGE: i32 = 2;
+
+/// A folder of a test's own, gone when the test ends.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("rtsl-cli-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.0.join(name), text).unwrap();
+    }
+
+    /// Runs `rtsl` in this folder.
+    fn run(&self, arguments: &[&str]) -> Ran {
+        self.run_with(arguments, "")
+    }
+
+    fn run_with(&self, arguments: &[&str], input: &str) -> Ran {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("NO_COLOR")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        let input = input.to_owned();
+        let writer = std::thread::spawn(move || {
+            let _ = stdin.write_all(input.as_bytes());
+        });
+        let output = child.wait_with_output().unwrap();
+        writer.join().unwrap();
+        Ran(output)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a run gave.
+struct Ran(Output);
+
+impl Ran {
+    fn code(&self) -> i32 {
+        self.0.status.code().expect("the command was not killed")
+    }
+
+    fn output(&self) -> String {
+        String::from_utf8(self.0.stdout.clone()).unwrap()
+    }
+
+    fn errors(&self) -> String {
+        String::from_utf8(self.0.stderr.clone()).unwrap()
+    }
+
+    fn exits(self, code: i32) -> Ran {
+        assert_eq!(self.code(), code, "{}{}", self.output(), self.errors());
+        self
+    }
+
+    /// Exits with 1 and one error with this code.
+    fn fails_with(self, code: &str) {
+        let ran = self.exits(INPUT_AT_FAULT);
+        let errors = ran.errors();
+        assert!(errors.contains(&format!("error[{code}]")), "{errors}");
+        assert_eq!(errors.matches("error[").count(), 1, "{errors}");
+    }
+
+    fn prints(self, expected: Expect) {
+        expected.assert_eq(&self.output());
+    }
+}
+
+const SPHERE: &str = "class Ball : rt_Primitive;
+public float radius = 1.0;
+scratch vec3 where;
+void intersect()
+{
+    float b = dot(rt_RayOrigin, rt_RayDirection);
+    float c = dot(rt_RayOrigin, rt_RayOrigin) - radius * radius;
+    float t = -b - sqrt(b * b - c);
+    if (hit(t)) where = rt_RayOrigin + t * rt_RayDirection;
+}
+";
+
+#[test]
+fn check_accepts_and_refuses() {
+    let folder = Folder::new("check");
+    folder.write("good.rtsl", SPHERE);
+    folder.write(
+        "bad.rtsl",
+        "class A : rt_Texture;\nvoid lookup() { rt_TextureColor = colour(1); }\n",
+    );
+    let good = folder.run(&["check", "good.rtsl"]).exits(DONE);
+    assert_eq!(good.errors(), "");
+    let bad = folder.run(&["check", "good.rtsl", "bad.rtsl"]).exits(INPUT_AT_FAULT);
+    assert!(bad.errors().contains("bad.rtsl:2:35"), "{}", bad.errors());
+    assert!(bad.errors().ends_with("error: 1 error in 2 files\n"), "{}", bad.errors());
+    folder.run(&["check"]).exits(WRONG_USAGE);
+    folder.run(&["check", "--no-such-option", "good.rtsl"]).exits(WRONG_USAGE);
+    folder.run(&["chekc"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn check_prints_diagnostics_as_json() {
+    let folder = Folder::new("check-json");
+    folder.write("bad.rtsl", "class A : rt_Texture;\nfloat x = 1 +;\n");
+    let ran = folder.run(&["check", "--json", "bad.rtsl"]).exits(INPUT_AT_FAULT);
+    assert_eq!(ran.errors(), "");
+    ran.prints(expect![[r#"
+        {"code":"E0101","severity":"error","message":"expected an expression, found `;`","file":"bad.rtsl","line":2,"column":14,"endLine":2,"endColumn":15,"notes":[],"help":[]}
+    "#]]);
+}
+
+#[test]
+fn colors_are_as_asked() {
+    let folder = Folder::new("colors");
+    folder.write("bad.rtsl", "float");
+    let is_colored = |arguments: &[&str]| folder.run(arguments).errors().contains('\u{1b}');
+    assert!(is_colored(&["check", "bad.rtsl", "--color", "always"]));
+    assert!(!is_colored(&["check", "bad.rtsl", "--color", "never"]));
+    assert!(!is_colored(&["check", "bad.rtsl"]));
+}
+
+#[test]
+fn unreadable_files_are_errors() {
+    let folder = Folder::new("unreadable");
+    folder.write("latin1.rtsl", b"// \xe4\n");
+    for file in ["missing.rtsl", "latin1.rtsl", "."] {
+        folder.run(&["check", file]).fails_with("E0601");
+        folder.run(&["build", file, "--emit", "ir"]).fails_with("E0601");
+        folder.run(&["build", file, "--emit", "ast"]).fails_with("E0601");
+        folder.run(&["eval", file, "lookup"]).fails_with("E0601");
+        folder.run(&["bench", file]).fails_with("E0601");
+    }
+    let render = folder.run(&["render", "missing.pbrt", "-o", "x.png"]).exits(INPUT_AT_FAULT);
+    assert!(render.errors().contains("error[E0601]"), "{}", render.errors());
+}
+
+#[test]
+fn hostile_texts_are_one_error_each() {
+    let folder = Folder::new("hostile");
+    let texture = "class A : rt_Texture;\n";
+    folder.write("long.rtsl", format!("{texture}float {};", "x".repeat(2 << 20)));
+    folder.run(&["check", "long.rtsl"]).fails_with("E0007");
+    let deep = format!("{texture}float x = {}1{};", "(".repeat(10_000), ")".repeat(10_000));
+    folder.write("deep.rtsl", deep);
+    folder.run(&["check", "deep.rtsl"]).fails_with("E0104");
+    folder.write("cycle.rtsl", "#include \"cycle2.rtsl\"\n");
+    folder.write("cycle2.rtsl", "#include \"cycle.rtsl\"\n");
+    folder.run(&["check", "cycle.rtsl"]).fails_with("E0021");
+    folder.write(
+        "recursive.rtsl",
+        format!("{texture}float f(float x) {{ return f(x); }}\nvoid lookup() {{ f(1.0); }}"),
+    );
+    folder.run(&["check", "recursive.rtsl"]).exits(INPUT_AT_FAULT);
+    folder.write(
+        "role.rtsl",
+        "class C : rt_Camera;\nvoid generateRay() { rt_RayOrigin.xy = rt_TextureUV; }",
+    );
+    folder.run(&["check", "role.rtsl"]).exits(INPUT_AT_FAULT);
+    folder.write("method.rtsl", "class C : rt_Camera;\nvoid shade() { }");
+    folder.run(&["check", "method.rtsl"]).exits(INPUT_AT_FAULT);
+}
+
+#[test]
+fn eval_prints_what_a_method_sets() {
+    let folder = Folder::new("eval");
+    folder.write("ball.rtsl", SPHERE);
+    let ray = ["--state", "rt_RayOrigin=0,0,-5", "--state", "rt_RayDirection=0,0,1"];
+    let arguments = [&["eval", "ball.rtsl", "intersect", "--param", "radius=2"][..], &ray].concat();
+    folder.run(&arguments).exits(DONE).prints(expect![[r#"
+        hit = true
+        rt_HitDistance = 3.0
+        where = [0.0,0.0,-2.0]
+    "#]]);
+    let interpreted = [&arguments[..], &["--backend", "interp", "--json"]].concat();
+    folder.run(&interpreted).exits(DONE).prints(expect![[r#"
+        {"id":null,"ok":true,"diagnostics":[],"state":{"rt_HitDistance":{"lanes":[3.0]}},"scratch":{"where":{"lanes":[[0.0,0.0,-2.0]]}},"hit":{"lanes":[true]}}
+    "#]]);
+    folder.run(&["eval", "ball.rtsl"]).exits(DONE);
+    folder.run(&["eval", "ball.rtsl", "lookup"]).fails_with("E0508");
+    folder.run(&["eval", "ball.rtsl", "intersekt"]).exits(WRONG_USAGE);
+    folder.run(&["eval", "ball.rtsl", "intersect", "--param", "r=1"]).fails_with("E0502");
+    folder.run(&["eval", "ball.rtsl", "intersect", "--param", "radius=true"]).fails_with("E0503");
+    folder.run(&["eval", "ball.rtsl", "intersect", "--class", "Bal"]).fails_with("E0507");
+    folder.run(&["eval", "ball.rtsl", "intersect", "--width", "3"]).exits(WRONG_USAGE);
+    folder.run(&["eval"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn missing_parameters_and_endless_loops_are_errors() {
+    let folder = Folder::new("eval-errors");
+    folder.write(
+        "needs.rtsl",
+        "class A : rt_Texture;\nconstructor(float scale) { }\nvoid lookup() { }",
+    );
+    folder.run(&["eval", "needs.rtsl", "lookup"]).fails_with("E0501");
+    folder.write(
+        "endless.rtsl",
+        "class A : rt_Texture;\nvoid lookup() { float x = 0.0; while (x >= 0.0) x += 1.0; \
+         rt_FloatTextureValue = x; }",
+    );
+    for backend in ["jit", "interp"] {
+        folder
+            .run(&["eval", "endless.rtsl", "lookup", "--budget", "1000", "--backend", backend])
+            .fails_with("E0619");
+    }
+}
+
+#[test]
+fn requests_are_answered_in_order() {
+    let folder = Folder::new("stdin");
+    folder.write("ball.rtsl", SPHERE);
+    let requests = [
+        r#"{"id": 1, "source": "class A : rt_Texture;"}"#,
+        r#"{"id": 2, "source": "class A : rt_Texture; float x = ;"}"#,
+        "nonsense",
+        "[1]",
+        r#"{"id": "x", "source": "", "unknown": 1}"#,
+        r#"{"id": 5, "file": "ball.rtsl", "method": "intersect", "state": {"rt_RayOrigin": {"lanes": [[0,0,-5],[9,9,9]]}, "rt_RayDirection": [0,0,1]}}"#,
+        r#"{"id": 6, "source": "class A : rt_Material; void shade() { rt_SampleColor = trace(vec3(0), vec3(1)) + ambient(); illuminance { rt_SampleColor += rt_LightColor; } }", "method": "shade", "host": {"trace": [1,0,0], "ambient": [0,1,0], "lights": [{"direction": [0,1,0], "color": [0,0,1]}, {"direction": [0,1,0], "distance": 3, "color": [0,0,0.25]}]}}"#,
+        r#"{"id": 7, "source": "class A : rt_Texture; scratch int n; scratch mat2 m; struct S { bool b; uint u[2]; }; scratch S s; void lookup() { n += 1; m[1][0] = 2.0; s.u[1] += 1u; s.b = !s.b; rt_FloatTextureValue = 0.0/0.0; }", "method": "lookup", "scratch": {"n": {"lanes": [1, 2]}, "s": {"b": true, "u": [1, 4294967294]}}}"#,
+        r#"{"id": 8, "source": "class A : rt_Texture; public vec3 p[]; void lookup() { rt_FloatTextureValue = p[1].y + float(p.length()); }", "method": "lookup", "buffers": {"p": [[1,2,3],[4,0.5,6]]}, "backend": "interp", "math": "strict"}"#,
+        r#"{"id": 9, "source": "class A : rt_Texture; public rt_Texture t; void lookup() { rt_TextureColor = t.lookup(); } class B : rt_Texture; public float v; void lookup() { rt_FloatTextureValue = v; }", "class": "A", "method": "lookup", "params": {"t": {"class": "B", "params": {"v": 0.1}}}}"#,
+        r#"{"id": 10, "source": "class A : rt_Texture;", "method": "lookup", "lanes": 99999999}"#,
+    ];
+    let ran = folder.run_with(&["eval", "--stdin"], &requests.join("\n")).exits(DONE);
+    assert_eq!(ran.errors(), "");
+    ran.prints(expect![[r#"
+        {"id":1,"ok":true,"diagnostics":[],"classes":["A"]}
+        {"id":2,"ok":false,"diagnostics":[{"code":"E0101","severity":"error","message":"expected an expression, found `;`","file":"request.rtsl","line":1,"column":33,"endLine":1,"endColumn":34,"notes":[],"help":[]}]}
+        {"id":null,"ok":false,"error":"not JSON: expected ident at line 1 column 2","diagnostics":[]}
+        {"id":null,"ok":false,"error":"not a request: invalid length 1, expected struct Request with 15 elements","diagnostics":[]}
+        {"id":"x","ok":false,"error":"not a request: unknown field `unknown`, expected one of `id`, `source`, `file`, `class`, `method`, `params`, `state`, `scratch`, `buffers`, `lanes`, `backend`, `width`, `math`, `budget`, `host`","diagnostics":[]}
+        {"id":5,"ok":true,"diagnostics":[],"state":{"rt_HitDistance":{"lanes":[4.0,"Infinity"]}},"scratch":{"where":{"lanes":[[0.0,0.0,-1.0],[0.0,0.0,0.0]]}},"hit":{"lanes":[true,false]}}
+        {"id":6,"ok":true,"diagnostics":[],"state":{"rt_SampleColor":{"lanes":[[1.0,1.0,1.25]]}},"scratch":{}}
+        {"id":7,"ok":true,"diagnostics":[],"state":{"rt_FloatTextureValue":{"lanes":["NaN","NaN"]},"rt_TextureColor":{"lanes":[["NaN","NaN","NaN"],["NaN","NaN","NaN"]]}},"scratch":{"m":{"lanes":[[[0.0,0.0],[2.0,0.0]],[[0.0,0.0],[2.0,0.0]]]},"n":{"lanes":[2,3]},"s":{"lanes":[{"b":false,"u":[1,4294967295]},{"b":false,"u":[1,4294967295]}]}}}
+        {"id":8,"ok":true,"diagnostics":[],"state":{"rt_FloatTextureValue":{"lanes":[2.5]},"rt_TextureColor":{"lanes":[[2.5,2.5,2.5]]}},"scratch":{}}
+        {"id":9,"ok":true,"diagnostics":[],"state":{"rt_FloatTextureValue":{"lanes":[0.1]},"rt_TextureColor":{"lanes":[[0.1,0.1,0.1]]}},"scratch":{}}
+        {"id":10,"ok":false,"diagnostics":[{"code":"E0508","severity":"error","message":"`A` has no method `lookup`","file":null,"line":null,"column":null,"endLine":null,"endColumn":null,"notes":["`A` has no methods"],"help":[]}]}
+    "#]]);
+}
+
+#[test]
+fn every_form_can_be_built() {
+    let folder = Folder::new("build");
+    folder.write("ball.rtsl", SPHERE);
+    for (form, expected) in [
+        ("ast", "class Ball : rt_Primitive"),
+        ("ir", "function Ball.intersect"),
+        ("packet", "packet W=4"),
+        ("llvm", "define void"),
+        ("asm", ".text"),
+    ] {
+        let arguments = ["build", "ball.rtsl", "--emit", form, "--width", "4"];
+        let ran = folder.run(&arguments).exits(DONE);
+        assert!(ran.output().contains(expected), "{form}: {}", ran.output());
+    }
+    folder.run(&["build", "ball.rtsl", "--emit", "obj", "-o", "ball.o"]).exits(DONE);
+    let object = std::fs::read(folder.0.join("ball.o")).unwrap();
+    assert_eq!(&object[..4], b"\x7fELF");
+    assert_eq!(entries(&folder.0), ["ball.o", "ball.rtsl"]);
+    let target =
+        ["build", "ball.rtsl", "--emit", "asm", "--method", "intersect", "--shape", "stream"];
+    folder
+        .run(&[&target[..], &["--target", "x86-64-v4", "-O3", "--math", "fast"]].concat())
+        .exits(DONE);
+    folder.run(&[&target[..], &["--target", "pdp-11"]].concat()).exits(WRONG_USAGE);
+    folder.run(&["build", "ball.rtsl", "--emit", "wasm"]).exits(WRONG_USAGE);
+    folder.run(&["build", "ball.rtsl", "--emit", "ir", "--method", "shade"]).fails_with("E0508");
+    folder
+        .run(&["build", "ball.rtsl", "--emit", "ir", "-o", "no/such/folder"])
+        .exits(INPUT_AT_FAULT);
+}
+
+fn entries(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn bench_measures_every_width() {
+    let folder = Folder::new("bench");
+    folder.write(
+        "grey.rtsl",
+        "class Grey : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = sin(rt_TextureUV.x); }",
+    );
+    let ran = folder.run(&["bench", "grey.rtsl", "--json"]).exits(DONE);
+    assert_eq!(ran.output().matches("\"shape\":\"packet\"").count(), 4, "{}", ran.output());
+    assert_eq!(ran.output().lines().count(), 8, "{}", ran.output());
+}
+
+#[test]
+fn render_writes_a_picture() {
+    let folder = Folder::new("render");
+    folder.write("ball.rtsl", SPHERE);
+    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+                 LightSource \"SkyLight\"\nMaterial \"Lambertian\"\nShape \"Sphere\"\n";
+    folder.write("scene.pbrt", scene);
+    let small = ["--size", "8x6", "--spp", "1"];
+    for output in ["picture.png", "picture.exr"] {
+        let arguments = [&["render", "scene.pbrt", "-o", output][..], &small].concat();
+        let ran = folder.run(&[&arguments[..], &["--stats", "stats.json"]].concat()).exits(DONE);
+        assert_eq!(ran.output(), "");
+    }
+    assert_eq!(&std::fs::read(folder.0.join("picture.png")).unwrap()[1..4], b"PNG");
+    let stats = std::fs::read_to_string(folder.0.join("stats.json")).unwrap();
+    assert!(stats.contains("cold_start_seconds"), "{stats}");
+    folder.write("unknown.pbrt", scene.replace("Sphere", "Spere"));
+    folder.run(&["render", "unknown.pbrt", "-o", "x.png"]).exits(INPUT_AT_FAULT);
+    folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
+    folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
+    folder.run(&["render", "scene.pbrt"]).exits(WRONG_USAGE);
+    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--size", "0x9"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn explain_info_and_help_answer() {
+    let folder = Folder::new("help");
+    let page = folder.run(&["explain", "e0104"]).exits(DONE).output();
+    assert!(page.starts_with("# E0104: "), "{page}");
+    assert!(folder.run(&["explain"]).exits(DONE).output().contains("E0104  "));
+    folder.run(&["explain", "E9999"]).exits(WRONG_USAGE);
+    let info = folder.run(&["info"]).exits(DONE).output();
+    assert!(info.starts_with("rtsl ") && info.contains("\nwidth "), "{info}");
+    let sphere = folder.run(&["info", "Sphere"]).exits(DONE).output();
+    assert!(sphere.contains("float radius"), "{sphere}");
+    folder.run(&["info", "Spere"]).exits(WRONG_USAGE);
+    assert!(folder.run(&["help"]).exits(DONE).output().contains("Topics of"));
+    assert!(folder.run(&["help", "eval"]).exits(DONE).output().contains("--stdin"));
+    assert!(folder.run(&["help", "language"]).exits(DONE).output().starts_with("# "));
+    folder.run(&["help", "nothing"]).exits(WRONG_USAGE);
+    folder.run(&["--help"]).exits(DONE);
+    folder.run(&["--version"]).exits(DONE);
+    folder.run(&[]).exits(WRONG_USAGE);
+}
