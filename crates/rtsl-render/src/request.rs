@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use rtsl::{Engine, EngineOptions};
+use rtsl::{Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
 use crate::film::Image;
 use crate::interactive::{CompiledScene, RenderOptions, render};
@@ -74,6 +74,9 @@ pub fn render_scene_from(
         LoadOptions { defines: request.defines.clone(), search_path: request.search_path.clone() };
     let mut loaded = load_scene(&request.scene, files, &load)?;
     apply(request, &mut loaded.scene.settings);
+    if let Some(problem) = loaded.scene.settings.size_problem() {
+        return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
+    }
     let settings = loaded.scene.settings.clone();
     let load_time = start.elapsed();
 
@@ -110,8 +113,10 @@ pub fn render_scene_from(
         objects: scene.objects.len(),
         threads: rendered.threads,
         width: engine.width(),
-        target: engine.llvm().map_or("interpreter".to_owned(), |llvm| format!("{:?}", llvm.host())),
-        llvm: engine.llvm().map(|llvm| format!("{:?}", llvm.version())),
+        target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
+            format!("{} {}", llvm.host().triple(), llvm.host().cpu())
+        }),
+        llvm: engine.llvm().map(|llvm| format!("{} {}", llvm.version(), llvm.path().display())),
         cancelled: rendered.cancelled,
         ..Statistics::default()
     };

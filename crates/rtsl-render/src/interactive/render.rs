@@ -33,7 +33,7 @@ pub struct RenderOptions<'a> {
 /// An image, and what making it took.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The image; black where the render ended early.
+    /// The image; where the render ended early, tiles not begun are black.
     pub image: Image,
     /// Rays traced.
     pub rays: RayCounts,
@@ -130,12 +130,15 @@ impl<'a> Job<'a> {
         let lanes = tile.lanes(settings.width, settings.height);
         let samples = settings.sampler.samples_per_pixel();
         let mut sums = [[0.0_f32; 3]; LANES];
+        let mut taken = 0;
         let mut dropped = 0;
         for sample in 0..samples {
-            if self.must_stop(start) {
+            // A tile begun has a sample at least, so that what is kept is an image.
+            if sample > 0 && self.must_stop(start) {
                 self.stopped.store(true, Ordering::Relaxed);
-                return;
+                break;
             }
+            taken += 1;
             let CameraRays { rays, mut context, weights } =
                 camera_rays(&tracer, workspace, tile, sample);
             workspace.rays.camera += u64::from(lanes.count_ones());
@@ -149,7 +152,7 @@ impl<'a> Job<'a> {
                 }
             }
         }
-        self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / samples as f32)));
+        self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / taken as f32)));
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
         if let Ok(mut rays) = self.rays.lock() {
             *rays += std::mem::take(&mut workspace.rays);

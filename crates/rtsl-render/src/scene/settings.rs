@@ -73,6 +73,12 @@ impl Settings {
         self.sampler = Sampler { columns, rows, ..self.sampler };
     }
 
+    /// What is wrong with the size of the image.
+    pub fn size_problem(&self) -> Option<String> {
+        let pixels = (self.width as u64).saturating_mul(self.height as u64);
+        (pixels > MOST_PIXELS).then(|| format!("the image has more than {MOST_PIXELS} pixels"))
+    }
+
     fn read_film(&mut self, film: &Entity, diagnostics: &mut Diagnostics) {
         let mut reader = ParameterReader::new(film, diagnostics);
         if let Some(width) = reader.whole("xresolution", 1.0, LONGEST_SIDE) {
@@ -95,9 +101,8 @@ impl Settings {
             "exposuretime",
         ]);
         reader.finish();
-        if self.width as u64 * self.height as u64 > MOST_PIXELS {
-            let message = format!("the image has more than {MOST_PIXELS} pixels");
-            diagnostics.push(Diagnostic::new(codes::SCENE_LIMIT, message).at(film.class_span, ""));
+        if let Some(problem) = self.size_problem() {
+            diagnostics.push(Diagnostic::new(codes::SCENE_LIMIT, problem).at(film.class_span, ""));
         }
     }
 
