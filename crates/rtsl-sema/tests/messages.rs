@@ -1,0 +1,227 @@
+//! What diagnostics say, word for word, where the words matter most.
+
+mod support;
+
+use expect_test::{Expect, expect};
+
+fn check(text: &str, expected: &Expect) {
+    expected.assert_eq(&support::diagnostics(text));
+}
+
+#[test]
+fn state_of_another_role() {
+    check(
+        "class Pinhole : rt_Camera;\nvoid generateRay() {\n    rt_RayOrigin = vec3(rt_TextureUV, 0.0);\n}\n",
+        &expect![[r#"
+            error[E0305]: camera cannot access a state of primitive, texture or material
+              ┌─ shader.rtsl:3:25
+              │
+            3 │     rt_RayOrigin = vec3(rt_TextureUV, 0.0);
+              │                         ^^^^^^^^^^^^ `rt_TextureUV` is not a state of camera
+              │
+              = note: the class `Pinhole` is a camera
+              = note: `rt_TextureUV` is a state of primitive, texture and material
+
+        "#]],
+    );
+}
+
+#[test]
+fn method_of_another_role() {
+    check(
+        "class Pinhole : rt_Camera;\nvoid shade() { }\n",
+        &expect![[r#"
+        error[E0303]: camera cannot have an interface method of material
+          ┌─ shader.rtsl:2:6
+          │
+        2 │ void shade() { }
+          │      ^^^^^ `shade` is a method of material
+          │
+          = note: the class `Pinhole` is a camera
+          = note: its methods are `generateRay`
+
+    "#]],
+    );
+}
+
+#[test]
+fn recursion_shows_the_cycle() {
+    check(
+        "float odd(int n);\nfloat even(int n) { return n == 0 ? 1.0 : odd(n - 1); }\nfloat odd(int n) { return n == 0 ? 0.0 : even(n - 1); }\n",
+        &expect![[r#"
+            error[E0216]: `odd` calls itself
+              ┌─ shader.rtsl:2:43
+              │
+            2 │ float even(int n) { return n == 0 ? 1.0 : odd(n - 1); }
+              │                                           ^^^^^^^^^^ `even` calls `odd` here
+            3 │ float odd(int n) { return n == 0 ? 0.0 : even(n - 1); }
+              │                                          ----------- `odd` calls `even` here
+              │
+              = note: functions cannot call themselves, directly or through others
+              = note: the calls are `odd` → `even` → `odd`
+              = help: use a loop
+
+        "#]],
+    );
+}
+
+#[test]
+fn did_you_mean() {
+    check(
+        "struct Cell { vec2 corner; };\nclass Tiles : rt_Textur { };\nclass Wood : rt_Texture;\npublic float roughness = 0.1;\nvoid lookup() {\n    Cel cell = Cell(rt_TextureUv);\n    rt_FloatTextureValue = rouhgness + smothstep(0.0, 1.0, Cell(vec2(1)).croner.x);\n}\nvoid lookUp() { }\n",
+        &expect![[r#"
+            error[E0301]: there is no class `rt_Textur`
+              ┌─ shader.rtsl:2:15
+              │
+            2 │ class Tiles : rt_Textur { };
+              │               ^^^^^^^^^ unknown class
+              │
+              = note: a class is known from its declaration on
+              = help: did you mean: `rt_Texture`
+
+            error[E0202]: there is no type `Cel`
+              ┌─ shader.rtsl:6:5
+              │
+            6 │     Cel cell = Cell(rt_TextureUv);
+              │     ^^^ unknown type
+              │
+              = help: did you mean: `Cell`
+
+            error[E0201]: there is no `rt_TextureUv` here
+              ┌─ shader.rtsl:6:21
+              │
+            6 │     Cel cell = Cell(rt_TextureUv);
+              │                     ^^^^^^^^^^^^ unknown name
+              │
+              = help: did you mean: `rt_TextureUV`
+
+            error[E0201]: there is no `rouhgness` here
+              ┌─ shader.rtsl:7:28
+              │
+            7 │     rt_FloatTextureValue = rouhgness + smothstep(0.0, 1.0, Cell(vec2(1)).croner.x);
+              │                            ^^^^^^^^^ unknown name
+              │
+              = help: did you mean: `roughness`
+
+            error[E0206]: `Cell` has no field `croner`
+              ┌─ shader.rtsl:7:74
+              │
+            7 │     rt_FloatTextureValue = rouhgness + smothstep(0.0, 1.0, Cell(vec2(1)).croner.x);
+              │                                                                          ^^^^^^ unknown field
+              │
+              = help: did you mean: `corner`
+
+            error[E0201]: there is no function `smothstep`
+              ┌─ shader.rtsl:7:40
+              │
+            7 │     rt_FloatTextureValue = rouhgness + smothstep(0.0, 1.0, Cell(vec2(1)).croner.x);
+              │                                        ^^^^^^^^^ unknown function
+              │
+              = help: did you mean: `smoothstep`
+
+            warning[W0334]: `lookUp` is no interface method, and nothing calls it
+              ┌─ shader.rtsl:9:6
+              │
+            9 │ void lookUp() { }
+              │      ^^^^^^ never called
+              │
+              = help: did you mean: `lookup`
+
+        "#]],
+    );
+}
+
+#[test]
+fn overloads() {
+    check(
+        "float f(uint x, float y) { return 1.0; }\nfloat f(float x, uint y) { return 2.0; }\nclass A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = f(1, 2) + f(true) + dot(color(1), color(2)); }\n",
+        &expect![[r#"
+            error[E0212]: `f(int, int)` could mean several functions
+              ┌─ shader.rtsl:4:40
+              │
+            4 │ void lookup() { rt_FloatTextureValue = f(1, 2) + f(true) + dot(color(1), color(2)); }
+              │                                        ^^^^^^^
+              │
+              = note: it could be `float f(uint x, float y)`
+              = note: or `float f(float x, uint y)`
+              = help: convert the arguments, so that one of them fits exactly
+
+            error[E0211]: no `f` takes `(bool)`
+              ┌─ shader.rtsl:4:50
+              │
+            4 │ void lookup() { rt_FloatTextureValue = f(1, 2) + f(true) + dot(color(1), color(2)); }
+              │                                                  ^^^^^^^
+              │                                                    │
+              │                                                    this is `bool`
+              │
+              = note: there is `float f(uint x, float y)`
+              = note: there is `float f(float x, uint y)`
+
+            error[E0211]: no `dot` takes `(color, color)`
+              ┌─ shader.rtsl:4:60
+              │
+            4 │ void lookup() { rt_FloatTextureValue = f(1, 2) + f(true) + dot(color(1), color(2)); }
+              │                                                            ^^^^^^^^^^^^^^^^^^^^^^^
+              │                                                                │         │
+              │                                                                │         this is `color`
+              │                                                                this is `color`
+              │
+              = note: there is `float dot(float a, float b)`
+              = note: there is `float dot(vec2 a, vec2 b)`
+              = note: there is `float dot(vec3 a, vec3 b)`
+              = note: there is `float dot(vec4 a, vec4 b)`
+              = help: `rgb(c)` gives a color as a `vec3`
+
+        "#]],
+    );
+}
+
+#[test]
+fn helpers_name_the_method_that_reaches_them() {
+    check(
+        "class A : rt_Primitive;\nvoid offer(float t) { hit(t); }\nvoid intersect() { offer(1.0); }\nvoid computeBounds() { offer(2.0); }\n",
+        &expect![[r#"
+            error[E0309]: `hit` is only for `intersect`, not for `computeBounds`
+              ┌─ shader.rtsl:2:23
+              │
+            2 │ void offer(float t) { hit(t); }
+              │                       ^^^^^^ not possible here
+              │
+              = note: `computeBounds` reaches this through `offer`
+
+        "#]],
+    );
+}
+
+#[test]
+fn names_of_glsl() {
+    check(
+        "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }\n",
+        &expect![[r#"
+            error[E0201]: there is no `gl_FragCoord` here
+              ┌─ shader.rtsl:2:40
+              │
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
+              │                                        ^^^^^^^^^^^^ unknown name
+              │
+              = help: what GLSL passes in `gl_` variables, RTSL passes in the state variables of roles
+
+            error[E0201]: there is no function `texture`
+              ┌─ shader.rtsl:2:57
+              │
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
+              │                                                         ^^^^^^^ unknown function
+              │
+              = help: textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member
+
+            error[E0201]: there is no function `dFdx`
+              ┌─ shader.rtsl:2:86
+              │
+            2 │ void lookup() { rt_FloatTextureValue = gl_FragCoord.x + texture(0, rt_TextureUV).x + dFdx(1.0); }
+              │                                                                                      ^^^^ unknown function
+              │
+              = help: rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter
+
+        "#]],
+    );
+}
