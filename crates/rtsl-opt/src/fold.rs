@@ -135,8 +135,11 @@ impl Folding<'_> {
                 self.substitution.set(op.results.get(index as u32), *first);
             }
         }
-        self.region(body);
-        if self.known[body.yields[0].0 as usize] != Some(Constant::Bool(false)) {
+        // What is known to run once is folded once, as the body that it becomes.
+        if !self.runs_once(body) {
+            self.region(body);
+        }
+        if !self.runs_once(body) {
             out.push(op);
             return;
         }
@@ -146,6 +149,11 @@ impl Folding<'_> {
         let Region { ops, yields, .. } = std::mem::take(body);
         self.ops(ops, out);
         self.substitution.set_all(op.results, yields.into_iter().skip(1));
+    }
+
+    fn runs_once(&self, body: &Region) -> bool {
+        let again = self.substitution.get(body.yields[0]);
+        self.known[again.0 as usize] == Some(Constant::Bool(false))
     }
 }
 
