@@ -1,10 +1,11 @@
 //! Loop-invariant motion: what gives the same value in every round is computed before the loop.
 //!
-//! Moved are operations without effects and regions whose operands all come from outside the
-//! loop, from as many loops as that holds for. They are taken from the body of the loop and from
+//! Moved are operations without effects, and whole `if`s of such, whose operands all come from outside
+//! the loop, from as many loops as that holds for. They are taken from the body of the loop and from
 //! the `if`s that stand directly in it, since a `for` becomes a loop whose body is an `if`;
 //! not from `if`s inside those, which more often are rare cases. All operations are defined
-//! for all operands, so that computing one too many changes nothing.
+//! for all operands, so that computing one too many changes nothing; loops, which might not end, stay
+//! where they are.
 
 use rtsl_ir::{Effect, Function, Op, OpKind, Place, Region};
 
@@ -14,10 +15,54 @@ const MAX_IFS: u32 = 1;
 /// Moves what it can in all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    let homes = vec![0; function.values.len()];
-    let mut motion = Motion { places: &function.places, homes };
+    let mut levels = Levels { places: &function.places, of: vec![0; function.values.len()] };
+    levels.region(&body, 0);
+    let mut motion = Motion { levels: levels.of };
     motion.region(&mut body, Position { loops: 0, ifs: 0 }, &mut Vec::new());
     function.body = body;
+}
+
+/// In how many loops values vary: a value of level 1 is the same in every round of a loop inside
+/// the outermost, wherever it is computed.
+struct Levels<'a> {
+    places: &'a [Place],
+    /// By value.
+    of: Vec<u32>,
+}
+
+impl Levels<'_> {
+    /// Finds the levels in a region inside so many loops; the greatest of its operations and yields.
+    fn region(&mut self, region: &Region, loops: u32) -> u32 {
+        for param in &region.params {
+            self.of[param.0 as usize] = loops;
+        }
+        let mut greatest = 0;
+        for op in &region.ops {
+            let level = self.op(op, loops);
+            op.results.iter().for_each(|result| self.of[result.0 as usize] = level);
+            greatest = greatest.max(level);
+        }
+        let yields = region.yields.iter().map(|value| self.of[value.0 as usize]);
+        yields.fold(greatest, u32::max)
+    }
+
+    /// What cannot be moved has the level of where it is.
+    fn op(&mut self, op: &Op, loops: u32) -> u32 {
+        let mut level = 0;
+        op.kind.for_each_operand(|value| level = level.max(self.of[value.0 as usize]));
+        match &op.kind {
+            OpKind::Loop { body, .. } => {
+                self.region(body, loops + 1);
+                loops
+            }
+            OpKind::If { then, otherwise, .. } => {
+                let then = self.region(then, loops);
+                level.max(then).max(self.region(otherwise, loops))
+            }
+            kind if kind.effect(self.places) == Effect::None => level,
+            _ => loops,
+        }
+    }
 }
 
 /// Where a region is.
@@ -29,65 +74,52 @@ struct Position {
     ifs: u32,
 }
 
-struct Motion<'a> {
-    places: &'a [Place],
-    /// For each value in how many loops it is defined.
-    homes: Vec<u32>,
+struct Motion {
+    /// What [`Levels`] found, by value.
+    levels: Vec<u32>,
 }
 
-impl Motion<'_> {
+impl Motion {
     /// Goes through a region; what leaves the innermost loop around it goes to `hoisted`.
     fn region(&mut self, region: &mut Region, at: Position, hoisted: &mut Vec<Op>) {
-        for param in &region.params {
-            self.homes[param.0 as usize] = at.loops;
-        }
         let mut ops = Vec::with_capacity(region.ops.len());
-        for mut op in std::mem::take(&mut region.ops) {
-            match &mut op.kind {
-                OpKind::Loop { body, .. } => {
-                    let mut from_body = Vec::new();
-                    let inside = Position { loops: at.loops + 1, ifs: 0 };
-                    self.region(body, inside, &mut from_body);
-                    for op in from_body {
-                        self.place(op, at, hoisted, &mut ops);
-                    }
-                    self.set_home(&op, at.loops);
-                    ops.push(op);
-                }
-                OpKind::If { then, otherwise, .. } => {
-                    let inside = Position { ifs: at.ifs + 1, ..at };
-                    self.region(then, inside, hoisted);
-                    self.region(otherwise, inside, hoisted);
-                    self.set_home(&op, at.loops);
-                    ops.push(op);
-                }
-                _ => self.place(op, at, hoisted, &mut ops),
+        for op in std::mem::take(&mut region.ops) {
+            if self.leaves(&op, at) {
+                hoisted.push(op);
+            } else {
+                self.stay(op, at, hoisted, &mut ops);
             }
         }
         region.ops = ops;
     }
 
-    /// Puts an operation without regions before the innermost loop, or where it is.
-    fn place(&mut self, op: Op, at: Position, hoisted: &mut Vec<Op>, ops: &mut Vec<Op>) {
-        if at.loops > 0 && at.ifs <= MAX_IFS && self.is_invariant(&op, at.loops) {
-            self.set_home(&op, at.loops - 1);
-            hoisted.push(op);
-        } else {
-            self.set_home(&op, at.loops);
-            ops.push(op);
+    /// An operation that stays, but not all that is in it.
+    fn stay(&mut self, mut op: Op, at: Position, hoisted: &mut Vec<Op>, ops: &mut Vec<Op>) {
+        match &mut op.kind {
+            OpKind::Loop { body, .. } => {
+                let mut from_body = Vec::new();
+                let inside = Position { loops: at.loops + 1, ifs: 0 };
+                self.region(body, inside, &mut from_body);
+                for op in from_body {
+                    let to = if self.leaves(&op, at) { &mut *hoisted } else { &mut *ops };
+                    to.push(op);
+                }
+            }
+            OpKind::If { then, otherwise, .. } => {
+                let inside = Position { ifs: at.ifs + 1, ..at };
+                self.region(then, inside, hoisted);
+                self.region(otherwise, inside, hoisted);
+            }
+            _ => {}
         }
+        ops.push(op);
     }
 
-    fn is_invariant(&self, op: &Op, loops: u32) -> bool {
-        let mut invariant = op.kind.effect(self.places) == Effect::None;
-        op.kind.for_each_operand(|value| invariant &= self.homes[value.0 as usize] < loops);
-        invariant
-    }
-
-    fn set_home(&mut self, op: &Op, loops: u32) {
-        for value in op.results.iter() {
-            self.homes[value.0 as usize] = loops;
-        }
+    /// Whether an operation is to be done before the innermost loop. All results of one have the
+    /// same level; what has none has an effect or is of no use.
+    fn leaves(&self, op: &Op, at: Position) -> bool {
+        at.ifs <= MAX_IFS
+            && op.results.iter().next().is_some_and(|it| self.levels[it.0 as usize] < at.loops)
     }
 }
 
@@ -136,7 +168,7 @@ mod tests {
                 %a: f32 = if %c {
                     %m: f32 = load member:m@0
                     store slot:s@0, %m
-                    %b: f32 = if %c { %n: f32 = sqrt %x yield %n } else { yield %x }
+                    %b: f32 = if %c { %n: f32 = sqrt %x store slot:s@0, %n yield %n } else { yield %x }
                     yield %b
                 } else { %r: f32 = load slot:s@0 yield %r }
                 store slot:s@1, %a
@@ -150,6 +182,7 @@ mod tests {
                 store slot:s@0, %2
                 %4: f32 = if %1 {
                   %5: f32 = sqrt %0
+                  store slot:s@0, %5
                   yield %5
                 } else {
                   yield %0
@@ -163,6 +196,37 @@ mod tests {
               repeat %1
             }
             return
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn an_if_leaves_as_a_whole() {
+        let text = "
+            %x: f32 = load scratch:f@0 %c: bool = load scratch:b@0
+            %r: f32 = loop (%p: f32 = %x) {
+                %b: f32 = if %c {
+                    %d: f32 = sqrt %x yield %d
+                } else {
+                    %n: f32 = negate %x yield %n
+                }
+                %e: f32 = add %p, %b
+                repeat %c, %e
+            }
+            return scratch:f@0 = %r";
+        expect![[r#"
+            %2: f32 = if %1 {
+              %3: f32 = sqrt %0
+              yield %3
+            } else {
+              %4: f32 = negate %0
+              yield %4
+            }
+            %5: f32 = loop (%6: f32 = %0) {
+              %7: f32 = add %6, %2
+              repeat %1, %7
+            }
+            return scratch:f@0 = %5
         "#]]
         .assert_eq(&transformed(text, super::run));
     }

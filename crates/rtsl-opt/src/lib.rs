@@ -44,8 +44,11 @@ impl Default for Options {
     }
 }
 
+/// A pass that needs nothing but the function.
+pub type Pass = fn(&mut Function);
+
 /// The passes that need nothing but the function, by name.
-pub const PASSES: &[(&str, fn(&mut Function))] = &[
+pub const PASSES: &[(&str, Pass)] = &[
     ("contract", contract::run),
     ("dead", dead::run),
     ("fold", fold::run),
