@@ -9,7 +9,7 @@ use rtsl_packet::abi;
 use rtsl_packet::kernel::KernelOutput;
 
 use crate::emitter::{Emitter, PointerSource};
-use crate::memory::StateOrScratch;
+use crate::memory::LaneTable;
 use crate::operand::{Label, Operand, memory_element};
 
 /// What is known of the chunk being worked on.
@@ -215,13 +215,19 @@ impl Emitter<'_, '_> {
 
     /// Stores all outputs but the accepted one, where `condition` holds.
     fn store_outputs(&mut self, condition: Option<Operand>) {
-        let outputs: Vec<(KernelOutput, Value)> =
-            self.outputs().filter(|(output, _)| !self.is_accepted(*output)).collect();
+        let outputs: Vec<(KernelOutput, Value)> = self.outputs().collect();
         for (output, value) in outputs {
             let place = self.kernel.place(output.place);
-            let source = StateOrScratch::of(place.place.kind);
+            let table = match place.place.kind {
+                PlaceKind::State => LaneTable::State,
+                PlaceKind::Scratch => LaneTable::Scratch,
+                PlaceKind::Accepted => continue,
+                PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {
+                    unreachable!("kernels do not store {}", place.place.name)
+                }
+            };
             let ty = self.lanes(memory_element(place.place.scalar));
-            let at = self.lane_address(source, place.location + output.component);
+            let at = self.lane_address(table, place.location + output.component);
             let new = self.memory_operand(value, true);
             let merged = match condition {
                 None => new,

@@ -11,38 +11,26 @@ use crate::emitter::{Emitter, PointerSource};
 use crate::module::ZERO_WORD;
 use crate::operand::{LlvmType, Operand, memory_element};
 
-/// The places that are lane arrays.
+/// The two tables of lane arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StateOrScratch {
+pub enum LaneTable {
     State,
     Scratch,
 }
 
-impl StateOrScratch {
-    /// Which of the two an output or a varying place is.
-    pub fn of(kind: PlaceKind) -> StateOrScratch {
-        match kind {
-            PlaceKind::Scratch => StateOrScratch::Scratch,
-            PlaceKind::State
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Buffer
-            | PlaceKind::Slot
-            | PlaceKind::Accepted => StateOrScratch::State,
-        }
-    }
-
-    fn table(self) -> u32 {
+impl LaneTable {
+    /// Where the call has it.
+    fn offset(self) -> u32 {
         match self {
-            StateOrScratch::State => abi::CALL_STATE,
-            StateOrScratch::Scratch => abi::CALL_SCRATCH,
+            LaneTable::State => abi::CALL_STATE,
+            LaneTable::Scratch => abi::CALL_SCRATCH,
         }
     }
 
     fn source(self) -> PointerSource {
         match self {
-            StateOrScratch::State => PointerSource::State,
-            StateOrScratch::Scratch => PointerSource::Scratch,
+            LaneTable::State => PointerSource::State,
+            LaneTable::Scratch => PointerSource::Scratch,
         }
     }
 }
@@ -73,7 +61,8 @@ impl Emitter<'_, '_> {
     pub fn emit_load(&mut self, result: Value, id: PlaceId, index: Index) {
         let place = &self.kernel.places[id.0 as usize];
         let loaded = match place.place.kind {
-            PlaceKind::State | PlaceKind::Scratch => self.load_lanes(place, index),
+            PlaceKind::State => self.load_lanes(LaneTable::State, place, index),
+            PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, place, index),
             PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
                 self.load_member(place, index)
             }
@@ -160,24 +149,23 @@ impl Emitter<'_, '_> {
     // Lane arrays.
 
     /// The address of the chunk in lane array `array`.
-    pub fn lane_address(&mut self, source: StateOrScratch, array: u32) -> Operand {
-        let array = self.pointer(source.source(), array * 8);
+    pub fn lane_address(&mut self, table: LaneTable, array: u32) -> Operand {
+        let array = self.pointer(table.source(), array * 8);
         let base = self.chunk_base();
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }
 
-    fn load_lanes(&mut self, place: &KernelPlace, index: Index) -> Operand {
+    fn load_lanes(&mut self, table: LaneTable, place: &KernelPlace, index: Index) -> Operand {
         let ty = self.lanes(memory_element(place.place.scalar));
-        let source = StateOrScratch::of(place.place.kind);
         let index = match index {
             Index::Constant(index) => {
-                let at = self.lane_address(source, place.location + index);
+                let at = self.lane_address(table, place.location + index);
                 return self.load(ty, at);
             }
             Index::Dynamic(index) => index,
         };
         let (index, by_lane) = self.clamp_index(index, place.place.len);
-        let table = self.pointer(PointerSource::Call, source.table());
+        let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
         let base = self.chunk_base();
         let indices = self.vector("i32", by_lane);

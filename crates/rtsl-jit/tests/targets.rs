@@ -1,0 +1,56 @@
+//! Code for every target that has a name: LLVM takes the text, and puts in no call of a library,
+//! whose bits would not be ours.
+
+use rtsl_ir::PlaceKind;
+use rtsl_ir::generate::seeded_function;
+use rtsl_jit::{Llvm, OptLevel, Target};
+use rtsl_llvm::TargetFeatures;
+use rtsl_packet::{Layout, Shape};
+
+/// What a kernel may call: memory is copied and filled exactly, and helpers are in the module.
+const ALLOWED: [&str; 3] = ["memset", "memcpy", "rtsl."];
+
+/// The symbols that assembly calls or jumps to.
+fn called(assembly: &str) -> impl Iterator<Item = &str> {
+    let lines = assembly.lines().map(str::trim);
+    let calls = lines.filter_map(|line| {
+        let (instruction, target) = line.split_once(char::is_whitespace)?;
+        matches!(instruction, "call" | "callq" | "bl" | "b" | "jmp").then_some(target)
+    });
+    // Not through registers and memory, nor to labels of the function.
+    let symbols = calls.map(str::trim).filter(|target| !target.starts_with(['*', '.', '#']));
+    symbols.map(|symbol| symbol.trim_matches('"'))
+}
+
+#[test]
+fn no_target_calls_a_library() {
+    let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
+    for name in Target::NAMES {
+        let target = Target::by_name(name).unwrap();
+        let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
+        let mut kernels = Vec::new();
+        for seed in 0..12 {
+            let function = seeded_function(seed, 250);
+            let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+            let layout = Layout::new(
+                places(PlaceKind::Member),
+                places(PlaceKind::Buffer),
+                places(PlaceKind::Scratch),
+            );
+            let width = [1, 4, 8, 16][seed as usize % 4];
+            let shape = Shape::ALL[seed as usize / 4 % 2];
+            let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
+            kernels.push((format!("kernel.{seed}"), kernel));
+        }
+        let kernels = kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel));
+        let text = rtsl_llvm::emit(kernels, &features);
+        let assembly = llvm.assembly(&text, &target, OptLevel::O2).unwrap();
+        // Calls are found at all: the one target without fma calls what emulates it.
+        let emulates = called(&assembly).any(|symbol| symbol.starts_with("rtsl.fma"));
+        assert_eq!(emulates, name == "x86-64-v2", "{name}");
+        for symbol in called(&assembly) {
+            let allowed = ALLOWED.iter().any(|prefix| symbol.starts_with(prefix));
+            assert!(allowed, "{name} calls {symbol}");
+        }
+    }
+}
