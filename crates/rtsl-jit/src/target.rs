@@ -1,6 +1,7 @@
 //! The machine to compile for.
 
 use std::ffi::CString;
+use std::fmt;
 
 /// A machine: LLVM's triple, processor and features.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -60,6 +61,13 @@ impl Target {
     /// Whether this is the machine the program runs on.
     pub fn is_host(&self) -> bool {
         self.is_host
+    }
+}
+
+/// The kind of machine and the processor.
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.triple, self.cpu)
     }
 }
 
