@@ -9,7 +9,7 @@ use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQuer
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, PlaceKind, Storage};
 use rtsl_sema::check::{Prelude, check_prelude, check_unit};
-use rtsl_sema::hir::ClassId;
+use rtsl_sema::hir::{ClassId, Module};
 use rtsl_sema::lower::lower_class;
 use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
 use rtsl_spec::{COLOR_COMPONENTS, Method};
@@ -38,16 +38,32 @@ fn messages<'a>(diagnostics: impl Iterator<Item = &'a Diagnostic>, sources: &Sou
     diagnostics.map(|each| rtsl_source::render::to_text(sources, each, false)).collect()
 }
 
-/// The only class of a text, or the errors of its lowering.
+/// The last class of a text, or the errors of its lowering; `None` where the text has errors.
+pub fn try_parsed(text: &str) -> Option<Result<Class, Vec<Diagnostic>>> {
+    parsed(text).ok().map(|module| lower_module(text, &module))
+}
+
+/// The last class of a text, or the errors of its lowering.
 pub fn lower(text: &str) -> Result<Class, Vec<Diagnostic>> {
+    let module = parsed(text).unwrap_or_else(|messages| panic!("{text}\n{messages}"));
+    lower_module(text, &module)
+}
+
+fn parsed(text: &str) -> Result<Module, String> {
     let mut sources = SourceMap::new();
     let mut diagnostics = Diagnostics::new();
     let file = sources.add("test.rtsl", text);
     let unit = rtsl_syntax::parse(&mut sources, file, &mut NoIncludes, &mut diagnostics);
     let module = check_unit(&unit, Some(&PRELUDE), &mut diagnostics);
-    assert!(!diagnostics.has_errors(), "{text}\n{}", messages(diagnostics.iter(), &sources));
+    match diagnostics.has_errors() {
+        true => Err(messages(diagnostics.iter(), &sources)),
+        false => Ok(module),
+    }
+}
+
+fn lower_module(text: &str, module: &Module) -> Result<Class, Vec<Diagnostic>> {
     let last = module.classes.len() as u32 - 1;
-    let class = lower_class(&module, ClassId(last))?;
+    let class = lower_class(module, ClassId(last))?;
     let functions = class.methods.values().chain(&class.constructor).chain([&class.initializer]);
     for function in functions {
         if let Err(error) = verify(function) {

@@ -1,6 +1,6 @@
 //! Programs that are right but too large.
 
-use crate::harness::lower;
+use crate::harness::{lower, try_parsed};
 
 #[track_caller]
 fn check(text: &str, code: &str) {
@@ -81,4 +81,52 @@ fn large_members() {
 fn large_variables() {
     let text = texture("", "0.0; float a[60000]; a[int(rt_TextureUV.x)] = 1.0");
     check(&text, "E0453");
+}
+
+#[test]
+fn deep_trees_are_lowered_or_refused() {
+    let nest = |depth: usize, open: &str, inner: &str, close: &str| {
+        format!("{}{inner}{}", open.repeat(depth), close.repeat(depth))
+    };
+    for depth in [40, 100, 180, 240] {
+        for (open, inner, close) in [
+            ("(u + ", "u", ")"),
+            ("sin(", "u", ")"),
+            ("max(u, f(", "u", "))"),
+            ("(u > 0.5 ? u++ : ", "u", ")"),
+            ("float(u > 1.0 && bool(u += ", "u", "))"),
+            ("float(u > 1.0 || bool(f(", "u", ")))"),
+            ("vec2(u, ", "u", ").y"),
+            ("mix(u, 1.0, ", "u", ")"),
+            ("float[2](u, ", "u", ")[int(u)]"),
+            ("-", "u", ""),
+            ("u = ", "u", ""),
+            ("u * u + ", "u", ""),
+        ] {
+            let value = nest(depth, open, inner, close);
+            try_lower(&format!("float u = rt_TextureUV.x; rt_FloatTextureValue = {value};"));
+        }
+        for (open, close) in [
+            ("if (u > 0.0) {", "}"),
+            ("if (u > 0.0) u += 1.0; else ", ""),
+            ("for (int i = 0; i < 2; i++) {", "}"),
+            ("while (f(u) > 0.0) {", "}"),
+            ("switch (int(u)) { case 1: ", " break; }"),
+            ("{", "}"),
+            ("do {", "} while (u > 0.0);"),
+        ] {
+            let body = nest(depth, open, "u += 1.0;", close);
+            try_lower(&format!("float u = rt_TextureUV.x; {body} rt_FloatTextureValue = u;"));
+        }
+    }
+}
+
+/// Lowers a body, if the parser takes it.
+fn try_lower(body: &str) {
+    let text = format!(
+        "float f(float x) {{ if (x > 3.0) return 1.0; return x; }}\nclass T : rt_Texture;\nvoid lookup() {{ {body} }}"
+    );
+    if let Some(Err(errors)) = try_parsed(&text) {
+        assert!(["E0451", "E0452"].contains(&errors[0].code.as_str()), "{errors:?}");
+    }
 }
