@@ -48,7 +48,10 @@ impl<'m> Lowering<'m> {
                 let stopped = lowering.any_flag([lowering.frame.returned, jumps.broke]);
                 let going = lowering.builder.not(stopped);
                 Ok(lowering.both(more, going))
-            })
+            })?;
+            // Nothing reads it outside.
+            lowering.cells.set(index, zero);
+            Ok(())
         })?;
         self.frame.jumps = outer;
         Ok(())

@@ -21,6 +21,7 @@ pub struct Mode {
 pub const MODES: &[Mode] = &[
     Mode { name: "ast", run: ast },
     Mode { name: "syntax-errors", run: syntax_errors },
+    Mode { name: "lower", run: lower },
     Mode { name: "verify", run: verify },
     Mode { name: "passes", run: passes },
 ];
@@ -43,6 +44,27 @@ fn ast(test: &TestFile<'_>) -> Result<String, Failed> {
 fn syntax_errors(test: &TestFile<'_>) -> Result<String, Failed> {
     let (map, _, diagnostics) = parse(test);
     Ok(render::all_to_text(&map, diagnostics.iter(), false))
+}
+
+/// The functions of a text's classes as the lowering makes them: the methods that the first line names,
+/// or the constructor and all methods.
+fn lower(test: &TestFile<'_>) -> Result<String, Failed> {
+    let (_, text) = test.files().into_iter().next().unwrap_or_default();
+    let compilation = rtsl::Compiler::default().compile("test.rtsl", &text);
+    let Some(unit) = &compilation.unit else { return Err(compilation.report(false).into()) };
+    let mut printed = String::new();
+    for class in unit.classes() {
+        let wanted = |name: &str| test.arguments.is_empty() || test.arguments.contains(&name);
+        let constructor = class.constructor.iter().filter(|_| wanted("constructor"));
+        let methods = class.methods.iter().filter(|(method, _)| wanted(method.name()));
+        for function in constructor.chain(methods.map(|(_, function)| function)) {
+            rtsl_ir::verify::verify(function)?;
+            let mut function = function.clone();
+            function.renumber();
+            printed.push_str(&function.to_string());
+        }
+    }
+    Ok(printed)
 }
 
 /// What reading and verifying say of each function of the IR.
