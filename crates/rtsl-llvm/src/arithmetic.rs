@@ -297,22 +297,30 @@ impl Emitter<'_, '_> {
     }
 
     pub fn emit_bitcast(&mut self, result: Value, a: Value) {
-        let (lanes, scalar) = (self.is_lanes(result), self.scalar(a));
-        let from = self.vector(register_element(scalar), lanes);
+        let (lanes, to) = (self.is_lanes(result), self.register_type(result));
+        let bits = self.reinterpreted(result, a);
+        if self.scalar(a) != Scalar::F32 || to.element == "float" {
+            return self.define(result, bits);
+        }
+        let (from, a) = (to.of("float"), self.operand(a, lanes));
+        let is_number = self.compare("ord", from, a, a);
+        let nan = self.literal(to, Operand::Int(CANONICAL_NAN as i32));
+        let operand = self.select(to, is_number, bits, nan);
+        self.define(result, operand);
+    }
+
+    pub fn emit_reinterpret(&mut self, result: Value, a: Value) {
+        let bits = self.reinterpreted(result, a);
+        self.define(result, bits);
+    }
+
+    /// The bits of `a` as the type of `result`.
+    fn reinterpreted(&mut self, result: Value, a: Value) -> Operand {
+        let lanes = self.is_lanes(result);
+        let from = self.vector(register_element(self.scalar(a)), lanes);
         let to = self.register_type(result);
         let a = self.operand(a, lanes);
-        if from == to {
-            return self.define(result, a);
-        }
-        let bits = self.cast("bitcast", from, a, to);
-        let operand = if scalar == Scalar::F32 {
-            let is_number = self.compare("ord", from, a, a);
-            let nan = self.literal(to, Operand::Int(CANONICAL_NAN as i32));
-            self.select(to, is_number, bits, nan)
-        } else {
-            bits
-        };
-        self.define(result, operand);
+        if from == to { a } else { self.cast("bitcast", from, a, to) }
     }
 
     pub fn emit_convert(&mut self, result: Value, to: Scalar, a: Value) {

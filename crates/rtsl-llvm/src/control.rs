@@ -22,6 +22,7 @@ impl Emitter<'_, '_> {
             OpKind::Fma(a, b, c) => self.emit_fma(result(), [*a, *b, *c]),
             OpKind::Convert(to, a) => self.emit_convert(result(), *to, *a),
             OpKind::Bitcast(_, a) => self.emit_bitcast(result(), *a),
+            OpKind::Reinterpret(_, a) => self.emit_reinterpret(result(), *a),
             OpKind::Unspecified => self.emit_unspecified(result()),
             OpKind::Any(mask) => {
                 let bits = self.bits(*mask);

@@ -167,6 +167,8 @@ pub enum OpKind {
     Convert(Scalar, Value),
     /// As [`rtsl_ir::OpKind::Bitcast`].
     Bitcast(Scalar, Value),
+    /// The same bits as another type, those of NaNs too: where they show nowhere.
+    Reinterpret(Scalar, Value),
     /// Lanes that nobody looks at; any value, the same at each use.
     Unspecified,
     /// Whether any lane of a mask is on; uniform.
@@ -274,6 +276,7 @@ impl OpKind {
             OpKind::Unary(_, a)
             | OpKind::Convert(_, a)
             | OpKind::Bitcast(_, a)
+            | OpKind::Reinterpret(_, a)
             | OpKind::Any(a)
             | OpKind::Rand(a)
             | OpKind::If { condition: a, .. } => visit(*a),

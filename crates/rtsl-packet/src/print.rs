@@ -141,6 +141,7 @@ impl Printer<'_> {
             OpKind::Fma(..) => f.write_str("fma")?,
             OpKind::Convert(..) => f.write_str("convert")?,
             OpKind::Bitcast(..) => f.write_str("bitcast")?,
+            OpKind::Reinterpret(..) => f.write_str("reinterpret")?,
             OpKind::Unspecified => f.write_str("unspecified")?,
             OpKind::Any(_) => f.write_str("any")?,
             OpKind::First(..) => f.write_str("first")?,

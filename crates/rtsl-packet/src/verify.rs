@@ -167,7 +167,7 @@ impl Verifier<'_> {
                 want(&[Scalar::F32], joined)
             }
             OpKind::Convert(to, _) => want(&[*to], joined),
-            OpKind::Bitcast(to, a) => {
+            OpKind::Bitcast(to, a) | OpKind::Reinterpret(to, a) => {
                 let bools = *to == Scalar::Bool || self.ty(*a).scalar == Scalar::Bool;
                 ensure(!bools, || "bools have no bits".to_owned())?;
                 want(&[*to], joined)

@@ -8,6 +8,7 @@ mod control;
 mod cost;
 mod host;
 mod memory;
+mod nan_bits;
 
 use std::collections::BTreeMap;
 
@@ -130,6 +131,8 @@ struct Lowering<'a> {
     uniformity: Uniformity,
     /// How often each value of the function is used.
     uses: Vec<u32>,
+    /// Bitcasts that need not make all NaNs the same.
+    hidden_bitcasts: Vec<bool>,
     kernel: Kernel,
     /// The packet value of each value of the function seen so far.
     values: Vec<Option<Value>>,
@@ -152,6 +155,7 @@ impl<'a> Lowering<'a> {
             function,
             uniformity,
             uses,
+            hidden_bitcasts: nan_bits::hidden_bitcasts(function),
             kernel,
             values: vec![None; function.values.len()],
             hoisted: Vec::new(),
@@ -196,6 +200,9 @@ impl<'a> Lowering<'a> {
             }
             Ray::Fma(a, b, c) => OpKind::Fma(value(a), value(b), value(c)),
             Ray::Convert(to, a) => OpKind::Convert(*to, value(a)),
+            Ray::Bitcast(to, a) if self.hidden_bitcasts[op.results.first as usize] => {
+                OpKind::Reinterpret(*to, value(a))
+            }
             Ray::Bitcast(to, a) => OpKind::Bitcast(*to, value(a)),
             Ray::Length(place) => OpKind::Length(*place),
             Ray::LightCount => OpKind::LightCount,

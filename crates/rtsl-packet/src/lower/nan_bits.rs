@@ -1,0 +1,143 @@
+//! Where nobody can tell which NaN it is.
+//!
+//! A bitcast of an f32 to an integer shows every NaN with the same bits, which takes a
+//! comparison and a select. Most such integers have only their sign changed and become an f32 again; then a
+//! NaN stays some NaN whatever its bits were, and the bits may be taken as they are.
+
+use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, Value};
+
+const SIGN: u32 = 1 << 31;
+
+/// By value of `function`, whether it is a bitcast of an f32 whose bits show nowhere for a NaN.
+pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
+    let mut uses = Uses {
+        definitions: vec![None; function.values.len()],
+        all: vec![0; function.values.len()],
+        hiding: vec![0; function.values.len()],
+    };
+    function.body.for_each_use(&mut |value| uses.all[value.0 as usize] += 1);
+    uses.define(&function.body);
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Bitcast(Scalar::F32, a) = op.kind {
+            uses.hiding[a.0 as usize] += 1;
+        }
+    });
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Binary(binary, a, b) = op.kind
+            && uses.is_hidden(op.results.get(0))
+        {
+            uses.count_sign_change(binary, a, b);
+            uses.count_sign_change(binary, b, a);
+        }
+    });
+    (0..function.values.len()).map(|index| uses.is_hidden_bitcast(Value(index as u32))).collect()
+}
+
+/// How values are used.
+struct Uses<'a> {
+    definitions: Vec<Option<&'a OpKind>>,
+    all: Vec<u32>,
+    /// The uses after which the value is only an f32, a NaN if it was one.
+    hiding: Vec<u32>,
+}
+
+impl<'a> Uses<'a> {
+    fn define(&mut self, body: &'a Region) {
+        body.for_each_op(&mut |op| {
+            if op.results.count == 1 {
+                self.definitions[op.results.first as usize] = Some(&op.kind);
+            }
+        });
+    }
+
+    fn is_hidden(&self, value: Value) -> bool {
+        self.all[value.0 as usize] == self.hiding[value.0 as usize]
+    }
+
+    fn is_hidden_bitcast(&self, value: Value) -> bool {
+        let bitcast = matches!(
+            self.definitions[value.0 as usize],
+            Some(OpKind::Bitcast(Scalar::I32 | Scalar::U32, _))
+        );
+        bitcast && self.is_hidden(value)
+    }
+
+    /// Counts the use of `bits` in `op` with `other`, if that keeps NaNs.
+    fn count_sign_change(&mut self, op: BinaryOp, bits: Value, other: Value) {
+        let keeps_nan = match op {
+            BinaryOp::Xor | BinaryOp::Or => self.is_sign(other),
+            BinaryOp::And => self.constant(other) == Some(!SIGN),
+            _ => false,
+        };
+        if keeps_nan {
+            self.hiding[bits.0 as usize] += 1;
+        }
+    }
+
+    fn constant(&self, value: Value) -> Option<u32> {
+        match self.definitions[value.0 as usize] {
+            Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
+                Some(constant.bits())
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether all bits of an integer but the highest are 0.
+    fn is_sign(&self, value: Value) -> bool {
+        match self.definitions[value.0 as usize] {
+            Some(OpKind::Constant(_)) => self.constant(value).is_some_and(|bits| bits & !SIGN == 0),
+            Some(OpKind::Binary(BinaryOp::And, a, b)) => {
+                [*a, *b].into_iter().any(|operand| self.constant(operand) == Some(SIGN))
+            }
+            Some(OpKind::Binary(BinaryOp::ShiftLeft, _, count)) => {
+                self.constant(*count).is_some_and(|count| count & 31 == 31)
+            }
+            _ => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hidden(body: &str) -> usize {
+        let text = format!("function f scratch a: f32[1] scratch n: u32[2] {{ {body} }}");
+        let function: Function = text.parse().unwrap();
+        rtsl_ir::verify::verify(&function).unwrap();
+        hidden_bitcasts(&function).into_iter().filter(|hidden| *hidden).count()
+    }
+
+    const START: &str = "%a: f32 = load scratch:a@0 %n: u32 = load scratch:n@0
+        %sign: u32 = constant 0x80000000 %rest: u32 = constant 0x7fffffff
+        %31: u32 = constant 31 %b: u32 = bitcast %a ";
+
+    #[test]
+    fn bits_are_hidden_where_only_the_sign_changes() {
+        for change in [
+            "%s: u32 = and %n, %sign %c: u32 = xor %b, %s",
+            "%s: u32 = shift_left %n, %31 %c: u32 = xor %s, %b",
+            "%c: u32 = or %b, %sign",
+            "%c: u32 = and %rest, %b",
+        ] {
+            let text = format!("{START} {change} %f: f32 = bitcast %c return scratch:a@0 = %f");
+            assert_eq!(hidden(&text), 1, "{change}");
+        }
+    }
+
+    #[test]
+    fn bits_that_show_are_not_hidden() {
+        for (change, output) in [
+            ("%c: u32 = xor %b, %n", "scratch:a@0 = %f"),
+            ("%c: u32 = and %b, %sign", "scratch:a@0 = %f"),
+            ("%c: u32 = xor %b, %sign", "scratch:a@0 = %f, scratch:n@0 = %b"),
+            ("%c: u32 = xor %b, %sign", "scratch:a@0 = %f, scratch:n@0 = %c"),
+            ("%c: u32 = xor %b, %b", "scratch:a@0 = %f"),
+            ("%c: u32 = add %b, %sign", "scratch:a@0 = %f"),
+        ] {
+            let text = format!("{START} {change} %f: f32 = bitcast %c return {output}");
+            assert_eq!(hidden(&text), 0, "{change} {output}");
+        }
+    }
+}
