@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Math,
-    Program, SourceMap,
+    OptLevel, Program, SourceMap,
 };
 
 use super::request::{Answer, Request};
@@ -199,6 +199,8 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         width: request.width,
         math,
         loop_budget: request.budget,
+        // Most code here runs once; the results are the same.
+        optimization: OptLevel::O1,
         ..EngineOptions::default()
     })
 }

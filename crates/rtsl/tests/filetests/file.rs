@@ -40,6 +40,12 @@ impl<'a> TestFile<'a> {
         Ok(TestFile { mode: mode.to_owned(), arguments: words.collect(), input, expected })
     }
 
+    /// The value of the argument `name=value` of the mode's line.
+    pub fn argument(&self, name: &str) -> Option<&str> {
+        let mut pairs = self.arguments.iter().filter_map(|argument| argument.split_once('='));
+        pairs.find(|(key, _)| *key == name).map(|(_, value)| value)
+    }
+
     /// The files of the input with their names: the text itself, called `test.rtsl`, then those
     /// that `//# file: NAME` lines begin.
     pub fn files(&self) -> Vec<(String, String)> {
@@ -59,8 +65,11 @@ impl<'a> TestFile<'a> {
 
     /// The test file with `actual` as its expectation.
     pub fn with_expectation(&self, actual: &str) -> String {
-        let mut text = self.input.trim_end().to_owned();
-        text.push_str("\n\n");
+        // The input stays as it is: what a stage says of its end must stay true.
+        let mut text = self.input.to_owned();
+        if !text.ends_with('\n') {
+            text.push('\n');
+        }
         for line in actual.lines() {
             text.push_str(format!("{EXPECTED} {line}").trim_end());
             text.push('\n');

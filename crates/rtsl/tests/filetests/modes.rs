@@ -2,6 +2,9 @@
 //! printed.
 
 use libtest_mimic::Failed;
+use rtsl::{
+    Backend, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions, Method, Shape, Target,
+};
 use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
 use rtsl_syntax::MemoryLoader;
@@ -22,6 +25,10 @@ pub const MODES: &[Mode] = &[
     Mode { name: "ast", run: ast },
     Mode { name: "syntax-errors", run: syntax_errors },
     Mode { name: "lower", run: lower },
+    Mode { name: "diagnostics", run: diagnostics },
+    Mode { name: "ir", run: |test| emit(test, Emit::Ir) },
+    Mode { name: "packet", run: |test| emit(test, Emit::Packet) },
+    Mode { name: "llvm", run: |test| emit(test, Emit::Llvm) },
     Mode { name: "verify", run: verify },
     Mode { name: "passes", run: passes },
 ];
@@ -99,6 +106,44 @@ fn passes(test: &TestFile<'_>) -> Result<String, Failed> {
     }
     function.renumber();
     Ok(function.to_string())
+}
+
+/// Everything that the compiler says of a text.
+fn diagnostics(test: &TestFile<'_>) -> Result<String, Failed> {
+    Ok(compile(test).report(false))
+}
+
+/// A method in one of its forms. The mode's arguments: `class=` where there are several,
+/// `method=`, `shape=` and `width=` where they matter.
+fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
+    let compilation = compile(test);
+    let unit = compilation.unit.as_ref().ok_or_else(|| compilation.report(false))?;
+    let class = match test.argument("class") {
+        Some(name) => unit.class(name).map_err(|error| error.message)?,
+        None => unit.classes().first().ok_or("the text has no class")?,
+    };
+    let method = test.argument("method").ok_or("the mode needs `method=`")?;
+    let shape = test.argument("shape").unwrap_or("packet");
+    let width = test.argument("width").map(str::parse).transpose()?;
+    // The text for a named machine needs no LLVM.
+    let options =
+        EngineOptions { backend: Backend::Interpreter, width, ..EngineOptions::default() };
+    let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
+    let request = EmitRequest {
+        emit,
+        method: Method::from_name(method).ok_or("there is no such method")?,
+        shape: Shape::from_name(shape).ok_or("there is no such shape")?,
+        target: Target::by_name("x86-64-v3"),
+    };
+    let text = engine.program_of_class(class).emit(&request).map_err(|error| error.message)?;
+    Ok(String::from_utf8(text)?)
+}
+
+fn compile(test: &TestFile<'_>) -> Compilation {
+    let files = test.files();
+    let (name, text) = &files[0];
+    let mut loader = MemoryLoader { files: files.iter().cloned().collect() };
+    Compiler::default().compile_with(name, text, &mut loader)
 }
 
 fn parse(test: &TestFile<'_>) -> (SourceMap, TranslationUnit, Diagnostics) {
