@@ -1,6 +1,7 @@
 //! Text to the single-ray representation, run by the interpreter.
 
 mod calls;
+mod constants;
 mod control;
 mod expressions;
 mod harness;
