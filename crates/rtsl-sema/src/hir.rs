@@ -296,7 +296,7 @@ pub struct Expression {
 #[derive(Clone, Debug)]
 pub enum ExpressionKind {
     /// A constant scalar, or the components of a constant vector, matrix (column by column) or
-    /// color, or all leaves of a constant array or struct in order. Shared, since a table may be large and
+    /// color, or all leaves of a constant array or struct element by element and field by field. Shared, since a table may be large and
     /// used often.
     Constant(Arc<[Constant]>),
     /// A local variable.

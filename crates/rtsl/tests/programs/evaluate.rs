@@ -417,6 +417,7 @@ fn builtin_value(builtin: Builtin, scalar: Scalar, values: &[Vec<u32>]) -> Vec<u
             let less = evaluate::compare(CompareOp::Less, scalar).unwrap();
             spread(&values[0], &values[1], less)
         }
+        Builtin::Prelude(name) => unreachable!("{name} is not for this oracle"),
         Builtin::FloatBitsToInt => {
             let canonical = |bits: &u32| {
                 if f32::from_bits(*bits).is_nan() { 0x7fc0_0000 } else { *bits }

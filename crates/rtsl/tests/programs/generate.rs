@@ -7,8 +7,17 @@ use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
 
 use crate::tree::*;
 
+/// Which built-in functions a program uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Builtins {
+    /// Those that the evaluator knows.
+    Exact,
+    /// Transcendental ones and noise too.
+    All,
+}
+
 /// The program that these bytes stand for.
-pub fn program(bytes: &[u8]) -> Program {
+pub fn program(bytes: &[u8], builtins: Builtins) -> Program {
     let mut generator = Generator {
         entropy: Entropy::new(bytes),
         program: Program { members: members(), functions: Vec::new() },
@@ -18,7 +27,7 @@ pub fn program(bytes: &[u8]) -> Program {
         loops: 0,
         breakable: 0,
         statements: 0,
-        effects: true,
+        builtins,
     };
     let helpers = generator.entropy.below(4);
     for index in 0..helpers {
@@ -74,8 +83,7 @@ struct Generator<'a> {
     /// Loops and switches around.
     breakable: u32,
     statements: usize,
-    /// Expressions may change variables.
-    effects: bool,
+    builtins: Builtins,
 }
 
 impl Generator<'_> {
@@ -412,11 +420,11 @@ impl Generator<'_> {
                 Some(call) => call.kind,
                 None => self.leaf(ty),
             },
-            11 if self.effects => match self.target_of(ty, true) {
+            11 => match self.target_of(ty, true) {
                 Some(target) => self.assignment((target, ty), next).kind,
                 None => self.leaf(ty),
             },
-            12 if self.effects && ty.scalar != Scalar::Bool => match self.target_of(ty, true) {
+            12 if ty.scalar != Scalar::Bool => match self.target_of(ty, true) {
                 Some(target) => Kind::Step {
                     target: Box::new(target),
                     up: self.entropy.chance(128),
@@ -517,6 +525,9 @@ impl Generator<'_> {
     fn builtin(&mut self, ty: Type, depth: u32) -> Kind {
         use Builtin::*;
         let float = Type { scalar: Scalar::F32, ..ty };
+        if ty.scalar == Scalar::F32 && self.builtins == Builtins::All && self.entropy.chance(128) {
+            return self.prelude(ty, depth);
+        }
         let builtin = match (ty.scalar, ty.size) {
             (Scalar::F32, 1) => self.entropy.choose(&[
                 Abs, Floor, Ceil, Trunc, Sqrt, Min, Max, Clamp, Mix, Step, Sign, Fma, Dot,
@@ -537,16 +548,47 @@ impl Generator<'_> {
             Abs | Floor | Ceil | Trunc | Sqrt | Sign => vec![ty],
             Min | Max | Step => vec![ty; 2],
             Clamp | Mix | Fma => vec![ty; 3],
-            Dot => vec![wide(self, Scalar::F32); 2],
+            Dot => {
+                let vector = wide(self, Scalar::F32);
+                vec![vector, vector]
+            }
             Any | All => vec![wide(self, Scalar::Bool)],
             FloatBitsToInt => vec![float],
-            LessThan => unreachable!("made by `truth`"),
-        };
-        let types = match builtin {
-            Dot => vec![types[0]; 2],
-            _ => types,
+            LessThan | Prelude(_) => unreachable!("made elsewhere"),
         };
         Kind::Builtin(builtin, types.into_iter().map(|ty| self.expression(ty, depth)).collect())
+    }
+
+    /// A function that the prelude has for numbers and vectors.
+    fn prelude(&mut self, ty: Type, depth: u32) -> Kind {
+        const ONE: [&str; 14] = [
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "exp",
+            "log",
+            "exp2",
+            "log2",
+            "inversesqrt",
+            "fract",
+            "normalize",
+            "tanh",
+        ];
+        const TWO: [&str; 5] = ["pow", "atan", "mod", "reflect", "distance"];
+        const TO_NUMBER: [&str; 2] = ["length", "noise"];
+        let (name, arguments) = match self.entropy.below(4) {
+            0 if ty.size == 1 => {
+                let size = 2 + self.entropy.below(2) as u8;
+                (self.entropy.choose(&TO_NUMBER), vec![Type { size, ..ty }])
+            }
+            1 => (self.entropy.choose(&TWO[..if ty.size == 1 { 5 } else { 4 }]), vec![ty; 2]),
+            _ => (self.entropy.choose(&ONE), vec![ty]),
+        };
+        let arguments = arguments.into_iter().map(|ty| self.expression(ty, depth)).collect();
+        Kind::Builtin(Builtin::Prelude(name), arguments)
     }
 
     /// A call of an earlier function with this result, or with any.
@@ -556,7 +598,7 @@ impl Generator<'_> {
             .filter(|(_, function)| ty.is_none() || function.result == ty)
             .map(|(index, _)| index)
             .collect();
-        if fitting.is_empty() || !self.effects || self.loops > 1 {
+        if fitting.is_empty() || self.loops > 1 {
             return None;
         }
         let index = fitting[self.entropy.below(fitting.len())];

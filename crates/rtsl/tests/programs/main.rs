@@ -1,7 +1,8 @@
 //! Random programs: what the compiler makes of them agrees with running them as the language says.
 //!
 //! The evaluator walks the program itself. Against it run the interpreter and machine code at every
-//! width, both without contraction, to the last bit.
+//! width, both without contraction, to the last bit. With contraction, and with functions that only
+//! the prelude defines, machine code runs against the interpreter.
 
 mod evaluate;
 mod generate;
@@ -18,6 +19,7 @@ use rtsl::{
 };
 use rtsl_ir::generate::Entropy;
 
+use generate::Builtins;
 use tree::Program;
 
 /// Rays of a call.
@@ -111,13 +113,8 @@ fn found(engine: &Engine, class: &Arc<Class>, rays: &Rays) -> Vec<Vec<u32>> {
     (0..COUNT).map(|lane| of_lane(lane, &scratch)).collect()
 }
 
-fn engine(backend: Backend, width: u32) -> Option<Engine> {
-    let options = EngineOptions {
-        backend,
-        width: Some(width),
-        math: Math::Strict,
-        ..EngineOptions::default()
-    };
+fn engine(backend: Backend, width: u32, math: Math) -> Option<Engine> {
+    let options = EngineOptions { backend, width: Some(width), math, ..EngineOptions::default() };
     Engine::new(options).ok().map(|(engine, _)| engine)
 }
 
@@ -128,15 +125,19 @@ fn compile(text: &str) -> Arc<Class> {
     unit.classes()[0].clone()
 }
 
-/// Compares the program of these bytes on the engines.
+/// Compares the program of these bytes on the engines with the language.
 fn check(bytes: &[u8], seed: u64, engines: &[Engine]) {
-    let program = generate::program(bytes);
+    let program = generate::program(bytes, Builtins::Exact);
     let rays = Rays::random(&program, seed);
     let Some(expected) = expected(&program, &rays) else { return };
+    compare(&program, seed, &rays, &expected, engines);
+}
+
+fn compare(program: &Program, seed: u64, rays: &Rays, expected: &[Vec<u32>], engines: &[Engine]) {
     let text = program.to_string();
     let class = compile(&text);
     for engine in engines {
-        let found = found(engine, &class, &rays);
+        let found = found(engine, &class, rays);
         if let Some(lane) = (0..COUNT).find(|lane| expected[*lane] != found[*lane]) {
             panic!(
                 "seed {seed}, width {}: ray {lane} with {:?} and {:?}\nshall be {:?}\nbut is   {:?}\n{text}",
@@ -150,18 +151,18 @@ fn check(bytes: &[u8], seed: u64, engines: &[Engine]) {
     }
 }
 
-fn interpreter() -> Vec<Engine> {
-    vec![engine(Backend::Interpreter, 1).unwrap()]
+fn interpreter(math: Math) -> Engine {
+    engine(Backend::Interpreter, 1, math).unwrap()
 }
 
 /// None where there is no LLVM.
-fn machine_code() -> Vec<Engine> {
-    Engine::WIDTHS.iter().filter_map(|width| engine(Backend::Jit, *width)).collect()
+fn machine_code(math: Math) -> Vec<Engine> {
+    Engine::WIDTHS.iter().filter_map(|width| engine(Backend::Jit, *width, math)).collect()
 }
 
 #[test]
 fn the_interpreter_runs_programs_as_the_language_says() {
-    let engines = interpreter();
+    let engines = [interpreter(Math::Strict)];
     for seed in 0..150 {
         check(&Entropy::bytes(seed, 2000), seed, &engines);
     }
@@ -169,9 +170,21 @@ fn the_interpreter_runs_programs_as_the_language_says() {
 
 #[test]
 fn machine_code_runs_programs_as_the_language_says() {
-    let engines = machine_code();
+    let engines = machine_code(Math::Strict);
     for seed in 1000..1012 {
         check(&Entropy::bytes(seed, 1200), seed, &engines);
+    }
+}
+
+#[test]
+fn machine_code_agrees_with_the_interpreter_on_contracted_programs() {
+    let oracle = interpreter(Math::Contract);
+    let engines = machine_code(Math::Contract);
+    for seed in 2000..2010 {
+        let program = generate::program(&Entropy::bytes(seed, 1000), Builtins::All);
+        let rays = Rays::random(&program, seed);
+        let expected = found(&oracle, &compile(&program.to_string()), &rays);
+        compare(&program, seed, &rays, &expected, &engines);
     }
 }
 
@@ -180,6 +193,6 @@ proptest! {
 
     #[test]
     fn any_bytes_are_a_program_that_runs(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        check(&bytes, 7, &interpreter());
+        check(&bytes, 7, &[interpreter(Math::Strict)]);
     }
 }

@@ -100,7 +100,7 @@ pub enum Argument {
     Place(Target),
 }
 
-/// Built-in functions of which the evaluator knows the exact formula.
+/// Built-in functions. The evaluator knows the exact formula of all but the last kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Builtin {
     Abs,
@@ -120,6 +120,8 @@ pub enum Builtin {
     All,
     LessThan,
     FloatBitsToInt,
+    /// Of the prelude, on numbers of type float or vectors of these.
+    Prelude(&'static str),
 }
 
 impl Builtin {
@@ -142,6 +144,7 @@ impl Builtin {
             Builtin::All => "all",
             Builtin::LessThan => "lessThan",
             Builtin::FloatBitsToInt => "floatBitsToInt",
+            Builtin::Prelude(name) => name,
         }
     }
 }
