@@ -1,0 +1,139 @@
+//! The oracle against machine code, for shader texts.
+//!
+//! A text's class is a texture whose `lookup` computes scratch members from scratch members (which vary from
+//! ray to ray) and public members (which do not).
+
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+use std::sync::Arc;
+
+use rtsl::{
+    Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
+    Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Scalar, Shape, Value, new_state,
+};
+use rtsl_ir::generate::{Entropy, HashHost};
+
+/// Rays of a call: not a multiple of any width but 1.
+pub const COUNT: usize = 37;
+
+/// The interpreter, and an engine for each width; none where there is no LLVM.
+pub struct Agreement {
+    oracle: Engine,
+    engines: Vec<Engine>,
+    compiler: Compiler,
+}
+
+impl Agreement {
+    /// Engines at this level of optimisation.
+    pub fn new(optimization: OptLevel) -> Agreement {
+        let engine = |backend, width| {
+            let options =
+                EngineOptions { backend, width: Some(width), optimization, ..Default::default() };
+            Engine::new(options).map(|(engine, _)| engine)
+        };
+        let engines = Engine::WIDTHS.iter().filter_map(|width| engine(Backend::Jit, *width).ok());
+        let options = CompilerOptions { loop_budget: Some(10_000), ..Default::default() };
+        Agreement {
+            oracle: engine(Backend::Interpreter, 1).expect("the interpreter needs nothing"),
+            engines: engines.collect(),
+            compiler: Compiler::new(options),
+        }
+    }
+
+    /// Compiles the text, which has no errors and one class, and compares all engines on random values.
+    ///
+    /// # Panics
+    /// If they disagree in a bit, NaNs being all the same.
+    pub fn check(&self, name: &str, text: &str, seed: u64) {
+        let compilation = self.compiler.compile(name, text);
+        let Some(unit) = &compilation.unit else {
+            panic!("{name}: {}\n{text}", compilation.report(false))
+        };
+        let class = unit.classes().last().expect("a class");
+        let bytes = Entropy::bytes(seed, 1 << 16);
+        let mut entropy = Entropy::new(&bytes);
+        let instance = instance(class, &mut entropy);
+        let scratch = random_scratch(class, &mut entropy);
+        let mask = entropy.chance(160).then(|| LaneMask::from_fn(COUNT, |_| entropy.chance(128)));
+        let expected = call(&self.oracle, &instance, &scratch, mask.as_ref());
+        for engine in &self.engines {
+            let found = call(engine, &instance, &scratch, mask.as_ref());
+            if let Some(difference) = difference(class, &expected, &found) {
+                panic!("{name} at width {}: {difference}\n{text}", engine.width());
+            }
+        }
+    }
+}
+
+fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
+    (0..count).map(|_| entropy.constant(scalar).bits()).collect()
+}
+
+fn instance(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Arc<Instance> {
+    let arguments = class.members.iter().map(|place| {
+        let words = words(entropy, place.scalar, place.len as usize);
+        (place.name.as_str(), Value::from(Numbers::from_words(place.scalar, words)))
+    });
+    Instance::new(class, arguments.collect::<Vec<_>>()).expect("the members are its parameters")
+}
+
+fn random_scratch(class: &Class, entropy: &mut Entropy<'_>) -> LaneBlock {
+    let scalars = scratch_scalars(class);
+    let mut block = LaneBlock::new(scalars.len(), COUNT);
+    for (array, scalar) in scalars.iter().enumerate() {
+        let mut random = words(entropy, *scalar, COUNT);
+        if *scalar == Scalar::Bool {
+            random.iter_mut().for_each(|word| *word = word.wrapping_neg());
+        }
+        block.words_mut(array).copy_from_slice(&random);
+    }
+    block
+}
+
+fn scratch_scalars(class: &Class) -> Vec<Scalar> {
+    let places = class.scratch.iter();
+    places.flat_map(|place| std::iter::repeat_n(place.scalar, place.len as usize)).collect()
+}
+
+fn call(
+    engine: &Engine,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+) -> LaneBlock {
+    let program = engine.program(instance);
+    let kernel = program.kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+    let block = program.block(instance);
+    let mut scratch = scratch.clone();
+    let _budget_may_end = kernel.call(CallArguments {
+        state: &mut new_state(COUNT),
+        scratch: &mut scratch,
+        count: COUNT,
+        mask,
+        accepted: None,
+        instances: Instances::One(&block),
+        host: &mut HashHost::default(),
+    });
+    scratch
+}
+
+fn difference(class: &Class, expected: &LaneBlock, found: &LaneBlock) -> Option<String> {
+    let names = class.scratch.iter().flat_map(|place| {
+        (0..place.len).map(move |component| (format!("{}[{component}]", place.name), place.scalar))
+    });
+    for (array, (name, scalar)) in names.enumerate() {
+        for ray in 0..COUNT {
+            let (a, b) = (expected.words(array)[ray], found.words(array)[ray]);
+            let is_nan = |word| scalar == Scalar::F32 && f32::from_bits(word).is_nan();
+            if a != b && !(is_nan(a) && is_nan(b)) {
+                let show = |word| rtsl::Constant::from_bits(scalar, word);
+                return Some(format!(
+                    "{name} of ray {ray} is {:?} ({a:#x}), found {:?} ({b:#x})",
+                    show(a),
+                    show(b)
+                ));
+            }
+        }
+    }
+    None
+}
