@@ -2,8 +2,8 @@
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Compiler, Diagnostic, Engine, EngineOptions, Instance, Instances, LaneMask,
-    Method, Role, Shape, Value, lookup_state, new_state, set_defaults,
+    CallArguments, Compiler, Diagnostic, Diagnostics, Engine, EngineOptions, Instance, Instances,
+    LaneMask, Method, Role, Shape, Value, lookup_state, new_state, set_defaults,
 };
 
 const SPHERE: &str = "
@@ -36,7 +36,7 @@ fn main() {
 fn shoot(unit: &rtsl::Unit) -> Result<(), Diagnostic> {
     let class = unit.class("Ball")?;
     let parameters = vec![("radius", Value::from(2.0))];
-    let ball = Instance::new(class, parameters).map_err(|mut errors| errors.swap_remove(0))?;
+    let ball = Instance::new(class, parameters).map_err(first)?;
 
     let (engine, _warnings) = Engine::new(EngineOptions::default())?;
     let program = engine.program(&ball);
@@ -71,6 +71,10 @@ fn shoot(unit: &rtsl::Unit) -> Result<(), Diagnostic> {
         }
     }
     Ok(())
+}
+
+fn first(errors: Diagnostics) -> Diagnostic {
+    errors.into_vec().swap_remove(0)
 }
 
 fn first_component(state: &str) -> usize {

@@ -35,7 +35,8 @@ fn blocks(page: &str) -> Vec<Block> {
 fn pages() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folder = std::fs::read_dir(root.join("docs")).expect("docs/ is there");
-    let mut pages: Vec<PathBuf> = folder.map(|entry| entry.expect("it can be read").path()).collect();
+    let mut pages: Vec<PathBuf> =
+        folder.map(|entry| entry.expect("it can be read").path()).collect();
     pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
     pages.push(root.join("README.md"));
     pages.sort();
@@ -65,7 +66,9 @@ fn shader_texts_compile() {
             let name = format!("{}:{}", path.display(), block.line);
             let compilation = Compiler::default().compile(&name, &text);
             match value("fails=") {
-                None => assert!(compilation.diagnostics.is_empty(), "{}", compilation.report(false)),
+                None => {
+                    assert!(compilation.diagnostics.is_empty(), "{}", compilation.report(false))
+                }
                 Some(code) => assert!(
                     compilation.diagnostics.iter().any(|found| found.code.as_str() == code),
                     "{name} does not give {code}:\n{}",

@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use common::Agreement;
@@ -49,19 +50,17 @@ impl Text {
     }
 }
 
-/// All ways to choose the kinds of `count` operands; a part of them where there are many.
-fn choices(count: usize) -> Vec<Vec<Operand>> {
+/// Ways to choose the kinds of `count` operands, about as many as `most`; all varying, all uniform and all
+/// constant among them.
+fn choices(count: usize, most: usize) -> Vec<Vec<Operand>> {
     let total = 3usize.pow(count as u32);
-    let step = if total > 27 { 7 } else { 1 };
-    let choice = |mut index: usize| {
-        let mut operands = Vec::new();
-        for _ in 0..count {
-            operands.push(OPERANDS[index % 3]);
-            index /= 3;
-        }
-        operands
+    let mut chosen: BTreeSet<usize> = (0..total).step_by(total.div_ceil(most)).collect();
+    chosen.extend([0, (total - 1) / 2, total - 1]);
+    let kinds = |choice: usize| {
+        let digit = |place: u32| OPERANDS[choice / 3usize.pow(place) % 3];
+        (0..count as u32).map(digit).collect()
     };
-    (0..total).step_by(step).map(choice).collect()
+    chosen.into_iter().map(kinds).collect()
 }
 
 fn operand(kind: Operand, ty: SpecType, index: usize, salt: usize) -> String {
@@ -99,11 +98,21 @@ fn constant(ty: SpecType, salt: usize) -> String {
     }
 }
 
+/// How many kinds of operands are worth their time: the sizes of vectors are alike, and noise is long.
+fn most_choices(overload: &Overload) -> usize {
+    let long = matches!(overload.builtin.chapter, Chapter::Noise | Chapter::Sampling);
+    let alike = overload
+        .parameters
+        .iter()
+        .any(|parameter| matches!(parameter.ty, SpecType::Vec(_, 2 | 4) | SpecType::Mat(..)));
+    if long || alike { 3 } else { 9 }
+}
+
 fn builtin_text(overload: &Overload) -> String {
     let types: Vec<SpecType> = overload.parameters.iter().map(|parameter| parameter.ty).collect();
     let inputs = overload.parameters.iter().filter(|each| each.direction == Direction::In).count();
     let mut text = Text::new(&types);
-    for (salt, choice) in choices(inputs).into_iter().enumerate() {
+    for (salt, choice) in choices(inputs, most_choices(overload)).into_iter().enumerate() {
         let mut kinds = choice.into_iter();
         let mut arguments = Vec::new();
         for (index, parameter) in overload.parameters.iter().enumerate() {
@@ -126,8 +135,7 @@ fn builtin_text(overload: &Overload) -> String {
     text.class()
 }
 
-/// A chapter's functions; of the vector forms of functions that work component by component, one size
-/// is tried at length and the others with fewer kinds of operands.
+/// All functions of these chapters.
 fn check_chapters(chapters: &[Chapter]) {
     let agreement = Agreement::new(OptLevel::O1);
     let mut checked = 0;
@@ -180,14 +188,22 @@ fn colors_rays_noise_and_sampling() {
 }
 
 /// Tries `left operator right` with all kinds of operands.
-fn binary(agreement: &Agreement, operator: &str, left: SpecType, right: SpecType, result: SpecType) {
+fn binary(
+    agreement: &Agreement,
+    operator: &str,
+    left: SpecType,
+    right: SpecType,
+    result: SpecType,
+) {
     let mut text = Text::new(&[left, right]);
-    for (salt, kinds) in choices(2).into_iter().enumerate() {
+    for (salt, kinds) in choices(2, 9).into_iter().enumerate() {
         let a = operand(kinds[0], left, 0, salt);
         let b = operand(kinds[1], right, 1, salt + 2);
         let name = text.result(result);
         let _ = writeln!(text.body, "    {name} = {a} {operator} {b};");
-        if left == result && !matches!(operator, "<" | "<=" | ">" | ">=" | "==" | "!=" | "&&" | "||" | "^^") {
+        if left == result
+            && !matches!(operator, "<" | "<=" | ">" | ">=" | "==" | "!=" | "&&" | "||" | "^^")
+        {
             let name = text.result(result);
             let _ = writeln!(text.body, "    {name} = {a}; {name} {operator}= {b};");
         }
@@ -296,7 +312,8 @@ fn conversions_and_unary_operators() {
                     for step in ["++", "--"] {
                         let (before, after) = (text.result(source), text.result(source));
                         let _ = writeln!(text.body, "    {after} = {value};");
-                        let _ = writeln!(text.body, "    {before} = {step}{after} + {after}{step};");
+                        let _ =
+                            writeln!(text.body, "    {before} = {step}{after} + {after}{step};");
                     }
                 }
             }
@@ -315,7 +332,8 @@ fn indices() {
         SpecType::Vec(Scalar::Float, 4),
         SpecType::Mat(3, 3),
     ]);
-    text.members.push_str("public float table[7];\npublic vec2 grid[3][2];\nscratch float own[5];\n");
+    text.members
+        .push_str("public float table[7];\npublic vec2 grid[3][2];\nscratch float own[5];\n");
     for index in ["v0", "u0", "v1", "u1", "1", "v0 % 3", "int(v1 & 7u)"] {
         for (value, ty) in [
             (format!("v2[{index}]"), SpecType::Float),
@@ -329,7 +347,10 @@ fn indices() {
             let name = text.result(ty);
             let _ = writeln!(text.body, "    {name} = {value};");
         }
-        let _ = writeln!(text.body, "    own[{index}] = v2[1]; v2[{index}] += 1.0; v3[{index}].zx = v2.xy;");
+        let _ = writeln!(
+            text.body,
+            "    own[{index}] = v2[1]; v2[{index}] += 1.0; v3[{index}].zx = v2.xy;"
+        );
     }
     for seed in 0..8 {
         agreement.check("indices", &text.class(), seed);
