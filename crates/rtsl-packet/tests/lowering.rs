@@ -59,6 +59,89 @@ fn what_rays_share_is_done_once() {
 }
 
 #[test]
+fn branches_and_loops_that_rays_share_are_run_once() {
+    // The loop under the condition might not end, and no ray might come there: it stays.
+    check(
+        "function f member count: i32[1] member flag: bool[1] state rt_HitDistance: f32[1] {
+            %t: f32 = load state:rt_HitDistance@0
+            %count: i32 = load member:count@0 %flag: bool = load member:flag@0
+            %0: i32 = constant 0 %1: i32 = constant 1 %one: f32 = constant 1.0
+            %n: i32, %sum: i32 = loop (%i: i32 = %0, %s: i32 = %0) {
+                %more: i32 = add %s, %i
+                %next: i32 = add %i, %1
+                %again: bool = less %next, %count
+                repeat %again, %next, %more
+            }
+            %below: bool = less %t, %one
+            %a: i32 = if %below {
+                %m: i32 = loop (%j: i32 = %sum) {
+                    %k: i32 = multiply %j, %j
+                    %again2: bool = less %k, %count
+                    repeat %again2, %k
+                }
+                yield %m
+            } else {
+                yield %n
+            }
+            %b: i32 = if %flag {
+                %o: i32 = divide %sum, %count %p: i32 = divide %o, %sum
+                yield %p
+            } else {
+                %q: i32 = remainder %sum, %count
+                yield %q
+            }
+            %c: i32 = add %a, %b
+            %r: f32 = convert %c
+            return state:rt_HitDistance@0 = %r
+        }",
+        expect![[r#"
+            kernel f packet W=8 {
+              member count: i32[1] at 0
+              member flag: bool[1] at 1
+              state rt_HitDistance: f32xW[1] at 17
+              prologue {
+                %2 = load count[0] : i32
+                %3 = load flag[0] : bool
+                %4 = 0 : i32
+                %5 = 1 : i32
+                %6 = 1.0 : f32
+                %12, %13 = loop (%4, %4) (%7: i32, %8: i32) {
+                  %9 = add %8, %7 : i32
+                  %10 = add %7, %5 : i32
+                  %11 = less %10, %2 : bool
+                  yield %11, %10, %9
+                } : i32, i32
+                %23 = divide %13, %2 : i32
+                %24 = divide %23, %13 : i32
+                %25 = remainder %13, %2 : i32
+                %26 = select %3, %24, %25 : i32
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %14 = less %1, %6 : mask
+                %15 = and %0, %14 : mask
+                %16 = any %15 : bool
+                %22 = if %16 {
+                  %20 = loop (%13) (%17: i32) {
+                    %18 = multiply %17, %17 : i32
+                    %19 = less %18, %2 : bool
+                    yield %19, %18
+                  } : i32
+                  %21 = select %14, %20, %12 : i32xW
+                  yield %21
+                } else {
+                  yield %12
+                } : i32xW
+                %27 = add %22, %26 : i32xW
+                %28 = convert %27 : f32xW
+              }
+              rt_HitDistance[0] = %28
+            }
+        "#]],
+    );
+}
+
+#[test]
 fn in_the_stream_shape_members_are_lanes() {
     let kernel = lower(SHARED_WORK, Shape::Stream, 8).unwrap();
     assert!(kernel.prologue.ops.is_empty());

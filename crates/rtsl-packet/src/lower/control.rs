@@ -93,8 +93,7 @@ impl Lowering<'_> {
         }
         let condition = self.any(condition);
         let types = self.types_of(op.results.iter());
-        let results = self.push(OpKind::If { condition, then, otherwise }, &types, false);
-        Ok(results.iter().collect())
+        Ok(self.push_control(OpKind::If { condition, then, otherwise }, &types))
     }
 
     /// Runs `side` for the lanes that want it, if any does; gives its values there and
@@ -115,7 +114,9 @@ impl Lowering<'_> {
         let outer_open = std::mem::take(&mut self.open);
         let outer_mask = std::mem::replace(&mut self.mask, mask);
         let outer_diverged = std::mem::replace(&mut self.diverged, true);
+        self.depth += 1;
         let yields = self.lower_ops(side)?;
+        self.depth -= 1;
         let merged = match wanted {
             Wanted::True => self.select_each(condition, &yields, others),
             Wanted::False => self.select_each(condition, others, &yields),
@@ -159,7 +160,9 @@ impl Lowering<'_> {
 
     fn lower_region(&mut self, region: &rtsl_ir::Region) -> Result<Region, LowerError> {
         let outer = std::mem::take(&mut self.open);
+        self.depth += 1;
         let yields = self.lower_ops(region)?;
+        self.depth -= 1;
         let ops = std::mem::replace(&mut self.open, outer);
         Ok(Region { params: Vec::new(), ops, yields })
     }
@@ -207,14 +210,16 @@ impl Lowering<'_> {
         let types = self.types_of(body.params.iter().copied());
         let params: Vec<Value> = self.new_values(&types).iter().collect();
         let outer = self.open_loop(body, &params);
+        self.depth += 1;
         let mut yields = self.lower_ops(body)?;
+        self.depth -= 1;
         yields[0] = self.any(yields[0]);
         let ops = std::mem::replace(&mut self.open, outer);
         let kind = OpKind::Loop { initial, body: Region { params, ops, yields } };
         // What was lanes only at first is uniform after the last round.
         let types = self.types_of(op.results.iter());
-        let results = self.push(kind, &types, false);
-        self.set_results(op, &results.iter().collect::<Vec<_>>());
+        let results = self.push_control(kind, &types);
+        self.set_results(op, &results);
         Ok(())
     }
 
@@ -248,7 +253,9 @@ impl Lowering<'_> {
         let outer_open = self.open_loop(body, params);
         let outer_mask = std::mem::replace(&mut self.mask, live);
         let outer_diverged = std::mem::replace(&mut self.diverged, true);
+        self.depth += 1;
         let yields = self.lower_ops(body)?;
+        self.depth -= 1;
         let (again, next) = (yields[0], &yields[1..]);
         let still_live = self.and(live, again);
         let any = self.any(still_live);

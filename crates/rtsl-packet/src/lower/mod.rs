@@ -2,10 +2,12 @@
 //!
 //! Two places take operations: the prologue and the open region of the body. A pure operation
 //! goes to the prologue if all that it needs is there, whatever control stood around it: it is total,
-//! so that doing it in vain does no harm.
+//! so that doing it in vain does no harm. A loop, which might not end, goes there only if every ray
+//! runs it.
 
 mod control;
 mod cost;
+mod hoist;
 mod host;
 mod memory;
 mod nan_bits;
@@ -145,6 +147,8 @@ struct Lowering<'a> {
     mask: Value,
     /// Rays of the chunk may be off in the open region that are on in the chunk's mask.
     diverged: bool,
+    /// The number of branches and loops around the open region.
+    depth: u32,
 }
 
 impl<'a> Lowering<'a> {
@@ -163,6 +167,7 @@ impl<'a> Lowering<'a> {
             open: Vec::new(),
             mask: Value(0),
             diverged: false,
+            depth: 0,
         }
     }
 
@@ -290,6 +295,13 @@ impl<'a> Lowering<'a> {
         value
     }
 
+    /// Adds an `if` or a loop, to the prologue if it can be done there.
+    fn push_control(&mut self, kind: OpKind, types: &[Type]) -> Vec<Value> {
+        let ends = self.depth == 0 || !hoist::has_loop(&kind);
+        let hoist = ends && types.iter().all(|ty| !ty.lanes) && self.is_hoistable(&kind);
+        self.push(kind, types, hoist).iter().collect()
+    }
+
     /// Adds an operation without effects that gives one `scalar` a ray, or one for all.
     fn pure(&mut self, kind: OpKind, scalar: Scalar) -> Value {
         let lanes = self.gives_lanes(&kind);
@@ -306,17 +318,6 @@ impl<'a> Lowering<'a> {
         let mut from_operand = false;
         kind.for_each_operand(|operand| from_operand |= self.ty(operand).lanes);
         from_place || from_operand
-    }
-
-    /// Whether a pure uniform operation can be done in the prologue.
-    fn is_hoistable(&self, kind: &OpKind) -> bool {
-        let reads_slot = match kind {
-            OpKind::Load(place, _) => self.kernel.place(*place).place.kind == PlaceKind::Slot,
-            _ => false,
-        };
-        let mut operands_there = true;
-        kind.for_each_operand(|operand| operands_there &= self.hoisted[operand.0 as usize]);
-        operands_there && !reads_slot
     }
 
     fn push(&mut self, kind: OpKind, types: &[Type], hoist: bool) -> Values {
