@@ -133,8 +133,27 @@ fn many_unknown_names_are_answered_soon() {
 fn inherited_text_is_bounded() {
     let body = "rt_FloatTextureValue += 1.0;\n".repeat(1_000);
     let mut text = format!("class A : rt_Texture {{ void lookup() {{ {body} }} }};\n");
-    for index in 0..1_000 {
+    for index in 0..200 {
         let _ = writeln!(text, "class B{index} : A {{ }};");
     }
     assert!(codes(&text).contains(&"E0406"));
+}
+
+#[test]
+fn implied_methods_are_bounded() {
+    let mut text = String::new();
+    for index in 0..3_000 {
+        let _ = write!(text, "class A{index}:rt_Material{{void BSDF(){{}}}};");
+    }
+    assert!(codes(&text).contains(&"E0406"));
+}
+
+#[test]
+fn long_lists_are_answered_soon() {
+    let labels: String = (0..3_000).map(|value| format!("case {value}: ")).collect();
+    assert_eq!(codes(&method(&format!("switch (1) {{ {labels} break; }}"))), [""; 0]);
+    let bases = vec!["rt_Texture"; 3_000].join(", ");
+    assert_eq!(codes(&format!("class A : {bases};")).len(), 200);
+    let arguments = vec!["1.0"; 3_000].join(", ");
+    assert_eq!(codes(&method(&format!("rt_FloatTextureValue = sin({arguments});"))), ["E0211"]);
 }

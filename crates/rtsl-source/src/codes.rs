@@ -153,6 +153,7 @@ diagnostics! {
     E0404 TYPE_TOO_LARGE "a type beyond the limits";
     E0405 CONSTANT_TOO_LONG "a constant that takes too long to compute";
     E0406 TOO_MUCH_INHERITED "classes that inherit too much";
+    E0407 TOO_MANY_OVERLOADS "too many functions of one name";
     E0451 TOO_MUCH_CODE "a method that becomes too large";
     E0452 CALLS_TOO_DEEP "statements, expressions or calls in one another without end";
     E0453 TOO_MUCH_DATA "variables or members that are too large";

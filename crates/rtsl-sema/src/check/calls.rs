@@ -18,6 +18,9 @@ use crate::hir::{
     BuiltinCall, Expression, ExpressionKind, FunctionId, Local, LocalId, Passing, Type,
 };
 
+/// How many arguments of a call diagnostics show.
+const SHOWN_ARGUMENTS: usize = 8;
+
 /// What a call was found to mean, free of borrows.
 enum Target {
     Function(FunctionId),
@@ -255,7 +258,11 @@ impl Checker<'_> {
     }
 
     fn show_arguments(&self, arguments: &[Expression]) -> String {
-        let types: Vec<String> = arguments.iter().map(|each| self.show(&each.ty)).collect();
+        let shown = arguments.iter().take(SHOWN_ARGUMENTS);
+        let mut types: Vec<String> = shown.map(|each| self.show(&each.ty)).collect();
+        if arguments.len() > SHOWN_ARGUMENTS {
+            types.push(format!("and {} more", arguments.len() - SHOWN_ARGUMENTS));
+        }
         types.join(", ")
     }
 
@@ -308,7 +315,7 @@ impl Checker<'_> {
             codes::NO_MATCHING_FUNCTION,
             format!("no `{name}` takes `({})`", self.show_arguments(arguments)),
         );
-        for argument in arguments {
+        for argument in arguments.iter().take(SHOWN_ARGUMENTS) {
             diagnostic =
                 diagnostic.label(argument.span, format!("this is `{}`", self.show(&argument.ty)));
         }

@@ -65,7 +65,7 @@ impl<'a> Checker<'a> {
         functions.extend(self.declare_constructors(&items));
         self.check_bodies(&functions);
         self.check_misspelled_methods(&functions);
-        self.add_implied_methods();
+        self.add_implied_methods(class);
         self.close_class(class);
     }
 
@@ -236,13 +236,18 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn add_implied_methods(&mut self) {
+    fn add_implied_methods(&mut self, class: &ast::Class) {
         let present: Vec<Method> = self
             .class
             .iter()
             .flat_map(|class| class.methods.iter().map(|(method, _)| *method))
             .collect();
         let implied = self.implied_functions(&present);
+        let functions: Vec<&ast::Function> =
+            implied.iter().map(|(function, _)| *function).collect();
+        if !self.spend_implied(&functions, class) {
+            return;
+        }
         let outer = std::mem::replace(&mut self.in_prelude, true);
         let mut declared = Vec::new();
         for (function, method) in implied {

@@ -1,5 +1,6 @@
 //! Declarations: what stands at file scope, structs, constants, variables of functions.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -58,22 +59,22 @@ impl<'a> Checker<'a> {
     /// Declares a struct in the innermost scope.
     pub(super) fn declare_struct(&mut self, declaration: &ast::Struct) -> Option<StructId> {
         let mut fields: Vec<(String, Type)> = Vec::new();
-        let mut spans: Vec<Span> = Vec::new();
+        let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
         let mut failed = false;
         for field in &declaration.fields {
             let ty = self.resolve_type(&field.ty, TypePlace::Field);
             failed |= ty == Type::Error;
             self.check_name_free_to_use(&field.name);
-            if let Some(first) = fields.iter().position(|(name, _)| *name == field.name.name) {
+            if let Some(&first) = spans.get(field.name.name.as_str()) {
                 let name = &field.name.name;
                 self.report(
                     Diagnostic::new(codes::DECLARED_TWICE, format!("`{name}` is declared twice"))
                         .at(field.name.span, "declared again here")
-                        .label(spans[first], "a field of that name is declared here"),
+                        .label(first, "a field of that name is declared here"),
                 );
                 continue;
             }
-            spans.push(field.name.span);
+            spans.insert(&field.name.name, field.name.span);
             fields.push((field.name.name.clone(), ty));
         }
         if failed || fields.is_empty() {

@@ -117,6 +117,9 @@ impl FunctionContext {
 /// The name of the function that makes an instance ready.
 pub(super) const CONSTRUCTOR: &str = "constructor";
 
+/// The most functions of one name in one scope.
+const MAX_OVERLOADS: usize = 64;
+
 /// What a function's header says.
 struct Signature {
     result: Type,
@@ -286,6 +289,17 @@ impl Checker<'_> {
                 return Some(Existing::Taken);
             }
         };
+        if ids.len() >= MAX_OVERLOADS {
+            self.report(
+                Diagnostic::new(
+                    codes::TOO_MANY_OVERLOADS,
+                    format!("there are too many functions called `{}`", name.name),
+                )
+                .at(name.span, "one too many")
+                .note(format!("the limit is {MAX_OVERLOADS}")),
+            );
+            return Some(Existing::Taken);
+        }
         let same = ids.iter().copied().find(|id| {
             let function = self.function(*id);
             let types = function.locals[..function.parameters.len()].iter().map(|local| &local.ty);

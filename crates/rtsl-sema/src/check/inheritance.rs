@@ -1,5 +1,7 @@
 //! Bases: roles, and the one class whose items a class takes over.
 
+use std::collections::BTreeSet;
+
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::Role;
 use rtsl_syntax::ast;
@@ -10,7 +12,7 @@ use super::suggestions::suggest;
 
 /// How many bytes of inherited text one unit may have checked again: many classes that inherit a
 /// long text would make a compiler's work the product of both.
-pub(super) const INHERITED_TEXT_LIMIT: usize = 8 << 20;
+pub(super) const INHERITED_TEXT_LIMIT: usize = 2 << 20;
 
 /// The longest chain of classes that inherit from each other.
 const MAX_CHAIN: usize = 16;
@@ -39,8 +41,9 @@ impl<'a> Checker<'a> {
     pub(super) fn check_bases(&mut self, class: &ast::Class) -> Bases {
         let mut bases = Bases::default();
         let mut roles = Vec::new();
-        for (index, base) in class.bases.iter().enumerate() {
-            if class.bases[..index].iter().any(|other| other.name == base.name) {
+        let mut named: BTreeSet<&str> = BTreeSet::new();
+        for base in &class.bases {
+            if !named.insert(&base.name) {
                 self.report_bases(format!("`{}` is named twice", base.name), base, "again here");
             } else if let Some(role) = Role::from_class(&base.name) {
                 roles.push(role);
@@ -139,40 +142,58 @@ impl<'a> Checker<'a> {
     }
 
     fn spend_inherited(&mut self, ancestor: &ast::Class, class: &ast::Class) -> bool {
-        let bytes: usize = ancestor.items.iter().map(text_length).sum();
-        match self.inheritable.checked_sub(bytes) {
-            Some(left) => {
-                self.inheritable = left;
-                true
-            }
-            None => {
-                self.report(
-                    Diagnostic::new(
-                        codes::TOO_MUCH_INHERITED,
-                        "the classes of this file inherit too much text",
-                    )
-                    .at(class.span, format!("`{}` cannot be copied again", ancestor.name.name))
-                    .note(format!("the limit is {INHERITED_TEXT_LIMIT} bytes in all")),
-                );
-                false
-            }
+        let bytes = ancestor.items.iter().map(item_length).sum();
+        self.spend_copied(bytes, &ancestor.name.name, class)
+    }
+
+    /// Pays for the implied methods that a class gets; whether that was possible.
+    pub(super) fn spend_implied(
+        &mut self,
+        functions: &[&ast::Function],
+        class: &ast::Class,
+    ) -> bool {
+        let bytes = functions.iter().map(|function| function_length(function)).sum();
+        self.spend_copied(bytes, "rt_Material", class)
+    }
+
+    fn spend_copied(&mut self, bytes: usize, copied: &str, class: &ast::Class) -> bool {
+        let left = self.inheritable.checked_sub(bytes);
+        if left.is_none() {
+            self.report(
+                Diagnostic::new(
+                    codes::TOO_MUCH_INHERITED,
+                    "the classes of this file inherit too much text",
+                )
+                .at(class.span, format!("`{copied}` cannot be copied again"))
+                .note(format!("the limit is {INHERITED_TEXT_LIMIT} bytes in all")),
+            );
         }
+        self.inheritable = left.unwrap_or(self.inheritable);
+        left.is_some()
     }
 }
 
-/// About how much text an item is; at least some, so that every item counts. Items that macros
-/// made count by what they come to, which the number of their statements bounds.
-fn text_length(item: &ast::Item) -> usize {
-    const LEAST: usize = 16;
-    const PER_STATEMENT: usize = 32;
-    let (span, statements) = match item {
-        ast::Item::Struct(declaration) => (declaration.span, 0),
-        ast::Item::Variable(variable) => (variable.span, 0),
-        ast::Item::Class(class) => (class.span, 0),
-        ast::Item::Function(function) => match &function.body {
-            Some(body) => (body.span, body.statements.len()),
-            None => (function.span, 0),
-        },
+/// An item counts as some text at least.
+const LEAST_LENGTH: usize = 16;
+
+/// About how much text an item is.
+fn item_length(item: &ast::Item) -> usize {
+    let span = match item {
+        ast::Item::Struct(declaration) => declaration.span,
+        ast::Item::Variable(variable) => variable.span,
+        ast::Item::Class(class) => class.span,
+        ast::Item::Function(function) => return function_length(function),
     };
-    (span.end.saturating_sub(span.start) as usize).max(statements * PER_STATEMENT).max(LEAST)
+    (span.end.saturating_sub(span.start) as usize).max(LEAST_LENGTH)
+}
+
+/// About how much text a function is. What macros made counts by the number of its statements.
+fn function_length(function: &ast::Function) -> usize {
+    const PER_STATEMENT: usize = 32;
+    let (span, statements) = match &function.body {
+        Some(body) => (body.span, body.statements.len()),
+        None => (function.span, 0),
+    };
+    let bytes = span.end.saturating_sub(span.start) as usize;
+    bytes.max(statements * PER_STATEMENT).max(LEAST_LENGTH)
 }

@@ -1,5 +1,7 @@
 //! Members: storage, initial values, annotations.
 
+use std::collections::BTreeSet;
+
 use rtsl_ir::Constant;
 use rtsl_ir::class::{Annotation, AnnotationValue};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -156,9 +158,10 @@ impl Checker<'_> {
     /// The annotations of a member or parameter, values folded.
     pub(super) fn check_annotations(&mut self, written: &[ast::Annotation]) -> Vec<Annotation> {
         let mut annotations: Vec<Annotation> = Vec::new();
+        let mut keys: BTreeSet<&str> = BTreeSet::new();
         for annotation in written {
             let key = &annotation.key;
-            if annotations.iter().any(|other| other.key == key.name) {
+            if !keys.insert(&key.name) {
                 self.report(
                     Diagnostic::new(
                         codes::DECLARED_TWICE,

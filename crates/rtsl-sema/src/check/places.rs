@@ -15,6 +15,10 @@ use super::suggestions::{counterpart, suggest};
 use super::types::{builtin_type, leaf_count};
 use crate::hir::{Expression, ExpressionKind, LocalId, MemberId, StructId, Type};
 
+/// Larger parts of constants stay parts of the whole, which is shared, so that naming them often does
+/// not copy them often.
+const FOLDED_LEAVES: usize = 16;
+
 /// GLSL's three sets of component names.
 const COMPONENT_SETS: [&str; 3] = ["xyzw", "rgba", "stpq"];
 
@@ -156,8 +160,10 @@ impl Checker<'_> {
         element: Type,
         span: Span,
     ) -> Expression {
-        if let (Some(index), ExpressionKind::Constant(values)) = (constant, &base.kind) {
-            let count = leaf_count(&self.struct_info, &element) as usize;
+        let count = leaf_count(&self.struct_info, &element) as usize;
+        if let (Some(index), ExpressionKind::Constant(values)) = (constant, &base.kind)
+            && count <= FOLDED_LEAVES
+        {
             let start = index.bits() as usize * count;
             let values: Arc<[Constant]> = values[start..start + count].into();
             return Expression { kind: ExpressionKind::Constant(values), ty: element, span };
@@ -285,7 +291,9 @@ impl Checker<'_> {
             return error_expression(span);
         };
         let ty = declared.fields[index].1.clone();
-        if let ExpressionKind::Constant(values) = &base.kind {
+        if let ExpressionKind::Constant(values) = &base.kind
+            && self.leaf_count(&ty) as usize <= FOLDED_LEAVES
+        {
             let before = declared.fields[..index].iter();
             let start: u32 = before.map(|(_, ty)| self.leaf_count(ty)).sum();
             let end = start + self.leaf_count(&ty);

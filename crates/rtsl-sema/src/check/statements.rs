@@ -1,5 +1,7 @@
 //! Statements.
 
+use std::collections::BTreeMap;
+
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, StatementKind as Ast};
@@ -188,7 +190,7 @@ impl Checker<'_> {
         };
         self.scopes.push();
         self.function.switch_depth += 1;
-        let mut labels = Vec::new();
+        let mut labels = BTreeMap::new();
         let mut checked = Vec::new();
         let mut last_falls = true;
         for case in cases {
@@ -213,15 +215,14 @@ impl Checker<'_> {
         &mut self,
         case: &ast::SwitchCase,
         selects: Option<Scalar>,
-        labels: &mut Vec<(Option<u32>, Span)>,
+        labels: &mut BTreeMap<Option<u32>, Span>,
     ) -> Option<Constant> {
         let value = match &case.label {
             Some(label) => Some(self.check_label_value(label, selects)?),
             None => None,
         };
         let key = value.map(Constant::bits);
-        if let Some((_, first)) = labels.iter().find(|(other, _)| *other == key) {
-            let first = *first;
+        if let Some(&first) = labels.get(&key) {
             let what = match value {
                 Some(Constant::I32(value)) => format!("`case {value}`"),
                 Some(value) => format!("`case {}u`", value.bits()),
@@ -233,7 +234,7 @@ impl Checker<'_> {
                     .label(first, "occurs first here"),
             );
         } else {
-            labels.push((key, case.span));
+            labels.insert(key, case.span);
         }
         value
     }
