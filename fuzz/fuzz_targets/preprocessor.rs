@@ -1,0 +1,9 @@
+#![no_main]
+
+#[path = "../shared/text.rs"]
+#[allow(dead_code, reason = "each target runs one of its functions")]
+mod text;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    text::preprocessor(data);
+});

@@ -1,0 +1,61 @@
+//! What is done with any text that claims to be a shader.
+
+use rtsl::{
+    Backend, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions, MemoryLoader,
+    Shape, Target,
+};
+use rtsl_source::{Diagnostics, SourceMap, render};
+use rtsl_syntax::{parse, print};
+
+/// Directives, macros and includes: the text can include itself by another name.
+pub fn preprocessor(data: &[u8]) {
+    let text = String::from_utf8_lossy(data).into_owned();
+    let repeatable = format!("#pragma once(off)\n{text}");
+    let files = [("again.rtsl", text.clone()), ("repeat.rtsl", repeatable)];
+    let start = format!("#include \"again.rtsl\"\n#include \"repeat.rtsl\"\n{text}");
+    read(&start, files.map(|(name, text)| (name.to_owned(), text)));
+}
+
+/// The grammar.
+pub fn parser(data: &[u8]) {
+    read(&String::from_utf8_lossy(data), []);
+}
+
+fn read<const N: usize>(text: &str, files: [(String, String); N]) {
+    let mut map = SourceMap::new();
+    let file = map.add("fuzz.rtsl", text);
+    let mut loader = MemoryLoader { files: files.into_iter().collect() };
+    let mut diagnostics = Diagnostics::new();
+    let unit = parse(&mut map, file, &mut loader, &mut diagnostics);
+    print::print(&unit);
+    render::all_to_text(&map, diagnostics.iter(), false);
+}
+
+/// Every stage up to LLVM text. Gives whether the text compiled.
+pub fn compile(data: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(data);
+    let options = CompilerOptions { loop_budget: Some(1000), ..CompilerOptions::default() };
+    let compiler = Compiler::new(options);
+    let compilation = compiler.compile_with("fuzz.rtsl", &text, &mut MemoryLoader::default());
+    compilation.report(false);
+    let Some(unit) = &compilation.unit else { return false };
+    let options = EngineOptions {
+        backend: Backend::Interpreter,
+        width: Some(4),
+        loop_budget: Some(1000),
+        ..EngineOptions::default()
+    };
+    let (engine, _) = Engine::new(options).expect("the interpreter is always there");
+    for class in unit.classes() {
+        let program = engine.program_of_class(class);
+        for method in class.methods.keys().copied() {
+            for shape in Shape::ALL {
+                let target = Target::by_name("x86-64-v3");
+                let request = EmitRequest { emit: Emit::Llvm, method, shape, target };
+                // A limit may be passed; that is an error, not a failure.
+                let _ = program.emit(&request);
+            }
+        }
+    }
+    true
+}
