@@ -5,6 +5,7 @@ use rtsl_source::Span;
 use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Operation, Special};
 
 use super::Lowering;
+use super::calls::Argument;
 use super::limits::Lowered;
 use super::state::state_id;
 use crate::hir::{BuiltinCall, Expression, FunctionId, Type};
@@ -46,12 +47,14 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        let (arguments, targets) = self.lower_arguments(function, arguments)?;
+        let (arguments, targets) = self.lower_arguments(function, arguments, &[])?;
         let count = arguments.iter().map(Vec::len).max().unwrap_or(0);
         let mut result = Vec::with_capacity(count);
         let mut outputs: Vec<Option<Vec<Value>>> = vec![None; arguments.len()];
         for component in 0..count {
-            let scalars = arguments.iter().map(|values| vec![values[component % values.len()]]);
+            let scalars = arguments
+                .iter()
+                .map(|values| Argument::Values(vec![values[component % values.len()]]));
             let returned = self.call(function, scalars.collect(), span)?;
             result.extend(returned.result);
             for (all, output) in outputs.iter_mut().zip(returned.outputs) {

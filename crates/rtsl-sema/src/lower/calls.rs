@@ -8,6 +8,7 @@ use super::access::Access;
 use super::cells::Cell;
 use super::facts::Root;
 use super::limits::{self, Lowered};
+
 use super::variables::VariableId;
 use crate::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 
@@ -33,6 +34,14 @@ pub(super) struct Jumps {
     pub continued: Option<Cell>,
 }
 
+/// What a parameter begins with.
+pub(super) enum Argument {
+    Values(Vec<Value>),
+    /// A variable that lies in a place of the host's and that neither side writes: the parameter is
+    /// that variable, and large tables are not copied.
+    Shared(VariableId),
+}
+
 /// For each parameter where it is copied out to.
 pub(super) type Targets = Vec<Option<Access>>;
 
@@ -51,22 +60,51 @@ impl<'m> Lowering<'m> {
         arguments: &'m [Expression],
         span: Span,
     ) -> Lowered<Vec<Value>> {
-        let (values, targets) = self.lower_arguments(id, arguments)?;
-        let returned = self.call(id, values, span)?;
+        let shared = self.shared_arguments(id, arguments)?;
+        let (values, targets) = self.lower_arguments(id, arguments, &shared)?;
+        let values = values.into_iter().zip(shared).map(|(values, shared)| match shared {
+            Some(variable) => Argument::Shared(variable),
+            None => Argument::Values(values),
+        });
+        let returned = self.call(id, values.collect(), span)?;
         self.copy_out(targets, returned.outputs)?;
         Ok(returned.result)
     }
 
-    /// The values of the arguments, and the targets of those that are copied out.
+    /// For each argument the variable that the parameter can be.
+    fn shared_arguments(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+    ) -> Lowered<Vec<Option<VariableId>>> {
+        let facts = self.facts.of(id);
+        let mut shared = Vec::with_capacity(arguments.len());
+        for (local, argument) in (0..).map(LocalId).zip(arguments) {
+            let wanted = facts.indexed.contains(&Root::Local(local))
+                && !facts.written_locals.contains(&local)
+                && self.function(id).parameters[local.0 as usize] == Passing::In;
+            shared.push(if wanted { self.place_of(argument)? } else { None });
+        }
+        Ok(shared)
+    }
+
+    /// The values of the arguments but for shared ones, and the targets of those that are copied out.
     pub fn lower_arguments(
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
+        shared: &[Option<VariableId>],
     ) -> Lowered<(Vec<Vec<Value>>, Targets)> {
         let function = self.function(id);
         let mut values = Vec::with_capacity(arguments.len());
         let mut targets = Vec::with_capacity(arguments.len());
-        for (argument, passing) in arguments.iter().zip(&function.parameters) {
+        for (index, argument) in arguments.iter().enumerate() {
+            if shared.get(index).is_some_and(Option::is_some) {
+                values.push(Vec::new());
+                targets.push(None);
+                continue;
+            }
+            let passing = function.parameters[index];
             let target = match passing {
                 Passing::In => None,
                 Passing::Out | Passing::InOut => self.lower_access(argument)?,
@@ -98,7 +136,7 @@ impl<'m> Lowering<'m> {
     pub fn call(
         &mut self,
         id: FunctionId,
-        arguments: Vec<Vec<Value>>,
+        arguments: Vec<Argument>,
         span: Span,
     ) -> Lowered<Returned> {
         self.enter(span)?;
@@ -106,8 +144,15 @@ impl<'m> Lowering<'m> {
         let caller = std::mem::replace(&mut self.frame, frame);
         let function = self.function(id);
         for (local, argument) in (0..).map(LocalId).zip(&arguments) {
-            let variable = self.local_variable(local, span)?;
-            self.set_variable(variable, argument);
+            match argument {
+                Argument::Values(values) => {
+                    let variable = self.local_variable(local, span)?;
+                    self.set_variable(variable, values);
+                }
+                Argument::Shared(variable) => {
+                    self.frame.locals[local.0 as usize] = Some(*variable);
+                }
+            }
         }
         self.lower_list(&function.body)?;
         let returned = self.leave_frame(function)?;
@@ -189,6 +234,7 @@ impl<'m> Lowering<'m> {
     ) -> Lowered<Vec<Value>> {
         let function = find_function(self.module, name, parameters);
         let id = function.unwrap_or_else(|| panic!("the prelude has {name}"));
+        let arguments = arguments.into_iter().map(Argument::Values).collect();
         Ok(self.call(id, arguments, span)?.result)
     }
 

@@ -98,6 +98,15 @@ impl<'m> Lowering<'m> {
         if let Some(access) = self.lower_access(expression)? {
             return self.read(&access);
         }
+        if let ExpressionKind::Index(_, index) = &expression.kind
+            && !matches!(index.kind, ExpressionKind::Constant(_))
+            && element_count(&whole.ty).is_some_and(|count| count > CHOICE)
+            && let Some(table) = self.place_of(whole)?
+        {
+            let index = self.lower_scalar(index)?;
+            let access = Access::element(table, index, &whole.ty, &expression.ty, whole.span);
+            return self.read(&access);
+        }
         let values = self.lower_expression(whole)?;
         match &expression.kind {
             ExpressionKind::Swizzle(_, components) => {

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Constant, PlaceKind};
+use rtsl_ir::{Constant, PlaceKind, UnaryOp, evaluate};
 use rtsl_source::Span;
 
 use super::access::Access;
 use super::facts::Root;
 use super::limits::Lowered;
-use super::variables::VariableId;
+use super::variables::{Storage as InPlace, VariableId};
 use super::{Lowering, Purpose};
-use crate::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type};
+use crate::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 
 /// Tables of constants that the class indexes dynamically. They become members that only the
 /// initializer sets, so that one copy serves all rays.
@@ -93,12 +93,35 @@ impl<'m> Lowering<'m> {
             ExpressionKind::Local(id) => self.local_variable(*id, root.span),
             ExpressionKind::Member(id) => self.member_variable(*id),
             ExpressionKind::State(id) => self.state_variable(*id, root.span),
-            ExpressionKind::Constant(values) => {
-                let name = self.tables.borrow_mut().intern(&root.ty, values);
-                self.new_place_variable(&name, &root.ty, PlaceKind::Member, root.span)
+            _ => {
+                let values = constants_of(root).expect("only names and tables are roots");
+                self.table_variable(&root.ty, &values, root.span)
             }
-            _ => unreachable!("only names and tables are roots"),
         }
+    }
+
+    fn table_variable(
+        &mut self,
+        ty: &Type,
+        values: &Arc<[Constant]>,
+        span: Span,
+    ) -> Lowered<VariableId> {
+        let name = self.tables.borrow_mut().intern(ty, values);
+        self.new_place_variable(&name, ty, PlaceKind::Member, span)
+    }
+
+    /// The variable in a place of the host's that an array is: a member, or a table of constants.
+    pub fn place_of(&mut self, array: &Expression) -> Lowered<Option<VariableId>> {
+        let variable = match &array.kind {
+            ExpressionKind::Member(_) | ExpressionKind::Local(_) => self.root_variable(array)?,
+            _ if self.purpose == Purpose::Initializer => return Ok(None),
+            _ => match constants_of(array) {
+                Some(values) => self.table_variable(&array.ty, &values, array.span)?,
+                None => return Ok(None),
+            },
+        };
+        let in_place = matches!(self.variable(variable).storage, InPlace::Places(_));
+        Ok(in_place.then_some(variable))
     }
 
     fn member(&self, id: MemberId) -> &'m Member {
@@ -153,6 +176,58 @@ impl<'m> Lowering<'m> {
     fn is_indexed(&self, id: MemberId) -> bool {
         self.indexed.contains(&Root::Member(id))
     }
+}
+
+/// The scalars of an expression made of constants alone, element by element and field by field.
+fn constants_of(expression: &Expression) -> Option<Arc<[Constant]>> {
+    if let ExpressionKind::Constant(values) = &expression.kind {
+        return Some(values.clone());
+    }
+    let mut values = Vec::new();
+    collect_constants(expression, &mut values)?;
+    Some(values.into())
+}
+
+/// Appends the scalars; `None` where they are not plainly constants.
+fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Option<()> {
+    match (&expression.kind, &expression.ty) {
+        (ExpressionKind::Constant(constants), _) => values.extend_from_slice(constants),
+        (ExpressionKind::Construct(parts), Type::Array(..) | Type::Struct(_)) => {
+            for part in parts {
+                collect_constants(part, values)?;
+            }
+        }
+        (ExpressionKind::Construct(parts), Type::Vector(scalar, size)) => {
+            let first = values.len();
+            for part in parts {
+                collect_constants(part, values)?;
+            }
+            let plain = values[first..].iter().all(|value| value.scalar() == *scalar);
+            if !plain || values.len() - first != usize::from(*size) {
+                return None;
+            }
+        }
+        (ExpressionKind::Convert(value), Type::Scalar(to)) => {
+            let mut from = Vec::new();
+            collect_constants(value, &mut from)?;
+            let [from] = *from else { return None };
+            values.push(if from.scalar() == *to {
+                from
+            } else {
+                Constant::from_bits(*to, evaluate::convert(from.scalar(), *to)(from.bits()))
+            });
+        }
+        (ExpressionKind::Unary(UnaryOperator::Negate, value), _) => {
+            let first = values.len();
+            collect_constants(value, values)?;
+            for value in &mut values[first..] {
+                let negate = evaluate::unary(UnaryOp::Negate, value.scalar())?;
+                *value = Constant::from_bits(value.scalar(), negate(value.bits()));
+            }
+        }
+        _ => return None,
+    }
+    Some(())
 }
 
 /// Whether scratch holds what an earlier method has left. `intersect` starts afresh for every object, so that the

@@ -6,8 +6,10 @@ use rtsl_source::Span;
 use super::Lowering;
 use super::calls::Jumps;
 use super::cells::Cell;
+use super::facts::Root;
 use super::limits::Lowered;
-use crate::hir::{Expression, LocalId, Statement, StatementKind};
+use super::variables::VariableId;
+use crate::hir::{Expression, ExpressionKind, LocalId, Statement, StatementKind};
 
 /// Up to this many regions deep, what follows an `if` that ends in a jump becomes its other branch; deeper
 /// down flags take over, so that a long list of `if (...) return` does not nest without end.
@@ -163,6 +165,10 @@ impl<'m> Lowering<'m> {
         value: Option<&'m Expression>,
         statement: &Statement,
     ) -> Lowered<()> {
+        if let Some(table) = self.table_for(local, value)? {
+            self.frame.locals[local.0 as usize] = Some(table);
+            return Ok(());
+        }
         let variable = self.local_variable(local, statement.span)?;
         let values = match value {
             Some(value) => self.lower_precisely(self.is_precise(local), value)?,
@@ -173,6 +179,23 @@ impl<'m> Lowering<'m> {
         };
         self.set_variable(variable, &values);
         Ok(())
+    }
+
+    /// For an array of constants that nothing writes and that wants memory: the table that it can be.
+    fn table_for(
+        &mut self,
+        local: LocalId,
+        value: Option<&'m Expression>,
+    ) -> Lowered<Option<VariableId>> {
+        let (Some(value), Some(function)) = (value, self.frame.id) else { return Ok(None) };
+        let facts = self.facts.of(function);
+        // A `switch` has made its variables before, since it may jump over declarations.
+        let wanted = facts.indexed.contains(&Root::Local(local))
+            && !facts.written_locals.contains(&local)
+            && self.frame.locals[local.0 as usize].is_none();
+        // Another variable may be written while this one lives, so it is no other name for it.
+        let named = matches!(value.kind, ExpressionKind::Member(_) | ExpressionKind::Local(_));
+        if wanted && !named { self.place_of(value) } else { Ok(None) }
     }
 
     fn lower_return(&mut self, value: Option<&'m Expression>) -> Lowered<()> {

@@ -79,6 +79,45 @@ fn tables_of_constants_are_members() {
     assert_eq!(class.parameters.len(), 0);
 }
 
+#[test]
+fn tables_are_not_copied_for_calls_and_variables() {
+    let text = "class T : rt_Texture; public float knots[40];
+        float at(float table[40], int i) { return table[i] + table[i + 1]; }
+        float own(int i) { float weights[6] = float[6](1.0, 4.0, 6.0, 4.0, 1.0, 9.0); return weights[i]; }
+        float changed(float table[40], int i) { table[i] = 1.0; return table[i + 1]; }
+        float given(float table[6], int i) { return table[i]; }
+        void lookup() {
+            int i = int(rt_TextureUV.x);
+            rt_FloatTextureValue = at(knots, i) + own(i) + given(float[6](1.0, 2.0, 3.0, 4.0, 5.0, 6.0), i)
+                + float[5](1, 2, -3, 4, 5)[i];
+            rt_TextureColor = color(1.0);
+        }
+        void unused() { changed(knots, 1); }";
+    let class = class(text);
+    let printed = text_of(&class, Method::Lookup);
+    assert_eq!(count(&printed, "slot") + count(&printed, "store"), 0, "{printed}");
+    let mut machine = Machine::instance(&class);
+    let knots: Vec<f32> = (0..40).map(|i| i as f32 * 100.0).collect();
+    machine.set(PlaceKind::Member, "knots", &knots).set_state("rt_TextureUV", &[2.0, 0.0]);
+    machine.run(&class.methods[&Method::Lookup]);
+    assert_eq!(machine.state("rt_FloatTextureValue"), [506.0]);
+}
+
+#[test]
+fn a_table_that_is_written_is_the_rays_own() {
+    let helper = "public float knots[6] = float[6](1.0, 2.0, 3.0, 4.0, 5.0, 6.0);
+        float changed(float table[6], int i) { table[i] = 10.0; return table[i] + table[i + 1]; }";
+    let body = "int i = int(u); result = changed(knots, i) + knots[i] * 100.0;";
+    assert_eq!(eval_with(helper, body, 2.0), 14.0 + 300.0);
+    let helper = "void set(inout float x) { x = 7.0; }";
+    let body = "float t[6] = float[6](1.0, 2.0, 3.0, 4.0, 5.0, 6.0); set(t[int(u)]); result = t[int(u)] + t[0];";
+    assert_eq!(eval_with(helper, body, 2.0), 8.0);
+    let body = "switch (int(u)) { case 0: float t[6] = float[6](1.0, 2.0, 3.0, 4.0, 5.0, 6.0); default: \
+                result = t[int(u)] + 1.0; }";
+    assert_eq!(eval_with("", body, 0.0), 2.0);
+    assert_eq!(eval_with("", body, 3.0), 1.0);
+}
+
 const MEMBERS: &str = "class T : rt_Texture;
     public float scale = 2.0;
     private float table[6];
