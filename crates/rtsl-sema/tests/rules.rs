@@ -420,7 +420,7 @@ fn constant_expressions() {
         ("E0403", value("float a[-1]; a[0] = 1.0;", "1.0")),
         ("E0204", value("float a[2.0]; a[0] = 1.0;", "1.0")),
         (
-            "E0201",
+            "E0234",
             "class C : rt_Texture;\nconst int A = B;\nconst int B = A;\nvoid lookup() { }\n"
                 .to_owned(),
         ),

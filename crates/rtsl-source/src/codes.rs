@@ -130,6 +130,7 @@ diagnostics! {
     E0231 MISPLACED_ANNOTATION "an annotation on something that no host sets";
     E0232 MISPLACED_DEFAULT "a default value on a parameter that cannot have one";
     E0233 EMPTY_STRUCT "a struct without fields";
+    E0234 CIRCULAR_DECLARATION "a constant or struct that needs itself";
     E0301 UNKNOWN_BASE "a base that is no class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";

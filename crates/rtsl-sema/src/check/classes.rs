@@ -10,7 +10,6 @@ use rtsl_syntax::ast::{self, Qualifier};
 use super::Checker;
 use super::functions::{CONSTRUCTOR, Kind};
 use super::inheritance::ClassItem;
-use super::order::declaration_order;
 use super::roles::role_list;
 use super::scope::{Entity, Level};
 use super::suggestions::suggest;
@@ -123,20 +122,14 @@ impl<'a> Checker<'a> {
                 _ => true,
             })
             .collect();
-        for index in declaration_order(&plain) {
-            match plain[index] {
-                ast::Item::Struct(declaration) => {
-                    self.declare_struct(declaration);
-                }
-                ast::Item::Variable(variable) => {
-                    if let Some(annotation) = variable.annotations.first() {
-                        self.report_misplaced_annotation(annotation.key.span);
-                    }
-                    self.declare_constant(variable);
-                }
-                ast::Item::Function(_) | ast::Item::Class(_) => {}
-            }
+        self.declare_in_order(&plain, Self::declare_class_constant);
+    }
+
+    fn declare_class_constant(&mut self, variable: &'a ast::Variable) {
+        if let Some(annotation) = variable.annotations.first() {
+            self.report_misplaced_annotation(annotation.key.span);
         }
+        self.declare_constant(variable);
     }
 
     fn declare_members(&mut self, items: &[ClassItem<'a>]) {

@@ -33,15 +33,7 @@ impl<'a> Checker<'a> {
 
     /// The items of the prelude, which may name each other in any order.
     pub(super) fn check_prelude_items(&mut self, items: &[&'a ast::Item]) {
-        for index in declaration_order(items) {
-            match items[index] {
-                ast::Item::Struct(declaration) => {
-                    self.declare_struct(declaration);
-                }
-                ast::Item::Variable(variable) => self.declare_file_variable(variable),
-                ast::Item::Function(_) | ast::Item::Class(_) => {}
-            }
-        }
+        self.declare_in_order(items, Self::declare_file_variable);
         let mut declared = Vec::new();
         for item in items {
             if let ast::Item::Function(function) = item
@@ -54,6 +46,42 @@ impl<'a> Checker<'a> {
             self.check_function_body(function, id);
         }
         self.check_all_functions_defined();
+    }
+
+    /// Declares the structs and constants among `items`, which may name each other in any order.
+    pub(super) fn declare_in_order(
+        &mut self,
+        items: &[&'a ast::Item],
+        declare_variable: fn(&mut Self, &'a ast::Variable),
+    ) {
+        let order = declaration_order(items);
+        for index in &order.circular {
+            let name = match items[*index] {
+                ast::Item::Struct(declaration) => &declaration.name,
+                ast::Item::Variable(variable) => &variable.name,
+                ast::Item::Function(_) | ast::Item::Class(_) => continue,
+            };
+            self.report(
+                Diagnostic::new(
+                    codes::CIRCULAR_DECLARATION,
+                    format!("`{}` needs itself to be known", name.name),
+                )
+                .at(name.span, "directly, or through what it names"),
+            );
+            self.declare(name, Entity::Error);
+        }
+        for index in order.sorted {
+            if order.circular.contains(&index) {
+                continue;
+            }
+            match items[index] {
+                ast::Item::Struct(declaration) => {
+                    self.declare_struct(declaration);
+                }
+                ast::Item::Variable(variable) => declare_variable(self, variable),
+                ast::Item::Function(_) | ast::Item::Class(_) => {}
+            }
+        }
     }
 
     /// Declares a struct in the innermost scope.

@@ -56,6 +56,25 @@ struct Frame {
     result: Value,
 }
 
+/// Leaves of a local.
+struct Place {
+    local: LocalId,
+    leaves: Vec<usize>,
+}
+
+impl Place {
+    fn read(&self, frame: &Frame) -> Value {
+        let value = &frame.locals[self.local.0 as usize];
+        self.leaves.iter().map(|leaf| value[*leaf]).collect()
+    }
+
+    fn write(&self, value: &[Constant], frame: &mut Frame) {
+        for (leaf, value) in self.leaves.iter().zip(value) {
+            frame.locals[self.local.0 as usize][*leaf] = *value;
+        }
+    }
+}
+
 /// How a statement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
@@ -163,24 +182,21 @@ impl<'m> Evaluator<'m> {
         Ok(self.expression(condition, frame)?.first().is_some_and(|value| value.bits() != 0))
     }
 
-    /// The local and its leaves that a place stands for; `None` for parts of other values.
-    fn place(
-        &mut self,
-        place: &Expression,
-        frame: &mut Frame,
-    ) -> Evaluated<Option<(LocalId, Vec<usize>)>> {
+    /// The leaves of a local that a place stands for; `None` for parts of other values.
+    fn place(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Option<Place>> {
         match &place.kind {
             ExpressionKind::Local(id) => match frame.locals.get(id.0 as usize) {
-                Some(value) => Ok(Some((*id, (0..value.len()).collect()))),
+                Some(value) => Ok(Some(Place { local: *id, leaves: (0..value.len()).collect() })),
                 None => Err(Stop::NotConstant(place.span)),
             },
             ExpressionKind::Field(base, _)
             | ExpressionKind::Index(base, _)
             | ExpressionKind::Swizzle(base, _) => {
-                let Some((id, leaves)) = self.place(base, frame)? else { return Ok(None) };
-                self.spend(place.span, leaves.len())?;
+                let Some(whole) = self.place(base, frame)? else { return Ok(None) };
+                self.spend(place.span, whole.leaves.len())?;
                 let part = self.part(place, base, frame)?;
-                Ok(Some((id, part.into_iter().map(|index| leaves[index]).collect())))
+                let leaves = part.into_iter().map(|index| whole.leaves[index]).collect();
+                Ok(Some(Place { local: whole.local, leaves }))
             }
             _ => Ok(None),
         }
@@ -214,9 +230,8 @@ impl<'m> Evaluator<'m> {
     }
 
     fn read(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Value> {
-        if let Some((id, leaves)) = self.place(place, frame)? {
-            let value = &frame.locals[id.0 as usize];
-            return Ok(leaves.into_iter().map(|leaf| value[leaf]).collect());
+        if let Some(place) = self.place(place, frame)? {
+            return Ok(place.read(frame));
         }
         let (ExpressionKind::Field(base, _)
         | ExpressionKind::Index(base, _)
@@ -229,13 +244,13 @@ impl<'m> Evaluator<'m> {
         Ok(part.into_iter().map(|leaf| value[leaf]).collect())
     }
 
+    /// The place of a local that is assigned; its indices are computed once.
+    fn assignable(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Place> {
+        self.place(place, frame)?.ok_or(Stop::NotConstant(place.span))
+    }
+
     fn write(&mut self, place: &Expression, value: &Value, frame: &mut Frame) -> Evaluated<()> {
-        let Some((id, leaves)) = self.place(place, frame)? else {
-            return Err(Stop::NotConstant(place.span));
-        };
-        for (leaf, value) in leaves.into_iter().zip(value) {
-            frame.locals[id.0 as usize][leaf] = *value;
-        }
+        self.assignable(place, frame)?.write(value, frame);
         Ok(())
     }
 
@@ -319,12 +334,15 @@ impl<'m> Evaluator<'m> {
         value: &Expression,
         frame: &mut Frame,
     ) -> Evaluated<Value> {
-        let value = match operator {
-            None => self.expression(value, frame)?,
-            Some(operator) => self.binary(operator, target, value, frame)?,
+        let place = self.assignable(target, frame)?;
+        let old = place.read(frame);
+        let value_of = self.expression(value, frame)?;
+        let new = match operator {
+            None => value_of,
+            Some(operator) => combine(operator, &target.ty, &old, &value.ty, &value_of)?,
         };
-        self.write(target, &value, frame)?;
-        Ok(value)
+        place.write(&new, frame);
+        Ok(new)
     }
 
     fn step(
@@ -334,7 +352,8 @@ impl<'m> Evaluator<'m> {
         prefix: bool,
         frame: &mut Frame,
     ) -> Evaluated<Value> {
-        let old = self.expression(target, frame)?;
+        let place = self.assignable(target, frame)?;
+        let old = place.read(frame);
         let op = match by {
             StepOperator::Increment => BinaryOp::Add,
             StepOperator::Decrement => BinaryOp::Subtract,
@@ -343,7 +362,7 @@ impl<'m> Evaluator<'m> {
             .iter()
             .map(|each| apply_binary(op, *each, converted(Constant::I32(1), each.scalar())))
             .collect::<Evaluated<Value>>()?;
-        self.write(target, &new, frame)?;
+        place.write(&new, frame);
         Ok(if prefix { new } else { old })
     }
 

@@ -85,7 +85,8 @@ impl Prelude {
 
 /// Checks the prelude's text. Its functions may call each other in any order.
 pub fn check_prelude(units: &[ast::TranslationUnit], diagnostics: &mut Diagnostics) -> Prelude {
-    let mut checker = Checker::new(None, std::mem::take(diagnostics));
+    let mut checker =
+        Checker { in_prelude: true, ..Checker::new(None, std::mem::take(diagnostics)) };
     let items: Vec<&ast::Item> = units.iter().flat_map(|unit| &unit.items).collect();
     let implied = implied::take_implied_classes(&items);
     checker.check_prelude_items(&items);
@@ -107,7 +108,7 @@ pub fn check_unit(
     prelude: Option<&Prelude>,
     diagnostics: &mut Diagnostics,
 ) -> Module {
-    let mut checker = Checker::new(Some(prelude), std::mem::take(diagnostics));
+    let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
     for item in &unit.items {
         checker.check_file_item(item);
     }
@@ -152,15 +153,12 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    /// `prelude` is `None` for the checker of the prelude itself.
-    fn new(prelude: Option<Option<&'a Prelude>>, diagnostics: Diagnostics) -> Self {
-        let in_prelude = prelude.is_none();
-        let prelude = prelude.flatten();
+    fn new(prelude: Option<&'a Prelude>, diagnostics: Diagnostics) -> Self {
         Checker {
             diagnostics,
             reported: BTreeSet::new(),
             silent: false,
-            in_prelude,
+            in_prelude: false,
             prelude,
             module: prelude.map(|prelude| prelude.module.clone()).unwrap_or_default(),
             function_info: prelude.map(|prelude| prelude.function_info.clone()).unwrap_or_default(),

@@ -1,12 +1,20 @@
 //! The order in which structs and constants that may name each other are declared.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_syntax::ast::{Expression, ExpressionKind, Initializer, Item, TypeName};
 
-/// The structs and constants among `items`, each after those that it names. Where they name each
-/// other in a circle the order of the text stands, and the checker meets an unknown name.
-pub(super) fn declaration_order(items: &[&Item]) -> Vec<usize> {
+/// The order of the structs and constants among some items.
+#[derive(Debug, Default)]
+pub(super) struct Order {
+    /// Their indices, each after those that it names.
+    pub(super) sorted: Vec<usize>,
+    /// Those of them that need themselves, one for each circle.
+    pub(super) circular: BTreeSet<usize>,
+}
+
+/// The structs and constants among `items` in an order in which they can be declared.
+pub(super) fn declaration_order(items: &[&Item]) -> Order {
     let mut declared: BTreeMap<&str, usize> = BTreeMap::new();
     for (index, item) in items.iter().enumerate() {
         match item {
@@ -19,12 +27,20 @@ pub(super) fn declaration_order(items: &[&Item]) -> Vec<usize> {
             Item::Function(_) | Item::Class(_) => {}
         }
     }
-    let mut order = Vec::new();
-    let mut visited = vec![false; items.len()];
+    let mut order = Order::default();
+    let mut marks = vec![Mark::New; items.len()];
     for start in 0..items.len() {
-        visit(start, items, &declared, &mut visited, &mut order);
+        visit(start, items, &declared, &mut marks, &mut order);
     }
     order
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mark {
+    New,
+    /// Waits for those that it names.
+    Open,
+    Done,
 }
 
 /// Depth first with a stack of its own, since chains of constants have no bound.
@@ -32,25 +48,30 @@ fn visit(
     start: usize,
     items: &[&Item],
     declared: &BTreeMap<&str, usize>,
-    visited: &mut [bool],
-    order: &mut Vec<usize>,
+    marks: &mut [Mark],
+    order: &mut Order,
 ) {
-    if visited[start] || matches!(items[start], Item::Function(_) | Item::Class(_)) {
+    if marks[start] != Mark::New || matches!(items[start], Item::Function(_) | Item::Class(_)) {
         return;
     }
-    visited[start] = true;
+    marks[start] = Mark::Open;
     let mut stack = vec![(start, needed(items[start], declared))];
     while let Some((index, pending)) = stack.last_mut() {
-        match pending.pop() {
-            Some(next) if visited[next] => {}
-            Some(next) => {
-                visited[next] = true;
+        let Some(next) = pending.pop() else {
+            marks[*index] = Mark::Done;
+            order.sorted.push(*index);
+            stack.pop();
+            continue;
+        };
+        match marks[next] {
+            Mark::New => {
+                marks[next] = Mark::Open;
                 stack.push((next, needed(items[next], declared)));
             }
-            None => {
-                order.push(*index);
-                stack.pop();
+            Mark::Open => {
+                order.circular.insert(next);
             }
+            Mark::Done => {}
         }
     }
 }
