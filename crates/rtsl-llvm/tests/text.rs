@@ -102,7 +102,7 @@ fn vectors() {
             b10:
               %t40 = icmp slt <4 x i32> %t29, zeroinitializer
               %t41 = getelementptr i32, ptr %t33, i64 %t5
-              %t42 = load <4 x float>, ptr %t41, align 4
+              %t42 = load volatile <4 x float>, ptr %t41, align 4
               %t43 = select <4 x i1> %t40, <4 x float> %t38, <4 x float> %t42
               store <4 x float> %t43, ptr %t41, align 4
               br label %b11
@@ -298,7 +298,7 @@ fn masks_cross_blocks_as_words() {
               %t63 = insertelement <8 x i32> poison, i32 %t62, i64 0
               %t64 = shufflevector <8 x i32> %t63, <8 x i32> poison, <8 x i32> zeroinitializer
               %t65 = icmp ugt <8 x i32> %t64, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t66 = load <8 x i32>, ptr %t61, align 4
+              %t66 = load volatile <8 x i32>, ptr %t61, align 4
               %t67 = select <8 x i1> %t65, <8 x i32> %t55, <8 x i32> %t66
               store <8 x i32> %t67, ptr %t61, align 4
               br label %b15
@@ -307,7 +307,7 @@ fn masks_cross_blocks_as_words() {
             b11:
               %t68 = icmp slt <8 x i32> %t55, zeroinitializer
               %t69 = getelementptr i32, ptr %t29, i64 %t1
-              %t70 = load <8 x float>, ptr %t69, align 4
+              %t70 = load volatile <8 x float>, ptr %t69, align 4
               %t71 = select <8 x i1> %t68, <8 x float> %t53, <8 x float> %t70
               store <8 x float> %t71, ptr %t69, align 4
               br label %b12
@@ -319,7 +319,7 @@ fn masks_cross_blocks_as_words() {
               %t74 = insertelement <8 x i32> poison, i32 %t73, i64 0
               %t75 = shufflevector <8 x i32> %t74, <8 x i32> poison, <8 x i32> zeroinitializer
               %t76 = icmp ugt <8 x i32> %t75, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t77 = load <8 x i32>, ptr %t72, align 4
+              %t77 = load volatile <8 x i32>, ptr %t72, align 4
               %t78 = select <8 x i1> %t76, <8 x i32> zeroinitializer, <8 x i32> %t77
               store <8 x i32> %t78, ptr %t72, align 4
               br label %b6
