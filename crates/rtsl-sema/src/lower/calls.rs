@@ -8,7 +8,6 @@ use super::access::Access;
 use super::cells::Cell;
 use super::facts::Root;
 use super::limits::{self, Lowered};
-
 use super::variables::VariableId;
 use crate::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 

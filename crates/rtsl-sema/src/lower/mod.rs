@@ -19,6 +19,7 @@
 //! The tree is trusted. What can fail is size: see [`limits`].
 
 mod access;
+mod addresses;
 mod builtins;
 mod calls;
 mod cells;
