@@ -82,7 +82,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         for shape in Shape::ALL {
             let measurements = measure_widths(arguments, &instance, method, shape, reporter)?;
             let text = if arguments.json {
-                let lines = measurements.iter().map(|it| serde_json::to_string(it));
+                let lines = measurements.iter().map(serde_json::to_string);
                 lines.map(|line| line.unwrap_or_default() + "\n").collect()
             } else {
                 table_row(&measurements)

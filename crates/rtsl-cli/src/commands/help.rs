@@ -9,8 +9,8 @@ use crate::files::write_result;
 /// The command line of `rtsl help`.
 #[derive(Debug, Args)]
 pub struct HelpArguments {
-    /// A command, or a part of the manual: guide, language, roles, builtins, scenes, diagnostics,
-    /// glsl, architecture.
+    /// A command, or a part of the manual: guide, cli, language, roles, builtins, scenes,
+    /// diagnostics, glsl, architecture.
     topic: Option<String>,
 }
 
@@ -33,6 +33,7 @@ macro_rules! topics {
 
 const TOPICS: &[Topic] = topics! {
     "guide" "from the first picture to your own shaders" "guide.md";
+    "cli" "the commands and their JSON" "cli.md";
     "language" "the language" "language.md";
     "roles" "roles, methods and state variables" "reference/roles.md";
     "builtins" "built-in functions" "reference/builtins.md";

@@ -201,6 +201,5 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         loop_budget: request.budget,
         // Most code here runs once; the results are the same.
         optimization: OptLevel::O1,
-        ..EngineOptions::default()
     })
 }
