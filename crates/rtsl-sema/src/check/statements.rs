@@ -333,6 +333,8 @@ impl Checker<'_> {
     ) -> (Option<LocalId>, Option<Expression>) {
         match self.check_local(variable) {
             Some(StatementKind::Declare(id, Some(value))) => {
+                // The loop itself tests it.
+                self.function.local_info[id.0 as usize].used = true;
                 let value = self.expect_type(value, &BOOL, "a condition");
                 (Some(id), Some(value))
             }
