@@ -162,13 +162,13 @@ pub struct Function {
     pub class: Option<ClassId>,
     /// For interface methods which one, in which role state directions are looked up; `None` for helpers.
     pub method: Option<Method>,
-    /// What it returns.
+    /// What it returns; zero where its end is reached without a `return`.
     pub result: Type,
     /// `precise` function result.
     pub precise: bool,
     /// The first of [`Function::locals`] are these parameters.
     pub parameters: Vec<Passing>,
-    /// Parameters, then all variables of the body.
+    /// Parameters, then all variables of the body, temporaries among them that no statement declares.
     pub locals: Vec<Local>,
     /// What it does; a prototype without body has been reported.
     pub body: Vec<Statement>,

@@ -4,14 +4,14 @@
 //!
 //! [`check_unit`] goes through the items of a file in order, so that a name is known from its
 //! declaration on. Inside a class (and in the prelude) names are known everywhere, so there
-//! the work has phases, one in each short function of [`classes`]: structs and constants, members,
-//! signatures, initializers, bodies, implied methods. While bodies are checked, [`facts`] are
-//! collected: who calls whom, and who does what only some methods may do. [`call_graph`] and
-//! [`roles`] judge those at the end.
+//! the work has phases, one in each short function of `classes`: structs and constants, signatures,
+//! members, the constructor, bodies, implied methods. While bodies are checked, facts are
+//! collected: who calls whom, and who does what only some methods may do. `call_graph` and
+//! `roles` judge those at the end.
 //!
 //! # Errors
 //!
-//! What could not be checked has the type [`Type::Error`], which silences what follows from it, so
+//! What could not be checked has the type `Type::Error`, which silences what follows from it, so
 //! that one mistake gives one message and several mistakes several. An inherited body is checked
 //! again in the context of each class; its warnings are reported once, and so is an error
 //! with the same code at the same place.
