@@ -14,6 +14,7 @@ mod nan_bits;
 
 use std::collections::BTreeMap;
 
+use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value,
     Values,
@@ -23,9 +24,10 @@ use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type}
 use crate::uniformity::Uniformity;
 use crate::{Layout, Shape, verify};
 
-/// The most memory that the slots of a kernel may take, in words: they live on the stack, and
-/// kernels call hosts that call kernels.
-pub const MAX_SLOT_WORDS: u64 = 1 << 16;
+/// The most memory that the slots of a kernel of the greatest width may take, in words: they live
+/// on the stack, and kernels call hosts that call kernels. The limit is the same for
+/// every width, so that a shader compiles for all or for none.
+pub const MAX_SLOT_WORDS: u64 = 1 << 15;
 
 /// Why a function has no packet form.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,9 +42,9 @@ pub enum LowerError {
     #[error("kernels do not store the {kind} `{name}`", kind = .0.name(), name = .1)]
     NotAnOutput(PlaceKind, String),
     /// Arrays with dynamic indices that are too large.
-    #[error("local arrays take {0} words for all rays of a packet, more than {MAX_SLOT_WORDS}")]
+    #[error("local arrays take {0} words for {MAX_LANES} rays, more than {MAX_SLOT_WORDS}")]
     TooMuchMemory(u64),
-    /// A width that is not a power of two up to [`rtsl_ir::host::MAX_LANES`].
+    /// A width that is not a power of two up to [`MAX_LANES`].
     #[error("no packets have {0} rays")]
     Width(u32),
 }
@@ -57,7 +59,7 @@ pub fn lower(
     shape: Shape,
     width: u32,
 ) -> Result<Kernel, LowerError> {
-    if !width.is_power_of_two() || width as usize > rtsl_ir::host::MAX_LANES {
+    if !width.is_power_of_two() || width as usize > MAX_LANES {
         return Err(LowerError::Width(width));
     }
     let uniformity = Uniformity::new(function, shape);
@@ -118,9 +120,8 @@ fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> 
 
 fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
     let slots = kernel.places.iter().filter(|place| place.place.kind == PlaceKind::Slot);
-    let words = slots.map(|slot| {
-        u64::from(slot.place.len) * if slot.varies { u64::from(kernel.width) } else { 1 }
-    });
+    let words = slots
+        .map(|slot| u64::from(slot.place.len) * if slot.varies { MAX_LANES as u64 } else { 1 });
     match words.sum() {
         0..=MAX_SLOT_WORDS => Ok(()),
         words => Err(LowerError::TooMuchMemory(words)),
