@@ -571,7 +571,7 @@ fn errors_say_why() {
     let member = "function f member m: f32[1] { %1: f32 = load member:m@0 return member:m@0 = %1 }";
     let linked = "function f { %1: bool = is_set kd return }";
     for (text, width, message) in [
-        (slot, 8, "local arrays take 144000 words for 16 rays, more than 32768"),
+        (slot, 8, "local arrays take 144000 words for 16 rays, more than 65536"),
         (parameter, 8, "the parameter `p` has no place in a call"),
         (member, 8, "kernels do not store the member `m`"),
         (linked, 8, "the reference `kd` is not linked"),

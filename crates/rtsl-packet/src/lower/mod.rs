@@ -27,7 +27,7 @@ use crate::{Layout, Shape, verify};
 /// The most memory that the slots of a kernel of the greatest width may take, in words: they live
 /// on the stack, and kernels call hosts that call kernels. The limit is the same for
 /// every width, so that a shader compiles for all or for none.
-pub const MAX_SLOT_WORDS: u64 = 1 << 15;
+pub const MAX_SLOT_WORDS: u64 = 1 << 16;
 
 /// Why a function has no packet form.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

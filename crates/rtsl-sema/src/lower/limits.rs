@@ -27,8 +27,9 @@ pub(super) const SCALARS_OF_A_TYPE: u64 = 65_536;
 /// Scalars of all members of a kind of one class.
 pub(super) const SCALARS_OF_AN_INSTANCE: u64 = 65_536;
 
-/// Scalars of all arrays with dynamic indices that live at the same time in a function.
-pub(super) const SCALARS_OF_SLOTS: u32 = 16_384;
+/// Scalars of all arrays with dynamic indices that live at the same time in a function: they are on the
+/// stack, for all rays of a packet.
+pub(super) const SCALARS_OF_SLOTS: u32 = 2_048;
 
 pub(super) fn too_large(span: Span, scalars: u64) -> Box<Diagnostic> {
     Box::new(
