@@ -13,7 +13,7 @@ pub(super) const VALUES_OF_A_FUNCTION: usize = 400_000;
 
 /// Statements and expressions that a function may visit while calls are inlined; bounds the time
 /// for code that makes no values.
-pub(super) const VISITS_OF_A_FUNCTION: u32 = 4_000_000;
+pub(super) const VISITS_OF_A_FUNCTION: u32 = 1_000_000;
 
 /// Regions in regions.
 pub(super) const NESTED_REGIONS: usize = 200;

@@ -190,7 +190,7 @@ impl Lowering<'_> {
                     if self.slots.scalars > limits::SCALARS_OF_SLOTS {
                         return Err(limits::too_many_slots(span));
                     }
-                    let name = format!("{name}{}", leaf.suffix);
+                    let name = self.slots.new_name(format!("{name}{}", leaf.suffix));
                     self.builder.slot(&name, leaf.scalar, leaf.len)
                 }
             };
@@ -220,6 +220,17 @@ pub(super) struct SlotPool {
     free: BTreeMap<(Scalar, u32), Vec<PlaceId>>,
     /// How many scalars all slots have.
     scalars: u32,
+    /// How many slots were named after each variable.
+    named: BTreeMap<String, u32>,
+}
+
+impl SlotPool {
+    /// A name that no slot has yet; the builder would look for one from the start each time.
+    fn new_name(&mut self, name: String) -> String {
+        let used = self.named.entry(name.clone()).or_default();
+        *used += 1;
+        if *used == 1 { name } else { format!("{name}.{used}") }
+    }
 }
 
 fn holds_array(ty: &Type) -> bool {

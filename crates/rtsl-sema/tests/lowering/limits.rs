@@ -82,6 +82,16 @@ fn large_variables() {
 }
 
 #[test]
+fn many_arrays_of_one_name() {
+    let blocks = "{ float t[5]; t[i] = x; x += t[i + 1]; }\n".repeat(3000);
+    let text = format!(
+        "class T : rt_Texture; void lookup() {{ float x = 0.0; int i = int(rt_TextureUV.x); \
+         {blocks} rt_FloatTextureValue = x; }}"
+    );
+    lower(&text).unwrap_or_else(|errors| panic!("{errors:?}"));
+}
+
+#[test]
 fn deep_trees_are_lowered_or_refused() {
     let nest = |depth: usize, open: &str, inner: &str, close: &str| {
         format!("{}{inner}{}", open.repeat(depth), close.repeat(depth))
