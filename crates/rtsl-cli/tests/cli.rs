@@ -168,18 +168,19 @@ fn hostile_texts_are_one_error_each() {
     folder.write("cycle.rtsl", "#include \"cycle2.rtsl\"\n");
     folder.write("cycle2.rtsl", "#include \"cycle.rtsl\"\n");
     folder.run(&["check", "cycle.rtsl"]).fails_with("E0021");
-    folder.write(
-        "recursive.rtsl",
-        format!("{texture}float f(float x) {{ return f(x); }}\nvoid lookup() {{ f(1.0); }}"),
-    );
-    folder.run(&["check", "recursive.rtsl"]).exits(INPUT_AT_FAULT);
-    folder.write(
-        "role.rtsl",
-        "class C : rt_Camera;\nvoid generateRay() { rt_RayOrigin.xy = rt_TextureUV; }",
-    );
-    folder.run(&["check", "role.rtsl"]).exits(INPUT_AT_FAULT);
-    folder.write("method.rtsl", "class C : rt_Camera;\nvoid shade() { }");
-    folder.run(&["check", "method.rtsl"]).exits(INPUT_AT_FAULT);
+    for (name, text, code) in [
+        ("recursive", "class A : rt_Texture;\nfloat f(float x) { return f(x); }\n", "E0216"),
+        (
+            "state",
+            "class C : rt_Camera;\nvoid generateRay() { rt_RayOrigin.xy = rt_TextureUV; }\n",
+            "E0305",
+        ),
+        ("method", "class C : rt_Camera;\nvoid shade() { }\n", "E0303"),
+    ] {
+        let file = format!("{name}.rtsl");
+        folder.write(&file, text);
+        folder.run(&["check", &file]).fails_with(code);
+    }
 }
 
 #[test]
@@ -329,12 +330,42 @@ fn render_writes_a_picture() {
     assert_eq!(&std::fs::read(folder.0.join("picture.png")).unwrap()[1..4], b"PNG");
     let stats = std::fs::read_to_string(folder.0.join("stats.json")).unwrap();
     assert!(stats.contains("cold_start_seconds"), "{stats}");
-    folder.write("unknown.pbrt", scene.replace("Sphere", "Spere"));
-    folder.run(&["render", "unknown.pbrt", "-o", "x.png"]).exits(INPUT_AT_FAULT);
     folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "x.png", "--size", "0x9"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn bad_scenes_are_errors() {
+    let folder = Folder::new("scenes");
+    folder.write(
+        "shaders.rtsl",
+        "class Endless : rt_Material;\n\
+         void shade() { float x = 0.0; while (x >= 0.0) x += 0.0 * rt_HitPoint.x; \
+         rt_SampleColor = color(x); }\n\
+         class Through : rt_Texture;\npublic rt_Texture inner;\n\
+         void lookup() { rt_TextureColor = inner.lookup(); }\n",
+    );
+    let start = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n";
+    for (name, rest, code) in [
+        ("class", "Shape \"Spere\"\n", "E0609"),
+        ("parameter", "Shape \"Sphere\" \"float raduis\" 1\n", "E0608"),
+        ("endless", "Material \"Endless\"\nShape \"Sphere\"\n", "E0619"),
+        (
+            "cycle",
+            "Texture \"a\" \"spectrum\" \"Through\" \"texture inner\" \"b\"\n\
+             Texture \"b\" \"spectrum\" \"Through\" \"texture inner\" \"a\"\n\
+             Material \"Lambertian\" \"texture kd\" \"a\"\nShape \"Sphere\"\n",
+            "E0505",
+        ),
+    ] {
+        let scene = format!("{name}.pbrt");
+        folder.write(&scene, format!("{start}{rest}"));
+        let arguments = ["render", &scene, "-o", "x.png", "--size", "4x4", "--spp", "1"];
+        let ran = folder.run(&arguments).exits(INPUT_AT_FAULT);
+        assert!(ran.errors().contains(&format!("error[{code}]")), "{name}: {}", ran.errors());
+    }
 }
 
 #[test]
