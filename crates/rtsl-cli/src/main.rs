@@ -8,6 +8,7 @@ mod commands;
 mod eval;
 mod files;
 mod json;
+mod names;
 mod report;
 
 use std::process::ExitCode;

@@ -13,12 +13,12 @@ use rtsl::{
 use serde::Serialize;
 use serde_json::Value as JsonValue;
 
-use super::build::parse_method;
 use super::eval::parse_setting;
 use super::{CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine};
 use crate::arguments::{MathName, SearchPath};
 use crate::eval::{ValueError, make_instance};
 use crate::files::write_result;
+use crate::names::find_method;
 use crate::report::Reporter;
 
 /// How many rays a call has.
@@ -71,7 +71,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     };
     let class = choose_class(&unit, arguments.class.as_deref())?;
     let methods: Vec<Method> = match &arguments.method {
-        Some(name) => vec![parse_method(name)?],
+        Some(name) => vec![find_method(name).map_err(Failure::Usage)?],
         None => class.methods.keys().copied().collect(),
     };
     let instance = instance(arguments, class, &unit)?;

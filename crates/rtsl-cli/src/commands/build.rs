@@ -4,13 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use rtsl::{
-    Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Shape, Target, most_similar,
-};
+use rtsl::{Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Shape, Target};
 
 use super::{CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine};
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::files::write_result;
+use crate::names::find_method;
 use crate::report::Reporter;
 
 /// The command line of `rtsl build`.
@@ -135,23 +134,12 @@ fn emit_methods(
 
 fn methods(arguments: &BuildArguments, class: &Class) -> Result<Vec<Method>, Failure> {
     match &arguments.method {
-        Some(name) => Ok(vec![parse_method(name)?]),
+        Some(name) => Ok(vec![find_method(name).map_err(Failure::Usage)?]),
         None if class.methods.is_empty() => {
             Err(Failure::Usage(format!("class `{}` has no methods", class.name)))
         }
         None => Ok(class.methods.keys().copied().collect()),
     }
-}
-
-/// The method of this name.
-pub fn parse_method(name: &str) -> Result<Method, Failure> {
-    Method::from_name(name).ok_or_else(|| {
-        let names = Method::ALL.iter().map(|method| method.name());
-        Failure::Usage(match most_similar(name, names) {
-            Some(meant) => format!("there is no method `{name}`; did you mean `{meant}`?"),
-            None => format!("there is no method `{name}`"),
-        })
-    })
 }
 
 fn parse_shape(name: &str) -> Result<Shape, String> {

@@ -1,10 +1,11 @@
 //! `rtsl explain`: what the code of a diagnostic means.
 
 use clap::Args;
-use rtsl::{code_info, codes, most_similar};
+use rtsl::{code_info, codes};
 
 use super::{CommandResult, Failure, Outcome};
 use crate::files::write_result;
+use crate::names::no_such;
 
 /// The command line of `rtsl explain`.
 #[derive(Debug, Args)]
@@ -31,8 +32,5 @@ pub fn run(arguments: &ExplainArguments) -> CommandResult {
 
 fn unknown_code(code: &str) -> String {
     let code = code.to_ascii_uppercase();
-    match most_similar(&code, codes().iter().map(|info| info.code.as_str())) {
-        Some(meant) => format!("there is no code `{code}`; did you mean `{meant}`?"),
-        None => format!("there is no code `{code}`; `rtsl explain` lists them all"),
-    }
+    no_such("code", &code, codes().iter().map(|info| info.code.as_str()))
 }

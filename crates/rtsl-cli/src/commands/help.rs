@@ -5,6 +5,7 @@ use clap::{Args, CommandFactory};
 use super::{CommandResult, Failure, Outcome};
 use crate::arguments::Arguments;
 use crate::files::write_result;
+use crate::names::no_such;
 
 /// The command line of `rtsl help`.
 #[derive(Debug, Args)]
@@ -72,8 +73,5 @@ fn unknown_topic(topic: &str) -> String {
     let commands = Arguments::command();
     let commands = commands.get_subcommands().map(clap::Command::get_name);
     let names = TOPICS.iter().map(|topic| topic.name).chain(commands);
-    match rtsl::most_similar(topic, names) {
-        Some(meant) => format!("there is no help on `{topic}`; did you mean `{meant}`?"),
-        None => format!("there is no help on `{topic}`; `rtsl help` lists what there is"),
-    }
+    no_such("help on", topic, names)
 }

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use rtsl::{
     CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, Method,
     ParameterType, Program, Role, Scalar, Shape, StateVariable, Unit, Value,
-    diagnostic_codes as codes, lookup_state, most_similar, new_state, place_words, set_defaults,
-    state_variables,
+    diagnostic_codes as codes, lookup_state, new_state, place_words, set_defaults, state_variables,
 };
 use serde_json::Value as JsonValue;
 
@@ -16,6 +15,7 @@ use super::request::{Request, Values};
 use super::session::Evaluation;
 use super::values::{self, Lanes, PlaceWords, ValueError};
 use crate::json::Json;
+use crate::names::{find_method, no_such};
 
 /// The greatest number of rays of one request.
 const MAX_LANES: usize = 1 << 20;
@@ -52,7 +52,8 @@ pub fn run(
     evaluation: &mut Evaluation,
 ) -> Result<Arc<Program>, Refusal> {
     let class = choose_class(unit, request.class.as_deref())?;
-    let method = choose_method(request.method.as_deref().unwrap_or_default())?;
+    let method =
+        find_method(request.method.as_deref().unwrap_or_default()).map_err(Refusal::Request)?;
     let params = request.params.iter().chain(&request.buffers);
     let instance = values::make_instance(class, unit, params)?;
     let program = engine.program(&instance);
@@ -105,16 +106,6 @@ fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>
             Err(Refusal::Request(message))
         }
     }
-}
-
-fn choose_method(name: &str) -> Result<Method, Refusal> {
-    Method::from_name(name).ok_or_else(|| {
-        let names = Method::ALL.iter().map(|method| method.name());
-        Refusal::Request(match most_similar(name, names) {
-            Some(meant) => format!("there is no method `{name}`; did you mean `{meant}`?"),
-            None => format!("there is no method `{name}`"),
-        })
-    })
 }
 
 /// The role in which the class has the method.
@@ -170,10 +161,7 @@ fn set_state(state: &mut LaneBlock, values: &BTreeMap<&str, Lanes>) -> Result<()
 
 fn unknown_state(name: &str) -> Refusal {
     let names = state_variables().iter().map(|variable| variable.name);
-    Refusal::Request(match most_similar(name, names) {
-        Some(meant) => format!("there is no state variable `{name}`; did you mean `{meant}`?"),
-        None => format!("there is no state variable `{name}`"),
-    })
+    Refusal::Request(no_such("state variable", name, names))
 }
 
 fn set_scratch(
