@@ -4,6 +4,8 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use exr::prelude::{SpecificChannels, WritableImage};
+
 use super::Image;
 
 /// The formats that images are kept in.
@@ -81,11 +83,38 @@ fn write_png(image: &Image, path: &Path, exposure: f32) -> io::Result<()> {
     Ok(())
 }
 
+/// On one thread: several would order the blocks of the file as they finish, so that the same image
+/// gave other bytes from run to run.
 fn write_exr(image: &Image, path: &Path) -> io::Result<()> {
-    let color = |x: usize, y: usize| {
-        let [red, green, blue] = image.pixels[y * image.width + x];
+    let color = |position: exr::math::Vec2<usize>| {
+        let [red, green, blue] = image.pixels[position.y() * image.width + position.x()];
         (red, green, blue)
     };
-    exr::prelude::write_rgb_file(path, image.width, image.height, color)
-        .map_err(|error| io::Error::other(error.to_string()))
+    let channels = SpecificChannels::rgb(color);
+    let file = exr::image::Image::from_channels((image.width, image.height), channels);
+    let written = file.write().non_parallel().to_file(path);
+    written.map_err(|error| io::Error::other(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_image_gives_the_same_bytes() {
+        let pixels = (0..96 * 64).map(|index| [index as f32, 0.5, -1.0 / (1 + index) as f32]);
+        let image = Image { width: 96, height: 64, pixels: pixels.collect() };
+        let folder = std::env::temp_dir().join(format!("rtsl-image-file-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for ending in ["exr", "png"] {
+            let write = |name: &str| {
+                let path = folder.join(format!("{name}.{ending}"));
+                write_image(&image, &path, 0.0).unwrap();
+                std::fs::read(path).unwrap()
+            };
+            let first = write("first");
+            assert!((0..4).all(|_| write("again") == first), "{ending}");
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 }
