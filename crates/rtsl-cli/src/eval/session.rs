@@ -117,7 +117,9 @@ impl Session {
         }
         let engine = self.engine(engine_options(request)?, evaluation)?;
         let program = run::run(request, unit, &engine, evaluation)?;
-        self.keep_program(program);
+        if request.source.is_some() {
+            self.keep_program(program);
+        }
         Ok(())
     }
 
@@ -155,6 +157,7 @@ impl Session {
         Ok(compilation)
     }
 
+    /// Keeps a program of the text compiled last.
     fn keep_program(&mut self, program: Arc<Program>) {
         let Some(kept) = self.texts.last_mut() else { return };
         let is_known = kept.programs.iter().any(|known| Arc::ptr_eq(known, &program));

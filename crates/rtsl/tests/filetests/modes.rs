@@ -57,7 +57,7 @@ fn syntax_errors(test: &TestFile<'_>) -> Result<String, Failed> {
 /// or the constructor and all methods.
 fn lower(test: &TestFile<'_>) -> Result<String, Failed> {
     let (_, text) = test.files().into_iter().next().unwrap_or_default();
-    let compilation = rtsl::Compiler::default().compile("test.rtsl", &text);
+    let compilation = Compiler::default().compile("test.rtsl", &text);
     let Some(unit) = &compilation.unit else { return Err(compilation.report(false).into()) };
     let mut printed = String::new();
     for class in unit.classes() {
