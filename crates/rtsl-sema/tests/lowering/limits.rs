@@ -83,7 +83,7 @@ fn large_variables() {
 
 #[test]
 fn many_arrays_of_one_name() {
-    let blocks = "{ float t[5]; t[i] = x; x += t[i + 1]; }\n".repeat(3000);
+    let blocks = "{ float t[2]; t[i] = x; x += t[i + 1]; }\n".repeat(1000);
     let text = format!(
         "class T : rt_Texture; void lookup() {{ float x = 0.0; int i = int(rt_TextureUV.x); \
          {blocks} rt_FloatTextureValue = x; }}"
