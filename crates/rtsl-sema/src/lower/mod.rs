@@ -2,12 +2,12 @@
 //!
 //! [`lower_class`] makes one function for each method of a class. In short:
 //!
-//! - A variable is a list of scalars ([`layout`]). Each scalar is a cell that holds an SSA value
-//!   ([`cells`]); where control meets again the cells that differ become results of the `if` or
+//! - A variable is a list of scalars (`layout`). Each scalar is a cell that holds an SSA value
+//!   (`cells`); where control meets again the cells that differ become results of the `if` or
 //!   carried values of the loop. Arrays with dynamic indices are slots.
-//! - Calls are replaced by the bodies of the functions ([`calls`]).
+//! - Calls are replaced by the bodies of the functions (`calls`).
 //! - `break`, `continue` and `return` are flags in cells; statements that they skip are
-//!   guarded ([`control`]). Where an `if` ends with such a jump, what follows it becomes its other branch,
+//!   guarded (`control`). Where an `if` ends with such a jump, what follows it becomes its other branch,
 //!   and no flag is needed.
 //! - Evaluation is from left to right. The target of a compound assignment is read before its right
 //!   side is evaluated. `out` arguments are copied out from left to right when the call returns.
@@ -16,7 +16,7 @@
 //! - `precise` covers all operations of the expressions that contribute to the variable within its
 //!   function, through other variables, and all operations of functions called in them.
 //!
-//! The tree is trusted. What can fail is size: see [`limits`].
+//! The tree is trusted. What can fail is size: see `limits`.
 
 mod access;
 mod addresses;
