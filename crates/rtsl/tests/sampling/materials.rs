@@ -1,0 +1,168 @@
+//! `sampleBSDF` against `evaluatePDF` and `BSDF`.
+
+use std::f32::consts::FRAC_PI_2;
+use std::ops::Range;
+
+use glam::Vec3;
+use rtsl::Method;
+
+use crate::call::{Rays, Shader, batches, constant, thinning};
+use crate::distribution::{Sample, compare};
+use crate::grid::Grid;
+use crate::host::random;
+
+const SAMPLES: usize = 60_000;
+
+/// How a ray meets a surface.
+struct Meeting {
+    normal: Vec3,
+    tangent: Vec3,
+    ray: Vec3,
+}
+
+impl Meeting {
+    /// `part` of the right angle from the normal, on its side or behind the surface.
+    fn new(part: f32, behind: bool) -> Meeting {
+        let normal = Vec3::new(0.3, 0.8, -0.5).normalize();
+        let across = normal.any_orthonormal_vector();
+        let turned = Vec3::normalize(across + 0.7 * normal.cross(across));
+        // Rays may have any length.
+        let ray = -1.7 * normal.rotate_towards(turned, part * FRAC_PI_2);
+        // Neither unit length nor at right angles to the normal: nobody promised that.
+        let tangent = 2.0 * across + 0.3 * normal;
+        Meeting { normal: if behind { -normal } else { normal }, tangent, ray }
+    }
+
+    fn rays(&self, material: &Shader, numbers: Range<usize>) -> Rays {
+        let mut rays = material.rays(numbers);
+        rays.fill_vector("rt_RayDirection", self.ray);
+        rays.fill_vector("rt_InverseRayDirection", self.ray.recip());
+        rays.fill_vector("rt_ShadingNormal", self.normal);
+        rays.fill_vector("rt_GeometricNormal", self.normal);
+        rays.fill_vector("rt_dPdu", self.tangent);
+        rays.fill_vector("rt_dPdv", self.normal.cross(self.tangent));
+        rays
+    }
+}
+
+/// What a material does with white light.
+struct Scattered {
+    samples: Vec<Sample>,
+    /// The mean weight of a path: the part of light that it reflects.
+    albedo: f32,
+}
+
+/// Checks each sample by itself too: value and density are those that the other methods give.
+fn scatter(material: &Shader, meeting: &Meeting) -> Scattered {
+    let count = SAMPLES / thinning();
+    let mut samples = Vec::new();
+    let mut sum = 0.0;
+    for numbers in batches(count) {
+        let mut rays = meeting.rays(material, numbers.clone());
+        let seed = |ray: usize| Vec3::from_array([0, 1, 2].map(|it| random(ray as u64, it)));
+        rays.set_vectors("rt_BSDFSeed", &numbers.clone().map(seed).collect::<Vec<_>>());
+        material.call(Method::SampleBsdf, &mut rays);
+        let directions = rays.vectors("rt_LightDirection");
+        let values = rays.vectors("rt_BSDFValue");
+        let densities = rays.floats("rt_PDF").to_vec();
+
+        let mut rays = meeting.rays(material, numbers);
+        rays.set_vectors("rt_LightDirection", &directions);
+        material.call(Method::Bsdf, &mut rays);
+        material.call(Method::EvaluatePdf, &mut rays);
+        let (value_there, density_there) = (rays.vectors("rt_BSDFValue"), rays.floats("rt_PDF"));
+        for (ray, direction) in directions.into_iter().enumerate() {
+            let (value, density) = (values[ray], densities[ray]);
+            samples.push(Sample { direction, density });
+            if density == 0.0 {
+                sum += f64::from(value.x);
+                continue;
+            }
+            assert!((direction.length() - 1.0).abs() < 1e-4, "{direction} is no unit vector");
+            assert_close(density, density_there[ray], "the density", direction);
+            assert_close(value.x, value_there[ray].x, "the value", direction);
+            sum += f64::from(value.x * direction.dot(meeting.normal).abs() / density);
+        }
+    }
+    Scattered { samples, albedo: (sum / count as f64) as f32 }
+}
+
+fn assert_close(sampled: f32, evaluated: f32, what: &str, direction: Vec3) {
+    let close = (sampled - evaluated).abs() <= 1e-3 * sampled.abs() + 1e-5;
+    assert!(close, "{what} of sample {direction} is {sampled}, evaluated {evaluated}");
+}
+
+fn density(material: &Shader, meeting: &Meeting, directions: &[Vec3]) -> Vec<f32> {
+    let mut rays = meeting.rays(material, 0..directions.len());
+    rays.set_vectors("rt_LightDirection", directions);
+    material.call(Method::EvaluatePdf, &mut rays);
+    rays.floats("rt_PDF").to_vec()
+}
+
+/// Tests a material from straight above, aslant, grazing and behind; its albedo must lie in the
+/// range.
+fn check(name: &str, material: &Shader, albedo: Range<f32>) {
+    for (part, behind) in [(0.0, false), (0.45, false), (0.8, false), (0.94, false), (0.45, true)] {
+        let meeting = Meeting::new(part, behind);
+        let scattered = scatter(material, &meeting);
+        let place = format!("{name}, {part} of a right angle, behind: {behind}");
+        assert!(albedo.contains(&scattered.albedo), "{place}: albedo {}", scattered.albedo);
+        compare(
+            &Grid::sphere(meeting.normal),
+            &scattered.samples,
+            |directions| density(material, &meeting, directions),
+            0.003,
+        )
+        .unwrap_or_else(|problem| panic!("{place}: {problem}"));
+    }
+}
+
+fn lambertian() -> Shader {
+    Shader::library("Lambertian", vec![("kd", constant(1.0))])
+}
+
+fn phong(kd: f32, ks: f32, exponent: f32) -> Shader {
+    let reflectances = [("kd", constant(kd)), ("ks", constant(ks))];
+    let all = reflectances.into_iter().chain([("exponent", exponent.into())]);
+    Shader::library("Phong", all.collect())
+}
+
+fn ward(kd: f32, ks: f32) -> Shader {
+    let reflectances = [("kd", constant(kd)), ("ks", constant(ks))];
+    let roughness = [("alphaU", 0.15_f32.into()), ("alphaV", 0.4_f32.into())];
+    Shader::library("Ward", reflectances.into_iter().chain(roughness).collect())
+}
+
+fn mix(first: &Shader, second: &Shader, amount: f32) -> Shader {
+    let both = [("first", first.reference()), ("second", second.reference())];
+    Shader::library("Mix", both.into_iter().chain([("amount", constant(amount))]).collect())
+}
+
+#[test]
+fn lambertian_has_the_implied_cosine_density() {
+    check("Lambertian", &lambertian(), 0.999..1.001);
+}
+
+#[test]
+fn phong_samples_both_lobes() {
+    check("Phong, white highlight", &phong(0.0, 1.0, 20.0), 0.0..1.02);
+    check("Phong, white in sum", &phong(0.5, 0.5, 60.0), 0.4..1.02);
+}
+
+#[test]
+fn ward_samples_both_lobes() {
+    check("Ward, white highlight", &ward(0.0, 1.0), 0.0..1.02);
+    check("Ward, white in sum", &ward(0.3, 0.7), 0.2..1.02);
+}
+
+#[test]
+fn mixtures_have_mixed_densities() {
+    check("Mix of two", &mix(&lambertian(), &phong(0.5, 0.5, 20.0), 0.3), 0.6..1.02);
+}
+
+/// What is left to the delta is missing from the density.
+#[test]
+fn a_mixture_with_a_mirror_has_the_part_of_density_that_is_no_mirror() {
+    let mirror = Shader::library("Mirror", vec![("kr", constant(1.0))]);
+    check("Mix with a mirror", &mix(&lambertian(), &mirror, 0.3), 0.95..1.05);
+}
