@@ -1,6 +1,6 @@
 //! `rtsl eval`: runs one method on given values.
 
-use std::io::{BufRead, Write};
+use std::io::BufReader;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -8,7 +8,7 @@ use serde_json::Value as JsonValue;
 
 use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{BackendName, EngineArguments, MathName, SearchPath};
-use crate::eval::{Answer, Evaluation, Request, Session};
+use crate::eval::{Answer, Evaluation, Request, Session, answer_lines};
 use crate::files::write_result;
 use crate::json::Json;
 use crate::report::Reporter;
@@ -51,14 +51,17 @@ pub struct EvalArguments {
 
 /// Runs the method, or answers requests until there are no more.
 pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
-    let mut session = Session::new(arguments.search_path.search_path.clone());
+    let search_path = &arguments.search_path.search_path;
     if arguments.stdin {
-        return answer_lines(&mut session);
+        let input = BufReader::new(std::io::stdin());
+        answer_lines(input, std::io::stdout().lock(), search_path).map_err(Failure::Output)?;
+        return Ok(Outcome::Done);
     }
+    let mut session = Session::new(search_path.clone());
     let request = request(arguments);
     if arguments.json {
         let answer = session.answer(&request);
-        write_result(None, json_line(&answer).as_bytes())?;
+        write_result(None, answer.to_line().as_bytes())?;
         return Ok(if answer.ok { Outcome::Done } else { Outcome::InputAtFault });
     }
     let Evaluation { answer, compilation, problems } = session.evaluate(&request);
@@ -72,31 +75,6 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
         None if answer.ok => Ok(Outcome::Done),
         None => Ok(Outcome::InputAtFault),
     }
-}
-
-fn answer_lines(session: &mut Session) -> CommandResult {
-    let mut input = std::io::stdin().lock();
-    let mut output = std::io::stdout().lock();
-    let mut line = Vec::new();
-    loop {
-        line.clear();
-        if input.read_until(b'\n', &mut line).map_err(Failure::Output)? == 0 {
-            return Ok(Outcome::Done);
-        }
-        let answer = match str::from_utf8(&line) {
-            Ok(text) if text.trim().is_empty() => continue,
-            Ok(text) => session.answer_line(text),
-            Err(_) => Answer::refusal(None, "not UTF-8"),
-        };
-        output
-            .write_all(json_line(&answer).as_bytes())
-            .and_then(|()| output.flush())
-            .map_err(Failure::Output)?;
-    }
-}
-
-fn json_line(answer: &Answer) -> String {
-    serde_json::to_string(answer).unwrap_or_default() + "\n"
 }
 
 fn request(arguments: &EvalArguments) -> Request {

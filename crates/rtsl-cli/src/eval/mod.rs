@@ -1,11 +1,13 @@
 //! Runs one method on given values: what `rtsl eval` does, for people and for programs.
 
 mod host;
+mod lines;
 mod request;
 mod run;
 mod session;
 mod values;
 
+pub use lines::answer_lines;
 pub use request::{Answer, Request};
 pub use session::{Evaluation, Session};
 pub use values::{ValueError, make_instance};

@@ -121,4 +121,9 @@ impl Answer {
     pub fn refusal(id: Option<JsonValue>, error: impl Into<String>) -> Answer {
         Answer { id, error: Some(error.into()), ..Answer::default() }
     }
+
+    /// As a line of JSON, its end included.
+    pub fn to_line(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default() + "\n"
+    }
 }

@@ -1,0 +1,92 @@
+//! Requests a line, answers a line: answered on all processors, in the order they came.
+//!
+//! Each thread has a session of its own. Lines are read ahead of their answers, a few for each
+//! thread; a program that waits for every answer before it asks again loses nothing.
+
+use std::io::{self, BufRead, Write};
+use std::path::Path;
+use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use super::{Answer, Session};
+
+/// Lines that are read ahead, for each thread.
+const AHEAD: usize = 2;
+
+/// A line to answer, and where its answer goes.
+struct Job {
+    line: Vec<u8>,
+    answer: SyncSender<String>,
+}
+
+/// Answers the lines of `input` on `output` until there are no more.
+///
+/// # Errors
+/// Those of reading and writing.
+pub fn answer_lines(
+    input: impl BufRead + Send,
+    mut output: impl Write,
+    search_path: &[impl AsRef<Path> + Sync],
+) -> io::Result<()> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let (jobs, open_jobs) = mpsc::sync_channel::<Job>(threads);
+    let (ordered, answers) = mpsc::sync_channel::<Receiver<String>>(AHEAD * threads);
+    let open_jobs = Mutex::new(open_jobs);
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| answer_jobs(&open_jobs, search_path));
+        }
+        let reading = scope.spawn(move || read_jobs(input, &jobs, &ordered));
+        let written = write_answers(&mut output, answers);
+        let read = reading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        written.and(read)
+    })
+}
+
+/// Ends with the input, or when nobody takes the answers any more.
+fn read_jobs(
+    mut input: impl BufRead,
+    jobs: &SyncSender<Job>,
+    ordered: &SyncSender<Receiver<String>>,
+) -> io::Result<()> {
+    loop {
+        let mut line = Vec::new();
+        if input.read_until(b'\n', &mut line)? == 0 {
+            return Ok(());
+        }
+        if line.trim_ascii().is_empty() {
+            continue;
+        }
+        let (answer, answered) = mpsc::sync_channel(1);
+        if ordered.send(answered).is_err() || jobs.send(Job { line, answer }).is_err() {
+            return Ok(());
+        }
+    }
+}
+
+fn answer_jobs(jobs: &Mutex<Receiver<Job>>, search_path: &[impl AsRef<Path>]) {
+    let folders = search_path.iter().map(|folder| folder.as_ref().to_owned());
+    let mut session = Session::new(folders.collect());
+    loop {
+        let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).recv();
+        let Ok(Job { line, answer }) = job else { return };
+        let answered = match str::from_utf8(&line) {
+            Ok(text) => session.answer_line(text),
+            Err(_) => Answer::refusal(None, "not UTF-8"),
+        };
+        // Nobody waits for it where writing has failed.
+        let _ = answer.send(answered.to_line());
+    }
+}
+
+fn write_answers(output: &mut impl Write, answers: Receiver<Receiver<String>>) -> io::Result<()> {
+    for answer in answers {
+        let line = answer.recv().unwrap_or_else(|_| {
+            Answer::refusal(None, "internal error: the request was not answered").to_line()
+        });
+        output.write_all(line.as_bytes())?;
+        output.flush()?;
+    }
+    Ok(())
+}
