@@ -122,7 +122,7 @@ impl Rays {
 
 /// How many times fewer samples serve where the interpreter does the work.
 pub fn thinning() -> usize {
-    if engine().llvm().is_some() { 1 } else { 32 }
+    if engine().llvm().is_some() { 1 } else { 16 }
 }
 
 /// The numbers below `count`, in runs that fit into a processor's cache with their state.

@@ -75,7 +75,7 @@ impl Grid {
 
 /// Gauss's two points in each of some intervals of [0,1]; they have equal weights.
 fn gauss_nodes() -> Vec<f64> {
-    let intervals = if thinning() == 1 { 6 } else { 2 };
+    let intervals = if thinning() == 1 { 6 } else { 4 };
     let offset = 0.5 / 3.0_f64.sqrt();
     let nodes = (0..intervals).flat_map(|it| {
         let middle = f64::from(it) + 0.5;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rtsl::{Method, Value};
 
 use crate::call::{Rays, Shader, batches, thinning};
@@ -59,8 +59,8 @@ impl Seen {
             let found = self.intersect(&mut rays, &directions);
             missed += found.iter().filter(|distance| **distance > 1.01).count();
         }
-        let part = missed as f64 / count as f64;
-        assert!(part <= self.missed, "rays miss {part} of the samples");
+        let allowed = (count as f64 * self.missed).ceil() as usize;
+        assert!(missed <= allowed, "rays miss {missed} of {count} samples");
         samples
     }
 
@@ -134,7 +134,7 @@ fn spheres_from_outside_fill_their_cone() {
     {
         let sine = 1.5 / f64::from(offset.length());
         let cone = Grid::cap(-offset, (1.0 - sine * sine).sqrt());
-        sphere(center + offset, 0.01).check(&cone, 0.01);
+        sphere(center + offset, 1e-3).check(&cone, 0.01);
     }
 }
 
@@ -186,6 +186,11 @@ fn tori_from_inside_and_outside() {
     let (major, minor) = (1.1, 0.4);
     for origin in [Vec3::new(0.1, 0.0, -0.1), Vec3::new(0.9, 1.5, 0.7), Vec3::new(1.0, 0.1, 0.2)] {
         let parameters = vec![("majorRadius", major.into()), ("minorRadius", minor.into())];
-        seen("Torus", parameters, origin).check_on(Chart::Torus { major, minor });
+        let torus = seen("Torus", parameters, origin);
+        // Out of the tube no ray leads without a hit.
+        let inside =
+            Vec2::new(Vec2::new(origin.x, origin.z).length() - major, origin.y).length() < minor;
+        let torus = if inside { Seen { missed: 0.0, ..torus } } else { torus };
+        torus.check_on(Chart::Torus { major, minor });
     }
 }
