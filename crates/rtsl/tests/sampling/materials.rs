@@ -74,11 +74,11 @@ fn scatter(material: &Shader, meeting: &Meeting) -> Scattered {
         for (ray, direction) in directions.into_iter().enumerate() {
             let (value, density) = (values[ray], densities[ray]);
             samples.push(Sample { direction, density });
+            assert!((direction.length() - 1.0).abs() < 1e-4, "{direction} is no unit vector");
             if density == 0.0 {
                 sum += f64::from(value.x);
                 continue;
             }
-            assert!((direction.length() - 1.0).abs() < 1e-4, "{direction} is no unit vector");
             assert_close(density, density_there[ray], "the density", direction);
             assert_close(value.x, value_there[ray].x, "the value", direction);
             sum += f64::from(value.x * direction.dot(meeting.normal).abs() / density);
@@ -99,10 +99,14 @@ fn density(material: &Shader, meeting: &Meeting, directions: &[Vec3]) -> Vec<f32
     rays.floats("rt_PDF").to_vec()
 }
 
-/// Tests a material from straight above, aslant, grazing and behind; its albedo must lie in the
-/// range.
+/// From straight above, aslant, grazing and behind: parts of the right angle from the normal, and
+/// whether the normal points away.
+const MEETINGS: [(f32, bool); 5] =
+    [(0.0, false), (0.45, false), (0.8, false), (0.94, false), (0.45, true)];
+
+/// Tests a material, whose albedo must lie in the range.
 fn check(name: &str, material: &Shader, albedo: Range<f32>) {
-    for (part, behind) in [(0.0, false), (0.45, false), (0.8, false), (0.94, false), (0.45, true)] {
+    for (part, behind) in MEETINGS {
         let meeting = Meeting::new(part, behind);
         let scattered = scatter(material, &meeting);
         let place = format!("{name}, {part} of a right angle, behind: {behind}");
@@ -145,7 +149,7 @@ fn lambertian_has_the_implied_cosine_density() {
 
 #[test]
 fn phong_samples_both_lobes() {
-    check("Phong, white highlight", &phong(0.0, 1.0, 20.0), 0.0..1.02);
+    check("Phong, white highlight", &phong(0.0, 1.0, 8.0), 0.0..1.02);
     check("Phong, white in sum", &phong(0.5, 0.5, 60.0), 0.4..1.02);
 }
 
@@ -165,4 +169,22 @@ fn mixtures_have_mixed_densities() {
 fn a_mixture_with_a_mirror_has_the_part_of_density_that_is_no_mirror() {
     let mirror = Shader::library("Mirror", vec![("kr", constant(1.0))]);
     check("Mix with a mirror", &mix(&lambertian(), &mirror, 0.3), 0.95..1.05);
+}
+
+#[test]
+fn deltas_have_no_density_and_lose_no_light() {
+    for (class, parameters) in
+        [("Mirror", vec![("kr", constant(1.0))]), ("SchlickDielectric", vec![])]
+    {
+        let material = Shader::library(class, parameters);
+        for (part, behind) in MEETINGS {
+            let meeting = Meeting::new(part, behind);
+            let scattered = scatter(&material, &meeting);
+            assert!(scattered.samples.iter().all(|sample| sample.density == 0.0), "{class}");
+            assert!((scattered.albedo - 1.0).abs() < 1e-4, "{class}: {}", scattered.albedo);
+            let directions: Vec<Vec3> = scattered.samples.iter().map(|it| it.direction).collect();
+            let densities = density(&material, &meeting, &directions);
+            assert!(densities.iter().all(|density| *density == 0.0), "{class}");
+        }
+    }
 }
