@@ -1,6 +1,6 @@
 //! The manual's reference pages are printed from the tables that drive the compiler.
 //!
-//! `UPDATE_DOCS=1 cargo test -p rtsl --test manual` renews them; without it the test fails where a page
+//! `UPDATE_EXPECT=1 cargo test -p rtsl --test manual` renews them; without it the test fails where a page
 //! on disk differs.
 
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use std::path::Path;
 use rtsl_spec::builtins::{self, Chapter};
 use rtsl_spec::{Default, Method, Origin, Role, Row};
 
-const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_DOCS=1 cargo test -p rtsl \
+const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_EXPECT=1 cargo test -p rtsl \
                       --test manual`. Do not edit. -->\n";
 
 #[test]
@@ -29,14 +29,14 @@ fn diagnostics_are_current() {
 
 fn check(page: &str, expected: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference").join(page);
-    if std::env::var_os("UPDATE_DOCS").is_some() {
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, expected).unwrap();
     }
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == expected,
-        "docs/reference/{page} is not what the tables say; run this test with UPDATE_DOCS=1"
+        "docs/reference/{page} is not what the tables say; run this test with UPDATE_EXPECT=1"
     );
 }
 

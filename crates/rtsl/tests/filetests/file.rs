@@ -88,7 +88,7 @@ impl<'a> TestFile<'a> {
         let differing = expected.lines().zip(actual.lines()).take_while(|(a, b)| a == b).count();
         Err(format!(
             "line {} of the expectation differs\n--- expected\n{expected}\n--- actual\n{actual}\n\
-             RTSL_BLESS=1 accepts it",
+             UPDATE_EXPECT=1 accepts it",
             differing + 1
         )
         .into())

@@ -1,5 +1,5 @@
 //! Runs the tests of the folder `tests/` in the repository's root, one file each: input, mode and
-//! expectation stand in one file. `RTSL_BLESS=1` writes the expectations. See `tests/README.md`.
+//! expectation stand in one file. `UPDATE_EXPECT=1` writes the expectations. See `tests/README.md`.
 
 mod file;
 mod modes;
@@ -45,7 +45,7 @@ fn run(path: &Path) -> Result<(), Failed> {
         format!("unknown mode `{}`; the modes are {}", test.mode, known.join(", "))
     })?;
     let actual = (mode.run)(&test)?;
-    if std::env::var_os("RTSL_BLESS").is_some() {
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
         let blessed = test.with_expectation(&actual);
         if blessed != text {
             std::fs::write(path, blessed)?;
