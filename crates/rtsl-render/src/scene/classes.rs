@@ -4,7 +4,7 @@
 //! every other `.rtsl` file there that declares a class of this name, in the order of their names;
 //! then in the standard library. So a file beside the scene wins over the library.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,14 +18,24 @@ pub struct Classes<'a> {
     compiler: &'a Compiler,
     files: &'a dyn FileSource,
     folder: PathBuf,
-    /// The shader files beside the scene, with their texts where they can be read.
-    beside: Option<Vec<(PathBuf, String)>>,
+    /// The shader files beside the scene that can be read.
+    beside: Option<Vec<ShaderFile>>,
     /// `None` for a file with errors, which are reported once.
     units: BTreeMap<PathBuf, Option<Unit>>,
+    /// What was looked for before: scenes name few classes, often.
+    found: BTreeMap<String, Found>,
     messages: Messages,
 }
 
+/// A file, its text, and the classes that it seems to declare.
+struct ShaderFile {
+    path: PathBuf,
+    text: String,
+    declares: BTreeSet<String>,
+}
+
 /// What looking for a class gave.
+#[derive(Clone)]
 pub enum Found {
     /// The class.
     Class(Arc<Class>),
@@ -44,12 +54,22 @@ impl<'a> Classes<'a> {
             folder: folder.to_owned(),
             beside: None,
             units: BTreeMap::new(),
+            found: BTreeMap::new(),
             messages: Messages::default(),
         }
     }
 
     /// The class of a name.
     pub fn find(&mut self, name: &str) -> Found {
+        if let Some(found) = self.found.get(name) {
+            return found.clone();
+        }
+        let found = self.search(name);
+        self.found.insert(name.to_owned(), found.clone());
+        found
+    }
+
+    fn search(&mut self, name: &str) -> Found {
         let is_identifier = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
         if name.is_empty() || !is_identifier {
             return Found::Nothing;
@@ -79,17 +99,17 @@ impl<'a> Classes<'a> {
 
     fn candidates(&mut self, name: &str) -> Vec<(PathBuf, String)> {
         let preferred = format!("{}.rtsl", snake_case(name));
-        let declares = |text: &str| declared_classes(text).any(|declared| declared == name);
-        let beside = self.beside().iter().filter(|(_, text)| declares(text));
+        let beside = self.beside().iter().filter(|file| file.declares.contains(name));
+        let beside = beside.map(|file| (file.path.clone(), file.text.clone()));
         let (first, others): (Vec<_>, Vec<_>) = beside
-            .cloned()
             .partition(|(path, _)| path.file_name().is_some_and(|file| file == preferred.as_str()));
+        let declares = |text: &str| declared_classes(text).any(|declared| declared == name);
         let standard = rtsl::library::files().iter().filter(|file| declares(file.text));
         let standard = standard.map(|file| (PathBuf::from(file.path), file.text.to_owned()));
         first.into_iter().chain(others).chain(standard).collect()
     }
 
-    fn beside(&mut self) -> &[(PathBuf, String)] {
+    fn beside(&mut self) -> &[ShaderFile] {
         let (files, folder) = (self.files, &self.folder);
         self.beside.get_or_insert_with(|| {
             let paths = files.list(folder).unwrap_or_default();
@@ -98,7 +118,8 @@ impl<'a> Classes<'a> {
             let read = |path: PathBuf| {
                 let text =
                     files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes).ok())?;
-                Some((path, text))
+                let declares = declared_classes(&text).map(str::to_owned).collect();
+                Some(ShaderFile { path, text, declares })
             };
             shaders.filter_map(read).collect()
         })
