@@ -145,3 +145,66 @@ fn what_scenes_get_wrong_has_its_codes() {
         assert!(found.contains(&code), "{text}: {code} expected, found {found:?}");
     }
 }
+
+/// A white matte plane, lit by one lamp overhead only, seen from the side in one point below it.
+fn under_lamp(lamp: &str) -> f32 {
+    let scene = format!(
+        "LookAt 3 1 0  0 0 0  0 1 0\nCamera \"Orthographic\" \"float scale\" 0.01\n\
+         Film \"rgb\" \"integer xresolution\" 1 \"integer yresolution\" 1\n\
+         Sampler \"stratified\" \"integer pixelsamples\" 1024\nWorldBegin\n\
+         AttributeBegin\nAreaLightSource \"Emissive\" \"rgb radiance\" [2 2 2]\n\
+         Translate 0 2 0\n{lamp}\nAttributeEnd\n\
+         Material \"Lambertian\" \"rgb kd\" [1 1 1]\nShape \"Plane\""
+    );
+    render(&scene, &[]).image.pixels[0][0]
+}
+
+#[test]
+fn lamps_light_by_their_form_factors() {
+    // What leaves a white matte surface is the lamp's radiance times its form factor.
+    let table = [
+        ("Shape \"Sphere\" \"float radius\" 0.5", 0.0625),
+        ("Scale 0.25 0.25 0.25 Shape \"Sphere\" \"float radius\" 2", 0.0625),
+        // Disks glow to their upper side unless turned.
+        ("ReverseOrientation Shape \"Disk\" \"float radius\" 1", 0.2),
+        ("Rotate 180 1 0 0 Shape \"Disk\" \"float radius\" 1", 0.2),
+        ("Shape \"Disk\" \"float radius\" 1", 0.0),
+        // Uneven scaling: the same disk from a narrow one; height must not matter.
+        ("ReverseOrientation Scale 2 7 2 Shape \"Disk\" \"float radius\" 0.5", 0.2),
+        // An ellipsoid looks like the disk-shaped cone that touches it: the sphere's cone where its
+        // height is stretched so that sine squared is r^2 / (d^2 - h^2 + r^2).
+        ("Scale 0.5 1 0.5 Shape \"Sphere\"", 0.25 / (4.0 - 1.0 + 0.25)),
+        // What stands between takes the light.
+        (
+            "Shape \"Sphere\" \"float radius\" 0.5 AttributeEnd AttributeBegin\n\
+          Translate 0 1 0 Shape \"Disk\" \"float radius\" 1",
+            0.0,
+        ),
+    ];
+    for (lamp, form_factor) in table {
+        let expected = 2.0 * form_factor;
+        let found = under_lamp(lamp);
+        assert!((found - expected).abs() <= 0.01 * expected, "{lamp}: {found} {expected}");
+    }
+}
+
+#[test]
+fn thin_lamps_count_one_side_once() {
+    // A tube of radius r = 0.001 and half length 2 seen from 2 below: as bright as the strip of width
+    // 2 r that it looks like, whose form factor is 2 r / pi times the integral of 4 / (4 + y^2)^2.
+    let tube = "Rotate 90 1 0 0 Shape \"Cylinder\" \"float radius\" 0.001 \"float yMin\" -2 \
+                \"float yMax\" 2";
+    let expected = 2.0 * 4.0916e-4;
+    let found = under_lamp(tube);
+    assert!((found - expected).abs() < 0.1 * expected, "{found} {expected}");
+}
+
+#[test]
+fn lamps_look_as_bright_as_they_are() {
+    let scene = format!(
+        "{HEAD}WorldBegin\nMaterial \"Lambertian\"\nAreaLightSource \"Emissive\" \"rgb radiance\" [3 2 1]\n\
+         Shape \"Sphere\""
+    );
+    let image = render(&scene, &[]).image;
+    assert_eq!(image.pixels[4 * 9 + 4], [3.0, 2.0, 1.0]);
+}

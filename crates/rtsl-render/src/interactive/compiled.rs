@@ -15,6 +15,7 @@ use crate::math::{Affine, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
+use super::area_light::AreaLight;
 use super::variables::{variables, vector};
 
 /// A class with the kernels that this scene calls.
@@ -58,6 +59,14 @@ pub struct Object {
     pub reverse_orientation: bool,
 }
 
+impl Object {
+    /// What a normal of its own space is in its group's, of any length, on the side that it shows.
+    pub fn normal_to_group(&self, normal: [f32; 3]) -> [f32; 3] {
+        let side = if self.reverse_orientation { -1.0 } else { 1.0 };
+        self.inverse.transposed_vector(normal).map(|x| x * side)
+    }
+}
+
 /// A light.
 pub struct Light {
     /// The light.
@@ -82,6 +91,8 @@ pub struct CompiledScene {
     pub materials: Vec<ShaderInstance>,
     /// The lights.
     pub lights: Vec<Light>,
+    /// The shapes that are sampled as lights; their samples come behind those of `lights`.
+    pub area_lights: Vec<AreaLight>,
     /// What `ambient()` gives.
     pub ambient: [f32; 3],
     /// The objects.
@@ -178,6 +189,9 @@ impl<'a> ShaderTable<'a> {
                     Method::ComputeDerivatives,
                 ],
             );
+            if object.emitter.is_some() {
+                self.add(&object.primitive, &[Method::GenerateSample]);
+            }
             if is_own_material(object) {
                 self.add(&object.primitive, &[Method::Shade, Method::Emission]);
             }
@@ -273,6 +287,7 @@ impl Builder<'_> {
             camera_to_world: scene.camera_to_world.affine(),
             materials: scene.materials.iter().map(|it| self.table.instance(it)).collect(),
             lights: scene.lights.iter().map(|light| self.light(light)).collect(),
+            area_lights: self.area_lights(&scene),
             ambient: scene.ambient,
             objects: scene.objects.iter().map(|object| self.object(object)).collect(),
             geometry,
@@ -289,6 +304,25 @@ impl Builder<'_> {
             forward: light.transform.affine(),
             inverse: inverse(light.transform),
         }
+    }
+
+    /// The shapes of the world that emit and can be sampled.
+    fn area_lights(&self, scene: &Scene) -> Vec<AreaLight> {
+        let has = |instance: &Instance, method: Method| {
+            let shader = self.table.instance(instance).shader;
+            self.shaders[shader].kernel(method).is_some()
+        };
+        // The world's objects are the first members of the scene, in their order.
+        let members = (0..).zip(&scene.world);
+        let lights = members.filter_map(|(member, index)| {
+            let object = &scene.objects[*index as usize];
+            let emitter = object.emitter?;
+            let sampled = has(&object.primitive, Method::GenerateSample)
+                && has(&scene.materials[emitter as usize], Method::Emission);
+            let volume_scale = object.transform.volume_scale();
+            sampled.then_some(AreaLight { member, object: *index, emitter, volume_scale })
+        });
+        lights.collect()
     }
 
     fn object(&self, object: &SceneObject) -> Object {

@@ -9,6 +9,7 @@ use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 use crate::math::{dot, normalize_or};
 use crate::sampling::{RayStream, Sampler};
 
+use super::area_light::{AreaLight, sample};
 use super::compiled::Light;
 use super::shading::{Tracer, radiance};
 use super::variables::{number, set_number, set_vector, variables, vector};
@@ -35,6 +36,17 @@ impl LaneContext {
             geometric_normals: [[0.0; LANES]; 3],
             shading_normals: [[0.0; LANES]; 3],
         }
+    }
+
+    /// Streams and times of the rays of a request, counted as the request counts them.
+    fn of_request(&self, lanes: LaneSet) -> Self {
+        let mut streams = [RayStream::default(); LANES];
+        let mut time = [0.0; LANES];
+        for lane in lanes.iter() {
+            streams[lane] = self.streams[lanes.base as usize + lane];
+            time[lane] = self.time[lanes.base as usize + lane];
+        }
+        LaneContext::new(self.sampler, streams, time)
     }
 
     /// The normal of the surface that a lane hit.
@@ -127,7 +139,7 @@ impl Host for ShadingHost<'_> {
     }
 
     fn light_count(&mut self) -> u32 {
-        self.tracer.scene.lights.len() as u32
+        (self.tracer.scene.lights.len() + self.tracer.scene.area_lights.len()) as u32
     }
 
     fn light_sample(
@@ -137,13 +149,19 @@ impl Host for ShadingHost<'_> {
         query: &LightQueryLanes,
         answer: &mut LightLanes,
     ) -> u32 {
-        let Some(light) = self.tracer.scene.lights.get(index as usize) else { return 0 };
+        let scene = self.tracer.scene;
+        let index = index as usize;
+        let Some(light) = scene.lights.get(index) else {
+            let area_light = scene.area_lights.get(index - scene.lights.len());
+            return area_light
+                .map_or(0, |light| self.sample_area_light(lanes, light, query, answer));
+        };
         if !self.sample_light(lanes, light, query, answer) {
             return 0;
         }
         let reaching = lanes.iter().filter(|lane| reaches(*lane, query, answer));
         let reaching = reaching.fold(0, |mask: u32, lane| mask | 1 << lane);
-        let epsilon = self.tracer.scene.epsilon;
+        let epsilon = scene.epsilon;
         let mut packet = RayPacket::default();
         for lane in lanes.iter() {
             let point = lane_vector(&query.point, lane);
@@ -180,6 +198,23 @@ impl ShadingHost<'_> {
     fn shadow(&mut self, packet: &RayPacket, lanes: u32) -> u32 {
         self.workspace.rays.shadow += u64::from(lanes.count_ones());
         self.tracer.any_hit(self.workspace, packet, LaneMask::from(lanes)) as u32
+    }
+
+    fn sample_area_light(
+        &mut self,
+        lanes: LaneSet,
+        light: &AreaLight,
+        query: &LightQueryLanes,
+        answer: &mut LightLanes,
+    ) -> u32 {
+        // The light's surface has a context of its own; its numbers are those of the rays.
+        let mut context = self.context.of_request(lanes);
+        let (tracer, workspace) = (self.tracer, &mut *self.workspace);
+        let lit = sample(tracer, workspace, &mut context, light, lanes, query, answer);
+        for lane in lanes.iter() {
+            self.context.streams[lanes.base as usize + lane] = context.streams[lane];
+        }
+        lit
     }
 
     /// Runs `illumination`; false if the light has none.
@@ -247,15 +282,20 @@ fn read_light(
 
 /// Whether a light's sample lies within the cone and is not black.
 fn reaches(lane: usize, query: &LightQueryLanes, light: &LightLanes) -> bool {
-    let lit = light.color.iter().any(|channel| channel[lane] != 0.0);
-    let cosine = query.cosine[lane];
-    if cosine == f32::NEG_INFINITY {
-        return lit;
-    }
-    let axis = normalize_or(lane_vector(&query.normal, lane), [0.0; 3]);
-    lit && dot(axis, lane_vector(&light.direction, lane)) >= cosine
+    light.color.iter().any(|channel| channel[lane] != 0.0) && within_cone(lane, query, light)
 }
 
-fn lane_vector(lanes: &[LaneFloats; 3], lane: usize) -> [f32; 3] {
+/// Whether a light's sample lies within the cone.
+pub fn within_cone(lane: usize, query: &LightQueryLanes, light: &LightLanes) -> bool {
+    let cosine = query.cosine[lane];
+    if cosine == f32::NEG_INFINITY {
+        return true;
+    }
+    let axis = normalize_or(lane_vector(&query.normal, lane), [0.0; 3]);
+    dot(axis, lane_vector(&light.direction, lane)) >= cosine
+}
+
+/// The vector of one lane of a request.
+pub fn lane_vector(lanes: &[LaneFloats; 3], lane: usize) -> [f32; 3] {
     [0, 1, 2].map(|axis: usize| lanes[axis][lane])
 }

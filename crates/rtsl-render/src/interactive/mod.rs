@@ -6,6 +6,7 @@
 //! `trace` starts again with a packet of the rays that ask. What a ray brings back depends on that
 //! ray alone; see [`crate::acceleration`] for hits and [`crate::sampling`] for random numbers.
 
+mod area_light;
 mod camera;
 mod compiled;
 mod host;

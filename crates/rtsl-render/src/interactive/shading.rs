@@ -3,7 +3,7 @@
 
 use rtsl::Method;
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
 use crate::math::normalize_or;
 
 use super::compiled::{CompiledScene, ShaderInstance};
@@ -25,6 +25,24 @@ pub struct Tracer<'a> {
 pub type PacketColors = [Lanes; 3];
 
 impl Tracer<'_> {
+    /// The nearest hits; the level keeps what `intersect` left for them.
+    pub fn nearest(
+        &self,
+        workspace: &mut Workspace,
+        level: &mut Level,
+        rays: &RayPacket,
+        lanes: LaneMask,
+    ) -> Hits {
+        let mut intersector = Intersector {
+            scene: self.scene,
+            blocks: &mut workspace.intersection,
+            kept_scratch: Some(&mut level.kept_scratch),
+            problems: self.problems,
+            arrays: 0,
+        };
+        self.scene.geometry.nearest(rays, lanes, &mut intersector)
+    }
+
     /// The lanes that hit anything before their limits.
     pub fn any_hit(
         &self,
@@ -54,14 +72,7 @@ pub fn radiance(
 ) -> PacketColors {
     let mut colors = [[0.0; LANES]; 3];
     let mut level = workspace.take_level();
-    let mut intersector = Intersector {
-        scene: tracer.scene,
-        blocks: &mut workspace.intersection,
-        kept_scratch: Some(&mut level.kept_scratch),
-        problems: tracer.problems,
-        arrays: 0,
-    };
-    let hits = tracer.scene.geometry.nearest(rays, lanes, &mut intersector);
+    let hits = tracer.nearest(workspace, &mut level, rays, lanes);
     add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
     let runs = runs(tracer.scene, &hits, lanes);
     for run in &runs {
@@ -181,8 +192,7 @@ fn shade(
         // The shape's own methods read what its `intersect` left.
         blocks.call(&call, shading.lanes, Some(kept_scratch), host);
     } else {
-        let arrays = scene.shader(instance).program.layout().scratch_arrays as usize;
-        (0..arrays).for_each(|array| blocks.scratch.words_mut(array).fill(0));
+        blocks.clear_scratch(call.scratch_arrays(scene));
         blocks.call(&call, shading.lanes, None, host);
     }
     add_colors(&blocks.state, result, shading.lanes, colors);

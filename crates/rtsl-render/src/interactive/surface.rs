@@ -150,14 +150,13 @@ fn to_world(
     set_vector(state, v.ray_direction, lane, direction);
     set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));
     set_vector(state, v.hit_point, lane, along(origin, direction, hits.distance[lane]));
-    let side = if run.object.reverse_orientation { -1.0 } else { 1.0 };
     let mut geometric = [0.0, 0.0, 1.0];
     for (variable, is_geometric) in [(v.geometric_normal, true), (v.shading_normal, false)] {
-        let mut normal = run.object.inverse.transposed_vector(vector(state, variable, lane));
+        let mut normal = run.object.normal_to_group(vector(state, variable, lane));
         if let Some((_, inverse)) = &run.placement {
             normal = inverse.transposed_vector(normal);
         }
-        let normal = normalize_or(normal.map(|x| x * side), geometric);
+        let normal = normalize_or(normal, geometric);
         set_vector(state, variable, lane, normal);
         if is_geometric {
             geometric = normal;

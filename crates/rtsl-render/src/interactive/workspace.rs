@@ -81,6 +81,11 @@ impl CallBlocks {
         }
     }
 
+    /// Sets the first `arrays` arrays of scratch to zero.
+    pub fn clear_scratch(&mut self, arrays: usize) {
+        (0..arrays).for_each(|array| self.scratch.words_mut(array).fill(0));
+    }
+
     /// Calls a method for `lanes`; returns the lanes that accepted a hit. `scratch` stands for
     /// the blocks' own where it is given.
     pub fn call(
@@ -127,6 +132,13 @@ pub struct KernelCall<'a> {
     pub class: &'a str,
     /// Where problems go.
     pub problems: &'a Problems,
+}
+
+impl KernelCall<'_> {
+    /// The number of scratch arrays that the kernel may use.
+    pub fn scratch_arrays(&self, scene: &CompiledScene) -> usize {
+        scene.shader(self.instance).program.layout().scratch_arrays as usize
+    }
 }
 
 impl CompiledScene {

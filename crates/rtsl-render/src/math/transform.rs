@@ -86,6 +86,11 @@ impl Transform {
         self.0.determinant() < 0.0
     }
 
+    /// How much larger volumes become; positive.
+    pub fn volume_scale(self) -> f64 {
+        self.0.determinant().abs()
+    }
+
     /// The point that `point` becomes, in binary64.
     pub fn point(self, point: [f64; 3]) -> [f64; 3] {
         let p = DVec3::from_array(point);
