@@ -142,10 +142,13 @@ impl Loader<'_> {
     fn scene(&mut self, settings: Settings) -> Option<Scene> {
         let description = self.description;
         let Some(camera) = description.camera else {
-            self.diagnostics.push(
-                Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
-                    .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
-            );
+            // Where nothing could be read, that has been said.
+            if !(description.entities.is_empty() && self.diagnostics.has_errors()) {
+                self.diagnostics.push(
+                    Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
+                        .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
+                );
+            }
             return None;
         };
         let camera_to_world = description.entities[camera.0].transform.inverse();
