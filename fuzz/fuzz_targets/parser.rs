@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../shared/text.rs"]
+#[path = "../entries/text.rs"]
 #[allow(dead_code, reason = "each target runs one of its functions")]
 mod text;
 

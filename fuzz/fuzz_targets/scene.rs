@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../shared/scene.rs"]
+#[path = "../entries/scene.rs"]
 mod scene;
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {

@@ -1,9 +1,9 @@
 //! A short run of the fuzz target for scenes: mutations of the repository's own, the same in
 //! every run.
 
-#[path = "../../../fuzz/shared/mutation.rs"]
+#[path = "../../../fuzz/entries/mutation.rs"]
 mod mutation;
-#[path = "../../../fuzz/shared/scene.rs"]
+#[path = "../../../fuzz/entries/scene.rs"]
 mod scene;
 
 use std::path::Path;

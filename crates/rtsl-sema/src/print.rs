@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use rtsl_ir::Constant;
 
-use crate::check::{binary_symbol, plain_type_name, unary_symbol};
+use crate::check::plain_type_name;
 use crate::hir::{
     Class, Expression, ExpressionKind, Function, FunctionId, Illuminance, Loop, Module, Passing,
     ReferenceFunction, Statement, StatementKind, StepOperator, Storage, SwitchCase, Type,
@@ -254,15 +254,15 @@ impl<'m> Printer<'m> {
             ExpressionKind::Convert(operand) => format!("{}<-({})", ty(), self.expression(operand)),
             ExpressionKind::Construct(arguments) => format!("{}({})", ty(), self.list(arguments)),
             ExpressionKind::Unary(operator, operand) => {
-                format!("{}{}", unary_symbol(*operator), self.expression(operand))
+                format!("{}{}", operator.text(), self.expression(operand))
             }
             ExpressionKind::Binary(operator, left, right) => {
-                self.infix(binary_symbol(*operator), left, right)
+                self.infix(operator.text(), left, right)
             }
             ExpressionKind::And(left, right) => self.infix("&&", left, right),
             ExpressionKind::Or(left, right) => self.infix("||", left, right),
             ExpressionKind::Assign { target, operator, value } => {
-                let operator = operator.map_or("", binary_symbol);
+                let operator = operator.map_or("", |operator| operator.text());
                 self.infix(&format!("{operator}="), target, value)
             }
             ExpressionKind::Step { target, by, prefix } => self.step(target, *by, *prefix),

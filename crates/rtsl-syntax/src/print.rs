@@ -8,8 +8,7 @@ use std::fmt::{self, Write};
 use crate::ast::{
     Annotation, AnnotationValue, BinaryOperator, Block, Class, ClassForm, Condition, Expression,
     ExpressionKind, Function, Initializer, Item, Parameter, Qualifier, Qualifiers, Statement,
-    StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, UnaryOperator,
-    Variable,
+    StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
 };
 
 /// The text of `unit`.
@@ -315,7 +314,7 @@ impl fmt::Display for Show<'_, Expression> {
                 write!(f, "({}, {})", Show(&**first), Show(&**second))
             }
             ExpressionKind::Unary(operator, operand) => {
-                write!(f, "({}{})", unary_text(*operator), Show(&**operand))
+                write!(f, "({}{})", operator.text(), Show(&**operand))
             }
             ExpressionKind::Step { target, by, prefix } => {
                 let text = match by {
@@ -347,42 +346,6 @@ impl fmt::Display for Show<'_, Expression> {
             ExpressionKind::MethodCall { receiver, method, arguments } => {
                 write!(f, "{}.{}({})", Show(&**receiver), method.name, List(arguments))
             }
-        }
-    }
-}
-
-fn unary_text(operator: UnaryOperator) -> &'static str {
-    match operator {
-        UnaryOperator::Negate => "-",
-        UnaryOperator::Not => "!",
-        UnaryOperator::BitNot => "~",
-        UnaryOperator::Plus => "+",
-    }
-}
-
-impl BinaryOperator {
-    /// As it is written.
-    pub fn text(self) -> &'static str {
-        match self {
-            BinaryOperator::Add => "+",
-            BinaryOperator::Subtract => "-",
-            BinaryOperator::Multiply => "*",
-            BinaryOperator::Divide => "/",
-            BinaryOperator::Remainder => "%",
-            BinaryOperator::ShiftLeft => "<<",
-            BinaryOperator::ShiftRight => ">>",
-            BinaryOperator::BitAnd => "&",
-            BinaryOperator::BitOr => "|",
-            BinaryOperator::BitXor => "^",
-            BinaryOperator::Less => "<",
-            BinaryOperator::LessEqual => "<=",
-            BinaryOperator::Greater => ">",
-            BinaryOperator::GreaterEqual => ">=",
-            BinaryOperator::Equal => "==",
-            BinaryOperator::NotEqual => "!=",
-            BinaryOperator::And => "&&",
-            BinaryOperator::Or => "||",
-            BinaryOperator::Xor => "^^",
         }
     }
 }

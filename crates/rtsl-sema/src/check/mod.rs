@@ -62,7 +62,6 @@ use functions::{FunctionContext, FunctionInfo};
 use scope::{Level, Scopes};
 use types::StructInfo;
 
-pub(crate) use operators::{binary_symbol, unary_symbol};
 pub(crate) use types::plain_type_name;
 
 /// The functions that every unit may call, checked once for many units.

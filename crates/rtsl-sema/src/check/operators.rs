@@ -214,7 +214,7 @@ impl Checker<'_> {
         let shown = self.show(&operand.ty);
         let mut diagnostic = Diagnostic::new(
             codes::BAD_OPERANDS,
-            format!("`{}` does not apply to `{shown}`", unary_symbol(operator)),
+            format!("`{}` does not apply to `{shown}`", operator.text()),
         )
         .at(operand.span, format!("this is `{shown}`"));
         if operator == UnaryOperator::Not && matches!(operand.ty, Type::Vector(Scalar::Bool, _)) {
@@ -274,7 +274,7 @@ impl Checker<'_> {
         span: Span,
     ) {
         let (first, second) = (self.show(&left.ty), self.show(&right.ty));
-        let symbol = binary_symbol(operator);
+        let symbol = operator.text();
         let mut diagnostic = Diagnostic::new(
             codes::BAD_OPERANDS,
             format!("`{symbol}` does not apply to `{first}` and `{second}`"),
@@ -331,40 +331,5 @@ fn takes_operand(operator: UnaryOperator, ty: &Type) -> bool {
             | Type::Reference(_)
             | Type::Error => false,
         },
-    }
-}
-
-/// The operator as text writes it.
-pub(crate) fn unary_symbol(operator: UnaryOperator) -> &'static str {
-    match operator {
-        UnaryOperator::Negate => "-",
-        UnaryOperator::Not => "!",
-        UnaryOperator::BitNot => "~",
-        UnaryOperator::Plus => "+",
-    }
-}
-
-/// The operator as text writes it.
-pub(crate) fn binary_symbol(operator: BinaryOperator) -> &'static str {
-    match operator {
-        BinaryOperator::Add => "+",
-        BinaryOperator::Subtract => "-",
-        BinaryOperator::Multiply => "*",
-        BinaryOperator::Divide => "/",
-        BinaryOperator::Remainder => "%",
-        BinaryOperator::ShiftLeft => "<<",
-        BinaryOperator::ShiftRight => ">>",
-        BinaryOperator::BitAnd => "&",
-        BinaryOperator::BitOr => "|",
-        BinaryOperator::BitXor => "^",
-        BinaryOperator::Less => "<",
-        BinaryOperator::LessEqual => "<=",
-        BinaryOperator::Greater => ">",
-        BinaryOperator::GreaterEqual => ">=",
-        BinaryOperator::Equal => "==",
-        BinaryOperator::NotEqual => "!=",
-        BinaryOperator::And => "&&",
-        BinaryOperator::Or => "||",
-        BinaryOperator::Xor => "^^",
     }
 }
