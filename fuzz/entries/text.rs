@@ -51,7 +51,8 @@ pub fn compile(data: &[u8]) -> bool {
         for method in class.methods.keys().copied() {
             for shape in Shape::ALL {
                 let target = Target::by_name("x86-64-v3");
-                let request = EmitRequest { emit: Emit::Llvm, method, shape, target };
+                let request =
+                    EmitRequest { emit: Emit::Llvm, method, variant: shape.into(), target };
                 // A limit may be passed; that is an error, not a failure.
                 let _ = program.emit(&request);
             }

@@ -20,10 +20,13 @@ pub mod specialise;
 mod substitution;
 #[cfg(test)]
 mod testing;
+pub mod unread;
 pub mod unroll;
 
-use rtsl_ir::Function;
+use std::collections::BTreeMap;
+
 use rtsl_ir::verify::verify;
+use rtsl_ir::{Constant, Function, PlaceId};
 
 /// What [`optimize`] does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +88,41 @@ pub fn optimize(function: &mut Function, options: &Options) {
     if let Some(limit) = options.budget {
         run("budget", function, |function| budget::run(function, limit));
     }
+    run("renumber", function, Function::renumber);
+}
+
+/// What is known of a function's caller.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Caller {
+    /// Scalars of members whose values are always these.
+    pub known: BTreeMap<(PlaceId, u32), Constant>,
+    /// For each output whether it is read; all are where `None`.
+    pub read: Option<Vec<bool>>,
+}
+
+/// Makes an optimised function one for this caller. Contraction and budget stay as they are: the
+/// results are those of the function to the bit, and so is what it reports.
+pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
+    if let Some(read) = &caller.read {
+        run("unread", function, |function| unread::run(function, read));
+    }
+    run("specialise", function, |function| specialise::run(function, &caller.known));
+    if optimize && !caller.known.is_empty() {
+        run("fold", function, fold::run);
+        run("unroll", function, unroll::run);
+        run("fold", function, fold::run);
+        // Unrolling makes constants of indices, and with them more of the members known.
+        run("specialise", function, |function| specialise::run(function, &caller.known));
+        run("promote", function, promote::run);
+        run("fold", function, fold::run);
+        run("dead", function, dead::run);
+        run("select", function, select::run);
+        run("fold", function, fold::run);
+        run("number", function, number::run);
+        run("leave", function, leave::run);
+        run("hoist", function, hoist::run);
+    }
+    run("dead", function, dead::run);
     run("renumber", function, Function::renumber);
 }
 

@@ -13,7 +13,7 @@ mod types;
 
 pub use roles::{Method, Role};
 pub use state::{
-    Access, Default, Direction, Origin, Row, StateVariable, lookup_state, rows,
-    state_component_count, state_variables,
+    Access, Default, Direction, MAX_STATE_VARIABLES, Origin, Row, StateVariable, lookup_state,
+    rows, state_component_count, state_variables,
 };
 pub use types::{COLOR_COMPONENTS, StateType};

@@ -111,6 +111,9 @@ pub struct StateVariable {
     pub first_component: u32,
 }
 
+/// No fewer than there are distinct state variables.
+pub const MAX_STATE_VARIABLES: usize = ROWS.len();
+
 /// All rows, by role.
 pub fn rows() -> &'static [Row] {
     ROWS

@@ -1,11 +1,11 @@
 //! What the compiler makes on the way, for people to look at.
 
 use rtsl_jit::{Llvm, Target};
-use rtsl_packet::Shape;
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
 use crate::program::Program;
+use crate::variant::Variant;
 use crate::{engine, errors, pipeline};
 
 /// A form of a method on its way to machine code.
@@ -32,8 +32,8 @@ pub struct EmitRequest {
     pub emit: Emit,
     /// The method.
     pub method: Method,
-    /// What rays have in common.
-    pub shape: Shape,
+    /// For which callers.
+    pub variant: Variant,
     /// The machine; the host where `None`.
     pub target: Option<Target>,
 }
@@ -45,11 +45,12 @@ impl Program {
     /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
     pub fn emit(&self, request: &EmitRequest) -> Result<Vec<u8>, Diagnostic> {
         let method = self.method(request.method)?;
-        let function = &method.function;
+        let variant = self.canonical(&method, request.variant.clone());
+        let function = &*self.specialise(&method, &variant);
         if request.emit == Emit::Ir {
             return Ok(function.to_string().into_bytes());
         }
-        let packet = pipeline::packet(function, request.shape, self.layout(), self.shared().width)?;
+        let packet = pipeline::packet(function, variant.shape, self.layout(), self.shared().width)?;
         if request.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
         }

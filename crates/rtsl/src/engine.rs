@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
 use rtsl_jit::Llvm;
-use rtsl_packet::Shape;
 use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
 use rtsl_spec::Method;
 
@@ -15,6 +14,7 @@ use crate::kernel::Kernel;
 use crate::options::{Backend, EngineOptions};
 use crate::program::Program;
 use crate::tree::ClassTree;
+use crate::variant::Variant;
 
 /// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
 /// threads.
@@ -34,7 +34,28 @@ pub(crate) struct Shared {
 }
 
 /// A kernel to make.
-pub type KernelRequest = (Arc<Program>, Method, Shape);
+#[derive(Clone, Debug)]
+pub struct KernelRequest {
+    /// The program.
+    pub program: Arc<Program>,
+    /// One of its methods.
+    pub method: Method,
+    /// Which of the method's kernels.
+    pub variant: Variant,
+}
+
+impl KernelRequest {
+    /// A kernel of a method; a [`Shape`](rtsl_packet::Shape) asks for the plain one of the shape.
+    pub fn new(program: &Arc<Program>, method: Method, variant: impl Into<Variant>) -> Self {
+        KernelRequest { program: program.clone(), method, variant: variant.into() }
+    }
+
+    fn is(&self, other: &KernelRequest) -> bool {
+        Arc::ptr_eq(&self.program, &other.program)
+            && self.method == other.method
+            && self.variant == other.variant
+    }
+}
 
 impl Engine {
     /// The widths that there are kernels for.
@@ -118,32 +139,35 @@ impl Engine {
         if self.shared.llvm.is_some() {
             self.compile_together(requests);
         }
-        let kernels =
-            requests.iter().map(|(program, method, shape)| program.kernel(*method, *shape));
+        let kernels = requests.iter();
+        let kernels = kernels.map(|it| it.program.kernel(it.method, it.variant.clone()));
         kernels.collect()
     }
 
     fn compile_together(&self, requests: &[KernelRequest]) {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut missing: Vec<&KernelRequest> = Vec::new();
-        for request @ (program, method, shape) in requests {
-            let same = |other: &&KernelRequest| {
-                Arc::ptr_eq(&other.0, program) && (other.1, other.2) == (*method, *shape)
-            };
-            if !program.has_made(*method, *shape) && !missing.iter().any(same) {
-                missing.push(request);
+        let linked = requests.iter().map(|_| OnceLock::new()).collect::<Vec<_>>();
+        on_threads(threads, requests.len(), |index| {
+            let KernelRequest { program, method, variant } = &requests[index];
+            let Ok(method) = program.method(*method) else { return };
+            let size = method.function.values.len();
+            let _ = linked[index].set((size, program.canonical(&method, variant.clone())));
+        });
+        let mut missing: Vec<(usize, KernelRequest)> = Vec::new();
+        for (request, linked) in requests.iter().zip(linked) {
+            let Some((size, variant)) = linked.into_inner() else { continue };
+            let request = KernelRequest { variant, ..request.clone() };
+            let KernelRequest { program, method, variant } = &request;
+            if !program.has_made(*method, variant)
+                && !missing.iter().any(|(_, other)| other.is(&request))
+            {
+                missing.push((size, request));
             }
         }
-        let sizes: Vec<AtomicUsize> = missing.iter().map(|_| AtomicUsize::new(0)).collect();
-        on_threads(threads, missing.len(), |index| {
-            let (program, method, _) = missing[index];
-            let size = program.method(*method).map_or(0, |method| method.function.values.len());
-            sizes[index].store(size, Ordering::Relaxed);
-        });
-        let sizes: Vec<usize> = sizes.into_iter().map(AtomicUsize::into_inner).collect();
+        let sizes: Vec<usize> = missing.iter().map(|(size, _)| *size).collect();
         let modules = into_modules(&sizes, threads);
         on_threads(threads, modules.len(), |index| {
-            let module: Vec<_> = modules[index].iter().map(|index| missing[*index]).collect();
+            let module: Vec<_> = modules[index].iter().map(|index| &missing[*index].1).collect();
             Program::make_together(&module, &self.shared);
         });
     }

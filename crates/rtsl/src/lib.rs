@@ -12,7 +12,7 @@
 //!    answers `trace`, `illuminance` and their like.
 //!
 //! Parameters are data: instances that differ only in their parameters share a program, and
-//! changing one compiles nothing.
+//! changing one compiles nothing. A [`Variant`] says more of a kernel's callers, for faster code.
 //!
 //! [`pipeline`] names every stage of the compiler in order.
 //!
@@ -39,6 +39,7 @@ mod state;
 mod tree;
 mod unit;
 mod value;
+mod variant;
 
 pub use compiler::{Compiler, CompilerOptions};
 pub use emit::{Emit, EmitRequest};
@@ -53,6 +54,7 @@ pub use program::{LinkedMethod, Program};
 pub use state::{new_state, set_defaults};
 pub use unit::{Compilation, Unit};
 pub use value::{Numbers, Value};
+pub use variant::{KnownMembers, Outputs, Variant};
 
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,

@@ -5,14 +5,16 @@
 //!    single-ray representation).
 //! 2. `link`: a method and those it calls through references to one function, when instances are
 //!    known: `link::link`, then `rtsl_opt::optimize`, which lists its passes.
-//! 3. `kernels`: functions to machine code, when they are first called: `rtsl_packet::lower` (masks,
+//! 3. `specialise`: to a function for callers of whom more is known, if there is more:
+//!    `rtsl_opt::specialise`.
+//! 4. `kernels`: functions to machine code, when they are first called: `rtsl_packet::lower` (masks,
 //!    one shape and width), `rtsl_llvm::emit` (text), `Llvm::compile` (LLVM's passes, object,
-//!    loading). Without LLVM step 3 is the interpreter.
+//!    loading). Without LLVM step 4 is the interpreter.
 
 use std::sync::Arc;
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, Output, PlaceKind};
+use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
 use rtsl_jit::{CompiledKernel, JitError, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
@@ -20,7 +22,7 @@ use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
 use rtsl_sema::lower::lower_class;
 use rtsl_source::Diagnostic;
-use rtsl_spec::Method;
+use rtsl_spec::{Method, lookup_state};
 use rtsl_syntax::IncludeLoader;
 
 use crate::compiler::CompilerOptions;
@@ -33,6 +35,7 @@ use crate::options::{EngineOptions, Math};
 use crate::prelude::prelude;
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
+use crate::variant::{Outputs, Variant};
 
 /// Text to classes.
 pub(crate) fn compile(
@@ -90,6 +93,47 @@ pub(crate) fn link(
     };
     rtsl_opt::optimize(&mut linked.function, &passes);
     Ok(linked)
+}
+
+/// A linked method for callers of whom more is known.
+pub(crate) fn specialise(
+    function: &Arc<Function>,
+    variant: &Variant,
+    layout: &Layout,
+    options: &EngineOptions,
+) -> Arc<Function> {
+    let Variant { shape: _, outputs, known } = variant;
+    if *outputs == Outputs::ALL && known.is_empty() {
+        return function.clone();
+    }
+    let is_read = |output: &Output| {
+        let place = function.place(output.place);
+        match place.kind {
+            PlaceKind::State => lookup_state(&place.name).is_none_or(|it| outputs.has_state(it)),
+            PlaceKind::Scratch => outputs.has_scratch(),
+            PlaceKind::Accepted
+            | PlaceKind::Member
+            | PlaceKind::Parameter
+            | PlaceKind::Buffer
+            | PlaceKind::Slot => true,
+        }
+    };
+    let members = (0..).map(PlaceId).zip(&function.places);
+    let members = members.filter(|(_, place)| place.kind == PlaceKind::Member);
+    let known = members.flat_map(|(id, place)| {
+        let first = layout.members[&place.name];
+        (0..place.len).filter_map(move |index| {
+            let bits = known.get(first + index)?;
+            Some(((id, index), Constant::from_bits(place.scalar, bits)))
+        })
+    });
+    let caller = rtsl_opt::Caller {
+        known: known.collect(),
+        read: Some(function.outputs.iter().map(is_read).collect()),
+    };
+    let mut function = Function::clone(function);
+    rtsl_opt::specialise(&mut function, &caller, options.optimization != OptLevel::O0);
+    Arc::new(function)
 }
 
 /// A kernel to make.

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
+use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region};
 use rtsl_jit::{InstanceBlock, LaneBlock};
-use rtsl_packet::{Layout, Shape};
+use rtsl_packet::Layout;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
@@ -14,6 +14,7 @@ use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
+use crate::variant::{KnownMembers, Variant};
 use crate::{Instance, errors};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
@@ -25,7 +26,7 @@ pub struct Program {
     places: TreePlaces,
     layout: Layout,
     methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
-    kernels: Mutex<BTreeMap<(Method, Shape), Arc<KernelCell>>>,
+    kernels: Mutex<BTreeMap<(Method, Variant), Arc<KernelCell>>>,
 }
 
 type KernelCell = OnceLock<Result<Arc<Kernel>, Diagnostic>>;
@@ -41,6 +42,8 @@ pub struct LinkedMethod {
     pub reads: Vec<&'static StateVariable>,
     /// The state variables that it sets.
     pub writes: Vec<&'static StateVariable>,
+    /// Whether it sets scratch.
+    pub sets_scratch: bool,
 }
 
 impl Program {
@@ -101,50 +104,87 @@ impl Program {
         .clone()
     }
 
-    /// The kernel of a method, made at the first call.
+    /// The members of an instance as known values, for [`Variant::knowing`].
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn known_members(&self, instance: &Instance) -> KnownMembers {
+        let block = self.block(instance);
+        let words = self.places.members.iter().flat_map(|place| {
+            let first = self.layout.members[&place.name];
+            (first..first + place.len).map(|word| (word, block.words()[word as usize]))
+        });
+        KnownMembers::new(words.collect())
+    }
+
+    /// A kernel of a method, made at the first call.
+    ///
+    /// A kernel that [knows](Variant::known) members must be called for instances that have
+    /// them: for others its results are unspecified.
     ///
     /// # Errors
     /// As for [`Program::method`], or if code generation fails.
-    pub fn kernel(&self, method: Method, shape: Shape) -> Result<Arc<Kernel>, Diagnostic> {
-        self.cell(method, shape).get_or_init(|| self.make_kernel(method, shape)).clone()
+    pub fn kernel(
+        &self,
+        method: Method,
+        variant: impl Into<Variant>,
+    ) -> Result<Arc<Kernel>, Diagnostic> {
+        let linked = self.method(method)?;
+        let variant = self.canonical(&linked, variant.into());
+        let cell = self.cell(method, &variant);
+        cell.get_or_init(|| {
+            let function = self.specialise(&linked, &variant);
+            let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
+            let mut kernels = pipeline::kernels(&[job], &self.shared)?;
+            Ok(Arc::new(kernels.remove(0)))
+        })
+        .clone()
     }
 
-    fn cell(&self, method: Method, shape: Shape) -> Arc<KernelCell> {
+    /// The function of a variant.
+    pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
+        pipeline::specialise(&method.function, variant, &self.layout, &self.shared.options)
+    }
+
+    /// The variant without what makes no difference to the method, so that equal kernels are
+    /// made once.
+    pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
+        let outputs = variant.outputs.of_method(method);
+        let known = variant.known.of_function(&method.function, &self.layout);
+        Variant { outputs, known, ..variant }
+    }
+
+    fn cell(&self, method: Method, variant: &Variant) -> Arc<KernelCell> {
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        kernels.entry((method, shape)).or_default().clone()
+        kernels.entry((method, variant.clone())).or_default().clone()
     }
 
-    /// Whether the kernel has been made, well or not.
-    pub(crate) fn has_made(&self, method: Method, shape: Shape) -> bool {
-        self.cell(method, shape).get().is_some()
+    /// Whether a kernel of a canonical variant has been made, well or not.
+    pub(crate) fn has_made(&self, method: Method, variant: &Variant) -> bool {
+        self.cell(method, variant).get().is_some()
     }
 
-    /// Makes kernels together. What fails is left to be made one by one, so that each gets its own
-    /// error.
+    /// Makes kernels of canonical variants together. What fails is left to be made one by one, so
+    /// that each gets its own error.
     pub(crate) fn make_together(requests: &[&KernelRequest], shared: &Shared) {
-        let methods = requests.iter().map(|(program, method, _)| program.method(*method));
-        let Ok(methods) = methods.collect::<Result<Vec<_>, _>>() else { return };
-        let jobs = requests.iter().zip(&methods).map(|((program, _, shape), method)| Job {
-            function: &method.function,
-            shape: *shape,
-            layout: &program.layout,
+        let functions = requests.iter().map(|KernelRequest { program, method, variant }| {
+            program.method(*method).map(|method| program.specialise(&method, variant))
+        });
+        let Ok(functions) = functions.collect::<Result<Vec<_>, _>>() else { return };
+        let jobs = requests.iter().zip(&functions).map(|(request, function)| Job {
+            function,
+            shape: request.variant.shape,
+            layout: &request.program.layout,
         });
         let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
-        for ((program, method, shape), kernel) in requests.iter().zip(kernels) {
+        for (KernelRequest { program, method, variant }, kernel) in requests.iter().zip(kernels) {
             // Somebody may have been faster; one kernel is as good as the other.
-            let _ = program.cell(*method, *shape).set(Ok(Arc::new(kernel)));
+            let _ = program.cell(*method, variant).set(Ok(Arc::new(kernel)));
         }
     }
 
     pub(crate) fn shared(&self) -> &Shared {
         &self.shared
-    }
-
-    fn make_kernel(&self, method: Method, shape: Shape) -> Result<Arc<Kernel>, Diagnostic> {
-        let method = self.method(method)?;
-        let job = Job { function: &method.function, shape, layout: &self.layout };
-        let mut kernels = pipeline::kernels(&[job], &self.shared)?;
-        Ok(Arc::new(kernels.remove(0)))
     }
 }
 
@@ -154,7 +194,9 @@ impl LinkedMethod {
         let writes = state_places(&function, |function, place| {
             function.outputs.iter().any(|output| output.place == place)
         });
-        LinkedMethod { function: Arc::new(function), warnings, reads, writes }
+        let kind = |output: &Output| function.place(output.place).kind;
+        let sets_scratch = function.outputs.iter().any(|it| kind(it) == PlaceKind::Scratch);
+        LinkedMethod { function: Arc::new(function), warnings, reads, writes, sets_scratch }
     }
 }
 

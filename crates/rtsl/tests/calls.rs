@@ -8,7 +8,8 @@ use rtsl::host::{
 };
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
-    Instances, LaneBlock, LaneMask, Method, Role, Shape, Target, lookup_state, new_state,
+    Instances, KernelRequest, LaneBlock, LaneMask, Method, Role, Shape, Target, lookup_state,
+    new_state,
 };
 use rtsl_ir::Function;
 
@@ -211,8 +212,9 @@ fn instances_of_one_class_share_their_program_and_kernels() {
     let instances = [(); 2].map(|()| Instance::new(&class, []).unwrap());
     let programs = [engine.program(&instances[0]), engine.program(&instances[1])];
     assert!(Arc::ptr_eq(&programs[0], &programs[1]));
-    let requests: Vec<_> =
-        [Method::Shade; 3].map(|method| (programs[0].clone(), method, Shape::Packet)).into();
+    let requests: Vec<_> = [Method::Shade; 3]
+        .map(|method| KernelRequest::new(&programs[0], method, Shape::Packet))
+        .into();
     let kernels: Vec<_> = engine.compile_all(&requests).into_iter().map(Result::unwrap).collect();
     assert!(Arc::ptr_eq(&kernels[0], &kernels[2]));
     let method = programs[0].method(Method::Shade).unwrap();
@@ -239,7 +241,8 @@ fn every_form_can_be_printed() {
     }
     for (emit, part) in forms {
         let target = Target::by_name("x86-64-v3");
-        let request = EmitRequest { emit, method: Method::Shade, shape: Shape::Packet, target };
+        let request =
+            EmitRequest { emit, method: Method::Shade, variant: Shape::Packet.into(), target };
         let text = program.emit(&request).unwrap();
         assert!(String::from_utf8_lossy(&text).contains(part), "{emit:?}");
     }

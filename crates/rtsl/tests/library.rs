@@ -6,8 +6,8 @@ use std::sync::Arc;
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
     Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceTable,
-    Instances, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar, Shape, Value,
-    library, new_state,
+    Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar,
+    Shape, Value, library, new_state,
 };
 
 const COUNT: usize = 29;
@@ -198,7 +198,7 @@ fn the_prelude_and_every_file_compile_without_a_word() {
 fn call_all(engine: &Engine, classes: &[Arc<Class>], shape: Shape) -> Vec<(String, Vec<u32>)> {
     let programs: Vec<_> = classes.iter().map(|it| engine.program(&instance(it))).collect();
     let requests = classes.iter().zip(&programs).flat_map(|(class, program)| {
-        class.methods.keys().map(|method| (program.clone(), *method, shape))
+        class.methods.keys().map(|method| KernelRequest::new(program, *method, shape))
     });
     let kernels = engine.compile_all(&requests.collect::<Vec<_>>());
     assert!(kernels.iter().all(Result::is_ok));

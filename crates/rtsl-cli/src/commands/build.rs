@@ -121,7 +121,7 @@ fn emit_methods(
         let request = EmitRequest {
             emit: form,
             method,
-            shape: arguments.shape,
+            variant: arguments.shape.into(),
             target: target(arguments.target.as_deref())?,
         };
         contents.extend(program.emit(&request)?);

@@ -228,7 +228,7 @@ impl<'a> ShaderTable<'a> {
             .programs
             .iter()
             .flat_map(|(program, methods)| {
-                methods.iter().map(|method| (program.clone(), *method, Shape::Packet))
+                methods.iter().map(|method| KernelRequest::new(program, *method, Shape::Packet))
             })
             .collect();
         let mut kernels = self.engine.compile_all(&requests).into_iter();

@@ -132,7 +132,7 @@ fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
     let request = EmitRequest {
         emit,
         method: Method::from_name(method).ok_or("there is no such method")?,
-        shape: Shape::from_name(shape).ok_or("there is no such shape")?,
+        variant: Shape::from_name(shape).ok_or("there is no such shape")?.into(),
         target: Target::by_name("x86-64-v3"),
     };
     let text = engine.program_of_class(class).emit(&request).map_err(|error| error.message)?;

@@ -1,0 +1,156 @@
+//! Which of a method's kernels a caller wants.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rtsl_ir::{Function, Index, OpKind, PlaceKind};
+use rtsl_packet::{Layout, Shape};
+use rtsl_spec::{StateVariable, state_variables};
+
+use crate::program::LinkedMethod;
+
+/// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
+/// the bit. The plain one of a [`Shape`] serves every caller; what else is said makes it faster.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Variant {
+    /// What the rays of a call have in common.
+    pub shape: Shape,
+    /// What the caller reads.
+    pub outputs: Outputs,
+    /// What is known of the instances of every call.
+    pub known: KnownMembers,
+}
+
+impl Variant {
+    /// The kernel for every caller.
+    pub fn new(shape: Shape) -> Variant {
+        Variant { shape, outputs: Outputs::ALL, known: KnownMembers::default() }
+    }
+
+    /// The same for a caller that reads no more than this.
+    #[must_use]
+    pub fn reading(self, outputs: Outputs) -> Variant {
+        Variant { outputs, ..self }
+    }
+
+    /// The same for instances with these members.
+    #[must_use]
+    pub fn knowing(self, known: KnownMembers) -> Variant {
+        Variant { known, ..self }
+    }
+}
+
+impl From<Shape> for Variant {
+    fn from(shape: Shape) -> Variant {
+        Variant::new(shape)
+    }
+}
+
+/// What a caller reads of what a method leaves. The kernel does not store the rest: there the
+/// blocks stay as they are. Which rays accepted a hit is always told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Outputs {
+    /// State variables, by their index.
+    state: u128,
+    scratch: bool,
+}
+
+// A variable each bit.
+const _: () = assert!(u128::BITS as usize >= rtsl_spec::MAX_STATE_VARIABLES);
+
+impl Outputs {
+    /// All there is.
+    pub const ALL: Outputs = Outputs { state: u128::MAX, scratch: true };
+    /// Nothing but which rays accepted a hit.
+    pub const NONE: Outputs = Outputs { state: 0, scratch: false };
+
+    /// These state variables, and no scratch.
+    pub fn state<'a>(variables: impl IntoIterator<Item = &'a StateVariable>) -> Outputs {
+        let bits = variables.into_iter().map(|variable| 1 << variable.index);
+        Outputs { state: bits.fold(0, |all, bit: u128| all | bit), scratch: false }
+    }
+
+    /// The same with scratch.
+    #[must_use]
+    pub const fn with_scratch(self) -> Outputs {
+        Outputs { scratch: true, ..self }
+    }
+
+    /// Whether the variable is read.
+    pub const fn has_state(self, variable: &StateVariable) -> bool {
+        self.state >> variable.index & 1 != 0
+    }
+
+    /// Whether scratch is read.
+    pub const fn has_scratch(self) -> bool {
+        self.scratch
+    }
+
+    /// The variables that are read, in the order of the one table.
+    pub fn variables(self) -> impl Iterator<Item = &'static StateVariable> {
+        state_variables().iter().filter(move |variable| self.has_state(variable))
+    }
+
+    /// Of these the ones that the method sets; all there is where that is all that it sets.
+    pub(crate) fn of_method(self, method: &LinkedMethod) -> Outputs {
+        let set = Outputs::state(method.writes.iter().copied());
+        let set = Outputs { scratch: method.sets_scratch, ..set };
+        let read = Outputs { state: self.state & set.state, scratch: self.scratch && set.scratch };
+        if read == set { Outputs::ALL } else { read }
+    }
+}
+
+/// Members of known value: scalars of an instance's block that code may take for constants.
+/// Buffers stay data.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct KnownMembers {
+    /// Words of the block and what they hold, sorted by word.
+    words: Option<Arc<[(u32, u32)]>>,
+}
+
+impl KnownMembers {
+    pub(crate) fn new(mut words: Vec<(u32, u32)>) -> KnownMembers {
+        words.sort_unstable();
+        KnownMembers { words: (!words.is_empty()).then(|| words.into()) }
+    }
+
+    /// Whether nothing is known.
+    pub fn is_empty(&self) -> bool {
+        self.words.is_none()
+    }
+
+    fn words(&self) -> &[(u32, u32)] {
+        self.words.as_deref().unwrap_or_default()
+    }
+
+    /// The bits of a word of the block.
+    pub(crate) fn get(&self, word: u32) -> Option<u32> {
+        let words = self.words();
+        let index = words.binary_search_by_key(&word, |(word, _)| *word).ok()?;
+        Some(words[index].1)
+    }
+
+    /// Of these the ones that the function reads.
+    pub(crate) fn of_function(&self, function: &Function, layout: &Layout) -> KnownMembers {
+        if self.is_empty() {
+            return KnownMembers::default();
+        }
+        let mut words = BTreeSet::new();
+        function.body.for_each_op(&mut |op| {
+            let OpKind::Load(place, index) = op.kind else { return };
+            let place = function.place(place);
+            if place.kind != PlaceKind::Member {
+                return;
+            }
+            let first = layout.members[&place.name];
+            match index {
+                Index::Constant(index) => words.extend([first + index]),
+                // Unrolling may make a constant of it.
+                Index::Dynamic(_) => words.extend(first..first + place.len),
+            }
+        });
+        KnownMembers::new(
+            self.words().iter().filter(|(word, _)| words.contains(word)).copied().collect(),
+        )
+    }
+}
