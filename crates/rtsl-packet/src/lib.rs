@@ -1,14 +1,16 @@
 //! Packet lowering: single-ray code to code for W rays at once.
 //!
 //! What varies from ray to ray is found here ([`uniformity`]), and masks are made explicit here
-//! ([`lower`]); [`kernel`] says what the result means. This crate knows no LLVM and no instruction
-//! set; W and the shape are parameters.
+//! ([`lower`]); [`kernel`] says what the result means, [`interpreter`] runs it and counts what it
+//! does. This crate knows no LLVM and no instruction set; W and the shape are parameters.
 
 pub mod abi;
+pub mod interpreter;
 pub mod kernel;
 mod layout;
 mod lower;
 mod print;
+pub mod profile;
 mod shape;
 pub mod uniformity;
 mod verify;
@@ -16,5 +18,6 @@ mod verify;
 pub use kernel::Kernel;
 pub use layout::Layout;
 pub use lower::{LowerError, lower};
+pub use profile::Profile;
 pub use shape::Shape;
 pub use verify::{VerifyError, verify};

@@ -1,0 +1,128 @@
+//! Loads, stores and outputs.
+
+use rtsl_ir::host::MAX_LANES;
+use rtsl_ir::{Index, PlaceId, PlaceKind, Value};
+
+use super::{Execution, Lanes};
+use crate::Kernel;
+
+/// Memory for the slots of a kernel.
+pub(super) fn slots(kernel: &Kernel) -> Vec<Vec<Lanes>> {
+    let len = |kind: PlaceKind, len: u32| if kind == PlaceKind::Slot { len as usize } else { 0 };
+    let places = kernel.places.iter().map(|it| len(it.place.kind, it.place.len));
+    places.map(|len| vec![[0; MAX_LANES]; len]).collect()
+}
+
+impl Execution<'_> {
+    pub(super) fn clear_slots(&mut self) {
+        self.slots.iter_mut().for_each(|slot| slot.fill([0; MAX_LANES]));
+    }
+
+    pub(super) fn load(&mut self, result: Value, place: PlaceId, index: Index) {
+        self.define(result, |it, lane| it.element(place, index, lane));
+    }
+
+    fn element(&self, id: PlaceId, index: Index, lane: usize) -> u32 {
+        let kernel_place = self.kernel.place(id);
+        let place = &kernel_place.place;
+        let ray = self.base + lane as u32;
+        if kernel_place.varies && place.kind != PlaceKind::Slot && self.chunk >> lane & 1 == 0 {
+            return self.noise(place.scalar, lane);
+        }
+        match place.kind {
+            PlaceKind::Slot => {
+                let index = self.clamped(index, lane, place.len.into());
+                self.slots[id.0 as usize][index as usize][lane]
+            }
+            PlaceKind::Buffer => {
+                let scalars = u64::from(self.storage.elements(id, ray)) * u64::from(place.len);
+                let index = self.clamped(index, lane, scalars);
+                if scalars == 0 { 0 } else { self.storage.load(id, index, ray) }
+            }
+            PlaceKind::State
+            | PlaceKind::Scratch
+            | PlaceKind::Member
+            | PlaceKind::Parameter
+            | PlaceKind::Accepted => {
+                self.storage.load(id, self.clamped(index, lane, place.len.into()), ray)
+            }
+        }
+    }
+
+    /// An index clamped to `0..count`; 0 where there is nothing.
+    fn clamped(&self, index: Index, lane: usize, count: u64) -> u32 {
+        let index = match index {
+            Index::Constant(index) => return index,
+            Index::Dynamic(value) => self.get(value, lane) as i32,
+        };
+        let last = count.saturating_sub(1).min(i32::MAX as u64) as i32;
+        index.clamp(0, last) as u32
+    }
+
+    pub(super) fn store(&mut self, id: PlaceId, index: Index, value: Value, mask: Option<Value>) {
+        let place = self.kernel.place(id);
+        let on = mask.map_or(u32::MAX, |mask| self.lanes_of(mask));
+        for lane in (0..MAX_LANES).filter(|lane| on >> lane & 1 != 0) {
+            let index = self.clamped(index, lane, place.place.len.into());
+            self.slots[id.0 as usize][index as usize][lane] = self.get(value, lane);
+        }
+    }
+
+    pub(super) fn length(&mut self, result: Value, buffer: PlaceId) {
+        let varies = self.kernel.place(buffer).varies;
+        self.define(result, |it, lane| {
+            if varies && it.chunk >> lane & 1 == 0 {
+                return 0;
+            }
+            it.storage.elements(buffer, it.base + lane as u32).min(i32::MAX as u32)
+        });
+    }
+
+    // Outputs.
+
+    pub(super) fn store_outputs(&mut self) {
+        let kernel = self.kernel;
+        let stored = self.store_accepted();
+        let on = stored.unwrap_or(self.chunk);
+        for (output, value) in kernel.outputs.iter().zip(&kernel.body.yields) {
+            let kind = kernel.place(output.place).place.kind;
+            if kind == PlaceKind::Accepted {
+                continue;
+            }
+            self.outcome.profile.count_output(kind, kernel.width, on);
+            for lane in (0..MAX_LANES).filter(|lane| on >> lane & 1 != 0) {
+                let (ray, bits) = (self.base + lane as u32, self.get(*value, lane));
+                self.storage.store(output.place, output.component, ray, bits);
+            }
+        }
+    }
+
+    /// Stores which rays accept a hit, if the kernel says so, and gives the lanes that do.
+    fn store_accepted(&mut self) -> Option<u32> {
+        let kernel = self.kernel;
+        let mut outputs = kernel.outputs.iter().zip(&kernel.body.yields);
+        let is_accepted = |place| kernel.place(place).place.kind == PlaceKind::Accepted;
+        let (output, value) = outputs.find(|(output, _)| is_accepted(output.place))?;
+        // A uniform one holds in the lanes that do not exist, too.
+        let accepted = self.lanes_of(*value) & self.chunk;
+        self.outcome.profile.count_output(PlaceKind::Accepted, kernel.width, self.chunk);
+        self.store_acceptance(output.place, accepted);
+        Some(accepted)
+    }
+
+    /// For a chunk that nobody asked for.
+    pub(super) fn store_nothing_accepted(&mut self) {
+        let mut outputs = self.kernel.outputs.iter();
+        let is_accepted = |place| self.kernel.place(place).place.kind == PlaceKind::Accepted;
+        if let Some(output) = outputs.find(|output| is_accepted(output.place)) {
+            self.store_acceptance(output.place, 0);
+        }
+    }
+
+    fn store_acceptance(&mut self, place: PlaceId, accepted: u32) {
+        let end = (self.base + self.kernel.width).min(self.rays.count);
+        for ray in self.base..end {
+            self.storage.store(place, 0, ray, accepted >> (ray - self.base) & 1);
+        }
+    }
+}

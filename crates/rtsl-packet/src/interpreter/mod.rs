@@ -1,0 +1,311 @@
+//! Runs packet code, plainly: chunk by chunk, operation by operation, lane by lane, on the scalar
+//! functions of [`rtsl_ir::evaluate`].
+//!
+//! It has two uses. It checks the lowering without any code generator: what it gives is, to
+//! the bit, what the single-ray interpreter gives. And it counts: the [`Profile`] of a run says what
+//! machine code of the same kernel has to do for the same rays.
+//!
+//! Rays that are off are never looked at: in their lanes, loads and unspecified values are noise that
+//! differs from lane to lane, so that a lowering which lets it through shows.
+
+mod memory;
+mod requests;
+
+use rtsl_ir::host::{Host, MAX_LANES};
+use rtsl_ir::{PlaceId, Scalar, Value, evaluate};
+
+use crate::Kernel;
+use crate::kernel::{Op, OpKind, Region};
+use crate::profile::{Conditions, Profile};
+
+/// Where a kernel's places are, but for slots, which are the interpreter's. Scalars are
+/// [bits](rtsl_ir::Constant::bits); a bool is 0 or 1. Places that do not vary are asked for with
+/// any ray's number.
+pub trait Storage {
+    /// The scalar at `index` of a state, member or scratch place or buffer; the index is less than
+    /// the place's length, for buffers times the number of elements.
+    fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32;
+
+    /// The number of elements of a buffer.
+    fn elements(&self, buffer: PlaceId, ray: u32) -> u32;
+
+    /// Stores an output. The accepted one is stored for every ray, on or off.
+    fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32);
+}
+
+/// The rays of a call.
+#[derive(Clone, Copy)]
+pub struct Rays<'a> {
+    /// How many.
+    pub count: u32,
+    /// Which take part.
+    pub is_on: &'a dyn Fn(u32) -> bool,
+    /// After so many rounds of loops, all together, the run ends, done or not.
+    pub round_limit: u64,
+}
+
+/// What a run did besides storing outputs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// A ray used up the budget of loop iterations.
+    pub budget_exceeded: bool,
+    /// The limit of rounds ended it.
+    pub cut_short: bool,
+    /// What was done.
+    pub profile: Profile,
+}
+
+/// Runs a verified kernel for all rays of a call.
+pub fn run(
+    kernel: &Kernel,
+    rays: Rays<'_>,
+    storage: &mut dyn Storage,
+    host: &mut dyn Host,
+) -> Outcome {
+    let mut execution = Execution {
+        kernel,
+        rays,
+        storage,
+        host,
+        conditions: Conditions::of(kernel),
+        values: vec![[0; MAX_LANES]; kernel.values.len()],
+        slots: memory::slots(kernel),
+        base: 0,
+        chunk: 0,
+        active: 0,
+        outcome: Outcome::default(),
+    };
+    execution.outcome.profile = Profile::new(&execution.conditions, rays.count);
+    execution.run();
+    execution.outcome
+}
+
+/// A value's bits by lane; those of a uniform value stand in all of them.
+type Lanes = [u32; MAX_LANES];
+
+/// A run.
+struct Execution<'a> {
+    kernel: &'a Kernel,
+    rays: Rays<'a>,
+    storage: &'a mut dyn Storage,
+    host: &'a mut dyn Host,
+    conditions: Conditions,
+    values: Vec<Lanes>,
+    /// By place; empty for those that are no slots.
+    slots: Vec<Vec<Lanes>>,
+    /// The ray of lane 0.
+    base: u32,
+    /// Bit `i`: lane `i` is on in the chunk's mask.
+    chunk: u32,
+    /// The lanes for which the open region runs.
+    active: u32,
+    outcome: Outcome,
+}
+
+impl<'a> Execution<'a> {
+    fn run(&mut self) {
+        if self.rays.count == 0 {
+            return;
+        }
+        let kernel = self.kernel;
+        self.ops(&kernel.prologue);
+        for base in (0..self.rays.count).step_by(kernel.width as usize) {
+            self.base = base;
+            self.chunk = self.lanes_on();
+            if self.chunk == 0 {
+                self.store_nothing_accepted();
+                continue;
+            }
+            self.active = self.chunk;
+            let chunk = self.chunk;
+            self.values[kernel.body.params[0].0 as usize] =
+                std::array::from_fn(|lane| chunk >> lane & 1);
+            self.clear_slots();
+            self.ops(&kernel.body);
+            if self.outcome.cut_short {
+                return;
+            }
+            self.store_outputs();
+        }
+    }
+
+    /// The lanes of the chunk that have a ray which takes part.
+    fn lanes_on(&self) -> u32 {
+        let is_on = |lane: &u32| {
+            let ray = self.base + lane;
+            ray < self.rays.count && (self.rays.is_on)(ray)
+        };
+        (0..self.kernel.width).filter(is_on).fold(0, |lanes, lane| lanes | 1 << lane)
+    }
+
+    fn ops(&mut self, region: &'a Region) {
+        region.ops.iter().for_each(|op| self.op(op));
+    }
+
+    fn op(&mut self, op: &'a Op) {
+        self.outcome.profile.count(self.kernel, op, self.active);
+        let result = || op.results.get(0);
+        match &op.kind {
+            OpKind::Constant(constant) => self.define(result(), |_, _| constant.bits()),
+            OpKind::Unary(op, a) => {
+                let function = evaluate::unary(*op, self.scalar(*a)).expect("verified");
+                self.define(result(), |it, lane| function(it.get(*a, lane)));
+            }
+            OpKind::Binary(op, a, b) => {
+                let function = evaluate::binary(*op, self.scalar(*a)).expect("verified");
+                self.define(result(), |it, lane| function(it.get(*a, lane), it.get(*b, lane)));
+            }
+            OpKind::Compare(op, a, b) => {
+                let function = evaluate::compare(*op, self.scalar(*a)).expect("verified");
+                self.define(result(), |it, lane| function(it.get(*a, lane), it.get(*b, lane)));
+            }
+            OpKind::Select(condition, a, b) => {
+                self.observe(*condition);
+                self.define(result(), |it, lane| {
+                    let chosen = if it.get(*condition, lane) != 0 { a } else { b };
+                    it.get(*chosen, lane)
+                });
+            }
+            OpKind::Fma(a, b, c) => self.define(result(), |it, lane| {
+                evaluate::fma(it.get(*a, lane), it.get(*b, lane), it.get(*c, lane))
+            }),
+            OpKind::Convert(to, a) => {
+                let function = evaluate::convert(self.scalar(*a), *to);
+                self.define(result(), |it, lane| function(it.get(*a, lane)));
+            }
+            OpKind::Bitcast(to, a) => {
+                let function = evaluate::bitcast(self.scalar(*a), *to).expect("verified");
+                self.define(result(), |it, lane| function(it.get(*a, lane)));
+            }
+            OpKind::Reinterpret(_, a) => self.define(result(), |it, lane| it.get(*a, lane)),
+            OpKind::Unspecified => {
+                let scalar = self.scalar(result());
+                self.define(result(), |it, lane| it.noise(scalar, lane));
+            }
+            OpKind::Any(mask) => {
+                let any = self.lanes_of(*mask) != 0;
+                self.define(result(), |_, _| u32::from(any));
+            }
+            OpKind::First(mask, value) => {
+                let lane = self.lanes_of(*mask).trailing_zeros() as usize;
+                let first = self.get(*value, lane.min(MAX_LANES - 1));
+                self.define(result(), |_, _| first);
+            }
+            OpKind::Load(place, index) => self.load(result(), *place, *index),
+            OpKind::Store { place, index, value, mask } => {
+                self.store(*place, *index, *value, *mask);
+            }
+            OpKind::Length(buffer) => self.length(result(), *buffer),
+            OpKind::If { condition, then, otherwise } => {
+                self.branch(op, *condition, then, otherwise);
+            }
+            OpKind::Loop { initial, body } => self.repeat(op, initial, body),
+            OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand(_)
+            | OpKind::ReportBudget => self.request(op),
+        }
+    }
+
+    // Branches and loops.
+
+    fn branch(&mut self, op: &Op, condition: Value, then: &'a Region, otherwise: &'a Region) {
+        if let Some(mask) = self.conditions.mask_of(condition) {
+            self.observe(mask);
+        }
+        let outer = self.active;
+        let holds = self.get(condition, 0) != 0;
+        self.outcome.profile.branches.count(holds);
+        let side = if holds { then } else { otherwise };
+        if holds {
+            self.narrow(condition);
+        }
+        self.ops(side);
+        self.active = outer;
+        for (result, value) in op.results.iter().zip(&side.yields) {
+            self.values[result.0 as usize] = self.values[value.0 as usize];
+        }
+    }
+
+    fn repeat(&mut self, op: &Op, initial: &[Value], body: &'a Region) {
+        let outer = self.active;
+        let (again, next) = body.yields.split_first().expect("verified");
+        let mut carried: Vec<Lanes> = self.lanes_of_each(initial);
+        loop {
+            for (param, lanes) in body.params.iter().zip(carried) {
+                self.values[param.0 as usize] = lanes;
+            }
+            self.ops(body);
+            carried = self.lanes_of_each(next);
+            self.outcome.profile.rounds += 1;
+            if let Some(mask) = self.conditions.mask_of(*again) {
+                self.observe(mask);
+            }
+            self.outcome.cut_short |= self.outcome.profile.rounds >= self.rays.round_limit;
+            if self.get(*again, 0) == 0 || self.outcome.cut_short {
+                break;
+            }
+            self.narrow(*again);
+        }
+        self.active = outer;
+        for (result, lanes) in op.results.iter().zip(carried) {
+            self.values[result.0 as usize] = lanes;
+        }
+    }
+
+    fn lanes_of_each(&self, values: &[Value]) -> Vec<Lanes> {
+        values.iter().map(|value| self.values[value.0 as usize]).collect()
+    }
+
+    /// Goes on for the lanes of the mask of which `condition` says that any is on.
+    fn narrow(&mut self, condition: Value) {
+        if let Some(mask) = self.conditions.mask_of(condition) {
+            self.active &= self.lanes_of(mask);
+        }
+    }
+
+    /// Notes which lanes go which way.
+    fn observe(&mut self, condition: Value) {
+        if let Some(index) = self.conditions.index_of(condition) {
+            let holds = self.lanes_of(condition);
+            self.outcome.profile.observe(index, self.base, self.active & holds, true);
+            self.outcome.profile.observe(index, self.base, self.active & !holds, false);
+        }
+    }
+
+    // Values.
+
+    fn scalar(&self, value: Value) -> Scalar {
+        self.kernel.ty(value).scalar
+    }
+
+    fn get(&self, value: Value, lane: usize) -> u32 {
+        self.values[value.0 as usize][lane]
+    }
+
+    /// The lanes of a mask that are on.
+    fn lanes_of(&self, mask: Value) -> u32 {
+        let lanes = 0..self.kernel.width as usize;
+        lanes.fold(0, |on, lane| on | self.get(mask, lane) << lane)
+    }
+
+    /// Computes a value lane by lane, or once if it is uniform.
+    fn define(&mut self, result: Value, compute: impl Fn(&Self, usize) -> u32) {
+        let lanes = if self.kernel.ty(result).lanes {
+            let width = self.kernel.width as usize;
+            std::array::from_fn(|lane| if lane < width { compute(self, lane) } else { 0 })
+        } else {
+            [compute(self, 0); MAX_LANES]
+        };
+        self.values[result.0 as usize] = lanes;
+    }
+
+    /// Bits that nobody may look at.
+    fn noise(&self, scalar: Scalar, lane: usize) -> u32 {
+        let bits = (self.base + lane as u32 + 1).wrapping_mul(0x9e37_79b9);
+        if scalar == Scalar::Bool { bits >> 31 } else { bits }
+    }
+}

@@ -1,0 +1,384 @@
+//! What a run of packet code did, counted.
+//!
+//! The convention: a float addition, subtraction, multiplication, division, minimum, maximum, square
+//! root or rounding to an integral value is one float operation, an `fma` two. Divisions and square
+//! roots are also counted apart, since they bound many kernels. Comparisons, selects, conversions,
+//! integer operations, and logic (of bools and of the sign of floats) are no float operations.
+//! Constants and bit casts are nothing at all.
+//!
+//! A load or store moves 4 bytes a lane. What a kernel keeps for itself, its slots, is counted apart
+//! from what its caller gave it.
+//!
+//! Everything has two [counts](Count): an operation on lanes is executed in all W of them, but is wanted
+//! only in those that are on where it stands. An operation on uniform values is executed once, and
+//! wanted.
+
+use std::fmt::{self, Display, Formatter};
+
+use rtsl_ir::{BinaryOp, PlaceKind, Scalar, UnaryOp, Value};
+
+use crate::Kernel;
+use crate::kernel::{Op, OpKind, Region};
+
+/// What a run did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Profile {
+    /// The rays of the call.
+    pub rays: u64,
+    /// Lanes in which operations on lanes were done: how well packets are filled.
+    pub lanes: Count,
+    /// Float operations, those of the next two included.
+    pub float_operations: Count,
+    /// Float divisions.
+    pub divisions: Count,
+    /// Square roots.
+    pub square_roots: Count,
+    /// Comparisons of any type.
+    pub comparisons: Count,
+    /// Selects of any type.
+    pub selects: Count,
+    /// Conversions between types.
+    pub conversions: Count,
+    /// Arithmetic and logic of integers.
+    pub integer_operations: Count,
+    /// Logic of bools and of the sign of floats.
+    pub logic: Count,
+    /// State and acceptance.
+    pub state: Traffic,
+    /// Scratch.
+    pub scratch: Traffic,
+    /// Members of instances.
+    pub members: Traffic,
+    /// Buffers.
+    pub buffers: Traffic,
+    /// The kernel's own arrays.
+    pub slots: Traffic,
+    /// Branches that were executed, by side.
+    pub branches: Sides,
+    /// Rounds of loops.
+    pub rounds: u64,
+    /// The conditions that vary from ray to ray, in the order of their definition.
+    pub decisions: Vec<Decision>,
+}
+
+/// How often something was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// In all lanes.
+    pub executed: u64,
+    /// In lanes that are on.
+    pub active: u64,
+}
+
+impl Count {
+    fn add(&mut self, lanes: Count, times: u64) {
+        self.executed += times * lanes.executed;
+        self.active += times * lanes.active;
+    }
+}
+
+/// Bytes moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Bytes read.
+    pub loaded: Count,
+    /// Bytes written.
+    pub stored: Count,
+}
+
+/// How often a branch went which way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sides {
+    /// Its condition held.
+    pub taken: u64,
+    /// It did not.
+    pub not_taken: u64,
+}
+
+impl Sides {
+    pub(crate) fn count(&mut self, holds: bool) {
+        if holds {
+            self.taken += 1;
+        } else {
+            self.not_taken += 1;
+        }
+    }
+}
+
+/// A condition by which rays go different ways: that of a branch, of a loop going round again, or
+/// of selects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Decision {
+    /// The first ray for which it held.
+    pub held: Option<u32>,
+    /// The first ray for which it did not.
+    pub failed: Option<u32>,
+}
+
+impl Profile {
+    pub(crate) fn new(conditions: &Conditions, rays: u32) -> Profile {
+        let decisions = vec![Decision::default(); conditions.decisions];
+        Profile { rays: rays.into(), decisions, ..Profile::default() }
+    }
+
+    /// Bytes that the caller's memory gave or took.
+    pub fn bytes(&self) -> Count {
+        let Profile { state, scratch, members, buffers, .. } = self;
+        let mut bytes = Count::default();
+        for Traffic { loaded, stored } in [state, scratch, members, buffers] {
+            bytes.add(*loaded, 1);
+            bytes.add(*stored, 1);
+        }
+        bytes
+    }
+
+    pub(crate) fn observe(&mut self, decision: usize, base: u32, lanes: u32, held: bool) {
+        if lanes == 0 {
+            return;
+        }
+        let decision = &mut self.decisions[decision];
+        let first = if held { &mut decision.held } else { &mut decision.failed };
+        first.get_or_insert(base + lanes.trailing_zeros());
+    }
+
+    /// Counts an operation done while the lanes `active` are on.
+    pub(crate) fn count(&mut self, kernel: &Kernel, op: &Op, active: u32) {
+        let Some(work) = Work::of(kernel, op) else { return };
+        let is_lanes = match &op.kind {
+            OpKind::Store { place, .. } => kernel.place(*place).varies,
+            _ => op.results.iter().any(|result| kernel.ty(result).lanes),
+        };
+        let lanes = if is_lanes {
+            let active = active.count_ones();
+            let lanes = Count { executed: kernel.width.into(), active: active.into() };
+            self.lanes.add(lanes, 1);
+            lanes
+        } else {
+            Count { executed: 1, active: 1 }
+        };
+        self.count_work(work, lanes);
+    }
+
+    /// Counts the store of an output in the lanes `on`.
+    pub(crate) fn count_output(&mut self, kind: PlaceKind, width: u32, on: u32) {
+        let lanes = Count { executed: width.into(), active: on.count_ones().into() };
+        self.lanes.add(lanes, 1);
+        self.count_work(Work::Store(kind), lanes);
+    }
+
+    fn count_work(&mut self, work: Work, lanes: Count) {
+        match work {
+            Work::Float(operations) => self.float_operations.add(lanes, operations),
+            Work::Division => {
+                self.float_operations.add(lanes, 1);
+                self.divisions.add(lanes, 1);
+            }
+            Work::SquareRoot => {
+                self.float_operations.add(lanes, 1);
+                self.square_roots.add(lanes, 1);
+            }
+            Work::Comparison => self.comparisons.add(lanes, 1),
+            Work::Select => self.selects.add(lanes, 1),
+            Work::Conversion => self.conversions.add(lanes, 1),
+            Work::Integer => self.integer_operations.add(lanes, 1),
+            Work::Logic => self.logic.add(lanes, 1),
+            Work::Load(kind) => self.traffic(kind).loaded.add(lanes, WORD_BYTES),
+            Work::Store(kind) => self.traffic(kind).stored.add(lanes, WORD_BYTES),
+        }
+    }
+
+    fn traffic(&mut self, kind: PlaceKind) -> &mut Traffic {
+        match kind {
+            PlaceKind::State | PlaceKind::Accepted => &mut self.state,
+            PlaceKind::Scratch => &mut self.scratch,
+            PlaceKind::Member | PlaceKind::Parameter => &mut self.members,
+            PlaceKind::Buffer => &mut self.buffers,
+            PlaceKind::Slot => &mut self.slots,
+        }
+    }
+}
+
+const WORD_BYTES: u64 = 4;
+
+/// What an operation is counted as.
+enum Work {
+    Float(u64),
+    Division,
+    SquareRoot,
+    Comparison,
+    Select,
+    Conversion,
+    Integer,
+    Logic,
+    Load(PlaceKind),
+    Store(PlaceKind),
+}
+
+impl Work {
+    fn of(kernel: &Kernel, op: &Op) -> Option<Work> {
+        let scalar = |value: Value| kernel.ty(value).scalar;
+        Some(match &op.kind {
+            OpKind::Unary(unary, a) => Work::of_unary(*unary, scalar(*a)),
+            OpKind::Binary(binary, a, _) => Work::of_binary(*binary, scalar(*a)),
+            OpKind::Compare(..) => Work::Comparison,
+            OpKind::Select(..) => Work::Select,
+            OpKind::Fma(..) => Work::Float(2),
+            OpKind::Convert(..) => Work::Conversion,
+            OpKind::Load(place, _) => Work::Load(kernel.place(*place).place.kind),
+            OpKind::Store { place, .. } => Work::Store(kernel.place(*place).place.kind),
+            OpKind::Constant(_)
+            | OpKind::Bitcast(..)
+            | OpKind::Reinterpret(..)
+            | OpKind::Unspecified
+            | OpKind::Any(_)
+            | OpKind::First(..)
+            | OpKind::Length(_)
+            | OpKind::If { .. }
+            | OpKind::Loop { .. }
+            | OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand(_)
+            | OpKind::ReportBudget => return None,
+        })
+    }
+
+    fn of_unary(op: UnaryOp, scalar: Scalar) -> Work {
+        match (op, scalar) {
+            (UnaryOp::Sqrt, _) => Work::SquareRoot,
+            (UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven, _) => {
+                Work::Float(1)
+            }
+            (UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not, Scalar::F32 | Scalar::Bool) => {
+                Work::Logic
+            }
+            (UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not, Scalar::I32 | Scalar::U32) => {
+                Work::Integer
+            }
+        }
+    }
+
+    fn of_binary(op: BinaryOp, scalar: Scalar) -> Work {
+        match (scalar, op) {
+            (Scalar::F32, BinaryOp::Divide) => Work::Division,
+            (Scalar::F32, _) => Work::Float(1),
+            (Scalar::I32 | Scalar::U32, _) => Work::Integer,
+            (Scalar::Bool, _) => Work::Logic,
+        }
+    }
+}
+
+/// The conditions of a kernel.
+pub(crate) struct Conditions {
+    /// By value: the mask of which it says whether any lane is on.
+    masks: Vec<Option<Value>>,
+    /// By value: the number of its decision.
+    indices: Vec<Option<usize>>,
+    decisions: usize,
+}
+
+impl Conditions {
+    pub fn of(kernel: &Kernel) -> Conditions {
+        let count = kernel.values.len();
+        let mut conditions =
+            Conditions { masks: vec![None; count], indices: vec![None; count], decisions: 0 };
+        conditions.find_masks(&kernel.body);
+        let mut decides = vec![false; count];
+        conditions.find_decisions(kernel, &kernel.body, &mut decides);
+        for (index, _) in decides.iter().enumerate().filter(|(_, decides)| **decides) {
+            conditions.indices[index] = Some(conditions.decisions);
+            conditions.decisions += 1;
+        }
+        conditions
+    }
+
+    /// The mask of which `condition` says whether any lane is on.
+    pub fn mask_of(&self, condition: Value) -> Option<Value> {
+        self.masks[condition.0 as usize]
+    }
+
+    /// The number of the decision that `condition` is.
+    pub fn index_of(&self, condition: Value) -> Option<usize> {
+        self.indices[condition.0 as usize]
+    }
+
+    fn find_masks(&mut self, region: &Region) {
+        for op in &region.ops {
+            if let OpKind::Any(mask) = op.kind {
+                self.masks[op.results.first as usize] = Some(mask);
+            }
+            op.kind.regions().for_each(|region| self.find_masks(region));
+        }
+    }
+
+    fn find_decisions(&self, kernel: &Kernel, region: &Region, decides: &mut [bool]) {
+        for op in &region.ops {
+            let condition = match &op.kind {
+                OpKind::Select(condition, ..) => Some(*condition),
+                OpKind::If { condition, .. } => self.mask_of(*condition),
+                OpKind::Loop { body, .. } => self.mask_of(body.yields[0]),
+                _ => None,
+            };
+            if let Some(condition) = condition.filter(|condition| kernel.ty(*condition).lanes) {
+                decides[condition.0 as usize] = true;
+            }
+            op.kind.regions().for_each(|region| self.find_decisions(kernel, region, decides));
+        }
+    }
+}
+
+/// One line for each thing that was done at all.
+impl Display for Profile {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "rays: {}", self.rays)?;
+        for (name, Count { executed, active }) in self.named_counts() {
+            if executed > 0 {
+                writeln!(f, "{name}: {active} of {executed}")?;
+            }
+        }
+        let Sides { taken, not_taken } = self.branches;
+        if taken + not_taken > 0 {
+            writeln!(f, "branches: {taken} taken, {not_taken} not taken")?;
+        }
+        if self.rounds > 0 {
+            writeln!(f, "rounds of loops: {}", self.rounds)?;
+        }
+        for (number, Decision { held, failed }) in self.decisions.iter().enumerate() {
+            let ray =
+                |ray: &Option<u32>| ray.map_or("never".to_owned(), |ray| format!("ray {ray}"));
+            writeln!(f, "decision {number}: held {}, failed {}", ray(held), ray(failed))?;
+        }
+        Ok(())
+    }
+}
+
+impl Profile {
+    fn named_counts(&self) -> Vec<(String, Count)> {
+        let operations = [
+            ("lanes", self.lanes),
+            ("float operations", self.float_operations),
+            ("divisions", self.divisions),
+            ("square roots", self.square_roots),
+            ("comparisons", self.comparisons),
+            ("selects", self.selects),
+            ("conversions", self.conversions),
+            ("integer operations", self.integer_operations),
+            ("logic", self.logic),
+        ];
+        let memory = [
+            ("state", self.state),
+            ("scratch", self.scratch),
+            ("members", self.members),
+            ("buffers", self.buffers),
+            ("slots", self.slots),
+        ];
+        let operations = operations.into_iter().map(|(name, count)| (name.to_owned(), count));
+        let bytes = memory.into_iter().flat_map(|(name, Traffic { loaded, stored })| {
+            let loaded = (format!("bytes loaded from {name}"), loaded);
+            [loaded, (format!("bytes stored to {name}"), stored)]
+        });
+        operations.chain(bytes).collect()
+    }
+}
