@@ -14,14 +14,15 @@ pub struct CallArguments<'a> {
     pub state: &'a mut LaneBlock,
     /// One array for each scalar of the class's scratch.
     pub scratch: &'a mut LaneBlock,
-    /// How many rays, at most the lanes of the blocks.
+    /// How many rays, at most the lanes of the blocks; 1 for the single shape.
     pub count: usize,
-    /// Which rays take part; all where `None`. The others' state does not change.
+    /// Which rays take part; all where `None`. The others' state does not change. The single shape
+    /// takes none.
     pub mask: Option<&'a LaneMask>,
     /// For `intersect`: the kernel sets which rays it found a hit for; false for those
     /// that took no part.
     pub accepted: Option<&'a mut LaneMask>,
-    /// The object, or for the stream shape each ray's object.
+    /// The objects, in the form that the kernel's shape takes.
     pub instances: Instances<'a>,
     /// Answers the shader's questions.
     pub host: &'a mut dyn Host,
@@ -30,9 +31,9 @@ pub struct CallArguments<'a> {
 /// Whose method is called.
 #[derive(Clone, Copy)]
 pub enum Instances<'a> {
-    /// One object for all rays.
+    /// One object for all rays: for all shapes but stream.
     One(&'a InstanceBlock),
-    /// An object for each ray, by its number in the table.
+    /// An object for each ray, by its number in the table: for the stream shape.
     Many(&'a InstanceTable, &'a LaneIndices),
 }
 

@@ -3,7 +3,7 @@
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
-use rtsl_packet::abi;
+use rtsl_packet::{Shape, abi};
 
 use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
@@ -19,8 +19,8 @@ pub struct Signature {
     pub scratch_arrays: u32,
     /// Words of an instance's block.
     pub block_words: u32,
-    /// Whether each ray has its own object.
-    pub many_instances: bool,
+    /// What the lanes of a call have in common.
+    pub shape: Shape,
     /// Whether it says which rays it found a hit for.
     pub accepts: bool,
 }
@@ -45,17 +45,18 @@ impl Signature {
             accepted.as_ref().is_none_or(|accepted| accepted.lanes() >= *count),
             "there is room for every ray's acceptance"
         );
+        if self.shape == Shape::Single {
+            assert!(*count == 1 && mask.is_none(), "the single shape takes one ray and no mask");
+        }
         self.check_instances(*instances, *count);
     }
 
     fn check_instances(&self, instances: Instances<'_>, count: usize) {
-        match instances {
-            Instances::One(block) => {
-                assert!(!self.many_instances, "the stream shape takes an instance a ray");
+        match (self.shape, instances) {
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(block)) => {
                 self.check_block_size(block.words().len());
             }
-            Instances::Many(table, indices) => {
-                assert!(self.many_instances, "the packet shape takes one instance");
+            (Shape::Stream, Instances::Many(table, indices)) => {
                 let indices = indices.as_slice();
                 assert!(indices.len() >= count, "every ray has an instance");
                 let number = table.blocks().len();
@@ -64,6 +65,9 @@ impl Signature {
                     "every ray's instance is in the table"
                 );
                 self.check_block_size(table.least_words());
+            }
+            (shape, Instances::One(_) | Instances::Many(..)) => {
+                panic!("the {} shape takes its instances in another form", shape.name())
             }
         }
     }

@@ -29,7 +29,7 @@ fn no_target_calls_a_library() {
         let target = Target::by_name(name).unwrap();
         let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
         let mut kernels = Vec::new();
-        for seed in 0..12 {
+        for seed in 0..4 * Shape::ALL.len() as u64 {
             let function = seeded_function(seed, 250);
             let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
             let layout = Layout::new(
@@ -38,7 +38,7 @@ fn no_target_calls_a_library() {
                 places(PlaceKind::Scratch),
             );
             let width = [1, 4, 8, 16][seed as usize % 4];
-            let shape = Shape::ALL[seed as usize / 4 % 2];
+            let shape = Shape::ALL[seed as usize / 4 % Shape::ALL.len()];
             let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
             kernels.push((format!("kernel.{seed}"), kernel));
         }

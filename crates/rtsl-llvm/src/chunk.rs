@@ -5,8 +5,8 @@
 //! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
 
 use rtsl_ir::{PlaceKind, Value};
-use rtsl_packet::abi;
 use rtsl_packet::kernel::KernelOutput;
+use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::memory::LaneTable;
@@ -29,8 +29,25 @@ impl Emitter<'_, '_> {
         self.chunk.base.expect("inside the loop over chunks")
     }
 
-    /// The loop over all chunks, from the end of the prologue to the jump to `done`.
+    /// All chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
+        match self.kernel.shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream => self.emit_chunk_loop(done),
+            Shape::Single => self.emit_only_chunk(done),
+        }
+    }
+
+    /// The one lane of a call of one, which is on.
+    fn emit_only_chunk(&mut self, done: Label) {
+        self.chunk.base = Some(Operand::Int(0));
+        self.define(self.kernel.body.params[0], Operand::Bool(true));
+        self.emit_slots();
+        self.emit_ops(&self.kernel.body.ops);
+        self.emit_outputs();
+        self.jump(done);
+    }
+
+    fn emit_chunk_loop(&mut self, done: Label) {
         let (start, body) = (self.new_label(), self.new_label());
         let (skip, advance) = (self.new_label(), self.new_label());
         let width = self.kernel.width;

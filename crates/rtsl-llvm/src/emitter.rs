@@ -3,7 +3,7 @@
 use std::fmt::{Arguments, Write};
 
 use rtsl_ir::{Scalar, Value};
-use rtsl_packet::Kernel;
+use rtsl_packet::{Kernel, Shape};
 
 use crate::chunk::Chunk;
 use crate::host::RequestMemory;
@@ -85,16 +85,14 @@ impl<'a, 'm> Emitter<'a, 'm> {
         self.emit_chunks(done);
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
-        let count = rtsl_packet::abi::CALL_COUNT;
+        let enter = match self.kernel.shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream => enter_unless_empty(start, done),
+            Shape::Single => format!("  br label %{start}\n"),
+        };
         format!(
             "define void @\"{symbol}\"(ptr noalias %call) #0 {{
 entry:
-{allocas}  %count.at = getelementptr i8, ptr %call, i64 {count}
-  %count.word = load i32, ptr %count.at, align 4
-  %count = zext i32 %count.word to i64
-  %none = icmp eq i64 %count, 0
-  br i1 %none, label %{done}, label %{start}
-{start}:
+{allocas}{enter}{start}:
 {setup}{prologue}{splats}{chunks}{done}:
   ret void
 }}
@@ -255,4 +253,17 @@ entry:
         let incoming = incoming.collect::<Vec<_>>().join(", ");
         self.text.insert_str(at, &format!("  {local} = phi {ty} {incoming}\n"));
     }
+}
+
+/// The way into the function: past all of it where the call has no lanes.
+fn enter_unless_empty(start: Label, done: Label) -> String {
+    let count = rtsl_packet::abi::CALL_COUNT;
+    format!(
+        "  %count.at = getelementptr i8, ptr %call, i64 {count}
+  %count.word = load i32, ptr %count.at, align 4
+  %count = zext i32 %count.word to i64
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %{done}, label %{start}
+"
+    )
 }

@@ -4,8 +4,8 @@
 //! loaded. A buffer without elements has the address of a word of zero in place of its own.
 
 use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_packet::abi;
 use rtsl_packet::kernel::KernelPlace;
-use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::module::ZERO_WORD;
@@ -156,6 +156,9 @@ impl Emitter<'_, '_> {
     }
 
     fn load_lanes(&mut self, table: LaneTable, place: &KernelPlace, index: Index) -> Operand {
+        if !place.varies {
+            return self.load_first_lane(table, place, index);
+        }
         let ty = self.lanes(memory_element(place.place.scalar));
         let index = match index {
             Index::Constant(index) => {
@@ -187,6 +190,26 @@ impl Emitter<'_, '_> {
         self.gather(ty, at)
     }
 
+    /// What all lanes share stands in the first one; each may want another array of it.
+    fn load_first_lane(&mut self, table: LaneTable, place: &KernelPlace, index: Index) -> Operand {
+        let element = memory_element(place.place.scalar);
+        let index = match index {
+            Index::Constant(index) => {
+                let array = self.pointer(table.source(), (place.location + index) * 8);
+                return self.load(self.vector(element, false), array);
+            }
+            Index::Dynamic(index) => index,
+        };
+        let (index, by_lane) = self.clamp_index(index, place.place.len);
+        let table = self.pointer(PointerSource::Call, table.offset());
+        let first = self.offset(table, place.location * 8);
+        let indices = self.vector("i32", by_lane);
+        let entries =
+            self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
+        let arrays = self.gather(self.vector("ptr", by_lane), entries);
+        self.gather(self.vector(element, by_lane), arrays)
+    }
+
     /// The numbers of the lanes, times `factor`, as a literal.
     fn lane_numbers(&self, factor: u32) -> String {
         let numbers = (0..self.kernel.width).map(|lane| format!("i32 {}", lane * factor));
@@ -195,13 +218,12 @@ impl Emitter<'_, '_> {
 
     // Instances.
 
-    /// Finds the instances of the rays, and their buffers.
+    /// Finds the instances of the rays where each has its own, and their buffers.
     pub fn emit_instances(&mut self) {
-        let of_instance = |place: &&KernelPlace| {
-            matches!(place.place.kind, PlaceKind::Member | PlaceKind::Buffer)
+        let varies = |place: &KernelPlace| {
+            place.varies && matches!(place.place.kind, PlaceKind::Member | PlaceKind::Buffer)
         };
-        if self.kernel.shape == Shape::Packet || !self.kernel.places.iter().any(|p| of_instance(&p))
-        {
+        if !self.kernel.places.iter().any(varies) {
             return;
         }
         let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);

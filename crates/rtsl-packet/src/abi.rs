@@ -12,12 +12,12 @@
 //! | 8 | `scratch: **u32` | a lane array for each scratch scalar, by the class layout |
 //! | 16 | `mask: *i32` | 0 or -1 a ray; null: all rays |
 //! | 24 | `accepted: *i32` | `intersect` writes 0 or -1 for every ray of the mask, 0 for the others up to the count |
-//! | 32 | `instance: *u8` | packet shape: the instance's block |
+//! | 32 | `instance: *u8` | all shapes but stream: the instance's block |
 //! | 40 | `instances: **u8` | stream shape: blocks by instance number |
 //! | 48 | `index: *u32` | stream shape: the instance number of each ray |
 //! | 56 | `host: *HostTable` | the functions below |
 //! | 64 | `user: *void` | passed to them |
-//! | 72 | `count: u32` | rays |
+//! | 72 | `count: u32` | rays; 1 in the single shape, which looks at neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
 //!
 //! An instance's block holds the members at the word offsets of the class layout. A buffer takes

@@ -39,6 +39,11 @@
 //! lanes leave at different times.
 //!
 //! For W = 1 no condition diverges, so there is none of this: every branch is a real one.
+//!
+//! # One ray
+//!
+//! A kernel of [`Shape::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
+//! only.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Place, PlaceId, Scalar, UnaryOp, Value, Values,

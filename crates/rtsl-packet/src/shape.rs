@@ -1,26 +1,35 @@
-//! Which of a kernel's inputs differ from ray to ray.
+//! Which of a kernel's inputs differ from lane to lane.
 
 use rtsl_ir::{Place, PlaceKind};
 
-/// What the rays of one call have in common. The author of a shader wrote for one ray and
+/// What the lanes of one call have in common. The author of a shader wrote for one ray and
 /// one object; the shape says which of the two is many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shape {
     /// Rays vary, the object is one.
     Packet,
+    /// As [`Shape::Packet`], but all rays start where the first one does.
+    CommonOrigin,
     /// Rays vary, and each has its own object.
     Stream,
+    /// One ray, one object: plain scalar code.
+    Single,
 }
+
+/// The state variable that [`Shape::CommonOrigin`] reads once for all rays.
+const ORIGIN: &str = "rt_RayOrigin";
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Shape; 2] = [Shape::Packet, Shape::Stream];
+    pub const ALL: [Shape; 4] = [Shape::Packet, Shape::CommonOrigin, Shape::Stream, Shape::Single];
 
     /// The name that the command line and the text form use.
     pub const fn name(self) -> &'static str {
         match self {
             Shape::Packet => "packet",
+            Shape::CommonOrigin => "common-origin",
             Shape::Stream => "stream",
+            Shape::Single => "single",
         }
     }
 
@@ -29,17 +38,29 @@ impl Shape {
         Shape::ALL.into_iter().find(|shape| shape.name() == name)
     }
 
-    /// Whether what `place` holds differs from ray to ray. This is all that the rest of
-    /// the compiler knows of a shape's meaning. Slots are absent from the table: what they hold
-    /// depends on what is stored.
+    /// Whether what `place` holds before a call differs from lane to lane; where it does not,
+    /// kernels read it in lane 0, before they store anything. This is all that the lowering knows of
+    /// a shape's meaning. Slots are absent from the table: what they hold depends on what is stored.
     pub fn varies(self, place: &Place) -> bool {
-        match place.kind {
-            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted => true,
-            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer => match self {
-                Shape::Packet => false,
-                Shape::Stream => true,
-            },
-            PlaceKind::Slot => false,
+        let of_ray =
+            matches!(place.kind, PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted);
+        let of_object =
+            matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer);
+        match self {
+            Shape::Packet => of_ray,
+            Shape::CommonOrigin => {
+                of_ray && !(place.kind == PlaceKind::State && place.name == ORIGIN)
+            }
+            Shape::Stream => of_ray || of_object,
+            Shape::Single => false,
+        }
+    }
+
+    /// The width of kernels of this shape where `width` is asked for.
+    pub const fn width(self, width: u32) -> u32 {
+        match self {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream => width,
+            Shape::Single => 1,
         }
     }
 }

@@ -11,8 +11,17 @@ pub(crate) struct InterpretedKernel {
     /// Copied for each call: a call needs registers of its own, since hosts call kernels from
     /// within calls.
     interpreter: Interpreter,
-    places: Vec<Location>,
+    places: Vec<InterpretedPlace>,
     signature: Signature,
+}
+
+/// One of a function's places.
+#[derive(Clone, Copy, Debug)]
+struct InterpretedPlace {
+    location: Location,
+    len: u32,
+    /// It differs from lane to lane; else what the first lane had before the call counts for all.
+    varies: bool,
 }
 
 /// Where the scalars of one of a function's places lie.
@@ -48,7 +57,12 @@ impl InterpretedKernel {
             PlaceKind::Parameter | PlaceKind::Slot | PlaceKind::Accepted => None,
         };
         let places = function.places.iter().map(|place| {
-            locate(&place.name, place.kind, place.scalar).unwrap_or(Location::Nowhere)
+            let location = locate(&place.name, place.kind, place.scalar);
+            InterpretedPlace {
+                location: location.unwrap_or(Location::Nowhere),
+                len: place.len,
+                varies: signature.shape.varies(place),
+            }
         });
         let places = places.collect();
         Ok(InterpretedKernel { interpreter: Interpreter::prepare(function)?, places, signature })
@@ -58,6 +72,7 @@ impl InterpretedKernel {
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         self.signature.check(&call);
         let CallArguments { state, scratch, count, mask, mut accepted, instances, host } = call;
+        let shared = self.shared_inputs(state, scratch);
         let mut interpreter = self.interpreter.clone();
         let mut status = CallStatus::default();
         for lane in 0..count {
@@ -66,6 +81,7 @@ impl InterpretedKernel {
             if is_on {
                 let mut storage = LaneStorage {
                     places: &self.places,
+                    shared: &shared,
                     lane,
                     state: &mut *state,
                     scratch: &mut *scratch,
@@ -81,6 +97,38 @@ impl InterpretedKernel {
         }
         status
     }
+
+    /// By place the scalars of state and scratch that all lanes share: copies, since the call
+    /// may change what they were read from.
+    fn shared_inputs(&self, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
+        let of_first_lane = |place: &InterpretedPlace| match place.location {
+            Location::State(_) | Location::Scratch(..) if !place.varies => {
+                let scalars =
+                    (0..place.len).map(|index| place.location.lane(index, 0, state, scratch));
+                scalars.collect()
+            }
+            Location::State(_)
+            | Location::Scratch(..)
+            | Location::Member(_)
+            | Location::Buffer(_)
+            | Location::Nowhere => Vec::new(),
+        };
+        self.places.iter().map(of_first_lane).collect()
+    }
+}
+
+impl Location {
+    /// A scalar of the state or scratch of one lane.
+    fn lane(self, index: u32, lane: usize, state: &LaneBlock, scratch: &LaneBlock) -> u32 {
+        match self {
+            Location::State(first) => state.words((first + index) as usize)[lane],
+            Location::Scratch(first, scalar) => {
+                let word = scratch.words((first + index) as usize)[lane];
+                if scalar == Scalar::Bool { u32::from(word != 0) } else { word }
+            }
+            Location::Member(_) | Location::Buffer(_) | Location::Nowhere => 0,
+        }
+    }
 }
 
 fn block_of(instances: Instances<'_>, lane: usize) -> &InstanceBlock {
@@ -90,9 +138,11 @@ fn block_of(instances: Instances<'_>, lane: usize) -> &InstanceBlock {
     }
 }
 
-/// The places of one ray.
+/// The places of one lane.
 struct LaneStorage<'a> {
-    places: &'a [Location],
+    places: &'a [InterpretedPlace],
+    /// See [`InterpretedKernel::shared_inputs`].
+    shared: &'a [Vec<u32>],
     lane: usize,
     state: &'a mut LaneBlock,
     scratch: &'a mut LaneBlock,
@@ -101,11 +151,12 @@ struct LaneStorage<'a> {
 
 impl Storage for LaneStorage<'_> {
     fn load(&self, place: PlaceId, index: u32) -> u32 {
-        match self.places[place.0 as usize] {
-            Location::State(first) => self.state.words((first + index) as usize)[self.lane],
-            Location::Scratch(first, scalar) => {
-                let word = self.scratch.words((first + index) as usize)[self.lane];
-                if scalar == Scalar::Bool { u32::from(word != 0) } else { word }
+        if let Some(shared) = self.shared[place.0 as usize].get(index as usize) {
+            return *shared;
+        }
+        match self.places[place.0 as usize].location {
+            location @ (Location::State(_) | Location::Scratch(..)) => {
+                location.lane(index, self.lane, self.state, self.scratch)
             }
             Location::Member(first) => self.block.words()[(first + index) as usize],
             Location::Buffer(entry) => {
@@ -117,7 +168,7 @@ impl Storage for LaneStorage<'_> {
     }
 
     fn elements(&self, buffer: PlaceId) -> u32 {
-        match self.places[buffer.0 as usize] {
+        match self.places[buffer.0 as usize].location {
             Location::Buffer(entry) => {
                 let buffer = self.block.buffers().iter().find(|buffer| buffer.offset == entry);
                 buffer.map_or(0, |buffer| buffer.elements())
@@ -130,7 +181,7 @@ impl Storage for LaneStorage<'_> {
     }
 
     fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        match self.places[place.0 as usize] {
+        match self.places[place.0 as usize].location {
             Location::State(first) => {
                 self.state.words_mut((first + component) as usize)[self.lane] = bits;
             }

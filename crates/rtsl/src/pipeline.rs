@@ -197,7 +197,7 @@ fn signature(job: Job<'_>) -> Signature {
     Signature {
         scratch_arrays: job.layout.scratch_arrays,
         block_words: job.layout.block_words,
-        many_instances: job.shape == Shape::Stream,
+        shape: job.shape,
         accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
     }
 }

@@ -1,5 +1,5 @@
 //! The oracle against machine code: random functions give the same bits on the interpreter and
-//! at every width, in both shapes, under random masks.
+//! at every width, in every shape, under random masks.
 
 use std::sync::Arc;
 
@@ -126,14 +126,15 @@ fn call(engine: &Engine, variant: &Variant, inputs: &Inputs) -> Outputs {
     let table = InstanceTable::new(blocks.clone());
     let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
     let mut accepted = LaneMask::new(COUNT);
+    let shape = variant.shape;
     let status = kernel.call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
-        count: COUNT,
-        mask: inputs.mask.as_ref(),
+        count: if shape == Shape::Single { 1 } else { COUNT },
+        mask: inputs.mask.as_ref().filter(|_| shape != Shape::Single),
         accepted: Some(&mut accepted),
-        instances: match variant.shape {
-            Shape::Packet => Instances::One(&blocks[0]),
+        instances: match shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&blocks[0]),
             Shape::Stream => Instances::Many(&table, &inputs.index),
         },
         host: &mut HashHost::default(),
@@ -256,7 +257,7 @@ fn variants_agree_in_what_is_read() {
             let expected =
                 only(outputs, call(&oracle, &general, &inputs), &inputs, program.class());
             let known = match shape {
-                Shape::Packet => known.clone(),
+                Shape::Packet | Shape::CommonOrigin | Shape::Single => known.clone(),
                 // Its instances differ.
                 Shape::Stream => rtsl::KnownMembers::default(),
             };

@@ -160,11 +160,11 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape) -> Ve
     let _ = kernel.call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
-        count: COUNT,
-        mask: Some(&mask),
+        count: if shape == Shape::Single { 1 } else { COUNT },
+        mask: (shape != Shape::Single).then_some(&mask),
         accepted: Some(&mut accepted),
         instances: match shape {
-            Shape::Packet => Instances::One(&block),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
             Shape::Stream => Instances::Many(&table, &index),
         },
         host: &mut Answers,
@@ -219,7 +219,11 @@ fn every_method_gives_the_oracles_bits() {
     let oracle = engine(Backend::Interpreter, 1).unwrap();
     for shape in Shape::ALL {
         let expected = call_all(&oracle, &classes, shape);
-        let widths: &[u32] = if shape == Shape::Packet { &Engine::WIDTHS } else { &[8] };
+        let widths: &[u32] = match shape {
+            Shape::Packet => &Engine::WIDTHS,
+            Shape::CommonOrigin | Shape::Stream => &[8],
+            Shape::Single => &[1],
+        };
         for width in widths {
             let Some(engine) = engine(Backend::Jit, *width) else { return };
             let found = call_all(&engine, &classes, shape);

@@ -113,7 +113,7 @@ fn measure_widths(
     reporter: &Reporter,
 ) -> Result<Vec<Measurement>, Failure> {
     let mut measurements: Vec<Measurement> = Vec::new();
-    for width in Engine::WIDTHS {
+    for width in Engine::WIDTHS.into_iter().filter(|width| shape.width(*width) == *width) {
         let options = EngineOptions {
             backend: Backend::Jit,
             width: Some(width),
@@ -137,7 +137,7 @@ fn measure_widths(
     Ok(measurements)
 }
 
-/// The time of the fastest call for [`LANES`] rays.
+/// The time of the fastest call for [`LANES`] rays, or as many calls for one.
 fn measure(
     program: &Program,
     instance: &Instance,
@@ -150,25 +150,30 @@ fn measure(
     let indices = LaneIndices::new(LANES);
     let given = test_state(program, method);
     let scratch = program.new_scratch(LANES);
+    let count = match shape {
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream => LANES,
+        Shape::Single => 1,
+    };
     let call = || {
         // A method may change what it reads, as `intersect` does with `rt_HitDistance`.
         let (mut state, mut scratch) = (given.clone(), scratch.clone());
         let mut accepted = LaneMask::new(LANES);
         let instances = match shape {
-            Shape::Packet => Instances::One(&block),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
             Shape::Stream => Instances::Many(&table, &indices),
         };
-        let arguments = CallArguments {
-            state: &mut state,
-            scratch: &mut scratch,
-            count: LANES,
-            mask: None,
-            accepted: Some(&mut accepted),
-            instances,
-            host: &mut NoHost,
-        };
         let start = Instant::now();
-        let _ = kernel.call(arguments);
+        for _ in 0..LANES / count {
+            let _ = kernel.call(CallArguments {
+                state: &mut state,
+                scratch: &mut scratch,
+                count,
+                mask: None,
+                accepted: Some(&mut accepted),
+                instances,
+                host: &mut NoHost,
+            });
+        }
         start.elapsed()
     };
     call();

@@ -30,7 +30,8 @@ pub struct BuildArguments {
     /// The method; all methods if not given, one after the other (an object file holds one).
     #[arg(long)]
     method: Option<String>,
-    /// What the rays of a call have in common: `packet` one object, `stream` nothing.
+    /// What the rays of a call have in common: `packet` one object, `common-origin` that and where they
+    /// start, `stream` nothing; `single` is for one ray.
     #[arg(long, value_parser = parse_shape, default_value = "packet")]
     shape: Shape,
     /// The machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
@@ -145,7 +146,7 @@ fn methods(arguments: &BuildArguments, class: &Class) -> Result<Vec<Method>, Fai
 fn parse_shape(name: &str) -> Result<Shape, String> {
     Shape::from_name(name).ok_or_else(|| {
         let names: Vec<&str> = Shape::ALL.iter().map(|shape| shape.name()).collect();
-        format!("the shapes are {}", names.join(" and "))
+        format!("the shapes are {}", names.join(", "))
     })
 }
 

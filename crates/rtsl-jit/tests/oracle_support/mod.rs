@@ -119,10 +119,11 @@ impl Case {
         let module = Arc::new(module);
         for mask in [None, Some(&self.mask)] {
             for (symbol, kernel) in &kernels {
+                let mask = mask.filter(|_| kernel.shape != Shape::Single);
                 let signature = Signature {
                     scratch_arrays: self.layout.scratch_arrays,
                     block_words: self.layout.block_words,
-                    many_instances: kernel.shape == Shape::Stream,
+                    shape: kernel.shape,
                     accepts: true,
                 };
                 let compiled = CompiledKernel::new(module.clone(), symbol, signature)
@@ -139,17 +140,16 @@ impl Case {
 
     fn call(&self, kernel: &CompiledKernel, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
-        let mut accepted = LaneMask::new(RAYS);
-        accepted.fill(true);
+        let mut accepted = LaneMask::from_fn(RAYS, |ray| ray < count(shape));
         let table = InstanceTable::new(self.objects.clone());
         let instances = match shape {
-            Shape::Packet => Instances::One(&self.objects[0]),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&self.objects[0]),
             Shape::Stream => Instances::Many(&table, &self.indices),
         };
         let status = kernel.call(CallArguments {
             state: &mut state,
             scratch: &mut scratch,
-            count: RAYS,
+            count: count(shape),
             mask,
             accepted: Some(&mut accepted),
             instances,
@@ -168,13 +168,14 @@ impl Case {
             accepted: LaneMask::new(RAYS),
             budget: false,
         };
-        for ray in (0..RAYS).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+        for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
             let object = match shape {
-                Shape::Packet => 0,
+                Shape::Packet | Shape::CommonOrigin | Shape::Single => 0,
                 Shape::Stream => self.indices.as_slice()[ray] as usize,
             };
             let mut storage = RayStorage {
                 case: self,
+                shape,
                 object: &self.objects[object],
                 ray,
                 state: &mut outcome.state,
@@ -265,9 +266,18 @@ fn object(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> In
     InstanceBlock::new(&members, buffers)
 }
 
+/// The rays of a call.
+fn count(shape: Shape) -> usize {
+    match shape {
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream => RAYS,
+        Shape::Single => 1,
+    }
+}
+
 /// One ray's view of the data.
 struct RayStorage<'a> {
     case: &'a Case,
+    shape: Shape,
     object: &'a InstanceBlock,
     ray: usize,
     state: &'a mut LaneBlock,
@@ -285,13 +295,16 @@ impl RayStorage<'_> {
 impl Storage for RayStorage<'_> {
     fn load(&self, id: PlaceId, index: u32) -> u32 {
         let place = self.case.function.place(id);
+        // What rays share is what the first one had before the call.
+        let (state, scratch, ray) = match self.shape.varies(place) {
+            true => (&*self.state, &*self.scratch, self.ray),
+            false => (&self.case.state, &self.case.scratch, 0),
+        };
         let word = match place.kind {
-            PlaceKind::State => {
-                self.state.words((first_component(place) + index) as usize)[self.ray]
+            PlaceKind::State => state.words((first_component(place) + index) as usize)[ray],
+            PlaceKind::Scratch => {
+                scratch.words((self.case.layout.scratch[&place.name] + index) as usize)[ray]
             }
-            PlaceKind::Scratch => self
-                .scratch
-                .words((self.case.layout.scratch[&place.name] + index) as usize)[self.ray],
             PlaceKind::Member => {
                 self.object.words()[(self.case.layout.members[&place.name] + index) as usize]
             }

@@ -5,14 +5,23 @@ use std::collections::BTreeSet;
 use rtsl_ir::{PlaceKind, Value};
 
 use super::Lowering;
+use crate::Shape;
 use crate::kernel::{OpKind, Region};
 
 impl Lowering<'_> {
     /// Whether an operation can be done in the prologue: it is uniform, all that it needs is there,
     /// and it is pure. Of a loop that is pure and uniform but might never end the caller must
     /// know that every ray comes by.
+    ///
+    /// Where the chunk is all there is, doing work before it saves none, and takes it out of the
+    /// branches that might have left it out. Constants are no work.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
-        self.is_hoistable_among(kind, &mut BTreeSet::new())
+        match self.kernel.shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream => {
+                self.is_hoistable_among(kind, &mut BTreeSet::new())
+            }
+            Shape::Single => matches!(kind, OpKind::Constant(_)),
+        }
     }
 
     /// The same in a region, where the values `inside` were defined on the way.

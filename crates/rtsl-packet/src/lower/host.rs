@@ -27,7 +27,8 @@ impl Lowering<'_> {
             }
             Request::Ambient => {
                 let types = COLOR.map(Type::uniform);
-                self.push(OpKind::Ambient, &types, true).iter().collect()
+                let hoist = self.is_hoistable(&OpKind::Ambient);
+                self.push(OpKind::Ambient, &types, hoist).iter().collect()
             }
             Request::Rand => self.request(OpKind::Rand(mask), &[Scalar::F32]),
             Request::ReportBudget => self.request(OpKind::ReportBudget, &[]),

@@ -49,7 +49,8 @@ pub enum LowerError {
     Width(u32),
 }
 
-/// Makes the packet code of a linked function, for calls of one shape, `width` rays at a time.
+/// Makes the packet code of a linked function, for calls of one shape, `width` rays at a time (one,
+/// where the shape has no more).
 ///
 /// # Errors
 /// See [`LowerError`].
@@ -62,6 +63,7 @@ pub fn lower(
     if !width.is_power_of_two() || width as usize > MAX_LANES {
         return Err(LowerError::Width(width));
     }
+    let width = shape.width(width);
     let uniformity = Uniformity::new(function, shape);
     let kernel = Kernel {
         name: function.name.clone(),
