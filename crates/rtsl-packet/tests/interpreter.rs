@@ -107,7 +107,11 @@ fn check_call(
         .iter()
         .find(|output| function.place(output.place).kind == PlaceKind::Accepted);
     let mut budget_exceeded = false;
-    for ray in 0..RAYS {
+    let count = match kernel.shape {
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream => RAYS,
+        Shape::Single => 1,
+    };
+    for ray in 0..count {
         let after = &mut expected.rays[ray as usize];
         let mut hit = false;
         if is_on(ray) {
@@ -121,7 +125,7 @@ fn check_call(
         }
     }
     let mut found = before.clone();
-    let rays = Rays { count: RAYS, is_on, round_limit: u64::MAX };
+    let rays = Rays { count, is_on, round_limit: u64::MAX };
     let outcome = interpreter::run(kernel, rays, &mut found, &mut HashHost::default());
     assert_eq!(outcome.budget_exceeded, budget_exceeded);
     for ray in 0..RAYS as usize {
