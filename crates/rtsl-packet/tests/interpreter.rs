@@ -107,10 +107,7 @@ fn check_call(
         .iter()
         .find(|output| function.place(output.place).kind == PlaceKind::Accepted);
     let mut budget_exceeded = false;
-    let count = match kernel.shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => RAYS,
-        Shape::Single => 1,
-    };
+    let count = if kernel.shape == Shape::Single { 1 } else { RAYS };
     for ray in 0..count {
         let after = &mut expected.rays[ray as usize];
         let mut hit = false;
@@ -128,7 +125,7 @@ fn check_call(
     let rays = Rays { count, is_on, round_limit: u64::MAX };
     let outcome = interpreter::run(kernel, rays, &mut found, &mut HashHost::default());
     assert_eq!(outcome.budget_exceeded, budget_exceeded);
-    for ray in 0..RAYS as usize {
+    for ray in 0..count as usize {
         let (expected, found) = (expected.rays[ray].snapshot(), found.rays[ray].snapshot());
         let (shape, width) = (kernel.shape.name(), kernel.width);
         assert_eq!(found, expected, "seed {seed}, {shape} {width}, ray {ray}\n{function}{kernel}");

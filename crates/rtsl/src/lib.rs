@@ -27,10 +27,12 @@ mod errors;
 mod instance;
 mod interpreted;
 mod kernel;
+mod lane_storage;
 pub mod library;
 mod link;
 mod loader;
 mod options;
+mod packet_kernel;
 mod parameters;
 pub mod pipeline;
 mod prelude;
@@ -49,6 +51,7 @@ pub use instance::Instance;
 pub use kernel::Kernel;
 pub use loader::FileLoader;
 pub use options::{Backend, EngineOptions, Math};
+pub use packet_kernel::{PacketKernel, PacketRun};
 pub use parameters::{place_words, scalar_name, type_name};
 pub use program::{LinkedMethod, Program};
 pub use state::{new_state, set_defaults};
@@ -64,6 +67,7 @@ pub use rtsl_jit::{
     CallArguments, CallStatus, InstanceBlock, InstanceTable, Instances, LaneBlock, LaneIndices,
     LaneMask, Llvm, LlvmError, OptLevel, Target,
 };
+pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_packet::{Layout, Shape};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,

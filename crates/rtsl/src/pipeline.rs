@@ -32,6 +32,7 @@ use crate::interpreted::InterpretedKernel;
 use crate::kernel::Kernel;
 use crate::link::{self, Linked};
 use crate::options::{EngineOptions, Math};
+use crate::packet_kernel::PacketKernel;
 use crate::prelude::prelude;
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
@@ -167,6 +168,12 @@ fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
     let kernel = InterpretedKernel::new(job.function, job.layout, signature(job));
     let failed = |error| errors::code_generation(&job.function.name, &error);
     kernel.map(Kernel::interpreted).map_err(failed)
+}
+
+/// The packet code of a kernel, with what a call of it takes.
+pub(crate) fn packet_kernel(job: Job<'_>, width: u32) -> Result<PacketKernel, Diagnostic> {
+    let packet = packet(job.function, job.shape, job.layout, width)?;
+    Ok(PacketKernel::new(packet, job.layout, signature(job)))
 }
 
 /// The packet code of a linked method.

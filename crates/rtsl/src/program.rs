@@ -12,6 +12,7 @@ use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
+use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
 use crate::variant::{KnownMembers, Variant};
@@ -139,6 +140,21 @@ impl Program {
             Ok(Arc::new(kernels.remove(0)))
         })
         .clone()
+    }
+
+    /// The packet code of a kernel, to be run on an interpreter that counts what it does.
+    ///
+    /// # Errors
+    /// As for [`Program::method`], or if there is no packet code.
+    pub fn packet_kernel(
+        &self,
+        method: Method,
+        variant: impl Into<Variant>,
+    ) -> Result<PacketKernel, Diagnostic> {
+        let variant = variant.into();
+        let function = self.specialise(&*self.method(method)?, &variant);
+        let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
+        pipeline::packet_kernel(job, self.shared.width)
     }
 
     /// The function of a variant.

@@ -1,12 +1,12 @@
-//! The oracle against machine code: random functions give the same bits on the interpreter and
-//! at every width, in every shape, under random masks.
+//! The oracle against packet code and machine code: random functions give the same bits on the
+//! interpreter and at every width, in every shape, under random masks.
 
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, Class, Engine, EngineOptions, Instance, InstanceTable, Instances,
-    LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter, ParameterTarget,
-    ParameterType, Place, Role, Scalar, Shape, Value, Variant, new_state,
+    Backend, CallArguments, CallStatus, Class, Engine, EngineOptions, Instance, InstanceTable,
+    Instances, LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter,
+    ParameterTarget, ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
 };
 use rtsl_ir::generate::{Entropy, HashHost, seeded_function};
 use rtsl_ir::{Function, PlaceKind};
@@ -120,14 +120,30 @@ struct Outputs {
 
 fn call(engine: &Engine, variant: &Variant, inputs: &Inputs) -> Outputs {
     let program = engine.program(&inputs.instances[0]);
-    let class = program.class();
     let kernel = program.kernel(Method::Intersect, variant.clone()).unwrap();
+    call_with(&program, variant, inputs, |call| kernel.call(call))
+}
+
+/// The same on the interpreter of packet code.
+fn call_packets(engine: &Engine, variant: &Variant, inputs: &Inputs) -> Outputs {
+    let program = engine.program(&inputs.instances[0]);
+    let kernel = program.packet_kernel(Method::Intersect, variant.clone()).unwrap();
+    call_with(&program, variant, inputs, |call| kernel.run(call, u64::MAX).status)
+}
+
+fn call_with(
+    program: &Program,
+    variant: &Variant,
+    inputs: &Inputs,
+    call: impl FnOnce(CallArguments<'_>) -> CallStatus,
+) -> Outputs {
+    let class = program.class();
     let blocks: Vec<_> = inputs.instances.iter().map(|it| Arc::new(program.block(it))).collect();
     let table = InstanceTable::new(blocks.clone());
     let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
     let mut accepted = LaneMask::new(COUNT);
     let shape = variant.shape;
-    let status = kernel.call(CallArguments {
+    let status = call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
         count: if shape == Shape::Single { 1 } else { COUNT },
@@ -186,9 +202,11 @@ fn engine(backend: Backend, width: u32, optimization: OptLevel) -> Option<Engine
 
 fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
     let oracle = engine(Backend::Interpreter, 1, optimization).unwrap();
-    let engines: Option<Vec<Engine>> =
-        Engine::WIDTHS.iter().map(|width| engine(Backend::Jit, *width, optimization)).collect();
-    let Some(engines) = engines else { return };
+    let engines = |backend| {
+        let engine = move |width: &u32| engine(backend, *width, optimization);
+        Engine::WIDTHS.iter().filter_map(engine).collect::<Vec<_>>()
+    };
+    let (packets, machine_code) = (engines(Backend::Interpreter), engines(Backend::Jit));
     for seed in seeds {
         let class = class_of(seeded_function(seed, size));
         let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 16);
@@ -196,16 +214,21 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
         for shape in Shape::ALL {
             let variant = Variant::from(shape);
             let expected = call(&oracle, &variant, &inputs);
-            for engine in &engines {
-                let found = call(engine, &variant, &inputs);
+            let check = |engine: &Engine, code: &str, found: Outputs| {
                 assert!(
                     expected == found,
-                    "seed {seed}, size {size}, {} at width {}: {}\n{}",
+                    "seed {seed}, size {size}, {code} for {} at width {}: {}\n{}",
                     shape.name(),
                     engine.width(),
                     difference(&expected, &found),
                     class.methods[&Method::Intersect]
                 );
+            };
+            for engine in &packets {
+                check(engine, "packet code", call_packets(engine, &variant, &inputs));
+            }
+            for engine in &machine_code {
+                check(engine, "machine code", call(engine, &variant, &inputs));
             }
         }
     }
@@ -236,6 +259,10 @@ fn only(outputs: rtsl::Outputs, expected: Outputs, inputs: &Inputs, class: &Clas
 #[test]
 fn variants_agree_in_what_is_read() {
     let oracle = engine(Backend::Interpreter, 1, OptLevel::O2).unwrap();
+    let packets: Vec<_> = [1, 8]
+        .into_iter()
+        .filter_map(|it| engine(Backend::Interpreter, it, OptLevel::O2))
+        .collect();
     let mut engines = vec![oracle.clone()];
     engines.extend([1, 8].into_iter().filter_map(|it| engine(Backend::Jit, it, OptLevel::O2)));
     for seed in 400..430 {
@@ -262,8 +289,10 @@ fn variants_agree_in_what_is_read() {
                 Shape::Stream => rtsl::KnownMembers::default(),
             };
             let variant = general.reading(outputs).knowing(known);
-            for engine in &engines {
-                let found = call(engine, &variant, &inputs);
+            let compiled = engines.iter().map(|engine| (engine, call(engine, &variant, &inputs)));
+            let packets = packets.iter();
+            let packets = packets.map(|engine| (engine, call_packets(engine, &variant, &inputs)));
+            for (engine, found) in compiled.chain(packets) {
                 assert!(
                     expected == found,
                     "seed {seed}, {variant:?} at width {}: {}\n{}",

@@ -137,12 +137,18 @@ fn instance(class: &Arc<Class>) -> Arc<Instance> {
 }
 
 /// The bits that a call leaves, NaNs made equal.
-fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape) -> Vec<u32> {
+/// What runs a method.
+#[derive(Clone, Copy, Debug)]
+enum Code {
+    /// What the engine makes.
+    Kernel,
+    /// Packet code on its interpreter.
+    Packets,
+}
+
+fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code: Code) -> Vec<u32> {
     let instance = instance(class);
     let program = engine.program(&instance);
-    let kernel = program
-        .kernel(method, shape)
-        .unwrap_or_else(|error| panic!("{}.{}: {error:?}", class.name, method.name()));
     let mut noise = Noise(method as u32);
     let mut fill = |block: &mut LaneBlock| {
         for component in 0..block.components() {
@@ -157,7 +163,7 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape) -> Ve
     let block = Arc::new(program.block(&instance));
     let table = InstanceTable::new(vec![block.clone()]);
     let index = LaneIndices::new(COUNT);
-    let _ = kernel.call(CallArguments {
+    let arguments = CallArguments {
         state: &mut state,
         scratch: &mut scratch,
         count: if shape == Shape::Single { 1 } else { COUNT },
@@ -168,7 +174,14 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape) -> Ve
             Shape::Stream => Instances::Many(&table, &index),
         },
         host: &mut Answers,
-    });
+    };
+    let status = match code {
+        Code::Kernel => program.kernel(method, shape).map(|it| it.call(arguments)),
+        Code::Packets => {
+            program.packet_kernel(method, shape).map(|it| it.run(arguments, u64::MAX).status)
+        }
+    };
+    let _ = status.unwrap_or_else(|error| panic!("{}.{}: {error:?}", class.name, method.name()));
     let words = |block: &LaneBlock| -> Vec<u32> {
         let all = (0..block.components()).flat_map(|it| block.floats(it));
         all.map(|value| canonical(*value)).collect()
@@ -195,17 +208,24 @@ fn the_prelude_and_every_file_compile_without_a_word() {
 }
 
 /// The results of all methods of the classes, made together.
-fn call_all(engine: &Engine, classes: &[Arc<Class>], shape: Shape) -> Vec<(String, Vec<u32>)> {
+fn call_all(
+    engine: &Engine,
+    classes: &[Arc<Class>],
+    shape: Shape,
+    code: Code,
+) -> Vec<(String, Vec<u32>)> {
     let programs: Vec<_> = classes.iter().map(|it| engine.program(&instance(it))).collect();
     let requests = classes.iter().zip(&programs).flat_map(|(class, program)| {
         class.methods.keys().map(|method| KernelRequest::new(program, *method, shape))
     });
-    let kernels = engine.compile_all(&requests.collect::<Vec<_>>());
-    assert!(kernels.iter().all(Result::is_ok));
+    if let Code::Kernel = code {
+        let kernels = engine.compile_all(&requests.collect::<Vec<_>>());
+        assert!(kernels.iter().all(Result::is_ok));
+    }
     let each = classes.iter().flat_map(|class| {
         class.methods.keys().map(move |method| {
             let name = format!("{}.{} {}", class.name, method.name(), shape.name());
-            (name, call(engine, class, *method, shape))
+            (name, call(engine, class, *method, shape, code))
         })
     });
     each.collect()
@@ -218,19 +238,24 @@ fn every_method_gives_the_oracles_bits() {
     let classes: Vec<Arc<Class>> = units.flat_map(|unit| unit.classes().to_vec()).collect();
     let oracle = engine(Backend::Interpreter, 1).unwrap();
     for shape in Shape::ALL {
-        let expected = call_all(&oracle, &classes, shape);
+        let expected = call_all(&oracle, &classes, shape, Code::Kernel);
         let widths: &[u32] = match shape {
             Shape::Packet => &Engine::WIDTHS,
             Shape::CommonOrigin | Shape::Stream => &[8],
             Shape::Single => &[1],
         };
-        for width in widths {
-            let Some(engine) = engine(Backend::Jit, *width) else { return };
-            let found = call_all(&engine, &classes, shape);
+        for (width, code) in widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)])
+        {
+            let backend = match code {
+                Code::Kernel => Backend::Jit,
+                Code::Packets => Backend::Interpreter,
+            };
+            let Some(engine) = engine(backend, *width) else { continue };
+            let found = call_all(&engine, &classes, shape, code);
             for ((name, expected), (_, found)) in expected.iter().zip(&found) {
                 if let Some(at) = (0..expected.len()).find(|at| expected[*at] != found[*at]) {
                     panic!(
-                        "{name} at width {width}: component {}, ray {}: {:#x}, {:#x}",
+                        "{name}, {code:?} at width {width}: component {}, ray {}: {:#x}, {:#x}",
                         at / COUNT,
                         at % COUNT,
                         expected[at],

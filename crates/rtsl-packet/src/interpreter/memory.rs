@@ -25,7 +25,7 @@ impl Execution<'_> {
     fn element(&self, id: PlaceId, index: Index, lane: usize) -> u32 {
         let kernel_place = self.kernel.place(id);
         let place = &kernel_place.place;
-        let ray = self.base + lane as u32;
+        let ray = if kernel_place.varies { self.base + lane as u32 } else { 0 };
         if kernel_place.varies && place.kind != PlaceKind::Slot && self.chunk >> lane & 1 == 0 {
             return self.noise(place.scalar, lane);
         }
@@ -74,7 +74,8 @@ impl Execution<'_> {
             if varies && it.chunk >> lane & 1 == 0 {
                 return 0;
             }
-            it.storage.elements(buffer, it.base + lane as u32).min(i32::MAX as u32)
+            let ray = if varies { it.base + lane as u32 } else { 0 };
+            it.storage.elements(buffer, ray).min(i32::MAX as u32)
         });
     }
 

@@ -19,8 +19,8 @@ use crate::kernel::{Op, OpKind, Region};
 use crate::profile::{Conditions, Profile};
 
 /// Where a kernel's places are, but for slots, which are the interpreter's. Scalars are
-/// [bits](rtsl_ir::Constant::bits); a bool is 0 or 1. Places that do not vary are asked for with
-/// any ray's number, and give what ray 0 had before the call.
+/// [bits](rtsl_ir::Constant::bits); a bool is 0 or 1. Places that do not vary are asked for
+/// as those of ray 0.
 pub trait Storage {
     /// The scalar at `index` of a state, member or scratch place or buffer; the index is less than
     /// the place's length, for buffers times the number of elements.

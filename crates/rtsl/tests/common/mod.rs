@@ -8,17 +8,19 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Scalar, Shape, Value, new_state,
+    Backend, CallArguments, CallStatus, Class, Compiler, CompilerOptions, Engine, EngineOptions,
+    Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program, Scalar, Shape,
+    Value, new_state,
 };
 use rtsl_ir::generate::{Entropy, HashHost};
 
 /// Rays of a call: not a multiple of any width but 1.
 pub const COUNT: usize = 37;
 
-/// The interpreter, and an engine for each width; none where there is no LLVM.
+/// The interpreter, packet code, and an engine for each width; none where there is no LLVM.
 pub struct Agreement {
     oracle: Engine,
+    packets: Engine,
     engines: Vec<Engine>,
     compiler: Compiler,
 }
@@ -35,6 +37,7 @@ impl Agreement {
         let options = CompilerOptions { loop_budget: Some(10_000), ..Default::default() };
         Agreement {
             oracle: engine(Backend::Interpreter, 1).expect("the interpreter needs nothing"),
+            packets: engine(Backend::Interpreter, 8).expect("the interpreter needs nothing"),
             engines: engines.collect(),
             compiler: Compiler::new(options),
         }
@@ -55,9 +58,14 @@ impl Agreement {
         let instance = instance(class, &mut entropy);
         let scratch = random_scratch(class, &mut entropy);
         let mask = entropy.chance(160).then(|| LaneMask::from_fn(COUNT, |_| entropy.chance(128)));
-        let expected = call(&self.oracle, &instance, &scratch, mask.as_ref());
+        let mask = mask.as_ref();
+        let expected = call(&self.oracle, &instance, &scratch, mask);
+        let packets = call_packets(&self.packets, &instance, &scratch, mask);
+        if let Some(difference) = difference(class, &expected, &packets) {
+            panic!("{name} in packet code: {difference}\n{text}");
+        }
         for engine in &self.engines {
-            let found = call(engine, &instance, &scratch, mask.as_ref());
+            let found = call(engine, &instance, &scratch, mask);
             if let Some(difference) = difference(class, &expected, &found) {
                 panic!("{name} at width {}: {difference}\n{text}", engine.width());
             }
@@ -103,9 +111,31 @@ fn call(
 ) -> LaneBlock {
     let program = engine.program(instance);
     let kernel = program.kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+    call_with(&program, instance, scratch, mask, |call| kernel.call(call))
+}
+
+/// The same on the interpreter of packet code.
+fn call_packets(
+    engine: &Engine,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+) -> LaneBlock {
+    let program = engine.program(instance);
+    let kernel = program.packet_kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+    call_with(&program, instance, scratch, mask, |call| kernel.run(call, u64::MAX).status)
+}
+
+fn call_with(
+    program: &Program,
+    instance: &Arc<Instance>,
+    scratch: &LaneBlock,
+    mask: Option<&LaneMask>,
+    call: impl FnOnce(CallArguments<'_>) -> CallStatus,
+) -> LaneBlock {
     let block = program.block(instance);
     let mut scratch = scratch.clone();
-    let _budget_may_end = kernel.call(CallArguments {
+    let _budget_may_end = call(CallArguments {
         state: &mut new_state(COUNT),
         scratch: &mut scratch,
         count: COUNT,

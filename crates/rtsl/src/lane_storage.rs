@@ -1,0 +1,226 @@
+//! The places of a method in the arguments of a call, as interpreters see them.
+
+use rtsl_ir::{Place, PlaceId, PlaceKind, Scalar};
+use rtsl_jit::{InstanceBlock, Instances, LaneBlock, LaneMask};
+use rtsl_packet::{Layout, Shape};
+use rtsl_spec::lookup_state;
+
+/// Where a method's places lie in calls of one shape.
+#[derive(Clone, Debug)]
+pub(crate) struct LanePlaces {
+    places: Vec<LanePlace>,
+}
+
+/// One of a method's places.
+#[derive(Clone, Copy, Debug)]
+struct LanePlace {
+    location: Location,
+    len: u32,
+    /// It differs from lane to lane; else what the first lane had before the call counts for all.
+    varies: bool,
+}
+
+/// Where the scalars of a place lie.
+#[derive(Clone, Copy, Debug)]
+enum Location {
+    /// The state arrays from this one on.
+    State(u32),
+    /// The scratch arrays from this one on; bools are 0 and -1 there.
+    Scratch(u32, Scalar),
+    /// The words of the instance's block from this one on.
+    Member(u32),
+    /// The buffer whose entry starts at this word of the block.
+    Buffer(u32),
+    /// The mask of accepted hits.
+    Accepted,
+    /// Slots are the interpreter's, parameters the constructor's.
+    Nowhere,
+}
+
+impl LanePlaces {
+    /// The places of a function.
+    pub fn new(places: &[Place], layout: &Layout, shape: Shape) -> LanePlaces {
+        let places = places.iter().map(|place| LanePlace {
+            location: Location::of(place, layout).unwrap_or(Location::Nowhere),
+            len: place.len,
+            varies: shape.varies(place),
+        });
+        LanePlaces { places: places.collect() }
+    }
+
+    fn get(&self, place: PlaceId) -> LanePlace {
+        self.places[place.0 as usize]
+    }
+
+    /// By place the scalars of state and scratch that all lanes share: copies, since the call
+    /// may change what they were read from.
+    fn shared_inputs(&self, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
+        let of_first_lane = |place: &LanePlace| match place.location {
+            Location::State(_) | Location::Scratch(..) if !place.varies => {
+                let scalars =
+                    (0..place.len).map(|index| place.location.lane(index, 0, state, scratch));
+                scalars.collect()
+            }
+            Location::State(_)
+            | Location::Scratch(..)
+            | Location::Member(_)
+            | Location::Buffer(_)
+            | Location::Accepted
+            | Location::Nowhere => Vec::new(),
+        };
+        self.places.iter().map(of_first_lane).collect()
+    }
+}
+
+impl Location {
+    fn of(place: &Place, layout: &Layout) -> Option<Location> {
+        let name = place.name.as_str();
+        match place.kind {
+            PlaceKind::State => {
+                lookup_state(name).map(|variable| Location::State(variable.first_component))
+            }
+            PlaceKind::Scratch => {
+                layout.scratch.get(name).map(|first| Location::Scratch(*first, place.scalar))
+            }
+            PlaceKind::Member => layout.members.get(name).map(|word| Location::Member(*word)),
+            PlaceKind::Buffer => layout.buffers.get(name).map(|word| Location::Buffer(*word)),
+            PlaceKind::Accepted => Some(Location::Accepted),
+            PlaceKind::Parameter | PlaceKind::Slot => None,
+        }
+    }
+
+    /// A scalar of the state or scratch of one lane.
+    fn lane(self, index: u32, lane: usize, state: &LaneBlock, scratch: &LaneBlock) -> u32 {
+        match self {
+            Location::State(first) => state.words((first + index) as usize)[lane],
+            Location::Scratch(first, scalar) => {
+                let word = scratch.words((first + index) as usize)[lane];
+                if scalar == Scalar::Bool { u32::from(word != 0) } else { word }
+            }
+            Location::Member(_) | Location::Buffer(_) | Location::Accepted | Location::Nowhere => 0,
+        }
+    }
+}
+
+/// The places in the arguments of one call.
+pub(crate) struct CallStorage<'a> {
+    places: &'a LanePlaces,
+    /// See [`LanePlaces::shared_inputs`].
+    shared: Vec<Vec<u32>>,
+    state: &'a mut LaneBlock,
+    scratch: &'a mut LaneBlock,
+    accepted: Option<&'a mut LaneMask>,
+    instances: Instances<'a>,
+}
+
+impl<'a> CallStorage<'a> {
+    pub fn new(
+        places: &'a LanePlaces,
+        state: &'a mut LaneBlock,
+        scratch: &'a mut LaneBlock,
+        accepted: Option<&'a mut LaneMask>,
+        instances: Instances<'a>,
+    ) -> Self {
+        let shared = places.shared_inputs(state, scratch);
+        CallStorage { places, shared, state, scratch, accepted, instances }
+    }
+
+    /// The places of one lane.
+    pub fn lane(&mut self, lane: usize) -> LaneStorage<'a, '_> {
+        LaneStorage { block: block_of(self.instances, lane), call: self, lane }
+    }
+
+    pub fn accept(&mut self, lane: usize, is_accepted: bool) {
+        if let Some(accepted) = self.accepted.as_deref_mut() {
+            accepted.set(lane, is_accepted);
+        }
+    }
+
+    fn load(&self, place: PlaceId, index: u32, lane: usize, block: &InstanceBlock) -> u32 {
+        if let Some(shared) = self.shared[place.0 as usize].get(index as usize) {
+            return *shared;
+        }
+        match self.places.get(place).location {
+            location @ (Location::State(_) | Location::Scratch(..)) => {
+                location.lane(index, lane, self.state, self.scratch)
+            }
+            Location::Member(first) => block.words()[(first + index) as usize],
+            Location::Buffer(entry) => {
+                let buffer = block.buffers().iter().find(|buffer| buffer.offset == entry);
+                buffer.and_then(|it| it.words.get(index as usize)).copied().unwrap_or(0)
+            }
+            Location::Accepted | Location::Nowhere => 0,
+        }
+    }
+
+    fn elements(&self, buffer: PlaceId, block: &InstanceBlock) -> u32 {
+        match self.places.get(buffer).location {
+            Location::Buffer(entry) => {
+                let buffer = block.buffers().iter().find(|buffer| buffer.offset == entry);
+                buffer.map_or(0, |buffer| buffer.elements())
+            }
+            Location::State(_)
+            | Location::Scratch(..)
+            | Location::Member(_)
+            | Location::Accepted
+            | Location::Nowhere => 0,
+        }
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, lane: usize, bits: u32) {
+        match self.places.get(place).location {
+            Location::State(first) => {
+                self.state.words_mut((first + component) as usize)[lane] = bits;
+            }
+            Location::Scratch(first, scalar) => {
+                let word = if scalar == Scalar::Bool && bits != 0 { u32::MAX } else { bits };
+                self.scratch.words_mut((first + component) as usize)[lane] = word;
+            }
+            Location::Accepted => self.accept(lane, bits != 0),
+            Location::Member(_) | Location::Buffer(_) | Location::Nowhere => {}
+        }
+    }
+}
+
+fn block_of(instances: Instances<'_>, lane: usize) -> &InstanceBlock {
+    match instances {
+        Instances::One(block) => block,
+        Instances::Many(table, indices) => &table.blocks()[indices.as_slice()[lane] as usize],
+    }
+}
+
+/// The places of one lane.
+pub(crate) struct LaneStorage<'a, 'call> {
+    call: &'call mut CallStorage<'a>,
+    lane: usize,
+    block: &'a InstanceBlock,
+}
+
+impl rtsl_ir::Storage for LaneStorage<'_, '_> {
+    fn load(&self, place: PlaceId, index: u32) -> u32 {
+        self.call.load(place, index, self.lane, self.block)
+    }
+
+    fn elements(&self, buffer: PlaceId) -> u32 {
+        self.call.elements(buffer, self.block)
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
+        self.call.store(place, component, self.lane, bits);
+    }
+}
+
+impl rtsl_packet::interpreter::Storage for CallStorage<'_> {
+    fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32 {
+        let lane = ray as usize;
+        self.load(place, index, lane, block_of(self.instances, lane))
+    }
+
+    fn elements(&self, buffer: PlaceId, ray: u32) -> u32 {
+        self.elements(buffer, block_of(self.instances, ray as usize))
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32) {
+        self.store(place, component, ray as usize, bits);
+    }
+}
