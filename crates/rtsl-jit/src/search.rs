@@ -166,7 +166,8 @@ pub fn major_by_name(path: &Path) -> Option<u32> {
     let digits = name.find(|character: char| character.is_ascii_digit())?;
     let rest = &name[digits..];
     let end = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
-    rest[..end].parse().ok()
+    // Debian's `libLLVM.so.1` counts its interface, not LLVM.
+    rest[..end].parse().ok().filter(|major| *major > 1)
 }
 
 /// What lies in a folder, sorted, so that the choice is the same on every run.
@@ -191,6 +192,7 @@ mod tests {
             ("libLLVM-15.so.1", Some(15)),
             ("libLLVM-14.0.6.so.1", Some(14)),
             ("libLLVM.so.22.1-rust-1.95.0-stable", Some(22)),
+            ("libLLVM.so.1", None),
             ("libLLVM.dylib", None),
         ] {
             assert_eq!(major_by_name(Path::new(name)), major, "{name}");
