@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region};
+use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
 use rtsl_jit::{InstanceBlock, LaneBlock};
 use rtsl_packet::Layout;
 use rtsl_source::Diagnostic;
@@ -43,6 +43,8 @@ pub struct LinkedMethod {
     pub reads: Vec<&'static StateVariable>,
     /// The state variables that it sets.
     pub writes: Vec<&'static StateVariable>,
+    /// Whether it reads scratch.
+    pub reads_scratch: bool,
     /// Whether it sets scratch.
     pub sets_scratch: bool,
 }
@@ -210,9 +212,13 @@ impl LinkedMethod {
         let writes = state_places(&function, |function, place| {
             function.outputs.iter().any(|output| output.place == place)
         });
-        let kind = |output: &Output| function.place(output.place).kind;
-        let sets_scratch = function.outputs.iter().any(|it| kind(it) == PlaceKind::Scratch);
-        LinkedMethod { function: Arc::new(function), warnings, reads, writes, sets_scratch }
+        let is_scratch = |place: PlaceId| function.place(place).kind == PlaceKind::Scratch;
+        let sets_scratch = function.outputs.iter().any(|output| is_scratch(output.place));
+        let places = (0..function.places.len() as u32).map(PlaceId);
+        let reads_scratch =
+            places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
+        let function = Arc::new(function);
+        LinkedMethod { function, warnings, reads, writes, reads_scratch, sets_scratch }
     }
 }
 

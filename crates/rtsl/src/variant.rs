@@ -76,6 +76,24 @@ impl Outputs {
         Outputs { scratch: true, ..self }
     }
 
+    /// The same without scratch.
+    #[must_use]
+    pub const fn without_scratch(self) -> Outputs {
+        Outputs { scratch: false, ..self }
+    }
+
+    /// What either has.
+    #[must_use]
+    pub const fn union(self, other: Outputs) -> Outputs {
+        Outputs { state: self.state | other.state, scratch: self.scratch || other.scratch }
+    }
+
+    /// What both have.
+    #[must_use]
+    pub const fn intersection(self, other: Outputs) -> Outputs {
+        Outputs { state: self.state & other.state, scratch: self.scratch && other.scratch }
+    }
+
     /// Whether the variable is read.
     pub const fn has_state(self, variable: &StateVariable) -> bool {
         self.state >> variable.index & 1 != 0
@@ -95,7 +113,7 @@ impl Outputs {
     pub(crate) fn of_method(self, method: &LinkedMethod) -> Outputs {
         let set = Outputs::state(method.writes.iter().copied());
         let set = Outputs { scratch: method.sets_scratch, ..set };
-        let read = Outputs { state: self.state & set.state, scratch: self.scratch && set.scratch };
+        let read = self.intersection(set);
         if read == set { Outputs::ALL } else { read }
     }
 }

@@ -1,13 +1,11 @@
 //! A scene with kernels for its shaders and an acceleration structure over its objects.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Diagnostics, Engine, Instance, InstanceBlock, Instances, Kernel, KernelRequest,
-    Method, Program, Role, Shape, SourceMap, new_state, set_defaults,
+    CallArguments, Diagnostics, Engine, Instance, InstanceBlock, Instances, Method, Role,
+    SourceMap, new_state, set_defaults,
 };
 
 use crate::acceleration::{Bounds, Geometry, Group, Member};
@@ -16,24 +14,8 @@ use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::AreaLight;
+use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::variables::{variables, vector};
-
-/// A class with the kernels that this scene calls.
-pub struct Shader {
-    /// The class, linked.
-    pub program: Arc<Program>,
-    kernels: BTreeMap<Method, Arc<Kernel>>,
-    /// Whether a method that shades reads texture coordinates, and derivatives.
-    reads_coordinates: bool,
-    reads_derivatives: bool,
-}
-
-impl Shader {
-    /// The kernel of a method, if the class has it.
-    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
-        self.kernels.get(&method).map(Arc::as_ref)
-    }
-}
 
 /// An instance, ready for the kernels of its shader.
 pub struct ShaderInstance {
@@ -118,8 +100,7 @@ impl CompiledScene {
     /// If a class lacks a method that its use needs, or a kernel can't be made.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
         let start = Instant::now();
-        let mut shaders = ShaderTable::new(engine);
-        shaders.add_scene(&scene);
+        let shaders = ShaderTable::new(engine, &scene);
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);
         let failed = diagnostics.has_errors();
@@ -141,132 +122,14 @@ impl CompiledScene {
         &self.shaders[instance.shader]
     }
 
-    /// Whether the shader of an object's material, or of its emitter, reads texture coordinates,
-    /// and derivatives.
-    pub fn needs(&self, object: &Object) -> (bool, bool) {
+    /// What the material of an object, and its emitter, read of its surface.
+    pub fn needs(&self, object: &Object) -> SurfaceNeeds {
         let own = object.material.is_none().then_some(object.primitive.shader);
         let others = [object.material, object.emitter].into_iter().flatten();
         let others = others.map(|material| self.materials[material as usize].shader);
-        let shaders = own.into_iter().chain(others).map(|shader| &self.shaders[shader]);
-        shaders.fold((false, false), |needs, shader| {
-            (needs.0 | shader.reads_coordinates, needs.1 | shader.reads_derivatives)
-        })
+        let needs = own.into_iter().chain(others).map(|it| self.shaders[it].surface_needs());
+        needs.fold(SurfaceNeeds::default(), SurfaceNeeds::union)
     }
-}
-
-/// The state variables whose reading makes a host compute texture coordinates.
-const COORDINATES: [&str; 2] = ["rt_TextureUV", "rt_TextureUVW"];
-const DERIVATIVES: [&str; 6] = ["rt_dPdu", "rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
-
-/// Programs by first use, with the methods that the scene calls.
-struct ShaderTable<'a> {
-    engine: &'a Engine,
-    programs: Vec<(Arc<Program>, Vec<Method>)>,
-    by_address: BTreeMap<usize, usize>,
-}
-
-impl<'a> ShaderTable<'a> {
-    fn new(engine: &'a Engine) -> Self {
-        ShaderTable { engine, programs: Vec::new(), by_address: BTreeMap::new() }
-    }
-
-    fn add_scene(&mut self, scene: &Scene) {
-        self.add(&scene.camera, &[Method::GenerateRay]);
-        for light in &scene.lights {
-            self.add(&light.light, &[Method::Illumination, Method::Emission]);
-        }
-        for material in &scene.materials {
-            self.add(material, &[Method::Shade, Method::Emission]);
-        }
-        for object in &scene.objects {
-            self.add(
-                &object.primitive,
-                &[
-                    Method::Intersect,
-                    Method::ComputeBounds,
-                    Method::ComputeNormal,
-                    Method::ComputeTextureCoordinates,
-                    Method::ComputeDerivatives,
-                ],
-            );
-            if object.emitter.is_some() {
-                self.add(&object.primitive, &[Method::GenerateSample]);
-            }
-            if is_own_material(object) {
-                self.add(&object.primitive, &[Method::Shade, Method::Emission]);
-            }
-        }
-    }
-
-    fn add(&mut self, instance: &Instance, methods: &[Method]) {
-        let index = self.index(instance);
-        for method in methods {
-            let (program, wanted) = &mut self.programs[index];
-            if program.has(*method) && !wanted.contains(method) {
-                wanted.push(*method);
-            }
-        }
-    }
-
-    fn index(&mut self, instance: &Instance) -> usize {
-        let program = self.engine.program(instance);
-        let address = Arc::as_ptr(&program) as usize;
-        *self.by_address.entry(address).or_insert_with(|| {
-            self.programs.push((program, Vec::new()));
-            self.programs.len() - 1
-        })
-    }
-
-    fn instance(&self, instance: &Instance) -> ShaderInstance {
-        let program = self.engine.program(instance);
-        let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
-        ShaderInstance { shader: shader.unwrap_or(0), block: program.block(instance) }
-    }
-
-    fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
-        let requests: Vec<KernelRequest> = self
-            .programs
-            .iter()
-            .flat_map(|(program, methods)| {
-                methods.iter().map(|method| KernelRequest::new(program, *method, Shape::Packet))
-            })
-            .collect();
-        let mut kernels = self.engine.compile_all(&requests).into_iter();
-        let mut shaders = Vec::with_capacity(self.programs.len());
-        for (program, methods) in &self.programs {
-            let mut shader = Shader {
-                program: program.clone(),
-                kernels: BTreeMap::new(),
-                reads_coordinates: false,
-                reads_derivatives: false,
-            };
-            for (method, kernel) in methods.iter().zip(kernels.by_ref()) {
-                match kernel {
-                    Ok(kernel) => {
-                        shader.kernels.insert(*method, kernel);
-                    }
-                    Err(diagnostic) => diagnostics.push(diagnostic),
-                }
-                if let Ok(linked) = program.method(*method) {
-                    diagnostics.extend(linked.warnings.iter().cloned());
-                    if matches!(method, Method::Shade | Method::Emission) {
-                        let reads = |names: &[&str]| {
-                            linked.reads.iter().any(|variable| names.contains(&variable.name))
-                        };
-                        shader.reads_coordinates |= reads(&COORDINATES);
-                        shader.reads_derivatives |= reads(&DERIVATIVES);
-                    }
-                }
-            }
-            shaders.push(shader);
-        }
-        shaders
-    }
-}
-
-/// A shape whose class is a material too looks as its own methods say.
-fn is_own_material(object: &SceneObject) -> bool {
-    object.primitive.class().roles.contains(&Role::Material)
 }
 
 struct Builder<'a> {

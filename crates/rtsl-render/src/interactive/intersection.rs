@@ -6,7 +6,7 @@ use rtsl::{LaneBlock, Method};
 use crate::acceleration::{LANES, LaneMask, Lanes, Objects, RayPacket, lanes_of};
 use crate::math::{Affine, reciprocal};
 
-use super::compiled::{CompiledScene, Object};
+use super::compiled::CompiledScene;
 use super::variables::{number, set_number, set_vector, variables};
 use super::workspace::{CallBlocks, Problems};
 
@@ -20,7 +20,7 @@ pub struct Intersector<'a> {
     pub kept_scratch: Option<&'a mut LaneBlock>,
     /// Where problems go.
     pub problems: &'a Problems,
-    /// The number of scratch arrays of the object tested last.
+    /// The number of scratch arrays to keep of the object tested last.
     pub arrays: usize,
 }
 
@@ -45,7 +45,7 @@ impl Objects for Intersector<'_> {
         for lane in lanes_of(accepted) {
             distance[lane] = number(&self.blocks.state, v.hit_distance, lane);
         }
-        self.arrays = scratch_arrays(self.scene, object);
+        self.arrays = self.scene.shader(&object.primitive).kept_arrays;
         accepted
     }
 
@@ -100,9 +100,4 @@ pub fn set_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, lanes: La
         set_number(state, v.epsilon, lane, rays.epsilon[lane]);
         set_number(state, v.time_seed, lane, rays.time[lane]);
     }
-}
-
-/// The number of scratch arrays of an object's class.
-fn scratch_arrays(scene: &CompiledScene, object: &Object) -> usize {
-    scene.shader(&object.primitive).program.layout().scratch_arrays as usize
 }

@@ -12,6 +12,7 @@ mod compiled;
 mod host;
 mod intersection;
 mod render;
+mod shaders;
 mod shading;
 mod surface;
 mod variables;

@@ -66,13 +66,13 @@ pub fn prepare(
     let Tracer { scene, problems } = tracer;
     let Level { blocks, kept_scratch } = level;
     set_local_hits(run, rays, hits, &mut blocks.state);
-    let (needs_coordinates, needs_derivatives) = scene.needs(run.object);
+    let needs = scene.needs(run.object);
     let mut methods = vec![Method::ComputeNormal];
-    if needs_coordinates || needs_derivatives {
+    if needs.coordinates || needs.derivatives {
         methods.push(Method::ComputeTextureCoordinates);
     }
     let mut has_derivatives = false;
-    if needs_derivatives {
+    if needs.derivatives {
         methods.push(Method::ComputeDerivatives);
         let shader = scene.shader(&run.object.primitive);
         has_derivatives = shader.kernel(Method::ComputeDerivatives).is_some();

@@ -1,0 +1,263 @@
+//! The shaders of a scene with the kernels that it calls: no others, and those that store no more
+//! than something reads.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rtsl::{
+    Diagnostics, Engine, Instance, Kernel, KernelRequest, LinkedMethod, Method, Outputs, Program,
+    Role, Shape, Variant, lookup_state,
+};
+
+use crate::scene::{Scene, SceneObject};
+
+use super::compiled::ShaderInstance;
+
+/// A class with the kernels that a scene calls.
+pub struct Shader {
+    /// The class, linked.
+    pub program: Arc<Program>,
+    kernels: BTreeMap<Method, Arc<Kernel>>,
+    /// What the methods that shade read of their surfaces.
+    surface: SurfaceNeeds,
+    /// How many scratch arrays later methods may read of what `intersect` leaves.
+    pub kept_arrays: usize,
+}
+
+impl Shader {
+    /// The kernel of a method, if the class has it and the scene has a use for it.
+    pub fn kernel(&self, method: Method) -> Option<&Kernel> {
+        self.kernels.get(&method).map(Arc::as_ref)
+    }
+
+    /// What shading reads of surfaces.
+    pub fn surface_needs(&self) -> SurfaceNeeds {
+        self.surface
+    }
+}
+
+/// What is read of a surface besides its normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceNeeds {
+    /// Texture coordinates.
+    pub coordinates: bool,
+    /// Derivatives.
+    pub derivatives: bool,
+}
+
+impl SurfaceNeeds {
+    /// What either needs.
+    pub fn union(self, other: SurfaceNeeds) -> SurfaceNeeds {
+        SurfaceNeeds {
+            coordinates: self.coordinates || other.coordinates,
+            derivatives: self.derivatives || other.derivatives,
+        }
+    }
+
+    fn of(read: Outputs) -> SurfaceNeeds {
+        let any = |names: &[&str]| read.intersection(named(names)) != Outputs::NONE;
+        SurfaceNeeds { coordinates: any(&COORDINATES), derivatives: any(&DERIVATIVES) }
+    }
+}
+
+/// The state variables whose reading makes a host compute texture coordinates.
+const COORDINATES: [&str; 2] = ["rt_TextureUV", "rt_TextureUVW"];
+const DERIVATIVES: [&str; 6] = ["rt_dPdu", "rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
+
+fn named(names: &[&str]) -> Outputs {
+    Outputs::state(names.iter().filter_map(|name| lookup_state(name)))
+}
+
+/// A shape whose class is a material too looks as its own methods say.
+pub fn is_own_material(object: &SceneObject) -> bool {
+    object.primitive.class().roles.contains(&Role::Material)
+}
+
+/// Programs by first use, with the methods that the scene calls.
+pub struct ShaderTable<'a> {
+    engine: &'a Engine,
+    entries: Vec<Entry>,
+    by_address: BTreeMap<usize, usize>,
+}
+
+struct Entry {
+    program: Arc<Program>,
+    methods: BTreeSet<Method>,
+    /// What is read of the surfaces of its shapes.
+    surface_read: Outputs,
+}
+
+impl Entry {
+    fn linked(&self, method: Method) -> Option<Arc<LinkedMethod>> {
+        self.program.method(method).ok()
+    }
+
+    fn want(&mut self, methods: impl IntoIterator<Item = Method>) {
+        let has = |method: &Method| self.program.has(*method);
+        self.methods.extend(methods.into_iter().filter(has));
+    }
+
+    /// A material that only emits has no `shade`.
+    fn want_shading(&mut self) {
+        let shades = self.program.has(Method::Shade);
+        self.want([if shades { Method::Shade } else { Method::Emission }]);
+    }
+
+    /// The state that its methods which shade read.
+    fn shading_read(&self) -> Outputs {
+        let shading = [Method::Shade, Method::Emission].into_iter();
+        let shading = shading.filter(|method| self.methods.contains(method));
+        let read = shading.filter_map(|method| self.linked(method));
+        let read = read.map(|linked| Outputs::state(linked.reads.iter().copied()));
+        read.fold(Outputs::NONE, Outputs::union)
+    }
+
+    /// Adds the methods that compute what is read of its surfaces.
+    fn want_surface(&mut self) {
+        if self.surface_read.intersection(named(&DERIVATIVES)) != Outputs::NONE {
+            self.want([Method::ComputeDerivatives]);
+            // They may be computed from texture coordinates.
+            if let Some(linked) = self.linked(Method::ComputeDerivatives) {
+                let read = Outputs::state(linked.reads.iter().copied());
+                self.surface_read = self.surface_read.union(read);
+            }
+        }
+        if self.surface_read.intersection(named(&COORDINATES)) != Outputs::NONE {
+            self.want([Method::ComputeTextureCoordinates]);
+        }
+    }
+
+    /// Whether something that the scene calls reads the scratch that `intersect` leaves.
+    fn reads_kept_scratch(&self) -> bool {
+        let reads = |method: &Method| match method {
+            Method::ComputeNormal
+            | Method::ComputeTextureCoordinates
+            | Method::ComputeDerivatives
+            | Method::Shade
+            | Method::Emission => self.linked(*method).is_none_or(|linked| linked.reads_scratch),
+            // Not called for hits.
+            Method::GenerateRay
+            | Method::Intersect
+            | Method::ComputeBounds
+            | Method::GenerateSample
+            | Method::SamplePdf
+            | Method::Lookup
+            | Method::Bsdf
+            | Method::SampleBsdf
+            | Method::EvaluatePdf
+            | Method::Illumination => false,
+        };
+        self.methods.iter().any(reads)
+    }
+
+    fn request(&self, method: Method) -> KernelRequest {
+        let read = match method {
+            Method::ComputeTextureCoordinates | Method::ComputeDerivatives => self.surface_read,
+            Method::Intersect if self.reads_kept_scratch() => Outputs::ALL,
+            _ => Outputs::ALL.without_scratch(),
+        };
+        KernelRequest::new(&self.program, method, Variant::new(Shape::Packet).reading(read))
+    }
+}
+
+impl<'a> ShaderTable<'a> {
+    /// The shaders of a scene.
+    pub fn new(engine: &'a Engine, scene: &Scene) -> Self {
+        let mut table = ShaderTable { engine, entries: Vec::new(), by_address: BTreeMap::new() };
+        table.add_scene(scene);
+        table.add_surfaces(scene);
+        table
+    }
+
+    fn add_scene(&mut self, scene: &Scene) {
+        self.entry(&scene.camera).want([Method::GenerateRay]);
+        for light in &scene.lights {
+            self.entry(&light.light).want([Method::Illumination, Method::Emission]);
+        }
+        for material in &scene.materials {
+            // Every material, so that an unused one of the scene is found at fault too.
+            self.entry(material).want_shading();
+        }
+        for object in &scene.objects {
+            let entry = self.entry(&object.primitive);
+            entry.want([Method::Intersect, Method::ComputeBounds, Method::ComputeNormal]);
+            if is_own_material(object) {
+                entry.want_shading();
+            }
+            if let Some(emitter) = object.emitter {
+                entry.want([Method::GenerateSample]);
+                self.entry(&scene.materials[emitter as usize]).want([Method::Emission]);
+            }
+        }
+    }
+
+    /// Adds what shading needs to know of surfaces.
+    fn add_surfaces(&mut self, scene: &Scene) {
+        for object in &scene.objects {
+            let own = is_own_material(object);
+            let surface = if own { &object.primitive } else { material(scene, object.material) };
+            let emitter = object.emitter.map(|emitter| material(scene, emitter));
+            let read = [surface].into_iter().chain(emitter);
+            let read = read.map(|it| self.entry(it).shading_read());
+            let read = read.fold(Outputs::NONE, Outputs::union);
+            let entry = self.entry(&object.primitive);
+            entry.surface_read = entry.surface_read.union(read);
+        }
+        self.entries.iter_mut().for_each(Entry::want_surface);
+    }
+
+    fn entry(&mut self, instance: &Instance) -> &mut Entry {
+        let program = self.engine.program(instance);
+        let address = Arc::as_ptr(&program) as usize;
+        let index = *self.by_address.entry(address).or_insert_with(|| {
+            let (methods, surface_read) = (BTreeSet::new(), Outputs::NONE);
+            self.entries.push(Entry { program, methods, surface_read });
+            self.entries.len() - 1
+        });
+        &mut self.entries[index]
+    }
+
+    /// An instance of the scene, for its shader.
+    pub fn instance(&self, instance: &Instance) -> ShaderInstance {
+        let program = self.engine.program(instance);
+        let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
+        ShaderInstance { shader: shader.unwrap_or(0), block: program.block(instance) }
+    }
+
+    /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
+    pub fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
+        let requests = self
+            .entries
+            .iter()
+            .flat_map(|entry| entry.methods.iter().map(|method| entry.request(*method)));
+        let requests: Vec<KernelRequest> = requests.collect();
+        let mut kernels = self.engine.compile_all(&requests).into_iter();
+        let mut shaders = Vec::with_capacity(self.entries.len());
+        for entry in &self.entries {
+            let mut made = BTreeMap::new();
+            for (method, kernel) in entry.methods.iter().zip(kernels.by_ref()) {
+                match kernel {
+                    Ok(kernel) => {
+                        made.insert(*method, kernel);
+                    }
+                    Err(diagnostic) => diagnostics.push(diagnostic),
+                }
+                if let Some(linked) = entry.linked(*method) {
+                    diagnostics.extend(linked.warnings.iter().cloned());
+                }
+            }
+            let arrays = entry.program.layout().scratch_arrays as usize;
+            shaders.push(Shader {
+                program: entry.program.clone(),
+                kernels: made,
+                surface: SurfaceNeeds::of(entry.shading_read()),
+                kept_arrays: if entry.reads_kept_scratch() { arrays } else { 0 },
+            });
+        }
+        shaders
+    }
+}
+
+fn material(scene: &Scene, index: u32) -> &Instance {
+    &scene.materials[index as usize]
+}
