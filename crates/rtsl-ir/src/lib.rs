@@ -36,6 +36,7 @@ mod function;
 pub mod generate;
 pub mod host;
 mod interpreter;
+mod interval;
 mod op;
 mod place;
 mod signature;
@@ -47,6 +48,7 @@ pub use builder::Builder;
 pub use constants::ConstantPool;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use interpreter::{Interpreter, Outcome, PrepareError, Storage};
+pub use interval::Interval;
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,

@@ -15,6 +15,7 @@ pub mod hoist;
 pub mod leave;
 pub mod number;
 pub mod promote;
+pub mod range;
 pub mod select;
 pub mod specialise;
 mod substitution;
@@ -59,6 +60,7 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("leave", leave::run),
     ("number", number::run),
     ("promote", promote::run),
+    ("range", range::run),
     ("select", select::run),
     ("unroll", unroll::run),
 ];
@@ -76,6 +78,8 @@ pub fn optimize(function: &mut Function, options: &Options) {
         // Unrolling makes constants of indices, and folding makes constant indices of those.
         run("fold", function, fold::run);
         run("promote", function, promote::run);
+        run("fold", function, fold::run);
+        run("range", function, range::run);
         run("fold", function, fold::run);
         run("dead", function, dead::run);
         run("select", function, select::run);
@@ -114,6 +118,8 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         // Unrolling makes constants of indices, and with them more of the members known.
         run("specialise", function, |function| specialise::run(function, &caller.known));
         run("promote", function, promote::run);
+        run("fold", function, fold::run);
+        run("range", function, |function| range::run_knowing(function, &caller.known));
         run("fold", function, fold::run);
         run("dead", function, dead::run);
         run("select", function, select::run);

@@ -1,0 +1,716 @@
+//! Range analysis: integers of which it is known where they lie need no clamps, and no tests.
+//!
+//! Every integer and bool has an [`Interval`], found forward over the structured code by interval
+//! arithmetic (Harrison, "Compiler Analysis of the Value Ranges for Variables", 1977). Inside an `if` the
+//! condition narrows what it compares, and so does "again" for what a loop carries on. Carried values
+//! and slots are followed to a fixpoint: a bound that keeps moving is given up at the type's
+//! limit (widening) and then found again from there (narrowing).
+//!
+//! Where intervals show it,
+//! - integers and bools of one possible value become constants, `min` and `max` one of their operands, and
+//!   a mask that keeps all bits goes;
+//! - division of what is not negative by a power of two becomes a shift, the remainder a mask;
+//! - a u32 below 2^31 becomes an f32 by way of i32, for which machines have an instruction.
+
+use std::collections::{BTreeMap, HashMap};
+
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Interval, Op, OpKind, PlaceId,
+    PlaceKind, Region, Scalar, UnaryOp, Value,
+};
+
+use crate::substitution::Substitution;
+
+/// Rounds after which moving bounds are given up.
+const ROUNDS_BEFORE_WIDENING: u32 = 3;
+
+/// Rounds after which whatever still moves is given up, in all loops and slots.
+const MAX_ROUNDS: u32 = 12;
+
+/// Rounds in which bounds that were given up are found again.
+const NARROWING_ROUNDS: u32 = 2;
+
+/// Uses the ranges in all of `function`.
+pub fn run(function: &mut Function) {
+    run_knowing(function, &BTreeMap::new());
+}
+
+/// The same where scalars of members are known.
+pub fn run_knowing(function: &mut Function, known: &BTreeMap<(PlaceId, u32), Constant>) {
+    let ranges = Ranges::find(function, known);
+    let mut pool = ConstantPool::of(function);
+    let mut body = std::mem::take(&mut function.body);
+    let mut use_ = Use { ranges, pool: &mut pool, function, substitution: Substitution::default() };
+    use_.region(&mut body);
+    function.body = body;
+    pool.define_in(function);
+}
+
+/// What is known of the values of a function.
+struct Ranges {
+    /// By value; `None` for f32 and for what has not been reached.
+    of: Vec<Option<Interval>>,
+    scalars: Vec<Scalar>,
+    /// By place, what a load may give.
+    places: Vec<Option<Interval>>,
+    /// Slots keep what was found of them until the end of a round.
+    stored: Vec<Option<Interval>>,
+    /// The carried values of each loop, by its first parameter.
+    params: HashMap<Value, Vec<Option<Interval>>>,
+    /// How bools are computed.
+    conditions: HashMap<Value, Condition>,
+    phase: Phase,
+    changed: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Bounds may move outward.
+    Growing,
+    /// Bounds that move are given up.
+    Widening,
+    /// All that moves is given up altogether.
+    GivingUp,
+    /// Bounds move inward.
+    Narrowing,
+}
+
+/// How a bool is computed, as far as it says something about other values.
+#[derive(Clone, Copy)]
+enum Condition {
+    Compare(CompareOp, Value, Value),
+    Not(Value),
+    And(Value, Value),
+    Or(Value, Value),
+}
+
+impl Condition {
+    fn of(kind: &OpKind) -> Option<Condition> {
+        match *kind {
+            OpKind::Compare(op, a, b) => Some(Condition::Compare(op, a, b)),
+            OpKind::Unary(UnaryOp::Not, a) => Some(Condition::Not(a)),
+            OpKind::Binary(BinaryOp::And, a, b) => Some(Condition::And(a, b)),
+            OpKind::Binary(BinaryOp::Or, a, b) => Some(Condition::Or(a, b)),
+            _ => None,
+        }
+    }
+}
+
+impl Ranges {
+    fn find(function: &Function, known: &BTreeMap<(PlaceId, u32), Constant>) -> Ranges {
+        let places = (0..).map(PlaceId).zip(&function.places);
+        let mut ranges = Ranges {
+            of: vec![None; function.values.len()],
+            scalars: function.values.clone(),
+            places: places
+                .map(|(id, place)| match place.kind {
+                    PlaceKind::Slot => Interval::all(place.scalar).map(|_| Interval::point(0)),
+                    _ => known_range(id, place.len, known).or(Interval::all(place.scalar)),
+                })
+                .collect(),
+            stored: vec![None; function.places.len()],
+            params: HashMap::new(),
+            conditions: HashMap::new(),
+            phase: Phase::Growing,
+            changed: true,
+        };
+        let mut round = 0;
+        while std::mem::take(&mut ranges.changed) {
+            round += 1;
+            ranges.phase = match round {
+                0..=ROUNDS_BEFORE_WIDENING => Phase::Growing,
+                _ if round < MAX_ROUNDS => Phase::Widening,
+                _ => Phase::GivingUp,
+            };
+            ranges.round(function);
+        }
+        ranges.phase = Phase::Narrowing;
+        for _ in 0..NARROWING_ROUNDS {
+            ranges.round(function);
+        }
+        ranges
+    }
+
+    fn round(&mut self, function: &Function) {
+        self.region(&function.body);
+        for index in 0..self.stored.len() {
+            if let Some(stored) = self.stored[index].take() {
+                let scalar = function.places[index].scalar;
+                let next = self.places[index].map(|_| stored.hull(Interval::point(0)));
+                self.places[index] = self.moved(scalar, self.places[index], next);
+            }
+        }
+    }
+
+    fn region(&mut self, region: &Region) {
+        for op in &region.ops {
+            self.op(op);
+        }
+    }
+
+    fn op(&mut self, op: &Op) {
+        match &op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                self.assuming(*condition, true, |ranges| ranges.region(then));
+                self.assuming(*condition, false, |ranges| ranges.region(otherwise));
+                for (index, result) in op.results.iter().enumerate() {
+                    let sides = [then.yields[index], otherwise.yields[index]];
+                    let sides = sides.map(|value| self.get(value));
+                    self.set(result, sides[0].zip(sides[1]).map(|(a, b)| a.hull(b)));
+                }
+            }
+            OpKind::Loop { initial, body } => {
+                self.run_loop(initial, body);
+                for (result, next) in op.results.iter().zip(&body.yields[1..]) {
+                    self.set(result, self.get(*next));
+                }
+            }
+            kind => {
+                if let OpKind::Store(place, _, value) = kind {
+                    self.store(*place, *value);
+                }
+                self.plain(op);
+            }
+        }
+    }
+
+    /// An operation without regions.
+    fn plain(&mut self, op: &Op) {
+        let Some(result) = op.results.iter().next() else { return };
+        if let Some(condition) = Condition::of(&op.kind) {
+            self.conditions.insert(result, condition);
+        }
+        for result in op.results.iter() {
+            self.set(result, Interval::all(self.scalar(result)));
+        }
+        if let Some(range) = self.computed(&op.kind) {
+            self.set(result, Some(range));
+        }
+    }
+
+    fn computed(&self, kind: &OpKind) -> Option<Interval> {
+        match *kind {
+            OpKind::Constant(constant) => Interval::of(constant),
+            OpKind::Unary(op, a) => Interval::unary(op, self.scalar(a), self.get(a)?),
+            OpKind::Binary(op, a, b) => {
+                Interval::binary(op, self.scalar(a), self.get(a)?, self.get(b)?)
+            }
+            OpKind::Compare(op, a, b) => Some(Interval::compare(op, self.get(a)?, self.get(b)?)),
+            OpKind::Select(_, a, b) => Some(self.get(a)?.hull(self.get(b)?)),
+            OpKind::Convert(to, a) => Interval::convert(self.scalar(a), to, self.get(a)),
+            OpKind::Load(place, _) => self.places[place.0 as usize],
+            OpKind::Length(_) | OpKind::LightCount => {
+                Some(Interval { low: 0, high: i64::from(i32::MAX) })
+            }
+            _ => None,
+        }
+    }
+
+    fn store(&mut self, place: PlaceId, value: Value) {
+        let range = self.get(value);
+        let stored = &mut self.stored[place.0 as usize];
+        *stored = stored.map_or(range, |stored| range.map(|range| stored.hull(range)));
+    }
+
+    fn run_loop(&mut self, initial: &[Value], body: &Region) {
+        let Some(first) = body.params.first() else {
+            return self.region(body);
+        };
+        let initial: Vec<_> = initial.iter().map(|value| self.get(*value)).collect();
+        let params = self.params.entry(*first).or_insert_with(|| initial.clone()).clone();
+        for (param, range) in body.params.iter().zip(&params) {
+            self.set(*param, *range);
+        }
+        self.region(body);
+        let next = self.carried_on(body);
+        let params = params.iter().zip(initial).zip(next).zip(&body.params);
+        let params = params
+            .map(|(((old, initial), next), param)| {
+                let new = initial.zip(next).map(|(initial, next)| initial.hull(next));
+                self.moved(self.scalar(*param), *old, new)
+            })
+            .collect();
+        self.params.insert(*first, params);
+    }
+
+    /// The next carried values of a loop that goes round again; `None` for f32.
+    fn carried_on(&mut self, body: &Region) -> Vec<Option<Interval>> {
+        let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
+        let truths = self.conclusions(*again, true);
+        let sides: HashMap<Value, Value> =
+            body.ops.iter().flat_map(|op| taken(op, &truths)).collect();
+        let next: Vec<Value> =
+            next.iter().map(|value| *sides.get(value).unwrap_or(value)).collect();
+        self.assuming(*again, true, |ranges| next.iter().map(|value| ranges.get(*value)).collect())
+    }
+
+    /// The bools that are decided where `value` is `truth`, no more than [`MAX_CONCLUSIONS`].
+    fn conclusions(&self, value: Value, truth: bool) -> Vec<(Value, bool)> {
+        let mut truths = vec![(value, truth)];
+        let mut next = 0;
+        while let Some((value, truth)) = truths.get(next).copied() {
+            match self.conditions.get(&value).copied() {
+                Some(Condition::Not(a)) => truths.push((a, !truth)),
+                Some(Condition::And(a, b)) if truth => truths.extend([(a, true), (b, true)]),
+                Some(Condition::Or(a, b)) if !truth => truths.extend([(a, false), (b, false)]),
+                _ => {}
+            }
+            truths.truncate(MAX_CONCLUSIONS);
+            next += 1;
+        }
+        truths
+    }
+
+    /// Does something where a bool is known.
+    fn assuming<T>(&mut self, value: Value, truth: bool, work: impl FnOnce(&mut Self) -> T) -> T {
+        let before = self.assume(value, truth);
+        let result = work(self);
+        self.restore(before);
+        result
+    }
+
+    /// Narrows ranges by what a bool says; returns what they were.
+    fn assume(&mut self, value: Value, truth: bool) -> Vec<(Value, Option<Interval>)> {
+        let mut before = Vec::new();
+        for (value, truth) in self.conclusions(value, truth) {
+            before.push((value, self.get(value)));
+            self.set(value, Some(Interval::point(i64::from(truth))));
+            if let Some(Condition::Compare(op, a, b)) = self.conditions.get(&value).copied() {
+                let op = if truth { op } else { opposite(op) };
+                self.narrow(op, a, b, &mut before);
+            }
+        }
+        before
+    }
+
+    fn restore(&mut self, before: Vec<(Value, Option<Interval>)>) {
+        for (value, range) in before.into_iter().rev() {
+            self.set(value, range);
+        }
+    }
+
+    fn narrow(
+        &mut self,
+        op: CompareOp,
+        a: Value,
+        b: Value,
+        before: &mut Vec<(Value, Option<Interval>)>,
+    ) {
+        let (Some(left), Some(right)) = (self.get(a), self.get(b)) else { return };
+        // Where it cannot hold nothing is ever done.
+        let Some((left, right)) = Interval::where_holds(op, left, right) else { return };
+        for (value, range) in [(a, left), (b, right)] {
+            before.push((value, self.get(value)));
+            self.set(value, Some(range));
+        }
+    }
+
+    /// What becomes of a range that is found anew.
+    fn moved(
+        &mut self,
+        scalar: Scalar,
+        old: Option<Interval>,
+        new: Option<Interval>,
+    ) -> Option<Interval> {
+        let (old, new, all) = (old?, new?, Interval::all(scalar)?);
+        if self.phase == Phase::Narrowing {
+            return Some(old.intersection(new).unwrap_or(old));
+        }
+        let hull = old.hull(new);
+        if hull == old {
+            return Some(old);
+        }
+        self.changed = true;
+        Some(match self.phase {
+            Phase::Growing | Phase::Narrowing => hull,
+            Phase::Widening => Interval {
+                low: if hull.low < old.low { all.low } else { old.low },
+                high: if hull.high > old.high { all.high } else { old.high },
+            },
+            Phase::GivingUp => all,
+        })
+    }
+
+    fn scalar(&self, value: Value) -> Scalar {
+        self.scalars[value.0 as usize]
+    }
+
+    fn get(&self, value: Value) -> Option<Interval> {
+        self.of[value.0 as usize]
+    }
+
+    fn set(&mut self, value: Value, range: Option<Interval>) {
+        self.of[value.0 as usize] = range;
+    }
+
+    /// The function's next value.
+    fn add(&mut self, scalar: Scalar, range: Option<Interval>) {
+        self.scalars.push(scalar);
+        self.of.push(range);
+    }
+}
+
+/// No more bools are concluded from one.
+const MAX_CONCLUSIONS: usize = 32;
+
+/// The comparison of integers that holds where this one does not.
+fn opposite(op: CompareOp) -> CompareOp {
+    match op {
+        CompareOp::Equal => CompareOp::NotEqual,
+        CompareOp::NotEqual => CompareOp::Equal,
+        CompareOp::Less => CompareOp::GreaterEqual,
+        CompareOp::LessEqual => CompareOp::Greater,
+        CompareOp::Greater => CompareOp::LessEqual,
+        CompareOp::GreaterEqual => CompareOp::Less,
+    }
+}
+
+/// Of an `if` or select that is decided, for each result what it is.
+fn taken(op: &Op, truths: &[(Value, bool)]) -> Vec<(Value, Value)> {
+    let truth = |condition| truths.iter().find(|(value, _)| *value == condition).map(|it| it.1);
+    match &op.kind {
+        OpKind::If { condition, then, otherwise } => match truth(*condition) {
+            Some(truth) => {
+                let side = if truth { then } else { otherwise };
+                op.results.iter().zip(side.yields.iter().copied()).collect()
+            }
+            None => Vec::new(),
+        },
+        OpKind::Select(condition, a, b) => match truth(*condition) {
+            Some(truth) => vec![(op.results.get(0), if truth { *a } else { *b })],
+            None => Vec::new(),
+        },
+        _ => Vec::new(),
+    }
+}
+
+/// What the scalars of a place have in common, if all are known.
+fn known_range(
+    place: PlaceId,
+    len: u32,
+    known: &BTreeMap<(PlaceId, u32), Constant>,
+) -> Option<Interval> {
+    let mut ranges =
+        (0..len).map(|index| known.get(&(place, index)).copied().and_then(Interval::of));
+    let first = ranges.next()??;
+    ranges.try_fold(first, |all, range| Some(all.hull(range?)))
+}
+
+/// Rewrites operations by what is known.
+struct Use<'a> {
+    ranges: Ranges,
+    pool: &'a mut ConstantPool,
+    function: &'a mut Function,
+    substitution: Substitution,
+}
+
+/// What becomes of an operation.
+enum Rewritten {
+    Value(Value),
+    Kind(OpKind),
+}
+
+impl Use<'_> {
+    fn region(&mut self, region: &mut Region) {
+        let mut ops = Vec::with_capacity(region.ops.len());
+        for mut op in std::mem::take(&mut region.ops) {
+            self.substitution.apply_to_operands(&mut op.kind);
+            self.op(op, &mut ops);
+        }
+        region.ops = ops;
+        self.substitution.apply_to_yields(region);
+    }
+
+    fn op(&mut self, mut op: Op, ops: &mut Vec<Op>) {
+        match &mut op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                let condition = *condition;
+                self.assuming(condition, true, |use_| use_.region(then));
+                self.assuming(condition, false, |use_| use_.region(otherwise));
+            }
+            OpKind::Loop { body, .. } => {
+                let params = body.params.first().and_then(|first| self.ranges.params.get(first));
+                for (param, range) in body.params.iter().zip(params.cloned().unwrap_or_default()) {
+                    self.ranges.set(*param, range);
+                }
+                self.region(body);
+            }
+            _ => {
+                self.ranges.plain(&op);
+                match self.rewritten(&op, ops) {
+                    Some(Rewritten::Value(value)) => {
+                        return self.substitution.set(op.results.get(0), value);
+                    }
+                    Some(Rewritten::Kind(kind)) => op.kind = kind,
+                    None => {}
+                }
+            }
+        }
+        ops.push(op);
+    }
+
+    /// Does something where a bool is known.
+    fn assuming(&mut self, value: Value, truth: bool, work: impl FnOnce(&mut Self)) {
+        let before = self.ranges.assume(value, truth);
+        work(self);
+        self.ranges.restore(before);
+    }
+
+    /// What an operation may be replaced by; `before` gets what must stand before it.
+    fn rewritten(&mut self, op: &Op, before: &mut Vec<Op>) -> Option<Rewritten> {
+        let result = op.results.iter().next()?;
+        let scalar = self.ranges.scalar(result);
+        if matches!(op.kind, OpKind::Constant(_)) {
+            return None;
+        }
+        if let Some(constant) = self.ranges.get(result).and_then(|it| it.constant(scalar))
+            && op.kind.effect(&self.function.places) == Effect::None
+        {
+            return Some(Rewritten::Value(self.constant(constant)));
+        }
+        match op.kind {
+            OpKind::Unary(UnaryOp::Abs, a) if self.ranges.get(a)?.low >= 0 => {
+                Some(Rewritten::Value(a))
+            }
+            OpKind::Binary(operator, a, b) => self.rewritten_binary(operator, scalar, a, b),
+            OpKind::Convert(Scalar::F32, a) if self.ranges.scalar(a) == Scalar::U32 => {
+                if self.ranges.get(a)?.high > i64::from(i32::MAX) {
+                    return None;
+                }
+                let results = self.function.new_values(&[Scalar::I32]);
+                let kind = OpKind::Convert(Scalar::I32, a);
+                before.push(Op { results, precise: false, kind });
+                self.ranges.add(Scalar::I32, self.ranges.get(a));
+                Some(Rewritten::Kind(OpKind::Convert(Scalar::F32, results.get(0))))
+            }
+            _ => None,
+        }
+    }
+
+    fn rewritten_binary(
+        &mut self,
+        op: BinaryOp,
+        scalar: Scalar,
+        a: Value,
+        b: Value,
+    ) -> Option<Rewritten> {
+        let (left, right) = (self.ranges.get(a)?, self.ranges.get(b)?);
+        let power = (left.low >= 0).then(|| power_of_two(right)).flatten();
+        match op {
+            BinaryOp::Min if left.high <= right.low => Some(Rewritten::Value(a)),
+            BinaryOp::Min if right.high <= left.low => Some(Rewritten::Value(b)),
+            BinaryOp::Max if left.low >= right.high => Some(Rewritten::Value(a)),
+            BinaryOp::Max if right.low >= left.high => Some(Rewritten::Value(b)),
+            BinaryOp::And if keeps_all_bits(left, right) => Some(Rewritten::Value(a)),
+            BinaryOp::And if keeps_all_bits(right, left) => Some(Rewritten::Value(b)),
+            BinaryOp::Remainder if left.low >= 0 && left.high < right.low => {
+                Some(Rewritten::Value(a))
+            }
+            BinaryOp::Remainder => {
+                let mask = self.constant(Constant::from_bits(scalar, (1 << power?) - 1));
+                Some(Rewritten::Kind(OpKind::Binary(BinaryOp::And, a, mask)))
+            }
+            BinaryOp::Divide => {
+                let count = self.constant(Constant::from_bits(scalar, power?));
+                Some(Rewritten::Kind(OpKind::Binary(BinaryOp::ShiftRight, a, count)))
+            }
+            _ => None,
+        }
+    }
+
+    fn constant(&mut self, constant: Constant) -> Value {
+        let value = self.pool.intern(&mut self.function.values, constant);
+        if value.0 as usize >= self.ranges.of.len() {
+            self.ranges.add(constant.scalar(), None);
+        }
+        self.ranges.set(value, Interval::of(constant));
+        value
+    }
+}
+
+/// Which power of two the one value of the interval is.
+fn power_of_two(interval: Interval) -> Option<u32> {
+    let value = u32::try_from(interval.low).ok()?;
+    (interval.low == interval.high && value.is_power_of_two()).then(|| value.trailing_zeros())
+}
+
+/// Whether a mask of this one value changes nothing.
+fn keeps_all_bits(interval: Interval, mask: Interval) -> bool {
+    let used = u64::MAX.checked_shr(interval.high.leading_zeros()).unwrap_or(0) as i64;
+    mask.low == mask.high && interval.low >= 0 && mask.low & used == used
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+
+    use crate::testing::{check_preserves, transformed};
+
+    /// Uses ranges and then removes what is unused.
+    fn check(text: &str, expected: Expect) {
+        let found = transformed(text, |function| {
+            super::run(function);
+            crate::dead::run(function);
+        });
+        expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn masks_make_clamps_unnecessary() {
+        let text = "
+            %i: i32 = load scratch:i@0 %u: u32 = load scratch:u@0
+            %255: i32 = constant 255 %0: i32 = constant 0 %1: i32 = constant 1
+            %300: i32 = constant 300
+            %masked: i32 = and %i, %255 %next: i32 = add %masked, %1
+            %low: i32 = max %next, %0 %clamped: i32 = min %low, %300
+            %a: f32 = load member:m@%clamped
+            %free: i32 = min %i, %300
+            %b: f32 = load member:m@%free
+            return scratch:f@0 = %a, scratch:f@1 = %b";
+        check(
+            text,
+            expect![[r#"
+                %1: i32 = constant 255
+                %2: i32 = constant 1
+                %3: i32 = constant 300
+                %4: i32 = and %0, %1
+                %5: i32 = add %4, %2
+                %6: f32 = load member:m@%5
+                %7: i32 = min %0, %3
+                %8: f32 = load member:m@%7
+                return scratch:f@0 = %6, scratch:f@1 = %8
+            "#]],
+        );
+    }
+
+    #[test]
+    fn counters_stay_below_their_limit() {
+        let text = "
+            %x: f32 = load scratch:f@0 %n: i32 = load scratch:i@0
+            %0: i32 = constant 0 %1: i32 = constant 1 %99: i32 = constant 99 %100: i32 = constant 100
+            %i: i32, %s: f32 = loop (%j: i32 = %0, %sum: f32 = %x) {
+                %c: bool = less %j, %100
+                %j2: i32, %sum2: f32 = if %c {
+                    %low: i32 = max %j, %0 %clamped: i32 = min %low, %99
+                    %e: f32 = load buffer:t@%clamped
+                    %t: f32 = add %sum, %e
+                    %next: i32 = add %j, %1
+                    yield %next, %t
+                } else { yield %j, %sum }
+                repeat %c, %j2, %sum2
+            }
+            return scratch:f@0 = %s, scratch:i@0 = %i";
+        check(
+            text,
+            expect![[r#"
+                %1: i32 = constant 0
+                %2: i32 = constant 1
+                %3: i32 = constant 100
+                %4: i32, %5: f32 = loop (%6: i32 = %1, %7: f32 = %0) {
+                  %8: bool = less %6, %3
+                  %9: i32, %10: f32 = if %8 {
+                    %11: f32 = load buffer:t@%6
+                    %12: f32 = add %7, %11
+                    %13: i32 = add %6, %2
+                    yield %13, %12
+                  } else {
+                    yield %6, %7
+                  }
+                  repeat %8, %9, %10
+                }
+                return scratch:f@0 = %5, scratch:i@0 = %4
+            "#]],
+        );
+    }
+
+    #[test]
+    fn tables_have_known_entries() {
+        let text = "
+            %i: i32 = load scratch:i@0 %0: i32 = constant 0 %3: i32 = constant 3
+            %4: i32 = constant 4 %6: i32 = constant 6 %2: i32 = constant 2
+            store slot:r@0, %2 store slot:r@1, %3 store slot:r@2, %4
+            %a: i32 = load slot:r@%i
+            %b: i32 = add %a, %2
+            %low: i32 = max %b, %0 %clamped: i32 = min %low, %6
+            return scratch:i@0 = %clamped";
+        check(
+            text,
+            expect![[r#"
+                %1: i32 = constant 3
+                %2: i32 = constant 4
+                %3: i32 = constant 2
+                store slot:r@0, %3
+                store slot:r@1, %1
+                store slot:r@2, %2
+                %4: i32 = load slot:r@%0
+                %5: i32 = add %4, %3
+                return scratch:i@0 = %5
+            "#]],
+        );
+    }
+
+    #[test]
+    fn division_by_powers_of_two_where_nothing_is_negative() {
+        let text = "
+            %i: i32 = load scratch:i@0 %u: u32 = load scratch:u@0 %8: u32 = constant 8
+            %four: i32 = constant 4
+            %a: u32 = divide %u, %8 %b: u32 = remainder %u, %8
+            %c: i32 = divide %i, %four
+            %f: f32 = convert %a %g: f32 = convert %u
+            return scratch:u@0 = %a, scratch:u@1 = %b, scratch:i@0 = %c, scratch:f@0 = %f,
+                scratch:f@1 = %g";
+        check(
+            text,
+            expect![[r#"
+                %0: u32 = constant 3
+                %1: u32 = constant 7
+                %4: i32 = constant 4
+                %5: u32 = shift_right %3, %0
+                %6: u32 = and %3, %1
+                %7: i32 = divide %2, %4
+                %8: i32 = convert %5
+                %9: f32 = convert %8
+                %10: f32 = convert %3
+                return scratch:u@0 = %5, scratch:u@1 = %6, scratch:i@0 = %7, scratch:f@0 = %9, scratch:f@1 = %10
+            "#]],
+        );
+    }
+
+    #[test]
+    fn conditions_decide_others() {
+        let text = "
+            %i: i32 = load scratch:i@0 %n: i32 = load scratch:i@1 %5: i32 = constant 5
+            %9: i32 = constant 9 %0: i32 = constant 0
+            %c: bool = less %i, %5 %d: bool = greater %i, %0 %both: bool = and %c, %d
+            %r: i32 = if %both {
+                %always: bool = less %i, %9 %s: i32 = select %always, %i, %n
+                %positive: i32 = abs %s
+                yield %positive
+            } else { yield %n }
+            return scratch:i@0 = %r";
+        check(
+            text,
+            expect![[r#"
+                %0: bool = constant true
+                %3: i32 = constant 5
+                %4: i32 = constant 0
+                %5: bool = less %1, %3
+                %6: bool = greater %1, %4
+                %7: bool = and %5, %6
+                %8: i32 = if %7 {
+                  %9: i32 = select %0, %1, %2
+                  %10: i32 = abs %9
+                  yield %10
+                } else {
+                  yield %2
+                }
+                return scratch:i@0 = %8
+            "#]],
+        );
+    }
+
+    #[test]
+    fn keeps_results() {
+        check_preserves(super::run);
+    }
+}
