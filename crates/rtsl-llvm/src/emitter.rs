@@ -3,7 +3,7 @@
 use std::fmt::{Arguments, Write};
 
 use rtsl_ir::{Scalar, Value};
-use rtsl_packet::{Kernel, Shape};
+use rtsl_packet::{Kernel, Ranges, Shape};
 
 use crate::chunk::Chunk;
 use crate::host::RequestMemory;
@@ -20,6 +20,7 @@ use crate::values::Values;
 pub struct Emitter<'a, 'm> {
     pub module: &'a mut Module<'m>,
     pub kernel: &'a Kernel,
+    pub ranges: Ranges,
     pub values: Values,
     pub chunk: Chunk,
     pub buffers: Buffers,
@@ -60,6 +61,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         Emitter {
             module,
             kernel,
+            ranges: Ranges::new(kernel),
             values: Values::new(kernel, masks_in_lanes),
             chunk: Chunk::default(),
             buffers: Buffers::default(),

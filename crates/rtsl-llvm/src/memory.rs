@@ -1,7 +1,8 @@
 //! Loads and stores: lane arrays, instances' blocks, buffers and slots.
 //!
-//! Every dynamic index is clamped here, in lanes that are off too, so that any lane may be
-//! loaded. A buffer without elements has the address of a word of zero in place of its own.
+//! Every dynamic index is inside its place in all lanes, those that are off too, so that any lane may
+//! be loaded: it is clamped here unless packet code shows that it has been. A buffer without
+//! elements has the address of a word of zero in place of its own.
 
 use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
 use rtsl_packet::abi;
@@ -61,10 +62,10 @@ impl Emitter<'_, '_> {
     pub fn emit_load(&mut self, result: Value, id: PlaceId, index: Index) {
         let place = &self.kernel.places[id.0 as usize];
         let loaded = match place.place.kind {
-            PlaceKind::State => self.load_lanes(LaneTable::State, place, index),
-            PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, place, index),
+            PlaceKind::State => self.load_lanes(LaneTable::State, id, index),
+            PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, id, index),
             PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
-                self.load_member(place, index)
+                self.load_member(id, index)
             }
             PlaceKind::Buffer => self.load_buffer(id, place, index),
             PlaceKind::Slot => self.load_slot(id, place, index),
@@ -138,10 +139,14 @@ impl Emitter<'_, '_> {
         self.clamp_one_side("smax", ty, below, zero)
     }
 
-    /// A dynamic index into `len` scalars, clamped.
-    fn clamp_index(&mut self, index: Value, len: u32) -> (Operand, bool) {
-        let (index, lanes) = self.index_operand(index);
-        let last = Operand::Int(len as i32 - 1);
+    /// A dynamic index into the scalars of a place other than a buffer, clamped unless it is known to be
+    /// inside.
+    fn clamp_index(&mut self, value: Value, id: PlaceId) -> (Operand, bool) {
+        let (index, lanes) = self.index_operand(value);
+        if self.ranges.is_inside(self.kernel, value, id) {
+            return (index, lanes);
+        }
+        let last = Operand::Int(self.kernel.place(id).place.len as i32 - 1);
         let last = if lanes { self.constant_lanes("i32", last) } else { last };
         (self.clamp(lanes, index, last), lanes)
     }
@@ -155,9 +160,10 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }
 
-    fn load_lanes(&mut self, table: LaneTable, place: &KernelPlace, index: Index) -> Operand {
+    fn load_lanes(&mut self, table: LaneTable, id: PlaceId, index: Index) -> Operand {
+        let place = self.kernel.place(id);
         if !place.varies {
-            return self.load_first_lane(table, place, index);
+            return self.load_first_lane(table, id, index);
         }
         let ty = self.lanes(memory_element(place.place.scalar));
         let index = match index {
@@ -167,7 +173,7 @@ impl Emitter<'_, '_> {
             }
             Index::Dynamic(index) => index,
         };
-        let (index, by_lane) = self.clamp_index(index, place.place.len);
+        let (index, by_lane) = self.clamp_index(index, id);
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
         let base = self.chunk_base();
@@ -191,7 +197,8 @@ impl Emitter<'_, '_> {
     }
 
     /// What all lanes share stands in the first one; each may want another array of it.
-    fn load_first_lane(&mut self, table: LaneTable, place: &KernelPlace, index: Index) -> Operand {
+    fn load_first_lane(&mut self, table: LaneTable, id: PlaceId, index: Index) -> Operand {
+        let place = self.kernel.place(id);
         let element = memory_element(place.place.scalar);
         let index = match index {
             Index::Constant(index) => {
@@ -200,7 +207,7 @@ impl Emitter<'_, '_> {
             }
             Index::Dynamic(index) => index,
         };
-        let (index, by_lane) = self.clamp_index(index, place.place.len);
+        let (index, by_lane) = self.clamp_index(index, id);
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
         let indices = self.vector("i32", by_lane);
@@ -278,7 +285,8 @@ impl Emitter<'_, '_> {
         (self.instruction(text), ty)
     }
 
-    fn load_member(&mut self, place: &KernelPlace, index: Index) -> Operand {
+    fn load_member(&mut self, id: PlaceId, index: Index) -> Operand {
+        let place = self.kernel.place(id);
         let element = memory_element(place.place.scalar);
         let (base, pointers) = self.member_address(place);
         match index {
@@ -289,7 +297,7 @@ impl Emitter<'_, '_> {
                 self.gather(pointers.of(element), at)
             }
             Index::Dynamic(index) => {
-                let (index, by_lane) = self.clamp_index(index, place.place.len);
+                let (index, by_lane) = self.clamp_index(index, id);
                 self.load_at(element, (base, pointers), (index, by_lane))
             }
         }
@@ -303,10 +311,48 @@ impl Emitter<'_, '_> {
         (index, by_lane): (Operand, bool),
     ) -> Operand {
         let indices = self.vector("i32", by_lane);
+        if by_lane && !pointers.is_vector() && !self.module.target.gathers {
+            return self.load_each(indices.of(element), base, index);
+        }
         let at = self
             .instruction(format_args!("getelementptr i32, {pointers} {base}, {indices} {index}"));
         let count = indices.count.max(pointers.count);
         self.gather(LlvmType { element, count }, at)
+    }
+
+    /// A gather lane by lane. Two indices at a time come out of the vector: on Zen 3 that takes 6 cycles for 8
+    /// lanes, the instruction 9, and what LLVM makes of a gather 18.
+    fn load_each(&mut self, ty: LlvmType, base: Operand, index: Operand) -> Operand {
+        let (words, pairs) = (ty.of("i32"), LlvmType { element: "i64", count: ty.count / 2 });
+        let numbers = self.instruction(format_args!("bitcast {words} {index} to {pairs}"));
+        let mut loaded = None;
+        for pair in 0..pairs.count {
+            let pair_of_lanes = self.pair(pairs, numbers, pair);
+            let low = self.instruction(format_args!("and i64 {pair_of_lanes}, {}", u32::MAX));
+            let high = self.instruction(format_args!("lshr i64 {pair_of_lanes}, 32"));
+            for (lane, number) in [(2 * pair, low), (2 * pair + 1, high)] {
+                let at = format_args!("getelementptr i32, ptr {base}, i64 {number}");
+                let at = self.instruction(at);
+                let one = self.load(LlvmType { count: 1, ..ty }, at);
+                let (element, others) = (ty.element, loaded.map(|it: Operand| it.to_string()));
+                let others = others.as_deref().unwrap_or("poison");
+                loaded = Some(self.instruction(format_args!(
+                    "insertelement {ty} {others}, {element} {one}, i64 {lane}"
+                )));
+            }
+        }
+        loaded.expect("a vector has lanes")
+    }
+
+    /// Two indices as one integer. It passes through an assembly text without instructions, since
+    /// LLVM 22, where it sees that both are small, takes the integer for the lower one.
+    fn pair(&mut self, pairs: LlvmType, numbers: Operand, number: u32) -> Operand {
+        let pair = if pairs.is_vector() {
+            self.instruction(format_args!("extractelement {pairs} {numbers}, i64 {number}"))
+        } else {
+            numbers
+        };
+        self.instruction(format_args!("call i64 asm \"\", \"=r,0\"(i64 {pair})"))
     }
 
     // Buffers.
@@ -377,8 +423,17 @@ impl Emitter<'_, '_> {
     fn load_buffer(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
         let buffer = self.buffer(id, place);
         let buffer_lanes = place.varies && self.kernel.width > 1;
+        let element = memory_element(place.place.scalar);
+        let pointers = self.vector("ptr", buffer_lanes);
         let (index, index_lanes) = match index {
             Index::Constant(index) => (Operand::Int(index as i32), false),
+            Index::Dynamic(index) if self.ranges.is_inside(self.kernel, index, id) => {
+                let (index, lanes) = self.index_operand(index);
+                // The least it can be is that of an empty buffer, -1.
+                let zero = if lanes { Operand::Zero } else { Operand::Int(0) };
+                let index = self.clamp_one_side("smax", self.vector("i32", lanes), index, zero);
+                return self.load_at(element, (buffer.address, pointers), (index, lanes));
+            }
             Index::Dynamic(index) => self.index_operand(index),
         };
         let by_lane = buffer_lanes || index_lanes;
@@ -393,8 +448,6 @@ impl Emitter<'_, '_> {
             buffer.last
         };
         let index = self.clamp(by_lane, index, last);
-        let element = memory_element(place.place.scalar);
-        let pointers = self.vector("ptr", buffer_lanes);
         self.load_at(element, (buffer.address, pointers), (index, by_lane))
     }
 
@@ -439,7 +492,7 @@ impl Emitter<'_, '_> {
                 let text = format_args!("getelementptr {ty}, ptr {slot}, i64 {index}");
                 return (self.instruction(text), false);
             }
-            Index::Dynamic(index) => self.clamp_index(index, place.place.len),
+            Index::Dynamic(index) => self.clamp_index(index, id),
         };
         if !by_lane {
             let text = format_args!("getelementptr {ty}, ptr {slot}, i32 {index}");
