@@ -10,7 +10,8 @@ use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
 
 /// The arguments of a call of a kernel for `count` rays.
 pub struct CallArguments<'a> {
-    /// One array for each state component, by the index of the one table.
+    /// Arrays for the state components, by the index of the one table; the kernel's
+    /// [signature](crate::Signature::state) says which it needs.
     pub state: &'a mut LaneBlock,
     /// One array for each scalar of the class's scratch.
     pub scratch: &'a mut LaneBlock,

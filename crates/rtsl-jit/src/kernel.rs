@@ -7,6 +7,7 @@ use rtsl_packet::{Shape, abi};
 
 use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
+use crate::components::ComponentSet;
 use crate::error::JitError;
 use crate::module::Module;
 
@@ -15,6 +16,8 @@ type Entry = unsafe extern "C" fn(*mut RawCall);
 /// What a kernel takes; calls are checked against it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
+    /// The components of the state that it reads or writes.
+    pub state: ComponentSet,
     /// Scratch arrays of the class's layout.
     pub scratch_arrays: u32,
     /// Words of an instance's block.
@@ -34,10 +37,14 @@ impl Signature {
         let CallArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
         let states = rtsl_spec::state_component_count() as usize;
         assert!(*count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
-        assert_eq!(state.components(), states, "the state has an array for each component");
+        assert_eq!(state.components(), states, "the state is that of the one table");
+        assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
         assert!(state.lanes() >= *count, "the state has room for every ray");
         let arrays = self.scratch_arrays as usize;
-        assert!(scratch.components() >= arrays, "the scratch is that of the class");
+        assert!(
+            scratch.components() >= arrays && !scratch.is_sparse(),
+            "the scratch is that of the class"
+        );
         assert!(arrays == 0 || scratch.lanes() >= *count, "scratch has room for every ray");
         assert!(mask.is_none_or(|mask| mask.lanes() >= *count), "the mask has every ray");
         assert!(!self.accepts || accepted.is_some(), "`intersect` reports accepted hits");

@@ -2,6 +2,8 @@
 
 use rtsl_packet::abi::LANE_PADDING;
 
+use crate::components::ComponentSet;
+
 const PADDING: usize = LANE_PADDING as usize;
 
 /// As many words as the widest vector has, aligned for it.
@@ -50,8 +52,10 @@ impl Drop for Chunks {
 /// vectors.
 pub struct LaneBlock {
     memory: Chunks,
-    /// Where each component's array starts, for kernels.
+    /// Where each component's array starts, for kernels; null where it has none.
     table: Vec<*mut u32>,
+    /// The components that have arrays; all of them where `None`.
+    present: Option<ComponentSet>,
     lanes: usize,
     /// Lanes of an array with its padding.
     stride: usize,
@@ -70,12 +74,43 @@ impl LaneBlock {
         // Safety: `index * stride` words are within the chunks, or at their end.
         let table =
             (0..components).map(|index| unsafe { memory.words().add(index * stride) }).collect();
-        LaneBlock { memory, table, lanes, stride }
+        LaneBlock { memory, table, present: None, lanes, stride }
     }
 
-    /// The number of arrays.
+    /// Zeros: arrays for some of `components` only, one after another in the order of `present`.
+    /// It serves kernels that touch no others.
+    ///
+    /// # Panics
+    /// If `present` names a component twice, or one that is not below `components` and
+    /// [`ComponentSet::CAPACITY`].
+    pub fn sparse(components: usize, present: &[u32], lanes: usize) -> LaneBlock {
+        let stride = lanes.next_multiple_of(PADDING);
+        let memory = Chunks::new(present.len() * stride / PADDING);
+        let mut table = vec![std::ptr::null_mut::<u32>(); components];
+        for (index, component) in present.iter().enumerate() {
+            let entry = &mut table[*component as usize];
+            assert!(entry.is_null(), "component {component} is named twice");
+            // Safety: `index * stride` words are within the chunks, or at their end.
+            *entry = unsafe { memory.words().add(index * stride) };
+        }
+        let present = Some(present.iter().copied().collect());
+        LaneBlock { memory, table, present, lanes, stride }
+    }
+
+    /// The number of components, those without an array too.
     pub fn components(&self) -> usize {
         self.table.len()
+    }
+
+    /// Whether some components have no array.
+    pub fn is_sparse(&self) -> bool {
+        self.present.is_some()
+    }
+
+    /// Whether each of these components has an array. Asks nothing about components that the block
+    /// does not have.
+    pub fn has_all(&self, components: &ComponentSet) -> bool {
+        self.present.is_none_or(|present| present.contains_all(components))
     }
 
     /// The number of rays there is room for.
@@ -86,16 +121,16 @@ impl LaneBlock {
     /// The array of a component, without its padding.
     ///
     /// # Panics
-    /// If there is no such component; so for all methods here.
+    /// If there is no such component, or it has no array; so for all methods here.
     pub fn words(&self, component: usize) -> &[u32] {
         let start = self.start_of(component);
-        &self.all()[start..start + self.lanes]
+        &self.memory()[start..start + self.lanes]
     }
 
     /// The array of a component, to write.
     pub fn words_mut(&mut self, component: usize) -> &mut [u32] {
         let (start, lanes) = (self.start_of(component), self.lanes);
-        &mut self.all_mut()[start..start + lanes]
+        &mut self.memory_mut()[start..start + lanes]
     }
 
     /// The array of a component of type f32.
@@ -120,9 +155,19 @@ impl LaneBlock {
         // Safety: the arrays do not overlap and are borrowed mutably along with the block;
         // f32 has the size and alignment of u32.
         std::array::from_fn(|index| unsafe {
-            let start = self.table[first + index];
+            let start = self.array(first + index);
             std::slice::from_raw_parts_mut(start.cast::<f32>(), lanes)
         })
+    }
+
+    /// All arrays with their padding, one after another.
+    pub fn memory(&self) -> &[u32] {
+        self.memory.all()
+    }
+
+    /// All arrays with their padding, to write.
+    pub fn memory_mut(&mut self) -> &mut [u32] {
+        self.memory.all_mut()
     }
 
     /// The table of arrays for a kernel, which may read and write each up to the padding's end.
@@ -130,25 +175,31 @@ impl LaneBlock {
         self.table.as_ptr()
     }
 
-    fn start_of(&self, component: usize) -> usize {
+    fn array(&self, component: usize) -> *mut u32 {
         assert!(component < self.components(), "component {component} of {}", self.components());
-        component * self.stride
+        let array = self.table[component];
+        assert!(!array.is_null(), "component {component} has no array");
+        array
     }
 
-    fn all(&self) -> &[u32] {
-        self.memory.all()
-    }
-
-    fn all_mut(&mut self) -> &mut [u32] {
-        self.memory.all_mut()
+    /// The word of the memory at which a component's array starts.
+    fn start_of(&self, component: usize) -> usize {
+        (self.array(component).addr() - self.memory.words().addr()) / size_of::<u32>()
     }
 }
 
 impl Clone for LaneBlock {
     fn clone(&self) -> Self {
-        let mut copy = LaneBlock::new(self.components(), self.lanes);
-        copy.all_mut().copy_from_slice(self.all());
-        copy
+        let mut memory = Chunks::new(self.memory.count);
+        memory.all_mut().copy_from_slice(self.memory());
+        let moved = |array: &*mut u32| match array.is_null() {
+            true => std::ptr::null_mut(),
+            // Safety: as far from the start as in the original, which is as long.
+            false => unsafe { memory.words().byte_add(array.addr() - self.memory.words().addr()) },
+        };
+        let table = self.table.iter().map(moved).collect();
+        let LaneBlock { present, lanes, stride, .. } = *self;
+        LaneBlock { memory, table, present, lanes, stride }
     }
 }
 
@@ -275,5 +326,24 @@ mod tests {
         assert_eq!((copy.floats(1)[20], copy.words(1)[19]), (1.0, 1));
         assert_eq!((copy.floats(2)[0], copy.words(2)[1]), (2.0, 2));
         assert!(LaneBlock::new(0, 5).components() == 0 && LaneBlock::new(2, 0).words(1).is_empty());
+    }
+
+    #[test]
+    fn sparse_arrays_lie_in_the_order_in_which_they_are_named() {
+        let mut block = LaneBlock::sparse(9, &[7, 2], 20);
+        block.words_mut(7).fill(1);
+        block.words_mut(2).fill(2);
+        let copy = block.clone();
+        assert_eq!((copy.components(), copy.memory().len()), (9, 64));
+        assert_eq!((copy.memory()[19], copy.memory()[32]), (1, 2));
+        assert_eq!((copy.words(7), copy.words(2)), ([1; 20].as_slice(), [2; 20].as_slice()));
+        assert!(copy.has_all(&ComponentSet::from_iter([2])));
+        assert!(!copy.has_all(&ComponentSet::from_iter([2, 3])));
+    }
+
+    #[test]
+    #[should_panic(expected = "component 3 has no array")]
+    fn a_component_without_an_array_is_not_read() {
+        LaneBlock::sparse(9, &[7, 2], 20).words(3);
     }
 }

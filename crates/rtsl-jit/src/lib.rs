@@ -15,6 +15,7 @@ mod api;
 mod call;
 mod callbacks;
 mod compile;
+mod components;
 mod error;
 mod instance;
 mod kernel;
@@ -31,6 +32,7 @@ mod worker;
 
 pub use call::{CallArguments, CallStatus, Instances};
 pub use compile::OptLevel;
+pub use components::ComponentSet;
 pub use error::{JitError, LlvmError, LlvmVersion};
 pub use instance::{BoundBuffer, InstanceBlock, InstanceTable};
 pub use kernel::{CompiledKernel, Signature};

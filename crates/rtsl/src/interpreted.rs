@@ -26,6 +26,10 @@ impl InterpretedKernel {
         Ok(InterpretedKernel { interpreter: Interpreter::prepare(function)?, places, signature })
     }
 
+    pub fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
     /// Runs the method for all rays of the call, in order.
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         self.signature.check(&call);

@@ -1,6 +1,6 @@
 //! A method, ready to be called for many rays.
 
-use rtsl_jit::{CallArguments, CallStatus, CompiledKernel};
+use rtsl_jit::{CallArguments, CallStatus, CompiledKernel, ComponentSet};
 
 use crate::interpreted::InterpretedKernel;
 
@@ -34,6 +34,14 @@ impl Kernel {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call(call),
             Kind::Interpreted(kernel) => kernel.call(call),
+        }
+    }
+
+    /// The state components whose arrays a call must bring.
+    pub fn state_components(&self) -> ComponentSet {
+        match &self.kind {
+            Kind::Compiled(kernel) => kernel.signature().state,
+            Kind::Interpreted(kernel) => kernel.signature().state,
         }
     }
 

@@ -38,6 +38,7 @@ pub mod pipeline;
 mod prelude;
 mod program;
 mod state;
+mod touched;
 mod tree;
 mod unit;
 mod value;
@@ -64,8 +65,8 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallStatus, InstanceBlock, InstanceTable, Instances, LaneBlock, LaneIndices,
-    LaneMask, Llvm, LlvmError, OptLevel, Target,
+    CallArguments, CallStatus, ComponentSet, InstanceBlock, InstanceTable, Instances, LaneBlock,
+    LaneIndices, LaneMask, Llvm, LlvmError, OptLevel, Target,
 };
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_packet::{Layout, Shape};

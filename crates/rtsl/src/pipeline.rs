@@ -34,6 +34,7 @@ use crate::link::{self, Linked};
 use crate::options::{EngineOptions, Math};
 use crate::packet_kernel::PacketKernel;
 use crate::prelude::prelude;
+use crate::touched::state_components;
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
 use crate::variant::{Outputs, Variant};
@@ -202,6 +203,7 @@ fn symbol(index: usize) -> String {
 fn signature(job: Job<'_>) -> Signature {
     let kind = |output: &Output| job.function.place(output.place).kind;
     Signature {
+        state: state_components(job.function),
         scratch_arrays: job.layout.scratch_arrays,
         block_words: job.layout.block_words,
         shape: job.shape,

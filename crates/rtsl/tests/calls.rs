@@ -9,7 +9,7 @@ use rtsl::host::{
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
     Instances, KernelRequest, LaneBlock, LaneMask, Method, Role, Shape, Target, lookup_state,
-    new_state,
+    new_state, state_component_count,
 };
 use rtsl_ir::Function;
 
@@ -201,6 +201,12 @@ fn sizes_that_do_not_fit_are_refused() {
         assert!(refused(&mut new_state(7), None));
         assert!(refused(&mut LaneBlock::new(3, 8), None));
         assert!(refused(&mut new_state(8), Some(LaneMask::new(7))));
+        // `shade` stores two components and touches nothing else.
+        let color = component("rt_SampleColor") as u32;
+        let sparse =
+            |present: &[u32]| LaneBlock::sparse(state_component_count() as usize, present, 8);
+        assert!(!refused(&mut sparse(&[color + 1, color]), None));
+        assert!(refused(&mut sparse(&[color + 1, color + 2]), None));
         assert!(program.kernel(Method::Bsdf, Shape::Packet).is_err());
     }
 }

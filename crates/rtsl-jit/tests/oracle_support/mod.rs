@@ -121,6 +121,7 @@ impl Case {
             for (symbol, kernel) in &kernels {
                 let mask = mask.filter(|_| kernel.shape != Shape::Single);
                 let signature = Signature {
+                    state: (0..rtsl_spec::state_component_count()).collect(),
                     scratch_arrays: self.layout.scratch_arrays,
                     block_words: self.layout.block_words,
                     shape: kernel.shape,

@@ -1,0 +1,181 @@
+//! Who races.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rtsl::host::NoHost;
+use rtsl::{
+    Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, InstanceBlock, Instances,
+    Kernel, Math, Program, Variant,
+};
+
+use crate::arena::{Arena, Memory};
+use crate::packet::RAYS;
+use crate::race::Race;
+use crate::written::Written;
+
+/// One form of a race's kernel.
+pub struct Contender {
+    /// What tables call it: `w8` and the like are RTSL at that width, `f8` with `--math=fast`,
+    /// `h256` to `h512t` hand-written, and `scalar`.
+    pub name: String,
+    code: Code,
+    parameters: Vec<f32>,
+}
+
+enum Code {
+    Compiled(Box<Compiled>),
+    Written(Written),
+}
+
+/// A kernel of RTSL with its object.
+struct Compiled {
+    kernel: Arc<Kernel>,
+    program: Arc<Program>,
+    block: InstanceBlock,
+}
+
+impl Contender {
+    /// A hand-written kernel.
+    pub fn written(race: &Race, name: &str, written: Written) -> Contender {
+        Contender {
+            name: name.to_owned(),
+            code: Code::Written(written),
+            parameters: race.numbers(),
+        }
+    }
+
+    /// RTSL's kernel, as `engine` makes it.
+    ///
+    /// # Errors
+    /// With a report, if the shader does not compile.
+    pub fn compiled(race: &Race, name: &str, engine: &Engine) -> Result<Contender, String> {
+        let code = Code::Compiled(Box::new(Compiled::new(race, engine)?));
+        Ok(Contender { name: name.to_owned(), code, parameters: Vec::new() })
+    }
+
+    /// Does all packets `times` times.
+    pub fn run(&self, arena: &mut Arena, times: u32) {
+        match &self.code {
+            Code::Compiled(compiled) => {
+                for _ in 0..times {
+                    arena.for_each(|packet| compiled.call(packet));
+                }
+            }
+            // Hand-written code runs with subnormal numbers taken for zero, RTSL's never does.
+            Code::Written(written) => with_subnormals_flushed(|| {
+                for _ in 0..times {
+                    arena.for_each(|packet| {
+                        let Memory { state, scratch, .. } = packet;
+                        written.run(state.memory_mut(), scratch.memory_mut(), &self.parameters);
+                    });
+                }
+            }),
+        }
+    }
+}
+
+impl Compiled {
+    fn new(race: &Race, engine: &Engine) -> Result<Compiled, String> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders").join(race.shader.file);
+        let compilation = Compiler::default().compile_file(&file);
+        let Some(unit) = &compilation.unit else { return Err(compilation.report(false)) };
+        let class = unit.class(race.shader.class).map_err(|error| error.message)?;
+        let named = race.parameters.iter().filter_map(|it| Some((it.name?, it.value())));
+        let instance = Instance::new(class, named);
+        let instance = instance.map_err(|errors| format!("{}: {errors:?}", race.name))?;
+        let program = engine.program(&instance);
+        let variant = Variant::new(race.shader.shape).reading(race.outputs().with_scratch());
+        let kernel = program.kernel(race.shader.method, variant);
+        let kernel = kernel.map_err(|error| error.message)?;
+        let block = program.block(&instance);
+        Ok(Compiled { kernel, program, block })
+    }
+
+    #[inline]
+    fn call(&self, packet: &mut Memory) {
+        let Memory { state, scratch, accepted, .. } = packet;
+        let status = self.kernel.call(CallArguments {
+            state,
+            scratch,
+            count: RAYS,
+            mask: None,
+            accepted: Some(accepted),
+            instances: Instances::One(&self.block),
+            host: &mut NoHost,
+        });
+        debug_assert!(!status.budget_exhausted, "races have no budget");
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn with_subnormals_flushed(work: impl FnOnce()) {
+    crate::rivals::subnormals::flushed(work);
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn with_subnormals_flushed(work: impl FnOnce()) {
+    work();
+}
+
+/// The engines that race.
+pub struct Engines {
+    engines: Vec<(String, Engine)>,
+}
+
+impl Engines {
+    /// Width 1, and the widths of this processor's vectors with default and fast arithmetic.
+    ///
+    /// # Errors
+    /// Where there is no LLVM.
+    pub fn new() -> Result<Engines, String> {
+        let mut engines = vec![engine(1, Math::Contract)?];
+        for width in vector_widths() {
+            engines.push(engine(*width, Math::Contract)?);
+            engines.push(engine(*width, Math::Fast)?);
+        }
+        Ok(Engines { engines })
+    }
+
+    /// All contenders of a race.
+    ///
+    /// # Errors
+    /// As for [`Contender::compiled`].
+    pub fn contenders(&self, race: &Race) -> Result<Vec<Contender>, String> {
+        let mut contenders = vec![Contender::written(race, "scalar", race.written.scalar)];
+        for (name, engine) in &self.engines {
+            contenders.push(Contender::compiled(race, name, engine)?);
+        }
+        let rivals = race.written.rivals.iter();
+        contenders.extend(rivals.map(|(name, written)| Contender::written(race, name, *written)));
+        Ok(contenders)
+    }
+
+    /// How many scratch arrays the race's class has.
+    ///
+    /// # Errors
+    /// As for [`Contender::compiled`].
+    pub fn scratch_arrays(&self, race: &Race) -> Result<usize, String> {
+        let Some((_, engine)) = self.engines.first() else { return Ok(0) };
+        let program = Compiled::new(race, engine)?.program;
+        Ok(program.layout().scratch_arrays as usize)
+    }
+}
+
+fn engine(width: u32, math: Math) -> Result<(String, Engine), String> {
+    let options =
+        EngineOptions { backend: Backend::Jit, width: Some(width), math, ..Default::default() };
+    let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
+    let prefix = if math == Math::Fast { "f" } else { "w" };
+    Ok((format!("{prefix}{width}"), engine))
+}
+
+#[cfg(target_arch = "x86_64")]
+fn vector_widths() -> &'static [u32] {
+    if crate::rivals::has_avx512() { &[8, 16] } else { &[8] }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn vector_widths() -> &'static [u32] {
+    &[4]
+}

@@ -1,0 +1,50 @@
+//! Elementary functions by themselves.
+
+use super::Chunk;
+use super::lanes::Floats;
+use super::math::{exp, log, pow, sin_cos};
+use super::precision::Precision;
+use crate::kernels::{Exp, InverseSqrt, Log, Pow, SinCos};
+use crate::packet::Packet;
+
+impl Chunk for Exp {
+    #[inline(always)]
+    unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the race has these arrays; so for all of this file.
+        unsafe { exp(F::load(packet.state(0))).store(packet.state(1)) }
+    }
+}
+
+impl Chunk for Log {
+    #[inline(always)]
+    unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        unsafe { log(F::load(packet.state(0))).store(packet.state(1)) }
+    }
+}
+
+impl Chunk for Pow {
+    #[inline(always)]
+    unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        unsafe {
+            pow(F::load(packet.state(0)), F::load(packet.state(1))).store(packet.state(2));
+        }
+    }
+}
+
+impl Chunk for SinCos {
+    #[inline(always)]
+    unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        unsafe {
+            let (sine, cosine) = sin_cos(F::load(packet.state(0)));
+            sine.store(packet.state(1));
+            cosine.store(packet.scratch(0));
+        }
+    }
+}
+
+impl Chunk for InverseSqrt {
+    #[inline(always)]
+    unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        unsafe { P::inverse_sqrt(F::load(packet.state(0))).store(packet.state(1)) }
+    }
+}

@@ -1,0 +1,74 @@
+//! How the rivals divide and take roots.
+
+use super::lanes::Floats;
+
+/// Division and square root, exact or good to about 22 bits.
+pub trait Precision {
+    /// Whether this is the tuned variant.
+    const TUNED: bool;
+    /// `1 / a`.
+    fn reciprocal<F: Floats>(a: F) -> F;
+    /// `a / b`.
+    fn divide<F: Floats>(a: F, b: F) -> F;
+    /// The square root.
+    fn sqrt<F: Floats>(a: F) -> F;
+    /// `1 / sqrt(a)`.
+    fn inverse_sqrt<F: Floats>(a: F) -> F;
+}
+
+/// The processor's division and square root, correctly rounded.
+pub struct Exact;
+
+/// The processor's estimates and one step of Newton's method.
+pub struct Tuned;
+
+impl Precision for Exact {
+    const TUNED: bool = false;
+
+    #[inline(always)]
+    fn reciprocal<F: Floats>(a: F) -> F {
+        F::splat(1.0) / a
+    }
+
+    #[inline(always)]
+    fn divide<F: Floats>(a: F, b: F) -> F {
+        a / b
+    }
+
+    #[inline(always)]
+    fn sqrt<F: Floats>(a: F) -> F {
+        a.sqrt()
+    }
+
+    #[inline(always)]
+    fn inverse_sqrt<F: Floats>(a: F) -> F {
+        F::splat(1.0) / a.sqrt()
+    }
+}
+
+impl Precision for Tuned {
+    const TUNED: bool = true;
+
+    #[inline(always)]
+    fn reciprocal<F: Floats>(a: F) -> F {
+        let r = a.reciprocal_estimate();
+        r * a.neg_mul_add(r, F::splat(2.0))
+    }
+
+    #[inline(always)]
+    fn divide<F: Floats>(a: F, b: F) -> F {
+        a * Self::reciprocal(b)
+    }
+
+    #[inline(always)]
+    fn sqrt<F: Floats>(a: F) -> F {
+        let a = a.max(F::splat(1e-30));
+        a * Self::inverse_sqrt(a)
+    }
+
+    #[inline(always)]
+    fn inverse_sqrt<F: Floats>(a: F) -> F {
+        let r = a.inverse_sqrt_estimate();
+        r * (F::splat(0.5) * a * r).neg_mul_add(r, F::splat(1.5))
+    }
+}

@@ -1,0 +1,67 @@
+//! Sets of state components.
+
+const WORDS: usize = 4;
+
+/// A set of state components, by the index of the one table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ComponentSet {
+    bits: [u64; WORDS],
+}
+
+impl ComponentSet {
+    /// It can hold the components below this one: more than there are.
+    pub const CAPACITY: u32 = u64::BITS * WORDS as u32;
+
+    /// Adds a component.
+    ///
+    /// # Panics
+    /// If it is not below the capacity.
+    pub fn insert(&mut self, component: u32) {
+        assert!(component < ComponentSet::CAPACITY, "component {component}");
+        self.bits[(component / u64::BITS) as usize] |= 1 << (component % u64::BITS);
+    }
+
+    /// Whether the component is in it.
+    pub fn contains(&self, component: u32) -> bool {
+        component < ComponentSet::CAPACITY
+            && self.bits[(component / u64::BITS) as usize] >> (component % u64::BITS) & 1 != 0
+    }
+
+    /// Whether all of another set's components are in it.
+    pub fn contains_all(&self, others: &ComponentSet) -> bool {
+        self.bits.iter().zip(others.bits).all(|(own, other)| other & !own == 0)
+    }
+
+    /// The components, in ascending order.
+    pub fn iter(&self) -> impl Iterator<Item = u32> {
+        let set = *self;
+        (0..ComponentSet::CAPACITY).filter(move |component| set.contains(*component))
+    }
+}
+
+impl FromIterator<u32> for ComponentSet {
+    fn from_iter<I: IntoIterator<Item = u32>>(components: I) -> ComponentSet {
+        let mut set = ComponentSet::default();
+        components.into_iter().for_each(|component| set.insert(component));
+        set
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holds_what_was_put_in() {
+        let set = ComponentSet::from_iter([0, 63, 64, 200]);
+        assert_eq!(set.iter().collect::<Vec<_>>(), [0, 63, 64, 200]);
+        assert!(set.contains_all(&ComponentSet::from_iter([64, 0])));
+        assert!(!set.contains_all(&ComponentSet::from_iter([64, 1])));
+        assert!(!set.contains(1000));
+    }
+
+    #[test]
+    fn every_component_of_the_table_fits() {
+        assert!(rtsl_spec::state_component_count() <= ComponentSet::CAPACITY);
+    }
+}
