@@ -288,6 +288,13 @@ fn every_form_can_be_built() {
         .exits(DONE);
     folder.run(&[&target[..], &["--target", "pdp-11"]].concat()).exits(WRONG_USAGE);
     folder.run(&["build", "ball.rtsl", "--emit", "wasm"]).exits(WRONG_USAGE);
+    let ir = ["build", "ball.rtsl", "--emit", "ir", "--method", "intersect"];
+    let known = folder.run(&[&ir[..], &["--specialise", "--param", "radius=3"]].concat());
+    assert!(!known.exits(DONE).output().contains("load member"));
+    let unread = folder.run(&[&ir[..], &["--reads", "rt_HitPoint"]].concat()).exits(DONE);
+    assert!(!unread.output().contains("state:rt_HitDistance@0 ="));
+    folder.run(&[&ir[..], &["--reads", "rt_Hit"]].concat()).exits(WRONG_USAGE);
+    folder.run(&[&ir[..], &["--param", "radius=3"]].concat()).exits(WRONG_USAGE);
     folder.run(&["build", "ball.rtsl", "--emit", "ir", "--method", "shade"]).fails_with("E0508");
     folder
         .run(&["build", "ball.rtsl", "--emit", "ir", "-o", "no/such/folder"])

@@ -10,9 +10,11 @@ use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
 use rtsl_spec::Method;
 
 use crate::Instance;
+use crate::background::Background;
 use crate::kernel::Kernel;
 use crate::options::{Backend, EngineOptions};
 use crate::program::Program;
+use crate::specialised::SpecialisedKernel;
 use crate::tree::ClassTree;
 use crate::variant::Variant;
 
@@ -22,6 +24,7 @@ use crate::variant::Variant;
 pub struct Engine {
     shared: Arc<Shared>,
     programs: Arc<Mutex<BTreeMap<Vec<usize>, Weak<Program>>>>,
+    background: Arc<Background>,
 }
 
 /// What programs need of their engine.
@@ -87,7 +90,8 @@ impl Engine {
             return Err(unknown_width(width));
         }
         let shared = Arc::new(Shared { options, width, llvm });
-        Ok((Engine { shared, programs: Arc::default() }, warnings))
+        let (programs, background) = (Arc::default(), Arc::default());
+        Ok((Engine { shared, programs, background }, warnings))
     }
 
     /// How it makes kernels.
@@ -144,6 +148,26 @@ impl Engine {
         kernels.collect()
     }
 
+    /// A kernel that becomes faster by itself: one that takes the members of `instance` for
+    /// constants is made in the background.
+    ///
+    /// All that an engine specialises is made by one thread, which ends with the engine and these
+    /// kernels; dropping the last of them waits for what has begun. What the request says is
+    /// known of members does not count.
+    ///
+    /// # Errors
+    /// As for [`Program::kernel`].
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn specialise(
+        &self,
+        request: &KernelRequest,
+        instance: &Instance,
+    ) -> Result<SpecialisedKernel, Diagnostic> {
+        SpecialisedKernel::new(&self.background, request, instance)
+    }
+
     fn compile_together(&self, requests: &[KernelRequest]) {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let linked = requests.iter().map(|_| OnceLock::new()).collect::<Vec<_>>();
@@ -158,7 +182,7 @@ impl Engine {
             let Some((size, variant)) = linked.into_inner() else { continue };
             let request = KernelRequest { variant, ..request.clone() };
             let KernelRequest { program, method, variant } = &request;
-            if !program.has_made(*method, variant)
+            if program.made(*method, variant).is_none()
                 && !missing.iter().any(|(_, other)| other.is(&request))
             {
                 missing.push((size, request));

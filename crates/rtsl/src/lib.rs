@@ -19,6 +19,7 @@
 //! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
 //! the project: what they use of those below is exported here.
 
+mod background;
 mod compiler;
 mod emit;
 mod engine;
@@ -27,6 +28,7 @@ mod errors;
 mod instance;
 mod interpreted;
 mod kernel;
+mod kernel_cache;
 mod lane_storage;
 pub mod library;
 mod link;
@@ -37,6 +39,7 @@ mod parameters;
 pub mod pipeline;
 mod prelude;
 mod program;
+mod specialised;
 mod state;
 mod touched;
 mod tree;
@@ -55,6 +58,7 @@ pub use options::{Backend, EngineOptions, Math};
 pub use packet_kernel::{PacketKernel, PacketRun};
 pub use parameters::{place_words, scalar_name, type_name};
 pub use program::{LinkedMethod, Program};
+pub use specialised::SpecialisedKernel;
 pub use state::{new_state, set_defaults};
 pub use unit::{Compilation, Unit};
 pub use value::{Numbers, Value};

@@ -1,7 +1,7 @@
 //! A class linked with those it refers to, and its kernels.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
@@ -12,6 +12,7 @@ use rtsl_spec::{Method, StateVariable, lookup_state};
 
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
+use crate::kernel_cache::KernelCache;
 use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
@@ -27,10 +28,8 @@ pub struct Program {
     places: TreePlaces,
     layout: Layout,
     methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
-    kernels: Mutex<BTreeMap<(Method, Variant), Arc<KernelCell>>>,
+    kernels: KernelCache,
 }
-
-type KernelCell = OnceLock<Result<Arc<Kernel>, Diagnostic>>;
 
 /// A method without references, optimised.
 #[derive(Clone, Debug)]
@@ -54,7 +53,7 @@ impl Program {
         let places = tree.places();
         let layout = places.layout();
         let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
-        Program { shared, tree, places, layout, methods, kernels: Mutex::default() }
+        Program { shared, tree, places, layout, methods, kernels: KernelCache::default() }
     }
 
     /// The class.
@@ -134,7 +133,7 @@ impl Program {
     ) -> Result<Arc<Kernel>, Diagnostic> {
         let linked = self.method(method)?;
         let variant = self.canonical(&linked, variant.into());
-        let cell = self.cell(method, &variant);
+        let cell = self.kernels.cell(method, &variant);
         cell.get_or_init(|| {
             let function = self.specialise(&linked, &variant);
             let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
@@ -172,14 +171,15 @@ impl Program {
         Variant { outputs, known, ..variant }
     }
 
-    fn cell(&self, method: Method, variant: &Variant) -> Arc<KernelCell> {
-        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        kernels.entry((method, variant.clone())).or_default().clone()
-    }
-
-    /// Whether a kernel of a canonical variant has been made, well or not.
-    pub(crate) fn has_made(&self, method: Method, variant: &Variant) -> bool {
-        self.cell(method, variant).get().is_some()
+    /// The kernel of a variant, or the error, if it has been made and kept.
+    pub(crate) fn made(
+        &self,
+        method: Method,
+        variant: &Variant,
+    ) -> Option<Result<Arc<Kernel>, Diagnostic>> {
+        let linked = self.methods.get(&method)?.get()?.as_ref().ok()?;
+        let variant = self.canonical(linked, variant.clone());
+        self.kernels.cell(method, &variant).get().cloned()
     }
 
     /// Makes kernels of canonical variants together. What fails is left to be made one by one, so
@@ -197,7 +197,7 @@ impl Program {
         let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
         for (KernelRequest { program, method, variant }, kernel) in requests.iter().zip(kernels) {
             // Somebody may have been faster; one kernel is as good as the other.
-            let _ = program.cell(*method, variant).set(Ok(Arc::new(kernel)));
+            let _ = program.kernels.cell(*method, variant).set(Ok(Arc::new(kernel)));
         }
     }
 

@@ -7,7 +7,7 @@ use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLa
 use rtsl::{
     Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceTable,
     Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar,
-    Shape, Value, library, new_state,
+    Shape, Value, Variant, library, new_state,
 };
 
 const COUNT: usize = 29;
@@ -136,16 +136,18 @@ fn instance(class: &Arc<Class>) -> Arc<Instance> {
     })
 }
 
-/// The bits that a call leaves, NaNs made equal.
 /// What runs a method.
 #[derive(Clone, Copy, Debug)]
 enum Code {
     /// What the engine makes.
     Kernel,
+    /// The same, with the instance's members known.
+    Specialised,
     /// Packet code on its interpreter.
     Packets,
 }
 
+/// The bits that a call leaves, NaNs made equal.
 fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code: Code) -> Vec<u32> {
     let instance = instance(class);
     let program = engine.program(&instance);
@@ -177,6 +179,10 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code:
     };
     let status = match code {
         Code::Kernel => program.kernel(method, shape).map(|it| it.call(arguments)),
+        Code::Specialised => {
+            let variant = Variant::new(shape).knowing(program.known_members(&instance));
+            program.kernel(method, variant).map(|it| it.call(arguments))
+        }
         Code::Packets => {
             program.packet_kernel(method, shape).map(|it| it.run(arguments, u64::MAX).status)
         }
@@ -244,10 +250,10 @@ fn every_method_gives_the_oracles_bits() {
             Shape::CommonOrigin | Shape::Stream => &[8],
             Shape::Single => &[1],
         };
-        for (width, code) in widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)])
-        {
+        let runs = widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)]);
+        for (width, code) in runs.chain([(&8, Code::Specialised)]) {
             let backend = match code {
-                Code::Kernel => Backend::Jit,
+                Code::Kernel | Code::Specialised => Backend::Jit,
                 Code::Packets => Backend::Interpreter,
             };
             let Some(engine) = engine(backend, *width) else { continue };

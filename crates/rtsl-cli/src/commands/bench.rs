@@ -8,15 +8,16 @@ use clap::Args;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, Engine, EngineOptions, Instance, InstanceTable, Instances, LaneBlock,
-    LaneIndices, LaneMask, Method, Program, Role, Shape, Unit, new_state, set_defaults,
+    LaneIndices, LaneMask, Method, Program, Role, Shape, new_state, set_defaults,
 };
 use serde::Serialize;
 use serde_json::Value as JsonValue;
 
 use super::eval::parse_setting;
-use super::{CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine};
+use super::{
+    CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
+};
 use crate::arguments::{MathName, SearchPath};
-use crate::eval::{ValueError, make_instance};
 use crate::files::write_result;
 use crate::names::find_method;
 use crate::report::Reporter;
@@ -74,7 +75,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         Some(name) => vec![find_method(name).map_err(Failure::Usage)?],
         None => class.methods.keys().copied().collect(),
     };
-    let instance = instance(arguments, class, &unit)?;
+    let instance = instance(&arguments.params, class, &unit)?;
     if !arguments.json {
         write_result(None, heading().as_bytes())?;
     }
@@ -91,18 +92,6 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
         }
     }
     Ok(Outcome::Done)
-}
-
-fn instance(
-    arguments: &BenchArguments,
-    class: &Arc<rtsl::Class>,
-    unit: &Unit,
-) -> Result<Arc<Instance>, Failure> {
-    let params = arguments.params.iter().map(|(name, value)| (name, value));
-    make_instance(class, unit, params).map_err(|error| match error {
-        ValueError::Malformed(message) => Failure::Usage(message),
-        ValueError::Instance(diagnostics) => Failure::Diagnostics(diagnostics),
-    })
 }
 
 fn measure_widths(

@@ -4,9 +4,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use rtsl::{Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Shape, Target};
+use rtsl::{
+    Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Outputs, Shape, StateVariable,
+    Target, Unit, Variant,
+};
+use serde_json::Value as JsonValue;
 
-use super::{CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine};
+use super::eval::parse_setting;
+use super::{
+    CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
+};
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::files::write_result;
 use crate::names::find_method;
@@ -34,6 +41,17 @@ pub struct BuildArguments {
     /// start, `stream` nothing; `single` is for one ray.
     #[arg(long, value_parser = parse_shape, default_value = "packet")]
     shape: Shape,
+    /// Take the members of an instance for constants: those of `--param`, else the defaults.
+    #[arg(long)]
+    specialise: bool,
+    /// A parameter of the instance; may be repeated.
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting,
+          requires = "specialise")]
+    params: Vec<(String, JsonValue)>,
+    /// The state variables that the caller reads, with commas between; all that the method sets, and
+    /// scratch, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_state)]
+    reads: Option<Vec<&'static StateVariable>>,
     /// The machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
     #[arg(long)]
     target: Option<String>,
@@ -95,7 +113,7 @@ pub fn run(arguments: &BuildArguments, reporter: &Reporter) -> CommandResult {
                 return Ok(Outcome::InputAtFault);
             };
             let class = choose_class(&unit, arguments.class.as_deref())?;
-            emit_methods(arguments, form, class, reporter)?
+            emit_methods(arguments, form, class, &unit, reporter)?
         }
     };
     write_result(arguments.output.as_deref(), &contents)?;
@@ -106,6 +124,7 @@ fn emit_methods(
     arguments: &BuildArguments,
     form: Emit,
     class: &Arc<Class>,
+    unit: &Unit,
     reporter: &Reporter,
 ) -> Result<Vec<u8>, Failure> {
     let methods = methods(arguments, class)?;
@@ -116,13 +135,22 @@ fn emit_methods(
     let options =
         EngineOptions { optimization: level(arguments.optimization), ..arguments.engine.options() };
     let engine = engine(options, reporter)?;
-    let program = engine.program_of_class(class);
+    let mut program = engine.program_of_class(class);
+    let mut variant = Variant::new(arguments.shape);
+    if let Some(variables) = &arguments.reads {
+        variant = variant.reading(Outputs::state(variables.iter().copied()));
+    }
+    if arguments.specialise {
+        let instance = instance(&arguments.params, class, unit)?;
+        program = engine.program(&instance);
+        variant = variant.knowing(program.known_members(&instance));
+    }
     let mut contents = Vec::new();
     for method in methods {
         let request = EmitRequest {
             emit: form,
             method,
-            variant: arguments.shape.into(),
+            variant: variant.clone(),
             target: target(arguments.target.as_deref())?,
         };
         contents.extend(program.emit(&request)?);
@@ -141,6 +169,10 @@ fn methods(arguments: &BuildArguments, class: &Class) -> Result<Vec<Method>, Fai
         }
         None => Ok(class.methods.keys().copied().collect()),
     }
+}
+
+fn parse_state(name: &str) -> Result<&'static StateVariable, String> {
+    rtsl::lookup_state(name).ok_or_else(|| "there is no such state variable".to_owned())
 }
 
 fn parse_shape(name: &str) -> Result<Shape, String> {

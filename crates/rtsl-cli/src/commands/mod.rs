@@ -13,10 +13,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Unit,
+    Class, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Instance,
+    Unit,
 };
+use serde_json::Value as JsonValue;
 
 use crate::arguments::SearchPath;
+use crate::eval::{ValueError, make_instance};
 use crate::report::Reporter;
 
 /// How a command ended.
@@ -80,4 +83,17 @@ pub fn engine(options: EngineOptions, reporter: &Reporter) -> Result<Engine, Fai
     let (engine, warnings) = Engine::new(options)?;
     warnings.iter().for_each(|warning| reporter.diagnostic(warning));
     Ok(engine)
+}
+
+/// An instance with the parameters of a command line.
+pub fn instance(
+    params: &[(String, JsonValue)],
+    class: &Arc<Class>,
+    unit: &Unit,
+) -> Result<Arc<Instance>, Failure> {
+    let params = params.iter().map(|(name, value)| (name, value));
+    make_instance(class, unit, params).map_err(|error| match error {
+        ValueError::Malformed(message) => Failure::Usage(message),
+        ValueError::Instance(diagnostics) => Failure::Diagnostics(diagnostics),
+    })
 }

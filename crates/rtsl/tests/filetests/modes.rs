@@ -3,7 +3,8 @@
 
 use libtest_mimic::Failed;
 use rtsl::{
-    Backend, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions, Method, Shape, Target,
+    Backend, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
+    Outputs, Shape, Target, Variant, lookup_state,
 };
 use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
@@ -114,7 +115,8 @@ fn diagnostics(test: &TestFile<'_>) -> Result<String, Failed> {
 }
 
 /// A method in one of its forms. The mode's arguments: `class=` where there are several,
-/// `method=`, `shape=` and `width=` where they matter.
+/// `method=`, `shape=` and `width=` where they matter, `reads=` for a caller that reads these
+/// variables, `known` for one that knows the members to be the defaults.
 fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
     let compilation = compile(test);
     let unit = compilation.unit.as_ref().ok_or_else(|| compilation.report(false))?;
@@ -129,13 +131,25 @@ fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
     let options =
         EngineOptions { backend: Backend::Interpreter, width, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
+    let program = engine.program_of_class(class);
+    let mut variant = Variant::new(Shape::from_name(shape).ok_or("there is no such shape")?);
+    if let Some(names) = test.argument("reads") {
+        let variables = names.split(',').map(|name| lookup_state(name).ok_or(name));
+        let variables = variables.collect::<Result<Vec<_>, _>>();
+        let variables = variables.map_err(|name| format!("there is no variable `{name}`"))?;
+        variant = variant.reading(Outputs::state(variables));
+    }
+    if test.arguments.contains(&"known") {
+        let instance = Instance::new(class, []).map_err(|problems| format!("{problems:?}"))?;
+        variant = variant.knowing(program.known_members(&instance));
+    }
     let request = EmitRequest {
         emit,
         method: Method::from_name(method).ok_or("there is no such method")?,
-        variant: Shape::from_name(shape).ok_or("there is no such shape")?.into(),
+        variant,
         target: Target::by_name("x86-64-v3"),
     };
-    let text = engine.program_of_class(class).emit(&request).map_err(|error| error.message)?;
+    let text = program.emit(&request).map_err(|error| error.message)?;
     Ok(String::from_utf8(text)?)
 }
 

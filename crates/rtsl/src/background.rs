@@ -1,0 +1,141 @@
+//! One thread for work that nobody waits for.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+/// Where the result of some work will be. Who drops it has lost interest: work not begun is then not
+/// done.
+pub(crate) type Answer<T> = Arc<OnceLock<Result<T, Diagnostic>>>;
+
+/// Does work in the order in which it comes, on a thread that starts with the first and ends with
+/// this value.
+#[derive(Debug, Default)]
+pub(crate) struct Background {
+    worker: OnceLock<Result<Worker, Diagnostic>>,
+}
+
+type Work = Box<dyn FnOnce() + Send>;
+
+#[derive(Debug)]
+struct Worker {
+    /// `None` at the end: closes the thread's queue.
+    queue: Option<Sender<Work>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Background {
+    /// Lets the thread do `work`, unless it fails to start, which is an answer too.
+    pub fn start<T: Send + Sync + 'static>(
+        &self,
+        work: impl FnOnce() -> Result<T, Diagnostic> + Send + 'static,
+    ) -> Answer<T> {
+        let answer = Answer::default();
+        let wanted = Arc::downgrade(&answer);
+        let work = move || {
+            let Some(answer) = wanted.upgrade() else { return };
+            let result = catch_unwind(AssertUnwindSafe(work));
+            // Nobody else answers.
+            let _ = answer.set(result.unwrap_or_else(|_| Err(failed("the compiler panicked"))));
+        };
+        let sent = match self.worker.get_or_init(Worker::start) {
+            Ok(worker) => worker.queue.as_ref().is_some_and(|it| it.send(Box::new(work)).is_ok()),
+            Err(error) => {
+                let _ = answer.set(Err(error.clone()));
+                true
+            }
+        };
+        if !sent {
+            let _ = answer.set(Err(failed("its thread has ended")));
+        }
+        answer
+    }
+}
+
+impl Worker {
+    fn start() -> Result<Worker, Diagnostic> {
+        let (queue, work) = channel::<Work>();
+        let body = move || work.into_iter().for_each(|work| work());
+        let thread = std::thread::Builder::new().name("rtsl-background".to_owned()).spawn(body);
+        let thread = thread.map_err(|error| failed(&format!("no thread to work on: {error}")))?;
+        Ok(Worker { queue: Some(queue), thread: Some(thread) })
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.queue = None;
+        // Code generation must not outlive what holds it: a process that ends would pull LLVM's
+        // globals from under it.
+        if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {
+            debug_assert!(false, "work is guarded against panics");
+        }
+    }
+}
+
+fn failed(reason: &str) -> Diagnostic {
+    Diagnostic::new(codes::CODE_GENERATION, format!("work in the background failed: {reason}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    /// Keeps the thread busy until the sender is used or dropped.
+    fn block(background: &Background) -> (Answer<()>, Sender<()>) {
+        let (release, wait) = channel::<()>();
+        let answer = background.start(move || {
+            let _ = wait.recv();
+            Ok(())
+        });
+        (answer, release)
+    }
+
+    #[test]
+    fn work_is_done_in_order_but_for_what_nobody_wants_any_more() {
+        let background = Background::default();
+        let (_, release) = block(&background);
+        let done = Arc::new(Mutex::new(Vec::new()));
+        let start = |number: u32| {
+            let done = done.clone();
+            background.start(move || {
+                done.lock().unwrap().push(number);
+                Ok(number)
+            })
+        };
+        let first = start(1);
+        let second = start(2);
+        let third = start(3);
+        drop(second);
+        drop(release);
+        assert_eq!(third.wait(), &Ok(3));
+        assert_eq!(first.get(), Some(&Ok(1)));
+        assert_eq!(*done.lock().unwrap(), [1, 3]);
+    }
+
+    #[test]
+    fn errors_and_panics_are_answers() {
+        let background = Background::default();
+        let error = failed("on purpose");
+        let given = error.clone();
+        assert_eq!(background.start::<()>(move || Err(given)).wait(), &Err(error));
+        let panicked = background.start::<()>(|| panic!("a panic on purpose"));
+        assert!(panicked.wait().is_err());
+        assert_eq!(background.start(|| Ok(7)).wait(), &Ok(7));
+    }
+
+    #[test]
+    fn dropping_waits_for_what_is_wanted() {
+        let background = Background::default();
+        let (blocking, release) = block(&background);
+        let wanted = background.start(|| Ok(()));
+        drop(release);
+        drop(background);
+        assert!(blocking.get().is_some() && wanted.get().is_some());
+    }
+}
