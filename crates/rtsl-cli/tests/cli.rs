@@ -318,8 +318,8 @@ fn bench_measures_every_width() {
     );
     let ran = folder.run(&["bench", "grey.rtsl", "--json"]).exits(DONE);
     assert_eq!(ran.output().matches("\"shape\":\"packet\"").count(), 4, "{}", ran.output());
-    // Three shapes for many rays at four widths each, and the one for a single ray.
-    assert_eq!(ran.output().lines().count(), 13, "{}", ran.output());
+    // Four shapes with many lanes at four widths each, and the one with a single lane.
+    assert_eq!(ran.output().lines().count(), 17, "{}", ran.output());
 }
 
 #[test]

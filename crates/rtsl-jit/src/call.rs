@@ -7,6 +7,7 @@ use rtsl_ir::host::Host;
 use crate::callbacks::HostTable;
 use crate::instance::{InstanceBlock, InstanceTable};
 use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
+use crate::members::MemberBlock;
 
 /// The arguments of a call of a kernel for `count` rays.
 pub struct CallArguments<'a> {
@@ -15,13 +16,14 @@ pub struct CallArguments<'a> {
     pub state: &'a mut LaneBlock,
     /// One array for each scalar of the class's scratch.
     pub scratch: &'a mut LaneBlock,
-    /// How many rays, at most the lanes of the blocks; 1 for the single shape.
+    /// How many rays, at most the lanes of the blocks; 1 for the single shape, the number of
+    /// objects for the leaf shape.
     pub count: usize,
     /// Which rays take part; all where `None`. The others' state does not change. The single shape
     /// takes none.
     pub mask: Option<&'a LaneMask>,
     /// For `intersect`: the kernel sets which rays it found a hit for; false for those
-    /// that took no part.
+    /// that took no part. The leaf shape says it in [`CallStatus::nearest`] instead.
     pub accepted: Option<&'a mut LaneMask>,
     /// The objects, in the form that the kernel's shape takes.
     pub instances: Instances<'a>,
@@ -32,10 +34,14 @@ pub struct CallArguments<'a> {
 /// Whose method is called.
 #[derive(Clone, Copy)]
 pub enum Instances<'a> {
-    /// One object for all rays: for all shapes but stream.
+    /// One object for all rays: for the shapes packet, common origin and single.
     One(&'a InstanceBlock),
     /// An object for each ray, by its number in the table: for the stream shape.
     Many(&'a InstanceTable, &'a LaneIndices),
+    /// Objects in a row, the first with this number: for the leaf shape. The ray is lane 0 of
+    /// state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
+    /// other methods leave in lane `i` what they gave for the `i`th object.
+    Range(&'a MemberBlock, u32),
 }
 
 /// How a call ended.
@@ -44,6 +50,9 @@ pub enum Instances<'a> {
 pub struct CallStatus {
     /// A ray used up its budget of loop iterations; its results are those of the loop cut short.
     pub budget_exhausted: bool,
+    /// The number of the object with the nearest hit, in the leaf shape; of equally near ones the
+    /// lowest.
+    pub nearest: Option<u32>,
 }
 
 /// The call as machine code reads it; see `rtsl_packet::abi`.
@@ -60,6 +69,9 @@ pub(crate) struct RawCall {
     pub user: *mut c_void,
     pub count: u32,
     pub status: u32,
+    pub members: *const *mut u32,
+    pub first: u32,
+    pub nearest: u32,
 }
 
 #[cfg(test)]
@@ -84,6 +96,9 @@ mod tests {
             ("user", offset_of!(RawCall, user), abi::CALL_USER),
             ("count", offset_of!(RawCall, count), abi::CALL_COUNT),
             ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
+            ("members", offset_of!(RawCall, members), abi::CALL_MEMBERS),
+            ("first", offset_of!(RawCall, first), abi::CALL_FIRST),
+            ("nearest", offset_of!(RawCall, nearest), abi::CALL_NEAREST),
             ("size", size_of::<RawCall>(), abi::CALL_SIZE),
         ] {
             assert_eq!(offset, expected as usize, "{name}");

@@ -39,23 +39,35 @@ impl Signature {
         assert!(*count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
         assert_eq!(state.components(), states, "the state is that of the one table");
         assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
-        assert!(state.lanes() >= *count, "the state has room for every ray");
+        let lanes = self.lanes(*count);
+        assert!(state.lanes() >= lanes, "the state has room for every ray");
         let arrays = self.scratch_arrays as usize;
         assert!(
             scratch.components() >= arrays && !scratch.is_sparse(),
             "the scratch is that of the class"
         );
-        assert!(arrays == 0 || scratch.lanes() >= *count, "scratch has room for every ray");
+        assert!(arrays == 0 || scratch.lanes() >= lanes, "scratch has room for every ray");
         assert!(mask.is_none_or(|mask| mask.lanes() >= *count), "the mask has every ray");
-        assert!(!self.accepts || accepted.is_some(), "`intersect` reports accepted hits");
-        assert!(
-            accepted.as_ref().is_none_or(|accepted| accepted.lanes() >= *count),
-            "there is room for every ray's acceptance"
-        );
+        if self.shape != Shape::Leaf {
+            assert!(!self.accepts || accepted.is_some(), "`intersect` reports accepted hits");
+            assert!(
+                accepted.as_ref().is_none_or(|accepted| accepted.lanes() >= *count),
+                "there is room for every ray's acceptance"
+            );
+        }
         if self.shape == Shape::Single {
             assert!(*count == 1 && mask.is_none(), "the single shape takes one ray and no mask");
         }
         self.check_instances(*instances, *count);
+    }
+
+    /// The lanes of state and scratch that a call for `count` rays or objects reads and writes.
+    fn lanes(&self, count: usize) -> usize {
+        match self.shape {
+            Shape::Leaf if self.accepts => 1,
+            Shape::Leaf => count.max(1),
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => count,
+        }
     }
 
     fn check_instances(&self, instances: Instances<'_>, count: usize) {
@@ -73,7 +85,14 @@ impl Signature {
                 );
                 self.check_block_size(table.least_words());
             }
-            (shape, Instances::One(_) | Instances::Many(..)) => {
+            (Shape::Leaf, Instances::Range(members, first)) => {
+                let end = (first as usize).checked_add(count);
+                let number = members.instances().len();
+                assert!(end.is_some_and(|end| end <= number), "the block has all objects");
+                assert!(number <= abi::NO_OBJECT as usize, "objects have numbers");
+                self.check_block_size(members.least_words());
+            }
+            (shape, Instances::One(_) | Instances::Many(..) | Instances::Range(..)) => {
                 panic!("the {} shape takes its instances in another form", shape.name())
             }
         }
@@ -137,12 +156,19 @@ impl CompiledKernel {
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
+            members: std::ptr::null(),
+            first: 0,
+            nearest: abi::NO_OBJECT,
         };
         match instances {
             Instances::One(block) => raw.instance = block.pointer(),
             Instances::Many(table, indices) => {
                 raw.instances = table.pointers();
                 raw.index = indices.pointer();
+            }
+            Instances::Range(members, first) => {
+                raw.members = members.table();
+                raw.first = first;
             }
         }
         // Safety: the pointers are to memory that the arguments borrow, of the sizes just
@@ -151,6 +177,9 @@ impl CompiledKernel {
         if let Some(panic) = host.panic {
             resume_unwind(panic);
         }
-        CallStatus { budget_exhausted: raw.status & abi::STATUS_BUDGET != 0 }
+        CallStatus {
+            budget_exhausted: raw.status & abi::STATUS_BUDGET != 0,
+            nearest: (raw.nearest != abi::NO_OBJECT).then_some(raw.nearest),
+        }
     }
 }

@@ -170,7 +170,12 @@ impl LaneBlock {
         self.memory.all_mut()
     }
 
-    /// The table of arrays for a kernel, which may read and write each up to the padding's end.
+    /// The table of arrays for a kernel, which may read each up to the padding's end.
+    pub(crate) fn table(&self) -> *const *mut u32 {
+        self.table.as_ptr()
+    }
+
+    /// The same for a kernel that may write, too.
     pub(crate) fn table_mut(&mut self) -> *const *mut u32 {
         self.table.as_ptr()
     }

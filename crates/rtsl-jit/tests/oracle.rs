@@ -236,3 +236,86 @@ fn every_kind_of_memory() {
         check_operations(scalar, Operations::memory);
     }
 }
+
+/// Accepts hits of some objects, at distances of which many are equal, infinite or NaN.
+fn hits(gives_distance: bool) -> Function {
+    let mut builder = Builder::new("Hits.intersect");
+    let mut place = |kind, name: &str, scalar, len| {
+        builder.place(Place { kind, name: name.to_owned(), scalar, len })
+    };
+    let parts = place(PlaceKind::Member, "parts", Scalar::I32, 2);
+    let flag = place(PlaceKind::Member, "flag", Scalar::Bool, 1);
+    let distance = place(PlaceKind::State, "rt_HitDistance", Scalar::F32, 1);
+    let seen = place(PlaceKind::Scratch, "seen", Scalar::I32, 2);
+    let is_hit = place(PlaceKind::Scratch, "is_hit", Scalar::Bool, 1);
+    let accepted = place(PlaceKind::Accepted, "accepted", Scalar::Bool, 1);
+    let three = builder.constant(rtsl_ir::Constant::I32(3));
+    let one = builder.constant(rtsl_ir::Constant::I32(1));
+    let [numerator, denominator] = [0, 1].map(|index| {
+        let part = builder.load(parts, index);
+        let part = builder.binary(BinaryOp::And, part, three);
+        let part = builder.binary(BinaryOp::Subtract, part, one);
+        builder.convert(Scalar::F32, part)
+    });
+    let quotient = builder.binary(BinaryOp::Divide, numerator, denominator);
+    let old = builder.load(distance, 0);
+    let both = builder.load(seen, 0);
+    let (first, flag) = (builder.load(parts, 0), builder.load(flag, 0));
+    if gives_distance {
+        builder.output(distance, 0, quotient);
+    }
+    let old = builder.push(OpKind::Bitcast(Scalar::I32, old)).get(0);
+    let sum = builder.binary(BinaryOp::Add, both, old);
+    builder.output(seen, 0, first);
+    builder.output(seen, 1, sum);
+    builder.output(is_hit, 0, flag);
+    builder.output(accepted, 0, flag);
+    builder.finish()
+}
+
+#[test]
+fn the_leaf_shape_keeps_the_nearest_hit() {
+    for seed in 0..scaled(12) {
+        for gives_distance in [false, true] {
+            let function = hits(gives_distance);
+            rtsl_ir::verify::verify(&function).unwrap();
+            if let Err(difference) = Case::new(function, seed).check() {
+                panic!("seed {seed}: {difference}");
+            }
+        }
+    }
+}
+
+/// Reads arrays of scratch at an index of the object's, and writes them.
+#[test]
+fn the_leaf_shape_reads_scratch_from_before_the_call() {
+    for (scalar, is_member) in [(Scalar::F32, true), (Scalar::Bool, true), (Scalar::I32, false)] {
+        let mut builder = Builder::new("Shift.lookup");
+        let mut place = |kind, name: &str, scalar, len| {
+            builder.place(Place { kind, name: name.to_owned(), scalar, len })
+        };
+        let kind = if is_member { PlaceKind::Member } else { PlaceKind::Scratch };
+        let index = place(kind, "index", Scalar::I32, 1);
+        let kept = place(PlaceKind::Scratch, "kept", scalar, 9);
+        let local = place(PlaceKind::Slot, "local", Scalar::I32, 2);
+        let index = builder.load(index, 0);
+        let three = builder.constant(rtsl_ir::Constant::I32(3));
+        let shifted = builder.binary(BinaryOp::ShiftRight, index, three);
+        // What comes out of a slot is not known before the first chunk.
+        builder.push(OpKind::Store(local, Index::Constant(0), shifted));
+        let shifted = builder.load(local, 0);
+        let masked = builder.constant(rtsl_ir::Constant::I32(7));
+        let masked = builder.binary(BinaryOp::And, shifted, masked);
+        for component in 0..9 {
+            let offset = builder.constant(rtsl_ir::Constant::I32(component));
+            let at = builder.binary(BinaryOp::Add, masked, offset);
+            let value = builder.push(OpKind::Load(kept, Index::Dynamic(at))).get(0);
+            builder.output(kept, component as u32, value);
+        }
+        let function = builder.finish();
+        rtsl_ir::verify::verify(&function).unwrap();
+        if let Err(difference) = Case::new(function, 7).check() {
+            panic!("{scalar:?}: {difference}");
+        }
+    }
+}

@@ -9,7 +9,6 @@ use rtsl_packet::kernel::KernelOutput;
 use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
-use crate::memory::LaneTable;
 use crate::operand::{Label, LlvmType, Operand, memory_element};
 
 /// What is known of the chunk being worked on.
@@ -32,7 +31,9 @@ impl Emitter<'_, '_> {
     /// All chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
         match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream => self.emit_chunk_loop(done),
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+                self.emit_chunk_loop(done);
+            }
             Shape::Single => self.emit_only_chunk(done),
         }
     }
@@ -48,6 +49,17 @@ impl Emitter<'_, '_> {
     }
 
     fn emit_chunk_loop(&mut self, done: Label) {
+        if !self.kernel.keeps_nearest() {
+            return self.emit_each_chunk(done);
+        }
+        self.begin_nearest();
+        let finish = self.new_label();
+        self.emit_each_chunk(finish);
+        self.begin_block(finish);
+        self.finish_nearest(done);
+    }
+
+    fn emit_each_chunk(&mut self, done: Label) {
         let (start, body) = (self.new_label(), self.new_label());
         let (skip, advance) = (self.new_label(), self.new_label());
         let width = self.kernel.width;
@@ -156,20 +168,21 @@ impl Emitter<'_, '_> {
     // Outputs.
 
     fn accepted(&self) -> Option<Value> {
-        self.outputs().find(|(output, _)| self.is_accepted(*output)).map(|(_, value)| value)
+        self.kernel.accepted_output().map(|output| self.kernel.body.yields[output])
     }
 
-    fn is_accepted(&self, output: KernelOutput) -> bool {
+    pub fn is_accepted(&self, output: KernelOutput) -> bool {
         self.kernel.place(output.place).place.kind == PlaceKind::Accepted
     }
 
-    fn outputs(&self) -> impl Iterator<Item = (KernelOutput, Value)> {
+    pub fn outputs(&self) -> impl Iterator<Item = (KernelOutput, Value)> {
         self.kernel.outputs.iter().copied().zip(self.kernel.body.yields.iter().copied())
     }
 
     fn emit_outputs(&mut self) {
         let mask = self.kernel.body.params[0];
         match self.accepted() {
+            Some(accepted) if self.kernel.keeps_nearest() => self.keep_nearest(mask, accepted),
             Some(accepted) => self.emit_hit_outputs(mask, accepted),
             None if self.kernel.outputs.is_empty() => {}
             None if self.kernel.width == 1 => self.store_outputs(None),
@@ -210,7 +223,7 @@ impl Emitter<'_, '_> {
     }
 
     /// The lanes that are on and accept a hit, as bits and as words.
-    fn hits(&mut self, mask: Value, accepted: Value) -> (Operand, Operand) {
+    pub fn hits(&mut self, mask: Value, accepted: Value) -> (Operand, Operand) {
         if self.values.masks_in_lanes {
             let (ty, accepted, on) = (self.lanes("i32"), self.words(accepted), self.words(mask));
             let words = self.instruction(format_args!("and {ty} {accepted}, {on}"));
@@ -234,17 +247,11 @@ impl Emitter<'_, '_> {
     fn store_outputs(&mut self, condition: Option<Operand>) {
         let outputs: Vec<(KernelOutput, Value)> = self.outputs().collect();
         for (output, value) in outputs {
-            let place = self.kernel.place(output.place);
-            let table = match place.place.kind {
-                PlaceKind::State => LaneTable::State,
-                PlaceKind::Scratch => LaneTable::Scratch,
-                PlaceKind::Accepted => continue,
-                PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {
-                    unreachable!("kernels do not store {}", place.place.name)
-                }
-            };
-            let ty = self.lanes(memory_element(place.place.scalar));
-            let at = self.lane_address(table, place.location + output.component);
+            if self.is_accepted(output) {
+                continue;
+            }
+            let ty = self.lanes(memory_element(self.kernel.place(output.place).place.scalar));
+            let at = self.output_address(output);
             let new = self.memory_operand(value, true);
             let merged = match condition {
                 None => new,
@@ -299,7 +306,7 @@ impl Emitter<'_, '_> {
 
     /// What is done for a chunk that nobody asked for.
     fn emit_skip(&mut self) {
-        if self.accepted().is_none() {
+        if self.accepted().is_none() || self.kernel.keeps_nearest() {
             return;
         }
         let at = self.accepted_address();

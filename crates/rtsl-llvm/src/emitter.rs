@@ -9,6 +9,7 @@ use crate::chunk::Chunk;
 use crate::host::RequestMemory;
 use crate::memory::Buffers;
 use crate::module::Module;
+use crate::nearest::Nearest;
 use crate::operand::{Label, LlvmType, Operand, register_element};
 use crate::values::Values;
 
@@ -25,6 +26,7 @@ pub struct Emitter<'a, 'm> {
     pub chunk: Chunk,
     pub buffers: Buffers,
     pub requests: RequestMemory,
+    pub nearest: Nearest,
     /// The address of each slot, by place.
     pub slots: Vec<Option<Operand>>,
     pub pieces: Pieces,
@@ -52,6 +54,7 @@ pub enum PointerSource {
     Call,
     State,
     Scratch,
+    Members,
     Host,
 }
 
@@ -66,6 +69,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             chunk: Chunk::default(),
             buffers: Buffers::default(),
             requests: RequestMemory::default(),
+            nearest: Nearest::default(),
             slots: vec![None; kernel.places.len()],
             pieces: Pieces::default(),
             text: String::new(),
@@ -88,7 +92,9 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
         let enter = match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream => enter_unless_empty(start, done),
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+                enter_unless_empty(start, done)
+            }
             Shape::Single => format!("  br label %{start}\n"),
         };
         format!(
@@ -155,6 +161,11 @@ entry:
         local
     }
 
+    /// The same without a result.
+    pub fn setup_effect(&mut self, text: Arguments<'_>) {
+        let _ = writeln!(self.pieces.setup, "  {text}");
+    }
+
     /// Memory of the function's own.
     pub fn alloca(&mut self, ty: &str, align: u32) -> Operand {
         let local = self.new_local();
@@ -194,6 +205,7 @@ entry:
             PointerSource::Call => None,
             PointerSource::State => Some(abi::CALL_STATE),
             PointerSource::Scratch => Some(abi::CALL_SCRATCH),
+            PointerSource::Members => Some(abi::CALL_MEMBERS),
             PointerSource::Host => Some(abi::CALL_HOST),
         };
         let base = table.map(|table| self.pointer(PointerSource::Call, table));

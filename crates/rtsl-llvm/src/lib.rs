@@ -16,6 +16,7 @@ mod fma;
 mod host;
 mod memory;
 mod module;
+mod nearest;
 mod operand;
 mod target;
 mod values;

@@ -5,18 +5,20 @@
 //! elements has the address of a word of zero in place of its own.
 
 use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
-use rtsl_packet::abi;
-use rtsl_packet::kernel::KernelPlace;
+use rtsl_packet::kernel::{KernelOutput, KernelPlace};
+use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::module::ZERO_WORD;
 use crate::operand::{LlvmType, Operand, memory_element};
 
-/// The two tables of lane arrays.
+/// The tables of lane arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneTable {
     State,
     Scratch,
+    /// By object, in the leaf shape.
+    Members,
 }
 
 impl LaneTable {
@@ -25,6 +27,7 @@ impl LaneTable {
         match self {
             LaneTable::State => abi::CALL_STATE,
             LaneTable::Scratch => abi::CALL_SCRATCH,
+            LaneTable::Members => abi::CALL_MEMBERS,
         }
     }
 
@@ -32,6 +35,7 @@ impl LaneTable {
         match self {
             LaneTable::State => PointerSource::State,
             LaneTable::Scratch => PointerSource::Scratch,
+            LaneTable::Members => PointerSource::Members,
         }
     }
 }
@@ -41,6 +45,10 @@ impl LaneTable {
 pub struct Buffers {
     /// The blocks of the rays' instances, lanes; only in the stream shape.
     blocks: Option<Operand>,
+    /// Only in the leaf shape.
+    first_object: Option<Operand>,
+    /// Arrays of scratch that all lanes share and outputs overwrite, by location.
+    copies: std::collections::BTreeMap<u32, Operand>,
     /// By place.
     buffers: std::collections::BTreeMap<u32, Buffer>,
 }
@@ -65,7 +73,12 @@ impl Emitter<'_, '_> {
             PlaceKind::State => self.load_lanes(LaneTable::State, id, index),
             PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, id, index),
             PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
-                self.load_member(id, index)
+                match self.kernel.shape {
+                    Shape::Leaf => self.load_lanes(LaneTable::Members, id, index),
+                    Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                        self.load_member(id, index)
+                    }
+                }
             }
             PlaceKind::Buffer => self.load_buffer(id, place, index),
             PlaceKind::Slot => self.load_slot(id, place, index),
@@ -156,8 +169,61 @@ impl Emitter<'_, '_> {
     /// The address of the chunk in lane array `array`.
     pub fn lane_address(&mut self, table: LaneTable, array: u32) -> Operand {
         let array = self.pointer(table.source(), array * 8);
-        let base = self.chunk_base();
+        let base = self.lane_base(table);
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
+    }
+
+    /// The position of the chunk's first lane in a lane array.
+    fn lane_base(&mut self, table: LaneTable) -> Operand {
+        let base = self.chunk_base();
+        match table {
+            LaneTable::State | LaneTable::Scratch => base,
+            LaneTable::Members => {
+                let first = self.first_object();
+                self.instruction(format_args!("add nuw i64 {base}, {first}"))
+            }
+        }
+    }
+
+    /// The number of the call's first object, i64.
+    fn first_object(&mut self) -> Operand {
+        if let Some(first) = self.buffers.first_object {
+            return first;
+        }
+        let offset = abi::CALL_FIRST;
+        let at = self.setup(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
+        let word = self.setup(format_args!("load i32, ptr {at}, align 4"));
+        let first = self.setup(format_args!("zext i32 {word} to i64"));
+        self.buffers.first_object = Some(first);
+        first
+    }
+
+    /// The lane array of an output.
+    pub fn output_array(&mut self, output: KernelOutput) -> Operand {
+        let (table, array) = self.output_location(output);
+        self.pointer(table.source(), array * 8)
+    }
+
+    /// The address of the chunk in the lane array of an output.
+    pub fn output_address(&mut self, output: KernelOutput) -> Operand {
+        let (table, array) = self.output_location(output);
+        self.lane_address(table, array)
+    }
+
+    fn output_location(&self, output: KernelOutput) -> (LaneTable, u32) {
+        let place = self.kernel.place(output.place);
+        let table = match place.place.kind {
+            PlaceKind::State => LaneTable::State,
+            PlaceKind::Scratch => LaneTable::Scratch,
+            PlaceKind::Member
+            | PlaceKind::Parameter
+            | PlaceKind::Buffer
+            | PlaceKind::Slot
+            | PlaceKind::Accepted => {
+                unreachable!("{} has no lane array", place.place.name)
+            }
+        };
+        (table, place.location + output.component)
     }
 
     fn load_lanes(&mut self, table: LaneTable, id: PlaceId, index: Index) -> Operand {
@@ -174,9 +240,9 @@ impl Emitter<'_, '_> {
             Index::Dynamic(index) => index,
         };
         let (index, by_lane) = self.clamp_index(index, id);
+        let base = self.lane_base(table);
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
-        let base = self.chunk_base();
         let indices = self.vector("i32", by_lane);
         let entries =
             self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
@@ -208,6 +274,10 @@ impl Emitter<'_, '_> {
             Index::Dynamic(index) => index,
         };
         let (index, by_lane) = self.clamp_index(index, id);
+        if self.is_overwritten(place) {
+            let copy = self.copy_of_first_lane(table, place);
+            return self.load_at(element, (copy, self.vector("ptr", false)), (index, by_lane));
+        }
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
         let indices = self.vector("i32", by_lane);
@@ -217,8 +287,41 @@ impl Emitter<'_, '_> {
         self.gather(self.vector(element, by_lane), arrays)
     }
 
+    /// Whether a chunk's outputs may go where a later chunk would read what all lanes share.
+    fn is_overwritten(&self, place: &KernelPlace) -> bool {
+        let mut outputs = self.kernel.outputs.iter();
+        match self.kernel.shape {
+            Shape::Leaf => {
+                !self.kernel.keeps_nearest()
+                    && outputs.any(|output| self.kernel.place(output.place) == place)
+            }
+            // Nothing that the first three share has a dynamic index left; the last has one chunk.
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => false,
+        }
+    }
+
+    /// What all lanes share of an array, in the function's own memory.
+    fn copy_of_first_lane(&mut self, table: LaneTable, place: &KernelPlace) -> Operand {
+        if let Some(copy) = self.buffers.copies.get(&place.location) {
+            return *copy;
+        }
+        let (element, len) = (memory_element(place.place.scalar), place.place.len);
+        let copy = self.alloca(&format!("[{len} x {element}]"), 64);
+        for index in 0..len {
+            let array = self.pointer(table.source(), (place.location + index) * 8);
+            let word = self.setup(format_args!("load {element}, ptr {array}, align 4"));
+            let at = self.setup(format_args!("getelementptr {element}, ptr {copy}, i64 {index}"));
+            self.setup_effect(format_args!("store {element} {word}, ptr {at}, align 4"));
+        }
+        self.buffers.copies.insert(place.location, copy);
+        copy
+    }
+
     /// The numbers of the lanes, times `factor`, as a literal.
-    fn lane_numbers(&self, factor: u32) -> String {
+    pub fn lane_numbers(&self, factor: u32) -> String {
+        if self.kernel.width == 1 {
+            return "0".to_owned();
+        }
         let numbers = (0..self.kernel.width).map(|lane| format!("i32 {}", lane * factor));
         format!("<{}>", numbers.collect::<Vec<_>>().join(", "))
     }
@@ -233,6 +336,21 @@ impl Emitter<'_, '_> {
         if !self.kernel.places.iter().any(varies) {
             return;
         }
+        match self.kernel.shape {
+            Shape::Stream => self.emit_blocks(),
+            Shape::Leaf => {}
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => return,
+        }
+        for (number, place) in self.kernel.places.iter().enumerate() {
+            if place.place.kind == PlaceKind::Buffer {
+                let buffer = self.buffer_of_lanes(place);
+                self.buffers.buffers.insert(number as u32, buffer);
+            }
+        }
+    }
+
+    /// Finds the blocks of the rays' instances.
+    fn emit_blocks(&mut self) {
         let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);
         let table = self.pointer(PointerSource::Call, abi::CALL_INSTANCES);
         let base = self.chunk_base();
@@ -246,12 +364,6 @@ impl Emitter<'_, '_> {
             self.instruction(format_args!("getelementptr ptr, ptr {table}, {wide} {numbers}"));
         let blocks = self.gather(self.lanes("ptr"), entries);
         self.buffers.blocks = Some(blocks);
-        for (number, place) in self.kernel.places.iter().enumerate() {
-            if place.place.kind == PlaceKind::Buffer {
-                let buffer = self.buffer_of_lanes(place, blocks);
-                self.buffers.buffers.insert(number as u32, buffer);
-            }
-        }
     }
 
     /// Instance numbers in which lanes that are off have that of one that is on: theirs
@@ -386,16 +498,43 @@ impl Emitter<'_, '_> {
         Buffer { address, count, last }
     }
 
-    /// The buffers of the rays' instances, found for each chunk.
-    fn buffer_of_lanes(&mut self, place: &KernelPlace, blocks: Operand) -> Buffer {
-        self.module.use_zero();
-        let (entry, len) = (place.location * 4, place.place.len);
+    /// A buffer's entry in the blocks of the rays' instances: its addresses and counts.
+    fn entry_of_blocks(&mut self, place: &KernelPlace) -> (Operand, Operand) {
+        let (blocks, pointers) = self.member_address(place);
+        let address = self.gather(pointers, blocks);
+        let count_at =
+            self.instruction(format_args!("getelementptr i8, {pointers} {blocks}, i64 8"));
+        (address, self.gather(self.lanes("i32"), count_at))
+    }
+
+    /// A buffer's entry in the arrays of members: the words of addresses, low ones first, and
+    /// counts.
+    fn entry_of_members(&mut self, place: &KernelPlace) -> (Operand, Operand) {
         let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
-        let at =
-            self.instruction(format_args!("getelementptr i8, {pointers} {blocks}, i64 {entry}"));
-        let address = self.gather(pointers, at);
-        let count_at = self.instruction(format_args!("getelementptr i8, {pointers} {at}, i64 8"));
-        let count = self.gather(words, count_at);
+        let [low, high, count] = [0, 1, 2].map(|word| {
+            let at = self.lane_address(LaneTable::Members, place.location + word);
+            self.load(words, at)
+        });
+        let [low, high] =
+            [low, high].map(|half| self.instruction(format_args!("zext {words} {half} to {wide}")));
+        let shift = self.constant_lanes("i64", Operand::Int(32));
+        let high = self.instruction(format_args!("shl {wide} {high}, {shift}"));
+        let address = self.instruction(format_args!("or {wide} {low}, {high}"));
+        let address = self.instruction(format_args!("inttoptr {wide} {address} to {pointers}"));
+        (address, count)
+    }
+
+    /// The buffers of the lanes' instances, found for each chunk.
+    fn buffer_of_lanes(&mut self, place: &KernelPlace) -> Buffer {
+        self.module.use_zero();
+        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
+        let (address, count) = match self.kernel.shape {
+            Shape::Leaf => self.entry_of_members(place),
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                self.entry_of_blocks(place)
+            }
+        };
+        let len = place.place.len;
         let extended = self.instruction(format_args!("zext {words} {count} to {wide}"));
         let len = self.constant_lanes("i64", Operand::Int(len as i32));
         let total = self.instruction(format_args!("mul {wide} {extended}, {len}"));

@@ -22,6 +22,11 @@ impl LlvmType {
         LlvmType { element, ..self }
     }
 
+    /// One of its elements.
+    pub fn one(self) -> LlvmType {
+        LlvmType { count: 1, ..self }
+    }
+
     /// As it stands in the names of intrinsics: `v8f32`.
     pub fn suffix(self) -> String {
         let element = match self.element {

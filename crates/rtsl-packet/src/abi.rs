@@ -12,13 +12,20 @@
 //! | 8 | `scratch: **u32` | a lane array for each scratch scalar, by the class layout |
 //! | 16 | `mask: *i32` | 0 or -1 a ray; null: all rays |
 //! | 24 | `accepted: *i32` | `intersect` writes 0 or -1 for every ray of the mask, 0 for the others up to the count |
-//! | 32 | `instance: *u8` | all shapes but stream: the instance's block |
+//! | 32 | `instance: *u8` | packet, common origin, single: the instance's block |
 //! | 40 | `instances: **u8` | stream shape: blocks by instance number |
 //! | 48 | `index: *u32` | stream shape: the instance number of each ray |
 //! | 56 | `host: *HostTable` | the functions below |
 //! | 64 | `user: *void` | passed to them |
 //! | 72 | `count: u32` | rays; 1 in the single shape, which looks at neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
+//! | 80 | `members: **u32` | leaf shape: for each word of an instance's block an array of it, by object number |
+//! | 88 | `first: u32` | leaf shape: the number of the object in lane 0 |
+//! | 92 | `nearest: u32` | leaf shape: `intersect` writes the number of the object with the nearest hit, and leaves it as it is where there is none |
+//!
+//! In the leaf shape lanes are `count` objects in a row, and the ray is lane 0 of `state` and `scratch`.
+//! Arrays of members are readable for [`LANE_PADDING`] objects past the last of the range. `intersect` leaves
+//! `accepted` alone and stores to lane 0 only; other methods store to the lanes of the objects.
 //!
 //! An instance's block holds the members at the word offsets of the class layout. A buffer takes
 //! [`BUFFER_WORDS`] words at an even offset: a 64-bit address of its words, the number of elements, and a
@@ -53,7 +60,13 @@ pub const CALL_HOST: u32 = 56;
 pub const CALL_USER: u32 = 64;
 pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
-pub const CALL_SIZE: u32 = 80;
+pub const CALL_MEMBERS: u32 = 80;
+pub const CALL_FIRST: u32 = 88;
+pub const CALL_NEAREST: u32 = 92;
+pub const CALL_SIZE: u32 = 96;
+
+/// No object's number.
+pub const NO_OBJECT: u32 = u32::MAX;
 
 /// A ray used up its budget of loop iterations.
 pub const STATUS_BUDGET: u32 = 1;

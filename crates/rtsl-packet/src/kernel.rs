@@ -40,13 +40,22 @@
 //!
 //! For W = 1 no condition diverges, so there is none of this: every branch is a real one.
 //!
+//! # The nearest hit
+//!
+//! In the leaf shape lanes are objects, and each is tested with the ray as it was before the call, so
+//! that nothing depends on the width. A kernel with the accepted output [keeps the
+//! nearest](Kernel::keeps_nearest) of all hits: the least `rt_HitDistance`, NaN and infinity being farthest, and
+//! of equal ones that of the object with the lowest number. Its outputs are those of that object alone, they
+//! go to lane 0, and the call says which object it was. No chunk's outputs are stored before the
+//! last chunk is done.
+//!
 //! # One ray
 //!
 //! A kernel of [`Shape::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
 //! only.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Place, PlaceId, Scalar, UnaryOp, Value, Values,
+    BinaryOp, CompareOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, UnaryOp, Value, Values,
 };
 
 use crate::Shape;
@@ -85,7 +94,8 @@ pub struct KernelPlace {
     /// It differs from ray to ray: for a slot, its memory holds lanes.
     pub varies: bool,
     /// State: the index of its first component. Scratch: its first lane array. Members and
-    /// buffers: the word of the instance's block. Slots and accepted: 0.
+    /// buffers: the word of the instance's block, in the leaf shape the array of such words. Slots and
+    /// accepted: 0.
     pub location: u32,
 }
 
@@ -97,6 +107,9 @@ pub struct KernelOutput {
     /// Which scalar of it.
     pub component: u32,
 }
+
+/// The state variable that says how far away a hit is.
+pub const HIT_DISTANCE: &str = "rt_HitDistance";
 
 /// What one method does for W rays at once.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +141,27 @@ impl Kernel {
     /// The place `id`.
     pub fn place(&self, id: PlaceId) -> &KernelPlace {
         &self.places[id.0 as usize]
+    }
+
+    /// The position among the outputs of the accepted one.
+    pub fn accepted_output(&self) -> Option<usize> {
+        let is_accepted =
+            |output: &KernelOutput| self.place(output.place).place.kind == PlaceKind::Accepted;
+        self.outputs.iter().position(is_accepted)
+    }
+
+    /// The position among the outputs of `rt_HitDistance`.
+    pub fn distance_output(&self) -> Option<usize> {
+        let is_distance = |output: &KernelOutput| {
+            let place = &self.place(output.place).place;
+            place.kind == PlaceKind::State && place.name == HIT_DISTANCE
+        };
+        self.outputs.iter().position(is_distance)
+    }
+
+    /// Whether of all lanes' outputs those of the nearest hit are kept.
+    pub fn keeps_nearest(&self) -> bool {
+        self.shape == Shape::Leaf && self.accepted_output().is_some()
     }
 }
 

@@ -12,6 +12,9 @@ pub enum Shape {
     CommonOrigin,
     /// Rays vary, and each has its own object.
     Stream,
+    /// One ray, objects vary: lane `i` is object `i` of a range. A kernel that accepts hits keeps the
+    /// nearest ([`Kernel::keeps_nearest`](crate::Kernel::keeps_nearest)).
+    Leaf,
     /// One ray, one object: plain scalar code.
     Single,
 }
@@ -21,7 +24,8 @@ const ORIGIN: &str = "rt_RayOrigin";
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Shape; 4] = [Shape::Packet, Shape::CommonOrigin, Shape::Stream, Shape::Single];
+    pub const ALL: [Shape; 5] =
+        [Shape::Packet, Shape::CommonOrigin, Shape::Stream, Shape::Leaf, Shape::Single];
 
     /// The name that the command line and the text form use.
     pub const fn name(self) -> &'static str {
@@ -29,6 +33,7 @@ impl Shape {
             Shape::Packet => "packet",
             Shape::CommonOrigin => "common-origin",
             Shape::Stream => "stream",
+            Shape::Leaf => "leaf",
             Shape::Single => "single",
         }
     }
@@ -52,6 +57,7 @@ impl Shape {
                 of_ray && !(place.kind == PlaceKind::State && place.name == ORIGIN)
             }
             Shape::Stream => of_ray || of_object,
+            Shape::Leaf => of_object || place.kind == PlaceKind::Accepted,
             Shape::Single => false,
         }
     }
@@ -59,7 +65,7 @@ impl Shape {
     /// The width of kernels of this shape where `width` is asked for.
     pub const fn width(self, width: u32) -> u32 {
         match self {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream => width,
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => width,
             Shape::Single => 1,
         }
     }

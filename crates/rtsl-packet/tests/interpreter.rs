@@ -108,7 +108,23 @@ fn check_call(
         .find(|output| function.place(output.place).kind == PlaceKind::Accepted);
     let mut budget_exceeded = false;
     let count = if kernel.shape == Shape::Single { 1 } else { RAYS };
+    let mut nearest: Option<(u32, Memory)> = None;
     for ray in 0..count {
+        if kernel.keeps_nearest() {
+            if is_on(ray) {
+                let mut after = before.rays[0].clone();
+                let mut storage = OneRay { before, ray, after: &mut after };
+                let outcome = single.run(ray, &mut storage, &mut host);
+                budget_exceeded |= outcome.budget_exceeded;
+                let is_nearer = nearest.as_ref().is_none_or(|(_, nearest)| {
+                    distance(function, &after) < distance(function, nearest)
+                });
+                if outcome.accepted && is_nearer {
+                    nearest = Some((ray, after));
+                }
+            }
+            continue;
+        }
         let after = &mut expected.rays[ray as usize];
         let mut hit = false;
         if is_on(ray) {
@@ -125,11 +141,28 @@ fn check_call(
     let rays = Rays { count, is_on, round_limit: u64::MAX };
     let outcome = interpreter::run(kernel, rays, &mut found, &mut HashHost::default());
     assert_eq!(outcome.budget_exceeded, budget_exceeded);
+    assert_eq!(outcome.nearest, nearest.as_ref().map(|(object, _)| *object), "{function}{kernel}");
+    if let Some((_, after)) = nearest {
+        let outputs = function.outputs.iter().map(|output| output.place);
+        let kept = |place: &PlaceId| function.place(*place).kind != PlaceKind::Accepted;
+        for output in outputs.filter(kept) {
+            (0..).zip(after.bits(output)).for_each(|(component, bits)| {
+                expected.rays[0].store(output, component, *bits);
+            });
+        }
+    }
     for ray in 0..count as usize {
         let (expected, found) = (expected.rays[ray].snapshot(), found.rays[ray].snapshot());
         let (shape, width) = (kernel.shape.name(), kernel.width);
         assert_eq!(found, expected, "seed {seed}, {shape} {width}, ray {ray}\n{function}{kernel}");
     }
+}
+
+/// By what hits are compared.
+fn distance(function: &Function, memory: &Memory) -> f32 {
+    let mut places = function.places.iter();
+    let place = places.position(|place| place.name == "rt_HitDistance").unwrap();
+    f32::from_bits(memory.bits(PlaceId(place as u32))[0]).min(f32::INFINITY)
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Methods on the interpreter, called as machine code is called.
 
-use rtsl_ir::{Function, Interpreter, PrepareError};
+use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
 use rtsl_jit::{CallArguments, CallStatus, Signature};
-use rtsl_packet::Layout;
+use rtsl_packet::kernel::HIT_DISTANCE;
+use rtsl_packet::{Layout, Shape};
 
-use crate::lane_storage::{CallStorage, LanePlaces};
+use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage, number_of};
 
 /// A method, run ray by ray.
 #[derive(Clone, Debug)]
@@ -13,6 +14,8 @@ pub(crate) struct InterpretedKernel {
     /// within calls.
     interpreter: Interpreter,
     places: LanePlaces,
+    /// That of `rt_HitDistance`.
+    distance: Option<PlaceId>,
     signature: Signature,
 }
 
@@ -23,16 +26,30 @@ impl InterpretedKernel {
         signature: Signature,
     ) -> Result<InterpretedKernel, PrepareError> {
         let places = LanePlaces::new(&function.places, layout, signature.shape);
-        Ok(InterpretedKernel { interpreter: Interpreter::prepare(function)?, places, signature })
+        let distance = function
+            .places
+            .iter()
+            .position(|place| place.kind == PlaceKind::State && place.name == HIT_DISTANCE)
+            .map(|index| PlaceId(index as u32));
+        let interpreter = Interpreter::prepare(function)?;
+        Ok(InterpretedKernel { interpreter, places, distance, signature })
     }
 
     pub fn signature(&self) -> &Signature {
         &self.signature
     }
 
-    /// Runs the method for all rays of the call, in order.
+    /// Runs the method for all lanes of the call, in order.
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         self.signature.check(&call);
+        if self.signature.shape == Shape::Leaf && self.signature.accepts {
+            self.keep_nearest(call)
+        } else {
+            self.store_each(call)
+        }
+    }
+
+    fn store_each(&self, call: CallArguments<'_>) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut storage = CallStorage::new(&self.places, state, scratch, accepted, instances);
         let mut interpreter = self.interpreter.clone();
@@ -48,5 +65,69 @@ impl InterpretedKernel {
             storage.accept(lane, hit);
         }
         status
+    }
+
+    /// Tests each object with the ray as the call found it, and stores what the nearest hit gave.
+    fn keep_nearest(&self, call: CallArguments<'_>) -> CallStatus {
+        let CallArguments { state, scratch, count, mask, accepted: _, instances, host } = call;
+        let mut storage = CallStorage::new(&self.places, state, scratch, None, instances);
+        let mut interpreter = self.interpreter.clone();
+        let mut status = CallStatus::default();
+        let mut nearest: Option<Hit> = None;
+        for lane in (0..count).filter(|lane| mask.is_none_or(|mask| mask.get(*lane))) {
+            let mut held = HeldOutputs { inputs: storage.lane(lane), outputs: Vec::new() };
+            let outcome = interpreter.run(lane as u32, &mut held, &mut *host);
+            status.budget_exhausted |= outcome.budget_exceeded;
+            let hit =
+                Hit { lane, distance: self.distance_of(&held.outputs), outputs: held.outputs };
+            let is_nearer = nearest.as_ref().is_none_or(|nearest| hit.distance < nearest.distance);
+            if outcome.accepted && is_nearer {
+                nearest = Some(hit);
+            }
+        }
+        if let Some(Hit { lane, distance: _, outputs }) = nearest {
+            for (place, component, bits) in outputs {
+                storage.lane(0).store(place, component, bits);
+            }
+            status.nearest = number_of(instances, lane);
+        }
+        status
+    }
+
+    /// What hits are compared by: at most infinity, which it is for NaN, too.
+    fn distance_of(&self, outputs: &[Output]) -> f32 {
+        let distance = outputs.iter().find(|(place, ..)| Some(*place) == self.distance);
+        let distance = distance.map_or(0.0, |(_, _, bits)| f32::from_bits(*bits));
+        distance.min(f32::INFINITY)
+    }
+}
+
+/// Place, component and bits.
+type Output = (PlaceId, u32, u32);
+
+/// A hit in the leaf shape.
+struct Hit {
+    lane: usize,
+    distance: f32,
+    outputs: Vec<Output>,
+}
+
+/// The places of a lane whose outputs may be those of the nearest hit.
+struct HeldOutputs<'a, 'call> {
+    inputs: LaneStorage<'a, 'call>,
+    outputs: Vec<Output>,
+}
+
+impl Storage for HeldOutputs<'_, '_> {
+    fn load(&self, place: PlaceId, index: u32) -> u32 {
+        self.inputs.load(place, index)
+    }
+
+    fn elements(&self, buffer: PlaceId) -> u32 {
+        self.inputs.elements(buffer)
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
+        self.outputs.push((place, component, bits));
     }
 }

@@ -186,6 +186,16 @@ fn block_of(instances: Instances<'_>, lane: usize) -> &InstanceBlock {
     match instances {
         Instances::One(block) => block,
         Instances::Many(table, indices) => &table.blocks()[indices.as_slice()[lane] as usize],
+        Instances::Range(members, first) => &members.instances()[first as usize + lane],
+    }
+}
+
+/// The number of a lane's object, where objects have numbers.
+pub(crate) fn number_of(instances: Instances<'_>, lane: usize) -> Option<u32> {
+    match instances {
+        Instances::One(_) => None,
+        Instances::Many(_, indices) => Some(indices.as_slice()[lane]),
+        Instances::Range(_, first) => Some(first + lane as u32),
     }
 }
 

@@ -70,7 +70,7 @@ pub use rtsl_ir::class::{
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
     CallArguments, CallStatus, ComponentSet, InstanceBlock, InstanceTable, Instances, LaneBlock,
-    LaneIndices, LaneMask, Llvm, LlvmError, OptLevel, Target,
+    LaneIndices, LaneMask, Llvm, LlvmError, MemberBlock, OptLevel, Target,
 };
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_packet::{Layout, Shape};

@@ -4,7 +4,7 @@ use rtsl_jit::{CallArguments, CallStatus, Signature};
 use rtsl_packet::interpreter::{self, Rays};
 use rtsl_packet::{Layout, Profile};
 
-use crate::lane_storage::{CallStorage, LanePlaces};
+use crate::lane_storage::{CallStorage, LanePlaces, number_of};
 
 /// A method's packet code. It is called as machine code is, gives the same bits, takes far
 /// longer, and says what it did.
@@ -51,7 +51,10 @@ impl PacketKernel {
         let rays = Rays { count: count as u32, is_on: &is_on, round_limit };
         let outcome = interpreter::run(&self.packet, rays, &mut storage, host);
         PacketRun {
-            status: CallStatus { budget_exhausted: outcome.budget_exceeded },
+            status: CallStatus {
+                budget_exhausted: outcome.budget_exceeded,
+                nearest: outcome.nearest.and_then(|lane| number_of(instances, lane as usize)),
+            },
             cut_short: outcome.cut_short,
             profile: outcome.profile,
         }

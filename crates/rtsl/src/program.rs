@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
-use rtsl_jit::{InstanceBlock, LaneBlock};
+use rtsl_jit::{InstanceBlock, LaneBlock, MemberBlock};
 use rtsl_packet::Layout;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
@@ -91,6 +91,15 @@ impl Program {
         instance.block(&self.layout)
     }
 
+    /// The data of instances by number, as this program's kernels of the leaf shape read it.
+    ///
+    /// # Panics
+    /// If one belongs to another program.
+    pub fn members<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> MemberBlock {
+        let blocks = instances.into_iter().map(|instance| Arc::new(self.block(instance)));
+        MemberBlock::new(blocks.collect())
+    }
+
     /// A method, linked.
     ///
     /// # Errors
@@ -152,8 +161,9 @@ impl Program {
         method: Method,
         variant: impl Into<Variant>,
     ) -> Result<PacketKernel, Diagnostic> {
-        let variant = variant.into();
-        let function = self.specialise(&*self.method(method)?, &variant);
+        let linked = self.method(method)?;
+        let variant = self.canonical(&linked, variant.into());
+        let function = self.specialise(&linked, &variant);
         let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
         pipeline::packet_kernel(job, self.shared.width)
     }
@@ -166,7 +176,7 @@ impl Program {
     /// The variant without what makes no difference to the method, so that equal kernels are
     /// made once.
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
-        let outputs = variant.outputs.of_method(method);
+        let outputs = variant.stored().of_method(method);
         let known = variant.known.of_function(&method.function, &self.layout);
         Variant { outputs, known, ..variant }
     }

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_ir::{Function, Index, OpKind, PlaceKind};
+use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_packet::{Layout, Shape};
-use rtsl_spec::{StateVariable, state_variables};
+use rtsl_spec::{StateVariable, lookup_state, state_variables};
 
 use crate::program::LinkedMethod;
 
@@ -38,6 +39,14 @@ impl Variant {
     pub fn knowing(self, known: KnownMembers) -> Variant {
         Variant { known, ..self }
     }
+
+    /// What the kernel stores of what its method sets: what the caller reads, and in the leaf
+    /// shape the distance, which decides whose outputs are kept.
+    pub(crate) fn stored(&self) -> Outputs {
+        let distance = lookup_state(HIT_DISTANCE).filter(|_| self.shape == Shape::Leaf);
+        let distance = Outputs::state(distance);
+        Outputs { state: self.outputs.state | distance.state, ..self.outputs }
+    }
 }
 
 impl From<Shape> for Variant {
@@ -47,7 +56,8 @@ impl From<Shape> for Variant {
 }
 
 /// What a caller reads of what a method leaves. The kernel does not store the rest: there the
-/// blocks stay as they are. Which rays accepted a hit is always told.
+/// blocks stay as they are. Which rays accepted a hit is always told, and the leaf shape always stores the
+/// distance, by which it keeps the nearest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Outputs {
     /// State variables, by their index.

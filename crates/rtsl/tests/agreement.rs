@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Engine, EngineOptions, Instance, InstanceTable,
-    Instances, LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter,
+    Instances, LaneBlock, LaneIndices, LaneMask, MemberBlock, Method, Numbers, OptLevel, Parameter,
     ParameterTarget, ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
 };
 use rtsl_ir::generate::{Entropy, HashHost, seeded_function};
@@ -13,7 +13,9 @@ use rtsl_ir::{Function, PlaceKind};
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
-const INSTANCES: usize = 5;
+/// The leaf shape takes as many as rays, from this one on.
+const FIRST: u32 = 5;
+const INSTANCES: usize = FIRST as usize + COUNT;
 
 /// A class with the function as its `intersect`, and parameters for all members and buffers.
 fn class_of(function: Function) -> Arc<Class> {
@@ -115,6 +117,7 @@ struct Outputs {
     state: Vec<Vec<u32>>,
     scratch: Vec<Vec<u32>>,
     accepted: Vec<bool>,
+    nearest: Option<u32>,
     budget_exhausted: bool,
 }
 
@@ -140,6 +143,7 @@ fn call_with(
     let class = program.class();
     let blocks: Vec<_> = inputs.instances.iter().map(|it| Arc::new(program.block(it))).collect();
     let table = InstanceTable::new(blocks.clone());
+    let members = MemberBlock::new(blocks.clone());
     let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
     let mut accepted = LaneMask::new(COUNT);
     let shape = variant.shape;
@@ -152,6 +156,7 @@ fn call_with(
         instances: match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&blocks[0]),
             Shape::Stream => Instances::Many(&table, &inputs.index),
+            Shape::Leaf => Instances::Range(&members, FIRST),
         },
         host: &mut HashHost::default(),
     });
@@ -166,6 +171,7 @@ fn call_with(
         state: collect(&state, &mut floats.into_iter()),
         scratch: collect(&scratch, &mut scratch_scalars.into_iter()),
         accepted: (0..COUNT).map(|lane| accepted.get(lane)).collect(),
+        nearest: status.nearest,
         budget_exhausted: status.budget_exhausted,
     }
 }
@@ -281,12 +287,15 @@ fn variants_agree_in_what_is_read() {
         let known = program.known_members(&inputs.instances[0]);
         for shape in Shape::ALL {
             let general = Variant::new(shape);
-            let expected =
-                only(outputs, call(&oracle, &general, &inputs), &inputs, program.class());
+            // By the distance the leaf shape chooses.
+            let distance = rtsl::lookup_state("rt_HitDistance").filter(|_| shape == Shape::Leaf);
+            let stored = rtsl::Outputs::state(outputs.variables().chain(distance));
+            let stored = if outputs.has_scratch() { stored.with_scratch() } else { stored };
+            let expected = only(stored, call(&oracle, &general, &inputs), &inputs, program.class());
             let known = match shape {
                 Shape::Packet | Shape::CommonOrigin | Shape::Single => known.clone(),
                 // Its instances differ.
-                Shape::Stream => rtsl::KnownMembers::default(),
+                Shape::Stream | Shape::Leaf => rtsl::KnownMembers::default(),
             };
             let variant = general.reading(outputs).knowing(known);
             let compiled = engines.iter().map(|engine| (engine, call(engine, &variant, &inputs)));

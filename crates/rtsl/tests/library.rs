@@ -6,8 +6,8 @@ use std::sync::Arc;
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
     Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceTable,
-    Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar,
-    Shape, Value, Variant, library, new_state,
+    Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, MemberBlock, Method, ParameterType,
+    Scalar, Shape, Value, Variant, library, new_state,
 };
 
 const COUNT: usize = 29;
@@ -165,6 +165,7 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code:
     let block = Arc::new(program.block(&instance));
     let table = InstanceTable::new(vec![block.clone()]);
     let index = LaneIndices::new(COUNT);
+    let members = MemberBlock::new(vec![block.clone(); 3 + COUNT]);
     let arguments = CallArguments {
         state: &mut state,
         scratch: &mut scratch,
@@ -174,6 +175,7 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code:
         instances: match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
             Shape::Stream => Instances::Many(&table, &index),
+            Shape::Leaf => Instances::Range(&members, 3),
         },
         host: &mut Answers,
     };
@@ -247,7 +249,7 @@ fn every_method_gives_the_oracles_bits() {
         let expected = call_all(&oracle, &classes, shape, Code::Kernel);
         let widths: &[u32] = match shape {
             Shape::Packet => &Engine::WIDTHS,
-            Shape::CommonOrigin | Shape::Stream => &[8],
+            Shape::CommonOrigin | Shape::Stream | Shape::Leaf => &[8],
             Shape::Single => &[1],
         };
         let runs = widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)]);

@@ -8,7 +8,7 @@ use clap::Args;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, Engine, EngineOptions, Instance, InstanceTable, Instances, LaneBlock,
-    LaneIndices, LaneMask, Method, Program, Role, Shape, new_state, set_defaults,
+    LaneIndices, LaneMask, MemberBlock, Method, Program, Role, Shape, new_state, set_defaults,
 };
 use serde::Serialize;
 use serde_json::Value as JsonValue;
@@ -137,10 +137,11 @@ fn measure(
     let block = Arc::new(program.block(instance));
     let table = InstanceTable::new(vec![block.clone()]);
     let indices = LaneIndices::new(LANES);
+    let members = MemberBlock::new(vec![block.clone(); LANES]);
     let given = test_state(program, method);
     let scratch = program.new_scratch(LANES);
     let count = match shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => LANES,
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => LANES,
         Shape::Single => 1,
     };
     let call = || {
@@ -150,6 +151,7 @@ fn measure(
         let instances = match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
             Shape::Stream => Instances::Many(&table, &indices),
+            Shape::Leaf => Instances::Range(&members, 0),
         };
         let start = Instant::now();
         for _ in 0..LANES / count {

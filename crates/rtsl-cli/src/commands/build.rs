@@ -38,7 +38,7 @@ pub struct BuildArguments {
     #[arg(long)]
     method: Option<String>,
     /// What the rays of a call have in common: `packet` one object, `common-origin` that and where they
-    /// start, `stream` nothing; `single` is for one ray.
+    /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one.
     #[arg(long, value_parser = parse_shape, default_value = "packet")]
     shape: Shape,
     /// Take the members of an instance for constants: those of `--param`, else the defaults.

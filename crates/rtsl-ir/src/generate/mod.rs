@@ -18,8 +18,10 @@ use crate::{
 /// A verified function made of these bytes: about one operation for three bytes.
 pub fn function(entropy: &[u8]) -> Function {
     let mut generator = Generator::new(Entropy::new(entropy));
+    // One in three; asked for first, since statements use all the bytes up.
+    let accepts = generator.entropy.chance(85);
     generator.statements(MAX_OPERATIONS);
-    generator.outputs();
+    generator.outputs(accepts);
     generator.builder.finish()
 }
 
@@ -308,8 +310,8 @@ impl<'a> Generator<'a> {
         std::array::from_fn(|_| self.pick(Scalar::F32))
     }
 
-    /// Outputs to the state, some scratch, and for one function in three the acceptance.
-    fn outputs(&mut self) {
+    /// Outputs to the state, some scratch, and perhaps the acceptance.
+    fn outputs(&mut self, accepts: bool) {
         for place in [2, 0, 1, 7, 8] {
             let (_, _, scalar, len) = PLACES[place];
             for component in 0..len {
@@ -317,7 +319,7 @@ impl<'a> Generator<'a> {
                 self.builder.output(self.places[place], component, value);
             }
         }
-        if self.entropy.chance(85) {
+        if accepts {
             let (kind, name) = (PlaceKind::Accepted, "accepted".to_owned());
             let place = self.builder.place(Place { kind, name, scalar: Scalar::Bool, len: 1 });
             let value = self.pick(Scalar::Bool);

@@ -4,17 +4,19 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::generate::{Entropy, HashHost};
-use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Scalar, Storage};
+use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_jit::{
-    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, InstanceTable, Instances, LaneBlock,
-    LaneIndices, LaneMask, Llvm, OptLevel, Signature,
+    BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, InstanceTable,
+    Instances, LaneBlock, LaneIndices, LaneMask, Llvm, MemberBlock, OptLevel, Signature,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
 
 /// Full chunks and a part of one at every width.
 const RAYS: usize = 37;
-const OBJECTS: usize = 3;
+/// The leaf shape takes as many as rays, from this one on.
+const FIRST: usize = 3;
+const OBJECTS: usize = FIRST + RAYS;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
 /// A function with data for its places.
@@ -34,6 +36,7 @@ struct Outcome {
     state: LaneBlock,
     scratch: LaneBlock,
     accepted: LaneMask,
+    nearest: Option<u32>,
     budget: bool,
 }
 
@@ -50,7 +53,7 @@ impl Case {
             places(PlaceKind::Buffer),
             places(PlaceKind::Scratch),
         );
-        let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 14);
+        let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 15);
         let entropy = &mut Entropy::new(&bytes);
         let objects = (0..OBJECTS).map(|_| Arc::new(object(&function, &layout, entropy)));
         let objects = objects.collect();
@@ -141,11 +144,14 @@ impl Case {
 
     fn call(&self, kernel: &CompiledKernel, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
-        let mut accepted = LaneMask::from_fn(RAYS, |ray| ray < count(shape));
+        let mut accepted =
+            LaneMask::from_fn(RAYS, |ray| shape != Shape::Leaf && ray < count(shape));
         let table = InstanceTable::new(self.objects.clone());
+        let members = MemberBlock::new(self.objects.clone());
         let instances = match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&self.objects[0]),
             Shape::Stream => Instances::Many(&table, &self.indices),
+            Shape::Leaf => Instances::Range(&members, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
             state: &mut state,
@@ -156,37 +162,90 @@ impl Case {
             instances,
             host: &mut HashHost::default(),
         });
-        Outcome { state, scratch, accepted, budget: status.budget_exhausted }
+        let CallStatus { budget_exhausted: budget, nearest } = status;
+        Outcome { state, scratch, accepted, nearest, budget }
     }
 
     fn interpret(&self, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
-        let mut host = HashHost::default();
-        let mut outcome = Outcome {
-            state: self.state.clone(),
-            scratch: self.scratch.clone(),
-            accepted: LaneMask::new(RAYS),
-            budget: false,
-        };
+        let mut outcome = self.untouched();
+        let accepts =
+            |output: &Output| self.function.place(output.place).kind == PlaceKind::Accepted;
+        let keeps_nearest = shape == Shape::Leaf && self.function.outputs.iter().any(accepts);
+        let mut nearest: Option<(f32, Outcome)> = None;
         for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+            if keeps_nearest {
+                // Its own ray's outputs to begin with, as if it were the only object.
+                let mut alone = self.untouched();
+                let result =
+                    self.interpret_ray(&mut interpreter, shape, FIRST + ray, (ray, 0), &mut alone);
+                outcome.budget |= result.budget_exceeded;
+                let distance = self.distance(&alone);
+                let is_nearer = nearest.as_ref().is_none_or(|(nearest, _)| distance < *nearest);
+                if result.accepted && is_nearer {
+                    alone.nearest = Some((FIRST + ray) as u32);
+                    nearest = Some((distance, alone));
+                }
+                continue;
+            }
             let object = match shape {
                 Shape::Packet | Shape::CommonOrigin | Shape::Single => 0,
                 Shape::Stream => self.indices.as_slice()[ray] as usize,
+                Shape::Leaf => FIRST + ray,
             };
-            let mut storage = RayStorage {
-                case: self,
-                shape,
-                object: &self.objects[object],
-                ray,
-                state: &mut outcome.state,
-                scratch: &mut outcome.scratch,
-            };
-            let result = interpreter.run(ray as u32, &mut storage, &mut host);
+            let result =
+                self.interpret_ray(&mut interpreter, shape, object, (ray, ray), &mut outcome);
             outcome.accepted.set(ray, result.accepted);
             outcome.budget |= result.budget_exceeded;
         }
-        outcome
+        match nearest {
+            Some((_, nearest)) => Outcome { budget: outcome.budget, ..nearest },
+            None => outcome,
+        }
+    }
+
+    /// Before the call.
+    fn untouched(&self) -> Outcome {
+        Outcome {
+            state: self.state.clone(),
+            scratch: self.scratch.clone(),
+            accepted: LaneMask::new(RAYS),
+            nearest: None,
+            budget: false,
+        }
+    }
+
+    /// Runs for the ray of this number and the object; outputs go to a lane of their own.
+    fn interpret_ray(
+        &self,
+        interpreter: &mut Interpreter,
+        shape: Shape,
+        object: usize,
+        (ray, output): (usize, usize),
+        outcome: &mut Outcome,
+    ) -> rtsl_ir::Outcome {
+        let mut storage = RayStorage {
+            case: self,
+            shape,
+            object: &self.objects[object],
+            ray,
+            output,
+            state: &mut outcome.state,
+            scratch: &mut outcome.scratch,
+        };
+        interpreter.run(ray as u32, &mut storage, &mut HashHost::default())
+    }
+
+    /// What hits are compared by: the distance that the ray has now, or nothing.
+    fn distance(&self, outcome: &Outcome) -> f32 {
+        let sets = |output: &Output| self.function.place(output.place).name == "rt_HitDistance";
+        if !self.function.outputs.iter().any(sets) {
+            return 0.0;
+        }
+        let variable = rtsl_spec::lookup_state("rt_HitDistance").unwrap();
+        let distance = outcome.state.floats(variable.first_component as usize)[0];
+        if distance.is_nan() { f32::INFINITY } else { distance }
     }
 
     fn compare(&self, expected: &Outcome, found: &Outcome) -> Result<(), String> {
@@ -221,6 +280,9 @@ impl Case {
                     }
                 }
             }
+        }
+        if expected.nearest != found.nearest {
+            return Err(format!("nearest is {:?}, not {:?}", found.nearest, expected.nearest));
         }
         match expected.budget == found.budget {
             true => Ok(()),
@@ -270,7 +332,7 @@ fn object(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> In
 /// The rays of a call.
 fn count(shape: Shape) -> usize {
     match shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => RAYS,
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => RAYS,
         Shape::Single => 1,
     }
 }
@@ -281,6 +343,8 @@ struct RayStorage<'a> {
     shape: Shape,
     object: &'a InstanceBlock,
     ray: usize,
+    /// The lane of the outputs.
+    output: usize,
     state: &'a mut LaneBlock,
     scratch: &'a mut LaneBlock,
 }
@@ -330,6 +394,6 @@ impl Storage for RayStorage<'_> {
             PlaceKind::Accepted => return,
             _ => unreachable!("not an output"),
         };
-        block.words_mut((first + component) as usize)[self.ray] = bits;
+        block.words_mut((first + component) as usize)[self.output] = bits;
     }
 }

@@ -3,7 +3,7 @@
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{Index, PlaceId, PlaceKind, Value};
 
-use super::{Execution, Lanes};
+use super::{Execution, Hit, Lanes};
 use crate::Kernel;
 
 /// Memory for the slots of a kernel.
@@ -111,8 +111,43 @@ impl Execution<'_> {
         Some(accepted)
     }
 
+    /// Of the hits of the chunk and those before keeps the nearest.
+    pub(super) fn keep_nearest(&mut self) {
+        let kernel = self.kernel;
+        let value = |output: usize| kernel.body.yields[output];
+        let Some(accepted) = kernel.accepted_output() else { return };
+        let hits = self.lanes_of(value(accepted)) & self.chunk;
+        self.outcome.profile.count_output(PlaceKind::Accepted, kernel.width, self.chunk);
+        for lane in (0..MAX_LANES).filter(|lane| hits >> lane & 1 != 0) {
+            let distance = kernel.distance_output().map_or(0, |it| self.get(value(it), lane));
+            // Of NaN and infinity this is infinity.
+            let distance = f32::from_bits(distance).min(f32::INFINITY);
+            if self.nearest.as_ref().is_none_or(|nearest| distance < nearest.distance) {
+                let bits = kernel.body.yields.iter().map(|value| self.get(*value, lane));
+                let (object, bits) = (self.base + lane as u32, bits.collect());
+                self.nearest = Some(Hit { object, distance, bits });
+            }
+        }
+    }
+
+    /// At the end of the call.
+    pub(super) fn store_nearest(&mut self) {
+        let Some(Hit { object, distance: _, bits }) = self.nearest.take() else { return };
+        self.outcome.nearest = Some(object);
+        for (output, bits) in self.kernel.outputs.iter().zip(bits) {
+            let kind = self.kernel.place(output.place).place.kind;
+            if kind != PlaceKind::Accepted {
+                self.outcome.profile.count_output(kind, 1, 1);
+                self.storage.store(output.place, output.component, 0, bits);
+            }
+        }
+    }
+
     /// For a chunk that nobody asked for.
     pub(super) fn store_nothing_accepted(&mut self) {
+        if self.kernel.keeps_nearest() {
+            return;
+        }
         let mut outputs = self.kernel.outputs.iter();
         let is_accepted = |place| self.kernel.place(place).place.kind == PlaceKind::Accepted;
         if let Some(output) = outputs.find(|output| is_accepted(output.place)) {

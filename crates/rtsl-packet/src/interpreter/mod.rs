@@ -29,7 +29,8 @@ pub trait Storage {
     /// The number of elements of a buffer.
     fn elements(&self, buffer: PlaceId, ray: u32) -> u32;
 
-    /// Stores an output. The accepted one is stored for every ray, on or off.
+    /// Stores an output. The accepted one is stored for every ray, on or off; not at all by a kernel
+    /// that [keeps the nearest hit](Kernel::keeps_nearest), which stores for ray 0.
     fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32);
 }
 
@@ -49,6 +50,8 @@ pub struct Rays<'a> {
 pub struct Outcome {
     /// A ray used up the budget of loop iterations.
     pub budget_exceeded: bool,
+    /// The lane of the call that is the object with the nearest hit.
+    pub nearest: Option<u32>,
     /// The limit of rounds ended it.
     pub cut_short: bool,
     /// What was done.
@@ -73,6 +76,7 @@ pub fn run(
         base: 0,
         chunk: 0,
         active: 0,
+        nearest: None,
         outcome: Outcome::default(),
     };
     execution.outcome.profile = Profile::new(&execution.conditions, rays.count);
@@ -99,7 +103,17 @@ struct Execution<'a> {
     chunk: u32,
     /// The lanes for which the open region runs.
     active: u32,
+    nearest: Option<Hit>,
     outcome: Outcome,
+}
+
+/// A hit that may be the nearest.
+struct Hit {
+    object: u32,
+    /// Infinite at most.
+    distance: f32,
+    /// By output.
+    bits: Vec<u32>,
 }
 
 impl<'a> Execution<'a> {
@@ -125,8 +139,13 @@ impl<'a> Execution<'a> {
             if self.outcome.cut_short {
                 return;
             }
-            self.store_outputs();
+            if kernel.keeps_nearest() {
+                self.keep_nearest();
+            } else {
+                self.store_outputs();
+            }
         }
+        self.store_nearest();
     }
 
     /// The lanes of the chunk that have a ray which takes part.

@@ -17,7 +17,7 @@ impl Lowering<'_> {
     /// branches that might have left it out. Constants are no work.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
         match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream => {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())
             }
             Shape::Single => matches!(kind, OpKind::Constant(_)),

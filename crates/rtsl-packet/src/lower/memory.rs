@@ -3,6 +3,7 @@
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, PlaceId, PlaceKind, Scalar, Value};
 
 use super::Lowering;
+use crate::Shape;
 use crate::kernel::OpKind;
 
 /// Up to this many scalars a dynamic index becomes a choice among constant ones: a vector whose
@@ -20,8 +21,14 @@ impl Lowering<'_> {
         };
         let chain = match kind {
             PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
-            // A gather of members in lanes does not mind an index in lanes.
-            PlaceKind::Member | PlaceKind::Parameter => index_lanes && !place.varies,
+            PlaceKind::Member | PlaceKind::Parameter => match self.kernel.shape {
+                // Members are arrays of lanes, as the state is elsewhere.
+                Shape::Leaf => true,
+                // A gather of members in lanes does not mind an index in lanes.
+                Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                    index_lanes && !place.varies
+                }
+            },
             PlaceKind::Buffer | PlaceKind::Accepted => false,
         };
         match index {

@@ -121,9 +121,19 @@ fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> 
 }
 
 fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
-    let slots = kernel.places.iter().filter(|place| place.place.kind == PlaceKind::Slot);
-    let words = slots
-        .map(|slot| u64::from(slot.place.len) * if slot.varies { MAX_LANES as u64 } else { 1 });
+    // Of arrays in scratch that all lanes share, the leaf shape makes copies.
+    let is_local = |place: &&KernelPlace| match place.place.kind {
+        PlaceKind::Slot => true,
+        PlaceKind::Scratch => kernel.shape == Shape::Leaf,
+        PlaceKind::State
+        | PlaceKind::Member
+        | PlaceKind::Parameter
+        | PlaceKind::Buffer
+        | PlaceKind::Accepted => false,
+    };
+    let words = kernel.places.iter().filter(is_local);
+    let words = words
+        .map(|place| u64::from(place.place.len) * if place.varies { MAX_LANES as u64 } else { 1 });
     match words.sum() {
         0..=MAX_SLOT_WORDS => Ok(()),
         words => Err(LowerError::TooMuchMemory(words)),
