@@ -67,7 +67,9 @@ impl Contender {
                 for _ in 0..times {
                     arena.for_each(|packet| {
                         let Memory { state, scratch, .. } = packet;
-                        written.run(state.memory_mut(), scratch.memory_mut(), &self.parameters);
+                        let (state, scratch) =
+                            (state.float_memory_mut(), scratch.float_memory_mut());
+                        written.run(state, scratch, &self.parameters);
                     });
                 }
             }),

@@ -17,6 +17,16 @@ pub struct Packet {
 }
 
 impl Packet {
+    /// The packet in these arrays.
+    #[inline(always)]
+    pub fn new(state: &mut [f32], scratch: &mut [f32], parameters: &[f32]) -> Packet {
+        Packet {
+            state: state.as_mut_ptr(),
+            scratch: scratch.as_mut_ptr(),
+            parameters: parameters.as_ptr(),
+        }
+    }
+
     /// The packet from the ray `lanes` further on.
     ///
     /// # Safety

@@ -2,10 +2,11 @@
 #![allow(unsafe_code, reason = "hand-written kernels read and write arrays without checks")]
 
 use crate::kernels::Kernel;
-use crate::packet::{Packet, RAYS};
+use crate::packet::RAYS;
 
-/// A kernel's machine code.
-pub(crate) type Entry = unsafe fn(Packet);
+/// A kernel's machine code: state, scratch, parameters. Slices, so that the compiler knows that what is
+/// stored in one is not loaded from another, and does uniform work once.
+pub(crate) type Entry = unsafe fn(&mut [f32], &mut [f32], &[f32]);
 
 /// A hand-written kernel with the sizes of what it touches.
 #[derive(Clone, Copy, Debug)]
@@ -27,17 +28,13 @@ impl Written {
     /// # Panics
     /// If there are fewer arrays or parameters than the kernel touches, or they are not aligned to 64
     /// bytes.
-    pub fn run(&self, state: &mut [u32], scratch: &mut [u32], parameters: &[f32]) {
+    pub fn run(&self, state: &mut [f32], scratch: &mut [f32], parameters: &[f32]) {
         assert!(state.len() >= self.state * RAYS, "the state has the kernel's arrays");
         assert!(scratch.len() >= self.scratch * RAYS, "scratch has the kernel's arrays");
         assert!(parameters.len() >= self.parameters, "the kernel's parameters are there");
-        let packet = Packet {
-            state: state.as_mut_ptr().cast(),
-            scratch: scratch.as_mut_ptr().cast(),
-            parameters: parameters.as_ptr(),
-        };
-        assert!(packet.state.addr().is_multiple_of(64) && packet.scratch.addr().is_multiple_of(64));
-        // Safety: the arrays have the sizes that were just checked; any bits are floats.
-        unsafe { (self.entry)(packet) }
+        let is_aligned = |array: &[f32]| array.as_ptr().addr().is_multiple_of(64);
+        assert!(is_aligned(state) && is_aligned(scratch), "arrays are aligned for vectors");
+        // Safety: the arrays have the sizes that were just checked.
+        unsafe { (self.entry)(state, scratch, parameters) }
     }
 }

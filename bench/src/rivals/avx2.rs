@@ -77,6 +77,13 @@ impl Floats for F8 {
     }
 
     #[inline(always)]
+    unsafe fn blend_where(self, mask: M8, to: *mut f32) {
+        // Volatile, or LLVM makes a masked store of it again.
+        let before = F8(unsafe { std::ptr::read_volatile(to.cast()) });
+        unsafe { F8::select(mask, self, before).store(to) }
+    }
+
+    #[inline(always)]
     fn mul_add(self, b: F8, c: F8) -> F8 {
         F8(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
     }

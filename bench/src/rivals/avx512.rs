@@ -77,6 +77,11 @@ impl Floats for F16 {
     }
 
     #[inline(always)]
+    unsafe fn blend_where(self, mask: M16, to: *mut f32) {
+        unsafe { self.store_where(mask, to) }
+    }
+
+    #[inline(always)]
     fn mul_add(self, b: F16, c: F16) -> F16 {
         F16(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
     }

@@ -39,6 +39,12 @@ pub trait Floats:
     /// # Safety
     /// As for `load`.
     unsafe fn store_where(self, mask: Self::Mask, to: *mut f32);
+    /// The same in the way that is fast on every processor: AVX2's masked store takes 18 operations on AMD's
+    /// before Zen 4.
+    ///
+    /// # Safety
+    /// As for `load`.
+    unsafe fn blend_where(self, mask: Self::Mask, to: *mut f32);
     /// `self * b + c`, rounded once.
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// `self * b - c`, rounded once.

@@ -87,13 +87,21 @@ pub fn has_avx512() -> bool {
 }
 
 #[target_feature(enable = "avx2,fma")]
-unsafe fn with_avx2<R: Rival, P: Precision>(packet: Packet) {
+unsafe fn with_avx2<R: Rival, P: Precision>(
+    state: &mut [f32],
+    scratch: &mut [f32],
+    parameters: &[f32],
+) {
     // Safety: as promised by the caller.
-    unsafe { R::packet::<avx2::F8, P>(packet) }
+    unsafe { R::packet::<avx2::F8, P>(Packet::new(state, scratch, parameters)) }
 }
 
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-unsafe fn with_avx512<R: Rival, P: Precision>(packet: Packet) {
+unsafe fn with_avx512<R: Rival, P: Precision>(
+    state: &mut [f32],
+    scratch: &mut [f32],
+    parameters: &[f32],
+) {
     // Safety: as promised by the caller.
-    unsafe { R::packet::<avx512::F16, P>(packet) }
+    unsafe { R::packet::<avx512::F16, P>(Packet::new(state, scratch, parameters)) }
 }

@@ -14,12 +14,18 @@ pub trait Precision {
     fn sqrt<F: Floats>(a: F) -> F;
     /// `1 / sqrt(a)`.
     fn inverse_sqrt<F: Floats>(a: F) -> F;
+    /// Stores the lanes of a mask.
+    ///
+    /// # Safety
+    /// As for [`Floats::store`].
+    unsafe fn store_where<F: Floats>(value: F, mask: F::Mask, to: *mut f32);
 }
 
 /// The processor's division and square root, correctly rounded.
 pub struct Exact;
 
-/// The processor's estimates and one step of Newton's method.
+/// The processor's estimates and one step of Newton's method; stores of what a vector blend makes,
+/// where masked stores are slow.
 pub struct Tuned;
 
 impl Precision for Exact {
@@ -43,6 +49,12 @@ impl Precision for Exact {
     #[inline(always)]
     fn inverse_sqrt<F: Floats>(a: F) -> F {
         F::splat(1.0) / a.sqrt()
+    }
+
+    #[inline(always)]
+    unsafe fn store_where<F: Floats>(value: F, mask: F::Mask, to: *mut f32) {
+        // Safety: as promised by the caller.
+        unsafe { value.store_where(mask, to) }
     }
 }
 
@@ -70,5 +82,11 @@ impl Precision for Tuned {
     fn inverse_sqrt<F: Floats>(a: F) -> F {
         let r = a.inverse_sqrt_estimate();
         r * (F::splat(0.5) * a * r).neg_mul_add(r, F::splat(1.5))
+    }
+
+    #[inline(always)]
+    unsafe fn store_where<F: Floats>(value: F, mask: F::Mask, to: *mut f32) {
+        // Safety: as promised by the caller.
+        unsafe { value.blend_where(mask, to) }
     }
 }

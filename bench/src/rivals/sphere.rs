@@ -27,7 +27,7 @@ impl Chunk for Sphere {
             let root = P::sqrt(discriminant);
             let inverse = P::reciprocal(a);
             let (near, far) = ((-b - root) * inverse, (root - b) * inverse);
-            accept(packet, discriminant, near, far);
+            accept::<F, P>(packet, discriminant, near, far);
         }
     }
 }
@@ -43,7 +43,7 @@ impl Chunk for UnitSphere {
             let c = o.dot(o) - F::splat(radius * radius);
             let discriminant = b.mul_sub(b, c);
             let root = P::sqrt(discriminant);
-            accept(packet, discriminant, -b - root, root - b);
+            accept::<F, P>(packet, discriminant, -b - root, root - b);
         }
     }
 }
@@ -64,7 +64,7 @@ impl Rival for CommonOriginSphere {
                 let b = o.dot(Vec3::load(packet.state(3)));
                 let discriminant = b.mul_sub(b, c);
                 let root = P::sqrt(discriminant);
-                accept(packet, discriminant, -b - root, root - b);
+                accept::<F, P>(packet, discriminant, -b - root, root - b);
                 lane += F::LANES;
             }
         }
@@ -76,7 +76,7 @@ impl Rival for CommonOriginSphere {
 /// # Safety
 /// As for the kernels.
 #[inline(always)]
-unsafe fn accept<F: Floats>(packet: Packet, discriminant: F, near: F, far: F) {
+unsafe fn accept<F: Floats, P: Precision>(packet: Packet, discriminant: F, near: F, far: F) {
     unsafe {
         let epsilon = F::splat(packet.parameter(EPSILON));
         let t = F::select(near.greater(epsilon), near, far);
@@ -84,7 +84,7 @@ unsafe fn accept<F: Floats>(packet: Packet, discriminant: F, near: F, far: F) {
         let hit = discriminant.greater_equal(F::splat(0.0))
             & t.greater(epsilon)
             & t.less(F::load(distance));
-        t.store_where(hit, distance);
-        F::splat(packet.parameter(ID)).store_where(hit, packet.scratch(0));
+        P::store_where(t, hit, distance);
+        P::store_where(F::splat(packet.parameter(ID)), hit, packet.scratch(0));
     }
 }

@@ -66,8 +66,8 @@ unsafe fn step<F: Floats, P: Precision, const G: usize>(packet: Packet) {
             }
             for g in 0..G {
                 let packet = packet.at(g * F::LANES);
-                t[g].store_where(hit[g], packet.state(6));
-                id.store_where(hit[g], packet.scratch(0));
+                P::store_where(t[g], hit[g], packet.state(6));
+                P::store_where(id, hit[g], packet.scratch(0));
             }
             first += G * F::LANES;
         }

@@ -32,10 +32,10 @@ impl Chunk for Triangle {
                 & (u + v).less_equal(one)
                 & t.greater(tolerance)
                 & t.less(F::load(distance));
-            t.store_where(hit, distance);
-            F::splat(packet.parameter(10)).store_where(hit, packet.scratch(0));
-            u.store_where(hit, packet.scratch(1));
-            v.store_where(hit, packet.scratch(2));
+            P::store_where(t, hit, distance);
+            P::store_where(F::splat(packet.parameter(10)), hit, packet.scratch(0));
+            P::store_where(u, hit, packet.scratch(1));
+            P::store_where(v, hit, packet.scratch(2));
         }
     }
 }

@@ -91,13 +91,14 @@ pub fn double<K: Kernel + Scalar>() -> Written {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn single_with_avx2<S: Scalar>(packet: Packet) {
+unsafe fn single_with_avx2<S: Scalar>(state: &mut [f32], scratch: &mut [f32], parameters: &[f32]) {
     // Safety: as promised by the caller.
-    unsafe { each::<S, f32>(packet) }
+    unsafe { each::<S, f32>(state, scratch, parameters) }
 }
 
 #[inline(always)]
-unsafe fn each<S: Scalar, R: Real>(packet: Packet) {
+unsafe fn each<S: Scalar, R: Real>(state: &mut [f32], scratch: &mut [f32], parameters: &[f32]) {
+    let packet = Packet::new(state, scratch, parameters);
     for lane in 0..RAYS {
         // Hidden from the compiler's own vectoriser.
         let lane = std::hint::black_box(lane);

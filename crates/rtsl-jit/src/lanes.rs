@@ -170,6 +170,13 @@ impl LaneBlock {
         self.memory.all_mut()
     }
 
+    /// All arrays with their padding as floats, to write.
+    pub fn float_memory_mut(&mut self) -> &mut [f32] {
+        let words = self.memory_mut();
+        // Safety: as for `floats_mut`.
+        unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
+    }
+
     /// The table of arrays for a kernel, which may read each up to the padding's end.
     pub(crate) fn table(&self) -> *const *mut u32 {
         self.table.as_ptr()
