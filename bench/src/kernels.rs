@@ -42,9 +42,15 @@ kernels! {
     /// A torus found by steps of the distance to it. State and scratch as for [`Sphere`]. Parameters: 0 and
     /// 1 radii, 2 tolerance, 3 number.
     Torus: 7, 1, 4;
+    /// A torus as the zeros of a quartic. State: 0 origin, 3 direction, 6 distance. Parameters: 0 and 1
+    /// radii, 2 least distance.
+    QuarticTorus: 7, 0, 3;
     /// Ward's highlight. State: 0 ray direction, 3 light direction, 6 normal, 9 and 12 tangents, 15 value.
     /// Parameters: 0 and 1 widths, 2 diffuse and 5 specular colour.
     Ward: 18, 0, 8;
+    /// A sample of GGX's visible normals. State: 0 ray direction, 3 normal, 6 and 9 tangents, 12 seed,
+    /// 15 light direction, 18 value, 21 density. Parameters: 0 widths, 2 reflectance.
+    Ggx: 22, 0, 5;
     /// Glass. State: 0 ray direction, 3 normal, 6 distance, 7 reflected direction, 10 transmittance, 13
     /// reflectance. Scratch: 0 refracted direction. Parameters: 0 index of refraction, 1 absorption.
     Dielectric: 14, 3, 4;

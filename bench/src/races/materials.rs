@@ -2,12 +2,12 @@
 
 use rtsl::{Method, Shape};
 
-use crate::kernels::{Dielectric, Ward};
+use crate::kernels::{Dielectric, Ggx, Ward};
 use crate::race::{Parameter, Race, Shader, WrittenForms, independent};
 use crate::random::{Random, cross, dot, negate, normalize};
 
 pub fn races() -> Vec<Race> {
-    vec![ward(), dielectric()]
+    vec![ward(), ggx(), dielectric()]
 }
 
 fn ward() -> Race {
@@ -62,6 +62,45 @@ fn mostly_above(random: &mut Random, normal: [f32; 3]) -> [f32; 3] {
     let direction = random.direction();
     let below = dot(direction, normal) < 0.0;
     if below && !random.once_in(8) { negate(direction) } else { direction }
+}
+
+fn ggx() -> Race {
+    Race {
+        name: "ggx",
+        shader: Shader {
+            file: "ggx.rtsl",
+            class: "Ggx",
+            method: Method::SampleBsdf,
+            shape: Shape::Packet,
+        },
+        state: &[
+            "rt_RayDirection",
+            "rt_ShadingNormal",
+            "rt_dPdu",
+            "rt_dPdv",
+            "rt_BSDFSeed",
+            "rt_LightDirection",
+            "rt_BSDFValue",
+            "rt_PDF",
+        ],
+        others: &[],
+        inputs: 15,
+        in_place: false,
+        rays: |random| {
+            independent(random, |random| {
+                let normal = random.direction();
+                let tangent = normalize(cross(random.direction(), normal));
+                let view = mostly_above(random, normal);
+                let seed: [f32; 3] = std::array::from_fn(|_| random.between(0.0, 1.0));
+                [negate(view), normal, tangent, cross(normal, tangent), seed].concat()
+            })
+        },
+        parameters: vec![
+            Parameter::new("alpha", &[0.3, 0.15]),
+            Parameter::new("reflectance", &[0.9, 0.7, 0.4]),
+        ],
+        written: WrittenForms::of::<Ggx>(),
+    }
 }
 
 fn dielectric() -> Race {

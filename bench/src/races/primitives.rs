@@ -2,7 +2,7 @@
 
 use rtsl::{Method, Shape};
 
-use crate::kernels::{CommonOriginSphere, Sphere, Torus, Triangle, UnitSphere};
+use crate::kernels::{CommonOriginSphere, QuarticTorus, Sphere, Torus, Triangle, UnitSphere};
 use crate::packet::RAYS;
 use crate::race::{Parameter, Race, Shader, WrittenForms, independent};
 use crate::random::{Random, cross, normalize, subtract};
@@ -69,6 +69,18 @@ pub fn races() -> Vec<Race> {
             tile,
             torus(),
             WrittenForms::of::<Torus>(),
+        ),
+        race(
+            "torus_quartic",
+            // The standard library's own.
+            shader("../../shaders/primitives/torus.rtsl", "Torus"),
+            |random| independent(random, |random| unit_rays(random, 1.2, 20.0)),
+            vec![
+                Parameter::new("majorRadius", &[1.0]),
+                Parameter::new("minorRadius", &[0.4]),
+                Parameter::hidden(&[1e-4]),
+            ],
+            WrittenForms::of::<QuarticTorus>(),
         ),
     ]
 }

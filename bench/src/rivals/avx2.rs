@@ -41,6 +41,7 @@ operator!(I8, Mul, mul, _mm256_mullo_epi32);
 operator!(I8, BitAnd, bitand, _mm256_and_si256);
 operator!(I8, BitXor, bitxor, _mm256_xor_si256);
 operator!(M8, BitAnd, bitand, _mm256_and_ps);
+operator!(M8, BitXor, bitxor, _mm256_xor_ps);
 operator!(M8, BitOr, bitor, _mm256_or_ps);
 
 impl Neg for F8 {
@@ -121,6 +122,11 @@ impl Floats for F8 {
     #[inline(always)]
     fn max(self, other: F8) -> F8 {
         F8(unsafe { _mm256_max_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn min(self, other: F8) -> F8 {
+        F8(unsafe { _mm256_min_ps(self.0, other.0) })
     }
 
     #[inline(always)]

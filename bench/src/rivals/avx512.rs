@@ -41,6 +41,7 @@ operator!(I16, Mul, mul, _mm512_mullo_epi32);
 operator!(I16, BitAnd, bitand, _mm512_and_si512);
 operator!(I16, BitXor, bitxor, _mm512_xor_si512);
 operator!(M16, BitAnd, bitand, _kand_mask16);
+operator!(M16, BitXor, bitxor, _kxor_mask16);
 operator!(M16, BitOr, bitor, _kor_mask16);
 
 impl Neg for F16 {
@@ -119,6 +120,11 @@ impl Floats for F16 {
     #[inline(always)]
     fn max(self, other: F16) -> F16 {
         F16(unsafe { _mm512_max_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn min(self, other: F16) -> F16 {
+        F16(unsafe { _mm512_min_ps(self.0, other.0) })
     }
 
     #[inline(always)]

@@ -61,6 +61,8 @@ pub trait Floats:
     fn abs(self) -> Self;
     /// The second where either is NaN.
     fn max(self, other: Self) -> Self;
+    /// The second where either is NaN.
+    fn min(self, other: Self) -> Self;
     /// To the nearest integer, ties to even.
     fn round(self) -> Self;
     /// To the next integer below.
@@ -137,7 +139,9 @@ pub trait Ints:
 }
 
 /// A vector of bools.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
+pub trait Mask:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>
+{
     /// All on or all off.
     fn splat(on: bool) -> Self;
     /// `self` without `other`.

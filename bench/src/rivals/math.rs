@@ -1,6 +1,6 @@
 //! Elementary functions after Cephes (Moshier), to about 2 units in the last place.
 
-use std::f32::consts::{FRAC_2_PI, LN_2, LOG2_E};
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, LN_2, LOG2_E};
 
 use super::lanes::{Floats, Ints};
 
@@ -101,10 +101,23 @@ pub fn sin_cos<F: Floats>(x: F) -> (F, F) {
     let r = n.mul_add(F::splat(-4.837_513e-4), r);
     let r = n.mul_add(F::splat(-7.549_79e-8), r);
     let (s, c) = sin_cos_reduced(r);
-    let quadrant = n.to_ints();
+    place_in_quadrant(n.to_ints(), s, c)
+}
+
+#[inline(always)]
+fn place_in_quadrant<F: Floats>(quadrant: F::Ints, s: F, c: F) -> (F, F) {
     let (one, two) = (<F::Ints as Ints>::splat(1), <F::Ints as Ints>::splat(2));
     let swapped = quadrant.has_bit(one);
     let sine = F::select(swapped, c, s).bits() ^ (quadrant & two).shift_left::<30>();
     let cosine = F::select(swapped, s, c).bits() ^ ((quadrant + one) & two).shift_left::<30>();
     (sine.as_floats(), cosine.as_floats())
+}
+
+/// Sine and cosine of a turn in `0..=1`, where 1 is the whole circle: its reduction is exact.
+#[inline(always)]
+pub fn sin_cos_of_turn<F: Floats>(turn: F) -> (F, F) {
+    let quarters = turn * F::splat(4.0);
+    let n = quarters.round();
+    let (s, c) = sin_cos_reduced((quarters - n) * F::splat(FRAC_PI_2));
+    place_in_quadrant(n.to_ints(), s, c)
 }

@@ -4,8 +4,10 @@
 
 mod dielectric;
 mod functions;
+mod ggx;
 mod lens;
 mod noise;
+mod quartic_torus;
 mod real;
 mod sphere;
 mod torus;

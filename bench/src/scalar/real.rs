@@ -29,6 +29,8 @@ pub trait Real:
     fn pow(self, exponent: Self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
 }
 
 macro_rules! real {
@@ -81,6 +83,14 @@ macro_rules! real {
             #[inline(always)]
             fn cos(self) -> $ty {
                 $ty::cos(self)
+            }
+            #[inline(always)]
+            fn max(self, other: $ty) -> $ty {
+                $ty::max(self, other)
+            }
+            #[inline(always)]
+            fn min(self, other: $ty) -> $ty {
+                $ty::min(self, other)
             }
         }
     };
