@@ -29,7 +29,8 @@ impl ComponentSet {
 
     /// Whether all of another set's components are in it.
     pub fn contains_all(&self, others: &ComponentSet) -> bool {
-        self.bits.iter().zip(others.bits).all(|(own, other)| other & !own == 0)
+        let missing = self.bits.iter().zip(others.bits).map(|(own, other)| other & !own);
+        missing.fold(0, |all, word| all | word) == 0
     }
 
     /// The components, in ascending order.

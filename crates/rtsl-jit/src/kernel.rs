@@ -35,9 +35,7 @@ impl Signature {
     /// If they have not: the caller mixed up classes or shapes.
     pub fn check(&self, call: &CallArguments<'_>) {
         let CallArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
-        let states = rtsl_spec::state_component_count() as usize;
         assert!(*count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
-        assert_eq!(state.components(), states, "the state is that of the one table");
         assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
         let lanes = self.lanes(*count);
         assert!(state.lanes() >= lanes, "the state has room for every ray");

@@ -54,8 +54,10 @@ pub struct LaneBlock {
     memory: Chunks,
     /// Where each component's array starts, for kernels; null where it has none.
     table: Vec<*mut u32>,
-    /// The components that have arrays; all of them where `None`.
-    present: Option<ComponentSet>,
+    /// The components that have arrays, as far as a set can hold them.
+    present: ComponentSet,
+    /// Whether some have none.
+    sparse: bool,
     lanes: usize,
     /// Lanes of an array with its padding.
     stride: usize,
@@ -74,7 +76,8 @@ impl LaneBlock {
         // Safety: `index * stride` words are within the chunks, or at their end.
         let table =
             (0..components).map(|index| unsafe { memory.words().add(index * stride) }).collect();
-        LaneBlock { memory, table, present: None, lanes, stride }
+        let present = (0..components.min(ComponentSet::CAPACITY as usize) as u32).collect();
+        LaneBlock { memory, table, present, sparse: false, lanes, stride }
     }
 
     /// Zeros: arrays for some of `components` only, one after another in the order of `present`.
@@ -93,8 +96,8 @@ impl LaneBlock {
             // Safety: `index * stride` words are within the chunks, or at their end.
             *entry = unsafe { memory.words().add(index * stride) };
         }
-        let present = Some(present.iter().copied().collect());
-        LaneBlock { memory, table, present, lanes, stride }
+        let present = present.iter().copied().collect();
+        LaneBlock { memory, table, present, sparse: true, lanes, stride }
     }
 
     /// The number of components, those without an array too.
@@ -104,13 +107,12 @@ impl LaneBlock {
 
     /// Whether some components have no array.
     pub fn is_sparse(&self) -> bool {
-        self.present.is_some()
+        self.sparse
     }
 
-    /// Whether each of these components has an array. Asks nothing about components that the block
-    /// does not have.
+    /// Whether each of these components has an array.
     pub fn has_all(&self, components: &ComponentSet) -> bool {
-        self.present.is_none_or(|present| present.contains_all(components))
+        self.present.contains_all(components)
     }
 
     /// The number of rays there is room for.
@@ -210,8 +212,8 @@ impl Clone for LaneBlock {
             false => unsafe { memory.words().byte_add(array.addr() - self.memory.words().addr()) },
         };
         let table = self.table.iter().map(moved).collect();
-        let LaneBlock { present, lanes, stride, .. } = *self;
-        LaneBlock { memory, table, present, lanes, stride }
+        let LaneBlock { present, sparse, lanes, stride, .. } = *self;
+        LaneBlock { memory, table, present, sparse, lanes, stride }
     }
 }
 
