@@ -8,7 +8,9 @@ use clap::Parser;
 use crate::arena::Arena;
 use crate::compare::{difference, outputs};
 use crate::contenders::{Contender, Engines};
+use crate::leaf::{LeafResult, OBJECTS, leaves, run_leaf};
 use crate::measure::{Plan, measure};
+use crate::packet::RAYS;
 use crate::race::{Race, races};
 use crate::report::{self, Entry};
 
@@ -62,6 +64,10 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         }
         print(&entries, arguments.json);
     }
+    let leaves = leaves(arguments.filter.as_deref());
+    let leaves: Result<Vec<_>, _> =
+        leaves.iter().map(|leaf| run_leaf(leaf, &engines, arguments.plan())).collect();
+    print_leaves(&leaves?, arguments.json);
     Ok(())
 }
 
@@ -91,12 +97,25 @@ fn run_race(
         .iter()
         .map(|contender| difference(&outputs(contender, &mut arena), &expected))
         .collect();
-    let timings = measure(&contenders, &mut arena, plan);
+    let timings = measure(&contenders, &mut arena, packets * RAYS, plan);
     let results = contenders.iter().zip(timings).zip(differences);
     let entries = results.map(|((contender, timing), difference)| {
         Entry::new(race.name, &contender.name, packets, timing, difference)
     });
     Ok(entries.collect())
+}
+
+fn print_leaves(results: &[LeafResult], json: bool) {
+    if !json && !results.is_empty() {
+        println!("One ray against {OBJECTS} objects, nanoseconds an object");
+    }
+    for result in results {
+        if json {
+            println!("{}", serde_json::to_string(result).unwrap_or_default());
+        } else {
+            println!("{result}");
+        }
+    }
 }
 
 fn print(entries: &[Entry], json: bool) {

@@ -2,6 +2,7 @@
 
 use crate::arena::Arena;
 use crate::contenders::Contender;
+use crate::measure::Subject;
 
 /// The outputs of a contender, array by array; `None` where it wrote nothing.
 pub type Outputs = Vec<Vec<Option<f32>>>;

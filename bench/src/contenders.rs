@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, InstanceBlock, Instances,
-    Kernel, Math, Program, Variant,
+    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceBlock,
+    Instances, Kernel, Math, Program, Variant,
 };
 
 use crate::arena::{Arena, Memory};
+use crate::measure::Subject;
 use crate::packet::RAYS;
-use crate::race::Race;
+use crate::race::{Parameter, Race, Shader};
 use crate::written::Written;
 
 /// One form of a race's kernel.
@@ -53,9 +54,10 @@ impl Contender {
         let code = Code::Compiled(Box::new(Compiled::new(race, engine)?));
         Ok(Contender { name: name.to_owned(), code, parameters: Vec::new() })
     }
+}
 
-    /// Does all packets `times` times.
-    pub fn run(&self, arena: &mut Arena, times: u32) {
+impl Subject<Arena> for Contender {
+    fn run(&self, arena: &mut Arena, times: u32) {
         match &self.code {
             Code::Compiled(compiled) => {
                 for _ in 0..times {
@@ -79,13 +81,7 @@ impl Contender {
 
 impl Compiled {
     fn new(race: &Race, engine: &Engine) -> Result<Compiled, String> {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders").join(race.shader.file);
-        let compilation = Compiler::default().compile_file(&file);
-        let Some(unit) = &compilation.unit else { return Err(compilation.report(false)) };
-        let class = unit.class(race.shader.class).map_err(|error| error.message)?;
-        let named = race.parameters.iter().filter_map(|it| Some((it.name?, it.value())));
-        let instance = Instance::new(class, named);
-        let instance = instance.map_err(|errors| format!("{}: {errors:?}", race.name))?;
+        let instance = object(&class(race.shader)?, &race.parameters)?;
         let program = engine.program(&instance);
         let variant = Variant::new(race.shader.shape).reading(race.outputs().with_scratch());
         let kernel = program.kernel(race.shader.method, variant);
@@ -108,6 +104,29 @@ impl Compiled {
         });
         debug_assert!(!status.budget_exhausted, "races have no budget");
     }
+}
+
+/// The shader's class.
+///
+/// # Errors
+/// With a report, if it does not compile.
+pub(crate) fn class(shader: Shader) -> Result<Arc<Class>, String> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders").join(shader.file);
+    let compilation = Compiler::default().compile_file(&file);
+    let Some(unit) = &compilation.unit else { return Err(compilation.report(false)) };
+    unit.class(shader.class).cloned().map_err(|error| error.message)
+}
+
+/// An object of a class.
+///
+/// # Errors
+/// If the class takes other parameters.
+pub(crate) fn object(
+    class: &Arc<Class>,
+    parameters: &[Parameter],
+) -> Result<Arc<Instance>, String> {
+    let named = parameters.iter().filter_map(|it| Some((it.name?, it.value())));
+    Instance::new(class, named).map_err(|errors| format!("{}: {errors:?}", class.name))
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -137,6 +156,12 @@ impl Engines {
             engines.push(engine(*width, Math::Fast)?);
         }
         Ok(Engines { engines })
+    }
+
+    /// The engine with default arithmetic for the widest vectors.
+    pub fn widest(&self) -> Option<&Engine> {
+        let exact = |engine: &&Engine| engine.options().math == Math::Contract;
+        self.engines.iter().map(|(_, engine)| engine).filter(exact).max_by_key(|it| it.width())
     }
 
     /// All contenders of a race.

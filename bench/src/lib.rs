@@ -11,6 +11,7 @@ pub mod command;
 pub mod compare;
 pub mod contenders;
 pub mod kernels;
+pub mod leaf;
 pub mod measure;
 mod packet;
 pub mod race;

@@ -2,10 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use crate::arena::Arena;
-use crate::contenders::Contender;
-use crate::packet::RAYS;
-
 /// How to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
@@ -13,6 +9,12 @@ pub struct Plan {
     pub repetitions: usize,
     /// How long each time takes, about.
     pub time: Duration,
+}
+
+/// What can be timed; `A` is the memory that all who are compared share.
+pub trait Subject<A> {
+    /// Does its work `times` times.
+    fn run(&self, arena: &mut A, times: u32);
 }
 
 /// The times of a contender, nanoseconds a ray.
@@ -26,27 +28,31 @@ pub struct Timing {
     pub slow: f64,
 }
 
-/// Times contenders, in turn in every repetition, so that what else the machine does
-/// troubles all alike.
-pub fn measure(contenders: &[Contender], arena: &mut Arena, plan: Plan) -> Vec<Timing> {
-    let times: Vec<u32> = contenders.iter().map(|it| calibrate(it, arena, plan.time)).collect();
-    let mut samples = vec![Vec::new(); contenders.len()];
-    let rays = (arena.packets.len() * RAYS) as f64;
+/// Times subjects, in turn in every repetition, so that what else the machine does troubles all
+/// alike. One time of each does `rays` rays.
+pub fn measure<A, S: Subject<A>>(
+    subjects: &[S],
+    arena: &mut A,
+    rays: usize,
+    plan: Plan,
+) -> Vec<Timing> {
+    let times: Vec<u32> = subjects.iter().map(|it| calibrate(it, arena, plan.time)).collect();
+    let mut samples = vec![Vec::new(); subjects.len()];
     for _ in 0..plan.repetitions {
-        for ((contender, times), samples) in contenders.iter().zip(&times).zip(&mut samples) {
-            contender.run(arena, 1);
-            let duration = time(contender, arena, *times);
-            samples.push(duration.as_secs_f64() * 1e9 / (f64::from(*times) * rays));
+        for ((subject, times), samples) in subjects.iter().zip(&times).zip(&mut samples) {
+            subject.run(arena, 1);
+            let duration = time(subject, arena, *times);
+            samples.push(duration.as_secs_f64() * 1e9 / (f64::from(*times) * rays as f64));
         }
     }
     samples.into_iter().map(Timing::new).collect()
 }
 
-/// How often the contender does all packets in about that time.
-fn calibrate(contender: &Contender, arena: &mut Arena, target: Duration) -> u32 {
+/// How often the subject does its work in about that time.
+fn calibrate<A>(subject: &impl Subject<A>, arena: &mut A, target: Duration) -> u32 {
     let mut times = 1;
     loop {
-        let duration = time(contender, arena, times);
+        let duration = time(subject, arena, times);
         if duration * 2 >= target || times >= 1 << 24 {
             let scale = target.as_secs_f64() / duration.as_secs_f64().max(1e-9);
             return (f64::from(times) * scale).max(1.0) as u32;
@@ -55,9 +61,9 @@ fn calibrate(contender: &Contender, arena: &mut Arena, target: Duration) -> u32 
     }
 }
 
-fn time(contender: &Contender, arena: &mut Arena, times: u32) -> Duration {
+fn time<A>(subject: &impl Subject<A>, arena: &mut A, times: u32) -> Duration {
     let start = Instant::now();
-    contender.run(arena, times);
+    subject.run(arena, times);
     start.elapsed()
 }
 

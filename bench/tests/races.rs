@@ -1,8 +1,12 @@
 //! Every race's contenders compute the same, so that their times mean something.
 
+use std::time::Duration;
+
 use rtsl_bench::arena::Arena;
 use rtsl_bench::compare::{difference, outputs};
 use rtsl_bench::contenders::{Contender, Engines};
+use rtsl_bench::leaf::{leaves, run_leaf};
+use rtsl_bench::measure::Plan;
 use rtsl_bench::races;
 
 #[test]
@@ -25,5 +29,13 @@ fn contenders_agree_with_the_reference() {
                 race.name,
             );
         }
+    }
+}
+
+#[test]
+fn a_leaf_finds_what_single_calls_find() {
+    let Ok(engines) = Engines::new() else { return };
+    for leaf in leaves(None) {
+        run_leaf(&leaf, &engines, Plan { repetitions: 1, time: Duration::ZERO }).unwrap();
     }
 }

@@ -1,0 +1,185 @@
+//! One ray against many objects: the leaf shape against a call of the single shape for each object.
+
+use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
+
+use rtsl::host::NoHost;
+use rtsl::{
+    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, MemberBlock, Method,
+    Shape, lookup_state, new_state,
+};
+use serde::Serialize;
+
+use crate::contenders::{Engines, class, object};
+use crate::measure::{Plan, Subject, measure};
+use crate::race::{Parameter, Shader};
+use crate::random::{Random, normalize, subtract};
+
+/// Objects of a leaf.
+pub const OBJECTS: usize = 16;
+
+/// Rays, one at a time.
+const RAYS: usize = 64;
+
+/// A class whose objects are hit.
+pub struct Leaf {
+    name: &'static str,
+    shader: Shader,
+    object: fn(&mut Random) -> Vec<Parameter>,
+}
+
+/// What was measured, nanoseconds for one ray and one object.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct LeafResult {
+    /// The class.
+    pub leaf: &'static str,
+    /// By a call of the single shape for each object.
+    pub single: f64,
+    /// By one call of the leaf shape.
+    pub together: f64,
+}
+
+/// The classes whose names contain `filter`.
+pub fn leaves(filter: Option<&str>) -> Vec<Leaf> {
+    let shader =
+        |file, class| Shader { file, class, method: Method::Intersect, shape: Shape::Leaf };
+    let all = [
+        Leaf { name: "sphere", shader: shader("sphere.rtsl", "Sphere"), object: sphere },
+        Leaf { name: "triangle", shader: shader("triangle.rtsl", "Triangle"), object: triangle },
+    ];
+    all.into_iter().filter(|leaf| filter.is_none_or(|it| leaf.name.contains(it))).collect()
+}
+
+fn sphere(random: &mut Random) -> Vec<Parameter> {
+    vec![
+        Parameter::new("center", &random.point(1.0)),
+        Parameter::new("radius", &[random.between(0.1, 0.4)]),
+        Parameter::new("id", &[7.0]),
+    ]
+}
+
+fn triangle(random: &mut Random) -> Vec<Parameter> {
+    vec![
+        Parameter::new("corner", &random.point(1.0)),
+        Parameter::new("edge1", &random.point(1.0)),
+        Parameter::new("edge2", &random.point(1.0)),
+        Parameter::new("tolerance", &[1e-6]),
+        Parameter::new("id", &[7.0]),
+    ]
+}
+
+/// Both ways to do it.
+enum Way {
+    Single(Arc<Kernel>),
+    Together(Arc<Kernel>),
+}
+
+/// Rays, one each in its own memory, and objects.
+struct Rays {
+    states: Vec<LaneBlock>,
+    scratch: LaneBlock,
+    accepted: LaneMask,
+    distance: usize,
+    objects: Vec<Arc<InstanceBlock>>,
+    members: MemberBlock,
+}
+
+/// Measures a class, and checks that both ways find the same hits.
+///
+/// # Errors
+/// If the shader does not compile, or the hits differ.
+pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult, String> {
+    let engine = engines.widest().ok_or("there is no engine")?;
+    let mut random = Random::new(7);
+    let class = class(leaf.shader)?;
+    let instances = (0..OBJECTS).map(|_| object(&class, &(leaf.object)(&mut random)));
+    let instances = instances.collect::<Result<Vec<_>, _>>()?;
+    let program = engine.program(&instances[0]);
+    let kernel = |shape| {
+        let kernel = program.kernel(Method::Intersect, shape);
+        kernel.map_err(|error| error.message)
+    };
+    let ways = [Way::Single(kernel(Shape::Single)?), Way::Together(kernel(Shape::Leaf)?)];
+    let blocks = instances.iter().map(|instance| Arc::new(program.block(instance)));
+    let objects: Vec<_> = blocks.collect();
+    let mut rays = Rays {
+        states: (0..RAYS).map(|_| ray(&mut random)).collect(),
+        scratch: program.new_scratch(OBJECTS),
+        accepted: LaneMask::new(OBJECTS),
+        distance: component("rt_HitDistance"),
+        members: MemberBlock::new(objects.clone()),
+        objects,
+    };
+    let hits = ways.iter().map(|way| rays.hits(way)).collect::<Vec<_>>();
+    if hits[0] != hits[1] {
+        return Err(format!("{}: the leaf shape finds other hits than single calls", leaf.name));
+    }
+    let timings = measure(&ways, &mut rays, RAYS * OBJECTS, plan);
+    Ok(LeafResult { leaf: leaf.name, single: timings[0].median, together: timings[1].median })
+}
+
+fn component(name: &str) -> usize {
+    lookup_state(name).expect("a variable of the language").first_component as usize
+}
+
+fn ray(random: &mut Random) -> LaneBlock {
+    let mut state = new_state(1);
+    let origin = [random.between(-1.0, 1.0), random.between(-1.0, 1.0), -5.0];
+    let direction = normalize(subtract(random.point(1.0), origin));
+    for axis in 0..3 {
+        state.floats_mut(component("rt_RayOrigin") + axis)[0] = origin[axis];
+        state.floats_mut(component("rt_RayDirection") + axis)[0] = direction[axis];
+    }
+    state.floats_mut(component("rt_Epsilon"))[0] = 1e-4;
+    state
+}
+
+impl Rays {
+    /// The nearest hit of each ray.
+    fn hits(&mut self, way: &Way) -> Vec<u32> {
+        way.run(self, 1);
+        self.states.iter().map(|state| state.words(self.distance)[0]).collect()
+    }
+}
+
+impl Subject<Rays> for Way {
+    fn run(&self, rays: &mut Rays, times: u32) {
+        let Rays { states, scratch, accepted, distance, objects, members } = rays;
+        let mut call = |kernel: &Kernel, state: &mut LaneBlock, count, instances| {
+            let status = kernel.call(CallArguments {
+                state,
+                scratch: &mut *scratch,
+                count,
+                mask: None,
+                accepted: Some(&mut *accepted),
+                instances,
+                host: &mut NoHost,
+            });
+            debug_assert!(!status.budget_exhausted, "there is no budget");
+        };
+        for _ in 0..times {
+            for state in &mut *states {
+                state.floats_mut(*distance)[0] = f32::INFINITY;
+                match self {
+                    Way::Single(kernel) => {
+                        for object in &*objects {
+                            call(kernel, state, 1, Instances::One(object));
+                        }
+                    }
+                    Way::Together(kernel) => {
+                        call(kernel, state, OBJECTS, Instances::Range(members, 0));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Display for LeafResult {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let LeafResult { leaf, single, together } = self;
+        let gain = single / together;
+        write!(f, "{leaf:<21} single {single:7.3}  leaf {together:7.3}  {gain:5.1} times as fast")
+    }
+}
