@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use rtsl::{Backend, EngineOptions, Math};
+use rtsl::{Backend, EngineOptions, Math, Shape};
 
 /// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
 #[derive(Debug, Parser)]
@@ -37,7 +37,7 @@ pub enum Command {
     Build(crate::commands::build::BuildArguments),
     /// Run one method on values given here and print what it sets.
     Eval(crate::commands::eval::EvalArguments),
-    /// Measure how long methods take per ray, at each width.
+    /// Measure how long methods take per ray, for each shape and width.
     Bench(crate::commands::bench::BenchArguments),
     /// Render a scene to a picture.
     Render(crate::commands::render::RenderArguments),
@@ -84,9 +84,18 @@ impl EngineArguments {
     }
 }
 
-fn parse_width(text: &str) -> Result<u32, String> {
+/// A width that there are kernels for.
+pub fn parse_width(text: &str) -> Result<u32, String> {
     let width = text.parse().ok().filter(|width| rtsl::Engine::WIDTHS.contains(width));
     width.ok_or_else(|| "the widths are 1, 4, 8 and 16".to_owned())
+}
+
+/// A shape by its name.
+pub fn parse_shape(name: &str) -> Result<Shape, String> {
+    Shape::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = Shape::ALL.iter().map(|shape| shape.name()).collect();
+        format!("the shapes are {}", names.join(", "))
+    })
 }
 
 /// The names of [`Backend`].

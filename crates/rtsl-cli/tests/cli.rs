@@ -309,17 +309,144 @@ fn entries(folder: &Path) -> Vec<String> {
     names
 }
 
+/// A branch that no usual ray takes, long enough not to be done for all lanes, and one that no ray
+/// takes.
+const RARE: &str = "class Rare : rt_Texture;
+void lookup()
+{
+    float x = rt_TextureUV.x;
+    if (x > 2.0) x = 1.0 / (1.0 + 2.0 / (1.0 + 3.0 / (1.0 + 4.0 / (1.0 + x))));
+    if (x * x < -1.0) x = sqrt(-x);
+    rt_FloatTextureValue = x;
+}
+";
+
+/// What `rtsl bench --json` prints, a value for each kernel.
+fn bench(folder: &Folder, arguments: &[&str]) -> Vec<serde_json::Value> {
+    let ran = folder.run(&[&["bench", "--json", "--time", "1"], arguments].concat()).exits(DONE);
+    ran.output().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
 #[test]
 fn bench_measures_every_width() {
     let folder = Folder::new("bench");
-    folder.write(
-        "grey.rtsl",
-        "class Grey : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = sin(rt_TextureUV.x); }",
+    folder.write("rare.rtsl", RARE);
+    let rows = bench(&folder, &["rare.rtsl"]);
+    let kernels: Vec<_> =
+        rows.iter().map(|row| format!("{} {}", row["shape"], row["width"])).collect();
+    let mut expected: Vec<_> = [1, 4, 8, 16].map(|width| format!("\"packet\" {width}")).into();
+    expected.extend([1, 4, 8, 16].map(|width| format!("\"stream\" {width}")));
+    expected.extend([1, 4, 8, 16].map(|width| format!("\"leaf\" {width}")));
+    expected.push("\"single\" 1".to_owned());
+    assert_eq!(kernels, expected);
+    for row in &rows {
+        assert_eq!((&row["class"], &row["method"]), (&"Rare".into(), &"lookup".into()));
+        let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name}: {row}"));
+        for name in [
+            "nanosecondsPerLane",
+            "tenthPercentile",
+            "ninetiethPercentile",
+            "speedup",
+            "floatOperationsPerLane",
+            "bytesPerLane",
+            "shareOfPeakFloatOperations",
+            "shareOfPeakBytes",
+            "peakGigaflops",
+            "peakGigabytesPerSecond",
+        ] {
+            assert!(number(name) > 0.0, "{name}: {row}");
+        }
+        assert!(number("tenthPercentile") <= number("nanosecondsPerLane"), "{row}");
+        assert!(number("nanosecondsPerLane") <= number("ninetiethPercentile"), "{row}");
+        assert!((0.0..=1.0).contains(&number("activeLanes")), "{row}");
+        assert!(number("width") > 1.0 || number("speedup") == 1.0, "{row}");
+        let rays = match row["shape"].as_str() {
+            Some("single") => 16.0,
+            Some("leaf") => 4.0 * 256.0,
+            _ => 256.0,
+        };
+        assert_eq!(number("lanes"), rays, "{row}");
+    }
+}
+
+#[test]
+fn bench_finds_rays_for_rare_branches() {
+    let folder = Folder::new("bench-rare");
+    folder.write("rare.rtsl", RARE);
+    let rows = bench(&folder, &["rare.rtsl", "lookup", "--width", "8", "--shape", "packet"]);
+    let sides =
+        |row: &serde_json::Value| (row["branchSidesReached"].clone(), row["branchSides"].clone());
+    assert_eq!(rows.iter().map(sides).collect::<Vec<_>>(), [(3.into(), 4.into())]);
+    // Another seed finds other rays.
+    let arguments = ["rare.rtsl", "lookup", "--width", "8", "--shape", "packet", "--seed", "5"];
+    assert_eq!(
+        bench(&folder, &arguments).iter().map(sides).collect::<Vec<_>>(),
+        [(3.into(), 4.into())]
     );
-    let ran = folder.run(&["bench", "grey.rtsl", "--json"]).exits(DONE);
-    assert_eq!(ran.output().matches("\"shape\":\"packet\"").count(), 4, "{}", ran.output());
-    // Four shapes with many lanes at four widths each, and the one with a single lane.
-    assert_eq!(ran.output().lines().count(), 17, "{}", ran.output());
+}
+
+#[test]
+fn bench_takes_inputs_by_name() {
+    let folder = Folder::new("bench-inputs");
+    folder.write("rare.rtsl", RARE);
+    let bench_with = |state: &str| {
+        let arguments = ["rare.rtsl", "--width", "4", "--shape", "packet", "--lanes", "32"];
+        let rows = bench(&folder, &[&arguments[..], &["--state", state]].concat());
+        assert_eq!(rows.len(), 1);
+        (rows[0]["branchSidesReached"].clone(), rows[0]["divisionsPerLane"].clone())
+    };
+    assert_eq!(bench_with("rt_TextureUV=0.5,0"), (2.into(), 0.0.into()));
+    assert_eq!(bench_with("rt_TextureUV=3,0"), (2.into(), 4.0.into()));
+    let every_fourth = r#"rt_TextureUV={"lanes": [[3,0], [0,0], [0,0], [0,0]]}"#;
+    assert_eq!(bench_with(every_fourth), (3.into(), 1.0.into()));
+    let range = r#"rt_TextureUV={"from": [2.5, 0], "to": [7, 1]}"#;
+    assert_eq!(bench_with(range), (2.into(), 4.0.into()));
+}
+
+#[test]
+fn bench_prints_a_table() {
+    let folder = Folder::new("bench-table");
+    folder.write("ball.rtsl", SPHERE);
+    let arguments = ["bench", "ball.rtsl", "intersect", "--width", "8", "--time", "1"];
+    let table = folder.run(&arguments).exits(DONE).output();
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(lines[0].starts_with("Ball.intersect: 256 rays a call, "), "{table}");
+    let shapes = lines[2..].iter().map(|line| line.split_whitespace().next().unwrap());
+    assert_eq!(
+        shapes.collect::<Vec<_>>(),
+        ["packet", "common-origin", "stream", "leaf"],
+        "{table}"
+    );
+    assert!(lines.iter().all(|line| line.len() < 100), "{table}");
+}
+
+#[test]
+fn bench_refuses_what_it_cannot_measure() {
+    let folder = Folder::new("bench-errors");
+    folder.write("rare.rtsl", RARE);
+    folder.write(
+        "endless.rtsl",
+        "class Endless : rt_Texture;\nvoid lookup() { float x = rt_TextureUV.x; \
+         while (x >= 0.0) x += 0.0 * rt_TextureUV.y; rt_FloatTextureValue = x; }\n",
+    );
+    for arguments in [
+        &["--state", "rt_TextureVU=0,0"][..],
+        &["--state", "rt_TextureUV=0"],
+        &["--state", r#"rt_TextureUV={"lanes": []}"#],
+        &["--state", r#"rt_TextureUV={"from": 0, "to": 1}"#],
+        &["--state", "rt_TextureUV"],
+        &["--lanes", "0"],
+        &["--shape", "box"],
+        &["--width", "3"],
+        &["lukup"],
+    ] {
+        let ran = folder.run(&[&["bench", "rare.rtsl"], arguments].concat()).exits(WRONG_USAGE);
+        assert!(ran.output().is_empty(), "{}", ran.output());
+    }
+    let unknown = folder.run(&["bench", "rare.rtsl", "--state", "rt_TextureVU=0,0"]);
+    assert!(unknown.errors().contains("did you mean `rt_TextureUV`?"), "{}", unknown.errors());
+    folder.run(&["bench", "rare.rtsl", "shade"]).exits(INPUT_AT_FAULT);
+    folder.run(&["bench", "endless.rtsl", "--lanes", "16"]).fails_with("E0619");
 }
 
 #[test]

@@ -132,6 +132,22 @@ impl Profile {
         bytes
     }
 
+    /// Adds what another run of the same kernel did.
+    pub fn add(&mut self, other: &Profile) {
+        self.rays += other.rays;
+        self.rounds += other.rounds;
+        self.branches.taken += other.branches.taken;
+        self.branches.not_taken += other.branches.not_taken;
+        for (count, other) in self.counts_mut().into_iter().zip(other.clone().counts_mut()) {
+            count.add(*other, 1);
+        }
+        self.decisions.resize(other.decisions.len(), Decision::default());
+        for (decision, other) in self.decisions.iter_mut().zip(&other.decisions) {
+            decision.held = decision.held.or(other.held);
+            decision.failed = decision.failed.or(other.failed);
+        }
+    }
+
     pub(crate) fn observe(&mut self, decision: usize, base: u32, lanes: u32, held: bool) {
         if lanes == 0 {
             return;
@@ -159,8 +175,11 @@ impl Profile {
         self.count_work(work, lanes);
     }
 
-    /// Counts the store of an output in the lanes `on`.
+    /// Counts the store of an output in the lanes `on`. If there is none, there is no store.
     pub(crate) fn count_output(&mut self, kind: PlaceKind, width: u32, on: u32) {
+        if on == 0 {
+            return;
+        }
         let lanes = Count { executed: width.into(), active: on.count_ones().into() };
         self.lanes.add(lanes, 1);
         self.count_work(Work::Store(kind), lanes);
@@ -355,6 +374,35 @@ impl Display for Profile {
 }
 
 impl Profile {
+    fn counts_mut(&mut self) -> Vec<&mut Count> {
+        let Profile {
+            rays: _,
+            lanes,
+            float_operations,
+            divisions,
+            square_roots,
+            comparisons,
+            selects,
+            conversions,
+            integer_operations,
+            logic,
+            state,
+            scratch,
+            members,
+            buffers,
+            slots,
+            branches: _,
+            rounds: _,
+            decisions: _,
+        } = self;
+        let mut counts = vec![lanes, float_operations, divisions, square_roots, comparisons];
+        counts.extend([selects, conversions, integer_operations, logic]);
+        for Traffic { loaded, stored } in [state, scratch, members, buffers, slots] {
+            counts.extend([loaded, stored]);
+        }
+        counts
+    }
+
     fn named_counts(&self) -> Vec<(String, Count)> {
         let operations = [
             ("lanes", self.lanes),

@@ -14,9 +14,9 @@ use super::eval::parse_setting;
 use super::{
     CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
 };
-use crate::arguments::{EngineArguments, SearchPath};
+use crate::arguments::{EngineArguments, SearchPath, parse_shape};
 use crate::files::write_result;
-use crate::names::find_method;
+use crate::names::{find_method, find_state};
 use crate::report::Reporter;
 
 /// The command line of `rtsl build`.
@@ -50,7 +50,7 @@ pub struct BuildArguments {
     params: Vec<(String, JsonValue)>,
     /// The state variables that the caller reads, with commas between; all that the method sets, and
     /// scratch, if not given.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_state)]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = find_state)]
     reads: Option<Vec<&'static StateVariable>>,
     /// The machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
     #[arg(long)]
@@ -169,17 +169,6 @@ fn methods(arguments: &BuildArguments, class: &Class) -> Result<Vec<Method>, Fai
         }
         None => Ok(class.methods.keys().copied().collect()),
     }
-}
-
-fn parse_state(name: &str) -> Result<&'static StateVariable, String> {
-    rtsl::lookup_state(name).ok_or_else(|| "there is no such state variable".to_owned())
-}
-
-fn parse_shape(name: &str) -> Result<Shape, String> {
-    Shape::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = Shape::ALL.iter().map(|shape| shape.name()).collect();
-        format!("the shapes are {}", names.join(", "))
-    })
 }
 
 fn target(name: Option<&str>) -> Result<Option<Target>, Failure> {

@@ -9,5 +9,6 @@ mod values;
 
 pub use lines::answer_lines;
 pub use request::{Answer, Request};
+pub use run::role_of;
 pub use session::{Evaluation, Session};
-pub use values::{ValueError, make_instance};
+pub use values::{Lanes, ValueError, make_instance, parse_state};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rtsl::{
     CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, Method,
     ParameterType, Program, Role, Scalar, Shape, StateVariable, Unit, Value,
-    diagnostic_codes as codes, lookup_state, new_state, place_words, set_defaults, state_variables,
+    diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
 use serde_json::Value as JsonValue;
 
@@ -15,7 +15,7 @@ use super::request::{Request, Values};
 use super::session::Evaluation;
 use super::values::{self, Lanes, PlaceWords, ValueError};
 use crate::json::Json;
-use crate::names::{find_method, no_such};
+use crate::names::{find_method, find_state};
 
 /// The greatest number of rays of one request.
 const MAX_LANES: usize = 1 << 20;
@@ -109,7 +109,7 @@ fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>
 }
 
 /// The role in which the class has the method.
-fn role_of(class: &Class, method: Method) -> Option<Role> {
+pub fn role_of(class: &Class, method: Method) -> Option<Role> {
     class.roles.iter().copied().find(|role| method.roles().contains(role))
 }
 
@@ -137,31 +137,16 @@ fn lane_value<'a>(name: &str, values: &'a Lanes, lane: usize) -> Result<&'a Json
 
 fn set_state(state: &mut LaneBlock, values: &BTreeMap<&str, Lanes>) -> Result<(), Refusal> {
     for (name, values) in values {
-        let variable = lookup_state(name).ok_or_else(|| unknown_state(name))?;
-        let count = variable.ty.components() as usize;
+        let variable = find_state(name).map_err(Refusal::Request)?;
         for lane in 0..state.lanes() {
-            let mut floats = Vec::with_capacity(count);
             let value = lane_value(name, values, lane)?;
-            values::parse_floats(value, &mut floats)
-                .map_err(|error| Refusal::Request(format!("`{name}`: {error}")))?;
-            if variable.ty == rtsl::StateType::Color && floats.len() == 1 {
-                floats.resize(count, floats[0]);
-            }
-            if floats.len() != count {
-                let message = format!("`{name}` has {count} components, not {}", floats.len());
-                return Err(Refusal::Request(message));
-            }
+            let floats = values::parse_state(variable, value).map_err(Refusal::Request)?;
             for (component, value) in floats.into_iter().enumerate() {
                 state.floats_mut(variable.first_component as usize + component)[lane] = value;
             }
         }
     }
     Ok(())
-}
-
-fn unknown_state(name: &str) -> Refusal {
-    let names = state_variables().iter().map(|variable| variable.name);
-    Refusal::Request(no_such("state variable", name, names))
 }
 
 fn set_scratch(

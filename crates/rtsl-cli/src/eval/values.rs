@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Class, Constant, Diagnostic, Instance, ParameterType, Scalar, Unit, Value, type_name};
+use rtsl::{
+    Class, Constant, Diagnostic, Instance, ParameterType, Scalar, StateType, StateVariable, Unit,
+    Value, type_name,
+};
 use serde_json::Value as JsonValue;
 
 use super::request::Values;
@@ -127,7 +130,7 @@ pub fn make_instance<'a>(
 }
 
 /// All floats of a value, in order.
-pub fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
+fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
     match parse_value(json, &Unit::default()) {
         Ok(Value::Int(value)) => floats.push(value as f32),
         Ok(Value::Uint(value)) => floats.push(value as f32),
@@ -139,6 +142,20 @@ pub fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), Strin
         Ok(_) | Err(_) => return Err(format!("{json} is no float or list of floats")),
     }
     Ok(())
+}
+
+/// The components of a state variable; one float serves for a colour.
+pub fn parse_state(variable: &StateVariable, json: &JsonValue) -> Result<Vec<f32>, String> {
+    let (name, count) = (variable.name, variable.ty.components() as usize);
+    let mut floats = Vec::with_capacity(count);
+    parse_floats(json, &mut floats).map_err(|error| format!("`{name}`: {error}"))?;
+    if variable.ty == StateType::Color && floats.len() == 1 {
+        floats.resize(count, floats[0]);
+    }
+    if floats.len() != count {
+        return Err(format!("`{name}` has {count} components, not {}", floats.len()));
+    }
+    Ok(floats)
 }
 
 /// The words of places, read element by element.

@@ -1,10 +1,14 @@
 //! What a test file's input is put through. One entry of [`MODES`] for each stage that can be
 //! printed.
 
+use std::sync::Arc;
+
 use libtest_mimic::Failed;
+use rtsl::host::NoHost;
 use rtsl::{
-    Backend, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
-    Outputs, Shape, Target, Variant, lookup_state,
+    Backend, CallArguments, Class, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions,
+    Instance, InstanceTable, Instances, LaneIndices, LaneMask, MemberBlock, Method, Outputs, Shape,
+    Target, Variant, lookup_state, new_state, set_defaults,
 };
 use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
@@ -30,6 +34,7 @@ pub const MODES: &[Mode] = &[
     Mode { name: "ir", run: |test| emit(test, Emit::Ir) },
     Mode { name: "packet", run: |test| emit(test, Emit::Packet) },
     Mode { name: "llvm", run: |test| emit(test, Emit::Llvm) },
+    Mode { name: "profile", run: profile },
     Mode { name: "verify", run: verify },
     Mode { name: "passes", run: passes },
 ];
@@ -114,25 +119,12 @@ fn diagnostics(test: &TestFile<'_>) -> Result<String, Failed> {
     Ok(compile(test).report(false))
 }
 
-/// A method in one of its forms. The mode's arguments: `class=` where there are several,
-/// `method=`, `shape=` and `width=` where they matter, `reads=` for a caller that reads these
-/// variables, `known` for one that knows the members to be the defaults.
+/// A method in one of its forms. The mode's further arguments: `reads=` for a caller that reads
+/// these variables, `known` for one that knows the members to be the defaults.
 fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
-    let compilation = compile(test);
-    let unit = compilation.unit.as_ref().ok_or_else(|| compilation.report(false))?;
-    let class = match test.argument("class") {
-        Some(name) => unit.class(name).map_err(|error| error.message)?,
-        None => unit.classes().first().ok_or("the text has no class")?,
-    };
-    let method = test.argument("method").ok_or("the mode needs `method=`")?;
-    let shape = test.argument("shape").unwrap_or("packet");
-    let width = test.argument("width").map(str::parse).transpose()?;
-    // The text for a named machine needs no LLVM.
-    let options =
-        EngineOptions { backend: Backend::Interpreter, width, ..EngineOptions::default() };
-    let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
-    let program = engine.program_of_class(class);
-    let mut variant = Variant::new(Shape::from_name(shape).ok_or("there is no such shape")?);
+    let Asked { class, method, shape, engine } = Asked::by(test)?;
+    let program = engine.program_of_class(&class);
+    let mut variant = Variant::new(shape);
     if let Some(names) = test.argument("reads") {
         let variables = names.split(',').map(|name| lookup_state(name).ok_or(name));
         let variables = variables.collect::<Result<Vec<_>, _>>();
@@ -140,17 +132,82 @@ fn emit(test: &TestFile<'_>, emit: Emit) -> Result<String, Failed> {
         variant = variant.reading(Outputs::state(variables));
     }
     if test.arguments.contains(&"known") {
-        let instance = Instance::new(class, []).map_err(|problems| format!("{problems:?}"))?;
+        let instance = Instance::new(&class, []).map_err(|problems| format!("{problems:?}"))?;
         variant = variant.knowing(program.known_members(&instance));
     }
-    let request = EmitRequest {
-        emit,
-        method: Method::from_name(method).ok_or("there is no such method")?,
-        variant,
-        target: Target::by_name("x86-64-v3"),
-    };
+    // The text for a named machine needs no LLVM.
+    let target = Target::by_name("x86-64-v3");
+    let request = EmitRequest { emit, method, variant, target };
     let text = program.emit(&request).map_err(|error| error.message)?;
     Ok(String::from_utf8(text)?)
+}
+
+/// What the packet code of a method does for `rays=` rays, 8 if not given. Ray `i` has the default
+/// and `i / 8` in every float of its state. Scratch is zero, the host has nothing.
+fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
+    let Asked { class, method, shape, engine } = Asked::by(test)?;
+    let count = test.argument("rays").map_or(Ok(8), str::parse)?;
+    let instance = Instance::new(&class, []).map_err(|_| "the class needs parameters")?;
+    let program = engine.program(&instance);
+    let kernel = program.packet_kernel(method, shape).map_err(|error| error.message)?;
+    let block = Arc::new(program.block(&instance));
+    let table = InstanceTable::new(vec![block.clone()]);
+    let indices = LaneIndices::new(count);
+    let members = MemberBlock::new(vec![block.clone(); count]);
+    let mut state = new_state(count);
+    let mut roles = class.roles.iter().filter(|role| method.roles().contains(role));
+    set_defaults(&mut state, *roles.next().ok_or("the class lacks the method's role")?);
+    for component in 0..state.components() {
+        let floats = state.floats_mut(component).iter_mut().enumerate();
+        floats.for_each(|(ray, float)| *float += ray as f32 / 8.0);
+    }
+    let call = CallArguments {
+        state: &mut state,
+        scratch: &mut program.new_scratch(count),
+        count,
+        mask: None,
+        accepted: Some(&mut LaneMask::new(count)),
+        instances: match shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
+            Shape::Stream => Instances::Many(&table, &indices),
+            Shape::Leaf => Instances::Range(&members, 0),
+        },
+        host: &mut NoHost,
+    };
+    Ok(kernel.run(call, u64::MAX).profile.to_string())
+}
+
+/// What the mode's arguments ask for: `class=` where there are several, `method=`, `shape=` and
+/// `width=` where they matter.
+struct Asked {
+    class: Arc<Class>,
+    method: Method,
+    shape: Shape,
+    /// Needs no LLVM.
+    engine: Engine,
+}
+
+impl Asked {
+    fn by(test: &TestFile<'_>) -> Result<Asked, Failed> {
+        let compilation = compile(test);
+        let unit = compilation.unit.as_ref().ok_or_else(|| compilation.report(false))?;
+        let class = match test.argument("class") {
+            Some(name) => unit.class(name).map_err(|error| error.message)?,
+            None => unit.classes().first().ok_or("the text has no class")?,
+        };
+        let method = test.argument("method").ok_or("the mode needs `method=`")?;
+        let shape = test.argument("shape").unwrap_or("packet");
+        let width = test.argument("width").map(str::parse).transpose()?;
+        let options =
+            EngineOptions { backend: Backend::Interpreter, width, ..EngineOptions::default() };
+        let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
+        Ok(Asked {
+            class: class.clone(),
+            method: Method::from_name(method).ok_or("there is no such method")?,
+            shape: Shape::from_name(shape).ok_or("there is no such shape")?,
+            engine,
+        })
+    }
 }
 
 fn compile(test: &TestFile<'_>) -> Compilation {

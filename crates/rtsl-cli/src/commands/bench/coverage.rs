@@ -1,0 +1,89 @@
+//! Inputs by which every branch goes both ways, as far as they can be found.
+
+use rtsl::{Decision, Diagnostic, PacketKernel, Profile, Shape};
+
+use super::call::count;
+use super::inputs::{Inputs, RaySource};
+use super::objects::Objects;
+
+/// How often further rays are drawn, and how many at a time.
+const BATCHES: usize = 24;
+const BATCH: usize = 64;
+/// At least one ray in so many stays as it was drawn first.
+const REPLACED_PART: usize = 2;
+/// Batches that go round loops more often than this are not looked at: unusual rays may do so for
+/// ever.
+const BATCH_ROUNDS: u64 = 1 << 18;
+
+/// How many sides of branches inputs reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coverage {
+    /// Sides that some ray takes.
+    pub reached: usize,
+    /// Two for each condition that varies from ray to ray.
+    pub sides: usize,
+}
+
+/// Sides by condition: whether some ray held it, and whether some ray did not.
+type Sides = Vec<[bool; 2]>;
+
+/// Usual rays, with further ones mixed in for the sides that the usual ones leave out. `kernel`
+/// runs one ray at a time.
+pub fn covering_inputs(
+    kernel: &PacketKernel,
+    objects: &Objects,
+    source: &mut RaySource<'_>,
+    lanes: usize,
+) -> Result<Inputs, Diagnostic> {
+    let instances = objects.of_shape(Shape::Packet);
+    let mut inputs = source.usual(lanes)?;
+    let profile = count(kernel, instances, &inputs, BATCH_ROUNDS).profile;
+    let mut needed: Vec<usize> = first_rays(&profile).map(|(_, ray)| ray).collect();
+    let mut seen = sides(&profile);
+    let mut replaceable = (0..lanes).step_by(REPLACED_PART);
+    for batch in 0..BATCHES {
+        if seen.iter().all(|sides| *sides == [true; 2]) {
+            break;
+        }
+        // Before rays become unusual there are more of the usual ones.
+        let candidates =
+            if batch < BATCHES / 4 { source.usual(BATCH)? } else { source.unusual(BATCH)? };
+        let run = count(kernel, instances, &candidates, BATCH_ROUNDS);
+        if run.cut_short {
+            continue;
+        }
+        let news = first_rays(&run.profile).filter(|((decision, side), _)| !seen[*decision][*side]);
+        let news: Vec<((usize, usize), usize)> = news.collect();
+        let mut copied: Vec<usize> = Vec::new();
+        for ((decision, side), ray) in news {
+            if !copied.contains(&ray) {
+                let Some(lane) = replaceable.find(|lane| !needed.contains(lane)) else { break };
+                inputs.copy_lane(lane, &candidates, ray);
+                needed.push(lane);
+                copied.push(ray);
+            }
+            seen[decision][side] = true;
+        }
+    }
+    Ok(inputs)
+}
+
+/// What these inputs reach.
+pub fn coverage(profile: &Profile) -> Coverage {
+    let sides = sides(profile);
+    let reached = sides.iter().flatten().filter(|reached| **reached).count();
+    Coverage { reached, sides: 2 * sides.len() }
+}
+
+fn sides(profile: &Profile) -> Sides {
+    let sides = |decision: &Decision| [decision.held.is_some(), decision.failed.is_some()];
+    profile.decisions.iter().map(sides).collect()
+}
+
+/// For each side (decision, and 0 where it held or 1) that was taken the first ray that took it.
+fn first_rays(profile: &Profile) -> impl Iterator<Item = ((usize, usize), usize)> {
+    profile.decisions.iter().enumerate().flat_map(|(index, decision)| {
+        let sides = [decision.held, decision.failed].into_iter().enumerate();
+        sides.filter_map(move |(side, ray)| Some(((index, side), ray? as usize)))
+    })
+}

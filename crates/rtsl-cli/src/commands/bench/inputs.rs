@@ -1,0 +1,174 @@
+//! What the rays of a call bring along.
+
+use rtsl::{
+    CallArguments, Diagnostic, LaneBlock, LaneMask, Method, Program, Role, Shape, StateVariable,
+    lookup_state, new_state, set_defaults, state_variables,
+};
+
+use super::host::BenchHost;
+use super::objects::Objects;
+use super::random::{Random, Vector};
+use super::rays::{Ray, make_unusual};
+use super::settings::Setting;
+
+/// How many rays are sent towards an object for one that hits.
+const RAYS_FOR_A_HIT: usize = 4;
+
+/// What rays share that start at one point.
+pub const ORIGIN: &str = "rt_RayOrigin";
+
+/// The state and scratch of some rays before a call.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    pub state: LaneBlock,
+    pub scratch: LaneBlock,
+}
+
+impl Inputs {
+    /// How many rays.
+    pub fn lanes(&self) -> usize {
+        self.state.lanes()
+    }
+
+    /// One ray alone.
+    pub fn lane(&self, lane: usize) -> Inputs {
+        let alone = |block: &LaneBlock| LaneBlock::new(block.components(), 1);
+        let mut inputs = Inputs { state: alone(&self.state), scratch: alone(&self.scratch) };
+        inputs.copy_lane(0, self, lane);
+        inputs
+    }
+
+    /// Makes `lane` what `other` is in the lane `from`.
+    pub fn copy_lane(&mut self, lane: usize, other: &Inputs, from: usize) {
+        copy_lane(&mut self.state, lane, &other.state, from);
+        copy_lane(&mut self.scratch, lane, &other.scratch, from);
+    }
+}
+
+fn copy_lane(block: &mut LaneBlock, lane: usize, other: &LaneBlock, from: usize) {
+    for component in 0..block.components() {
+        block.words_mut(component)[lane] = other.words(component)[from];
+    }
+}
+
+/// Where rays for a method come from.
+pub struct RaySource<'a> {
+    program: &'a Program,
+    objects: &'a Objects,
+    method: Method,
+    role: Role,
+    reads: Vec<&'static StateVariable>,
+    settings: &'a [Setting],
+    random: Random,
+    /// Where all rays start, if they start at one point.
+    origin: Option<Vector>,
+}
+
+impl<'a> RaySource<'a> {
+    /// Rays for a method in one of the roles of its class.
+    ///
+    /// # Errors
+    /// If the class has no such method.
+    pub fn new(
+        program: &'a Program,
+        objects: &'a Objects,
+        (method, role): (Method, Role),
+        settings: &'a [Setting],
+        seed: u64,
+    ) -> Result<RaySource<'a>, Diagnostic> {
+        let reads = program.method(method)?.reads.clone();
+        let random = Random::new(seed);
+        Ok(RaySource { program, objects, method, role, reads, settings, random, origin: None })
+    }
+
+    /// From now on all rays have the same origin.
+    pub fn start_at_one_point(&mut self) {
+        self.origin = Some(Ray::random_origin(&mut self.random));
+        self.reads.retain(|variable| variable.name != ORIGIN);
+    }
+
+    /// So many rays as a host would set them.
+    pub fn usual(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
+        let mut inputs =
+            if self.comes_after_a_hit() { self.hits(lanes)? } else { self.random_rays(lanes) };
+        self.set(&mut inputs);
+        Ok(inputs)
+    }
+
+    /// So many rays of which some floats are far from what is usual.
+    pub fn unusual(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
+        let mut inputs = self.usual(lanes)?;
+        for lane in 0..lanes {
+            make_unusual(&mut self.random, &self.reads, &mut inputs.state, lane);
+        }
+        self.set(&mut inputs);
+        Ok(inputs)
+    }
+
+    fn set(&mut self, inputs: &mut Inputs) {
+        for setting in self.settings {
+            for lane in 0..inputs.lanes() {
+                setting.apply(&mut self.random, &mut inputs.state, lane);
+            }
+        }
+    }
+
+    fn random_rays(&mut self, lanes: usize) -> Inputs {
+        let mut state = new_state(lanes);
+        set_defaults(&mut state, self.role);
+        for lane in 0..lanes {
+            let ray = Ray::random(&mut self.random, self.role, self.origin);
+            for variable in state_variables() {
+                if self.role.row(variable.name).is_some() {
+                    ray.set(variable, &mut state, lane);
+                }
+            }
+        }
+        Inputs { state, scratch: self.program.new_scratch(lanes) }
+    }
+
+    /// Whether hosts call the method for a hit that `intersect` of the same object accepted.
+    fn comes_after_a_hit(&self) -> bool {
+        let follows = matches!(
+            self.method,
+            Method::ComputeNormal | Method::ComputeTextureCoordinates | Method::ComputeDerivatives
+        );
+        follows && self.program.has(Method::Intersect)
+    }
+
+    /// Rays that hit the object, with the scratch that `intersect` left; random rays if none does.
+    fn hits(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
+        let count = RAYS_FOR_A_HIT * lanes;
+        let mut sent = self.random_rays(count);
+        let mut accepted = LaneMask::new(count);
+        let intersect = self.program.kernel(Method::Intersect, Shape::Packet)?;
+        let _ = intersect.call(CallArguments {
+            state: &mut sent.state,
+            scratch: &mut sent.scratch,
+            count,
+            mask: None,
+            accepted: Some(&mut accepted),
+            instances: self.objects.of_shape(Shape::Packet),
+            host: &mut BenchHost,
+        });
+        let mut inputs = self.random_rays(lanes);
+        let hits: Vec<usize> = accepted.iter_on().collect();
+        for (lane, &from) in (0..lanes).zip(hits.iter().cycle()) {
+            inputs.copy_lane(lane, &sent, from);
+            set_hit_point(&mut inputs.state, lane);
+        }
+        Ok(inputs)
+    }
+}
+
+/// The hit point from ray and distance.
+fn set_hit_point(state: &mut LaneBlock, lane: usize) {
+    let names = [ORIGIN, "rt_RayDirection", "rt_HitDistance", "rt_HitPoint"];
+    let first = names.map(|name| lookup_state(name).map(|it| it.first_component as usize));
+    let [Some(origin), Some(direction), Some(distance), Some(point)] = first else { return };
+    let distance = state.floats(distance)[lane];
+    for axis in 0..3 {
+        let along = distance * state.floats(direction + axis)[lane];
+        state.floats_mut(point + axis)[lane] = state.floats(origin + axis)[lane] + along;
+    }
+}

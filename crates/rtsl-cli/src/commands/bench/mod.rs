@@ -1,0 +1,283 @@
+//! `rtsl bench`: how long methods take per ray, for each shape and width, and how that compares
+//! with what the machine can do.
+//!
+//! Packet code is run by an interpreter that counts ([`rtsl::PacketKernel`]); machine code of the same
+//! kernel is timed for the same rays.
+
+mod call;
+mod coverage;
+mod host;
+mod inputs;
+mod objects;
+mod peak;
+mod random;
+mod rays;
+mod settings;
+mod subject;
+mod table;
+mod timing;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use rtsl::{
+    Backend, Class, Diagnostic, Engine, EngineOptions, Instance, Method, Program, Role, Shape,
+    diagnostic_codes as codes,
+};
+use serde_json::Value as JsonValue;
+
+use self::call::count;
+use self::coverage::{Coverage, coverage, covering_inputs};
+use self::inputs::{Inputs, ORIGIN, RaySource};
+use self::objects::Objects;
+use self::peak::Peak;
+use self::settings::Setting;
+use self::subject::KernelSubject;
+use self::table::{Measurement, Row};
+use self::timing::{Times, time_in_turn};
+use super::eval::parse_setting;
+use super::{
+    CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
+};
+use crate::arguments::{MathName, SearchPath, parse_shape, parse_width};
+use crate::eval::role_of;
+use crate::files::write_result;
+use crate::names::find_method;
+use crate::report::Reporter;
+
+/// A call that goes round loops more often than this for each of its rays is taken for endless.
+const ROUNDS_PER_RAY: u64 = 1 << 14;
+
+/// The command line of `rtsl bench`.
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// The shader.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The method; all methods if not given.
+    method: Option<String>,
+    /// The class, where the file has several.
+    #[arg(long)]
+    class: Option<String>,
+    /// A parameter of the instance; may be repeated.
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    params: Vec<(String, JsonValue)>,
+    /// A state variable of all rays; may be repeated. Besides what `rtsl eval` takes, a value is
+    /// `{"lanes": [...]}`, which rays get in turn, or `{"from": VALUE, "to": VALUE}`, at random
+    /// between the two. What is not given is drawn as a renderer would set it.
+    #[arg(long = "state", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    state: Vec<(String, JsonValue)>,
+    /// Rays of a call. The default keeps their data in the first-level cache.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    lanes: u32,
+    /// A shape to measure; may be repeated; all shapes if not given.
+    #[arg(long = "shape", value_parser = parse_shape)]
+    shapes: Vec<Shape>,
+    /// A width to measure; may be repeated; all widths if not given.
+    #[arg(long = "width", value_parser = parse_width)]
+    widths: Vec<u32>,
+    /// What the random numbers start from.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// How long each kernel is measured, in milliseconds.
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 50)]
+    time: u32,
+    /// How exact arithmetic is.
+    #[arg(long, value_enum, default_value_t = MathName::Contract)]
+    math: MathName,
+    /// Print one JSON object a line for each kernel.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// Measures and prints.
+pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
+    let compiler = compiler(&arguments.search_path);
+    let settings = arguments.state.iter().map(|(name, value)| Setting::parse(name, value));
+    let settings = settings.collect::<Result<Vec<_>, _>>().map_err(Failure::Usage)?;
+    let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
+        return Ok(Outcome::InputAtFault);
+    };
+    let class = choose_class(&unit, arguments.class.as_deref())?;
+    let methods: Vec<Method> = match &arguments.method {
+        Some(name) => vec![find_method(name).map_err(Failure::Usage)?],
+        None => class.methods.keys().copied().collect(),
+    };
+    let instance = instance(&arguments.params, class, &unit)?;
+    let bench = Bench::new(arguments, settings, instance, reporter)?;
+    for method in methods {
+        bench.measure_method(method)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// What all methods are measured with.
+struct Bench<'a> {
+    arguments: &'a BenchArguments,
+    settings: Vec<Setting>,
+    instance: Arc<Instance>,
+    /// By width; that of width 1 is always there, to compare with.
+    machines: BTreeMap<u32, Machine>,
+}
+
+/// Code of one width, and what it could do.
+struct Machine {
+    program: Arc<Program>,
+    peak: Peak,
+}
+
+/// The inputs of a method's calls.
+struct MethodInputs {
+    general: Inputs,
+    common_origin: Inputs,
+    coverage: Coverage,
+}
+
+impl<'a> Bench<'a> {
+    fn new(
+        arguments: &'a BenchArguments,
+        settings: Vec<Setting>,
+        instance: Arc<Instance>,
+        reporter: &Reporter,
+    ) -> Result<Self, Failure> {
+        let mut machines = BTreeMap::new();
+        for width in Engine::WIDTHS {
+            if width == 1 || is_asked(&arguments.widths, width) {
+                let options = EngineOptions {
+                    backend: Backend::Jit,
+                    width: Some(width),
+                    math: arguments.math.into(),
+                    ..EngineOptions::default()
+                };
+                let engine = engine(options, reporter)?;
+                let peak = Peak::measure(&engine, arguments.lanes as usize)?;
+                machines.insert(width, Machine { program: engine.program(&instance), peak });
+            }
+        }
+        Ok(Bench { arguments, settings, instance, machines })
+    }
+
+    /// The program at width 1.
+    fn scalar_program(&self) -> &Program {
+        &self.machines[&1].program
+    }
+
+    fn measure_method(&self, method: Method) -> Result<(), Failure> {
+        let objects =
+            Objects::new(self.scalar_program(), &self.instance, self.arguments.lanes as usize);
+        let inputs = self.inputs(method, &objects)?;
+        let mut subjects = Vec::new();
+        for (shape, width) in self.kernels(method)? {
+            let program = &self.machines[&width].program;
+            let inputs = inputs.of_shape(shape);
+            let kernel = (shape, width);
+            subjects.push(KernelSubject::new(program, method, kernel, &objects, inputs)?);
+        }
+        let time = Duration::from_millis(self.arguments.time.into());
+        let times = time_in_turn(&mut subjects, time);
+        self.print(method, &subjects, &times, inputs.coverage)
+    }
+
+    /// The kernels to measure, in the order of the table. Each shape's begin with width 1, asked
+    /// for or not, to compare with.
+    fn kernels(&self, method: Method) -> Result<Vec<(Shape, u32)>, Failure> {
+        let reads = &self.scalar_program().method(method)?.reads;
+        let is_of_use = |shape: Shape| match shape {
+            // Else it is the packet shape.
+            Shape::CommonOrigin => reads.iter().any(|variable| variable.name == ORIGIN),
+            Shape::Packet | Shape::Stream | Shape::Leaf | Shape::Single => true,
+        };
+        let mut shapes = Shape::ALL.to_vec();
+        match &self.arguments.shapes[..] {
+            [] => shapes.retain(|shape| is_of_use(*shape)),
+            asked => shapes.retain(|shape| asked.contains(shape)),
+        }
+        let widths = self.machines.keys();
+        let kernels = shapes.iter().flat_map(|shape| widths.clone().map(|width| (*shape, *width)));
+        Ok(kernels.filter(|(shape, width)| shape.width(*width) == *width).collect())
+    }
+
+    fn inputs(&self, method: Method, objects: &Objects) -> Result<MethodInputs, Failure> {
+        let (program, lanes) = (self.scalar_program(), self.arguments.lanes as usize);
+        let packets = program.packet_kernel(method, Shape::Packet)?;
+        let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
+        let seed = self.arguments.seed;
+        let mut rays = RaySource::new(program, objects, (method, role), &self.settings, seed)?;
+        let instances = objects.of_shape(Shape::Packet);
+        let most_rounds = ROUNDS_PER_RAY * lanes as u64;
+        let usual = count(&packets, instances, &rays.usual(lanes)?, most_rounds);
+        if usual.cut_short {
+            return Err(endless(program.class(), method).into());
+        }
+        let general = covering_inputs(&packets, objects, &mut rays, lanes)?;
+        let profile = count(&packets, instances, &general, most_rounds).profile;
+        rays.start_at_one_point();
+        let common_origin = covering_inputs(&packets, objects, &mut rays, lanes)?;
+        Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
+    }
+
+    fn print(
+        &self,
+        method: Method,
+        subjects: &[KernelSubject<'_>],
+        times: &[Times],
+        coverage: Coverage,
+    ) -> Result<(), Failure> {
+        let class = &self.scalar_program().class().name;
+        let lanes = self.arguments.lanes as usize;
+        let mut text = String::new();
+        if !self.arguments.json {
+            text += &table::heading(class, method.name(), lanes, coverage);
+        }
+        let mut one = f64::NAN;
+        for (KernelSubject { shape, width, profile, .. }, times) in subjects.iter().zip(times) {
+            if *width == 1 {
+                one = times.median;
+            }
+            if !is_asked(&self.arguments.widths, *width) {
+                continue;
+            }
+            let row = Row::new(&Measurement {
+                class,
+                method: method.name(),
+                shape: *shape,
+                width: *width,
+                times: *times,
+                one,
+                profile,
+                peak: self.machines[width].peak,
+                coverage,
+            });
+            text += &if self.arguments.json { row.to_json() } else { row.to_text() };
+        }
+        write_result(None, text.as_bytes())
+    }
+}
+
+/// Whether `value` is among those asked for; all are where none is named.
+fn is_asked<T: PartialEq>(named: &[T], value: T) -> bool {
+    named.is_empty() || named.contains(&value)
+}
+
+impl MethodInputs {
+    fn of_shape(&self, shape: Shape) -> &Inputs {
+        match shape {
+            Shape::Packet | Shape::Stream | Shape::Leaf | Shape::Single => &self.general,
+            Shape::CommonOrigin => &self.common_origin,
+        }
+    }
+}
+
+fn endless(class: &Class, method: Method) -> Diagnostic {
+    let (class, method) = (&class.name, method.name());
+    Diagnostic::new(
+        codes::BUDGET_EXHAUSTED,
+        format!("`{method}` of `{class}` went round its loops {ROUNDS_PER_RAY} times a ray"),
+    )
+    .help("its loop may never end for random rays; `--state` chooses others")
+}

@@ -1,0 +1,109 @@
+//! A kernel with calls to time it by, and what packet code says of them.
+
+use std::sync::Arc;
+
+use rtsl::{Diagnostic, Kernel, Method, Profile, Program, Shape};
+
+use super::call::{Call, count};
+use super::inputs::Inputs;
+use super::objects::Objects;
+use super::timing::Subject;
+
+/// The single shape is called for so many rays in turn, each in memory of its own: all of it still
+/// fits the first-level cache.
+const SINGLE_RAYS: usize = 16;
+/// So is the leaf shape, for fewer rays, since each meets many objects.
+const LEAF_RAYS: usize = 4;
+
+/// A kernel and its calls.
+pub struct KernelSubject<'a> {
+    /// The kernel's.
+    pub shape: Shape,
+    /// The kernel's.
+    pub width: u32,
+    /// What the packet code of the same kernel does in the same calls.
+    pub profile: Profile,
+    kernel: Arc<Kernel>,
+    objects: &'a Objects,
+    calls: Vec<Call>,
+}
+
+impl<'a> KernelSubject<'a> {
+    /// Makes the kernel of a method for calls with these inputs.
+    ///
+    /// # Errors
+    /// As for [`Program::kernel`] and [`Program::packet_kernel`].
+    pub fn new(
+        program: &Program,
+        method: Method,
+        (shape, width): (Shape, u32),
+        objects: &'a Objects,
+        inputs: &Inputs,
+    ) -> Result<KernelSubject<'a>, Diagnostic> {
+        let kernel = program.kernel(method, shape)?;
+        let profile = profile(program, method, shape, objects, inputs)?;
+        let method = program.method(method)?;
+        let calls = inputs_of_calls(shape, inputs).into_iter();
+        let calls = calls.map(|inputs| Call::new(&method, inputs)).collect();
+        Ok(KernelSubject { shape, width, profile, kernel, objects, calls })
+    }
+}
+
+fn profile(
+    program: &Program,
+    method: Method,
+    shape: Shape,
+    objects: &Objects,
+    inputs: &Inputs,
+) -> Result<Profile, Diagnostic> {
+    let packets = program.packet_kernel(method, shape)?;
+    let mut whole = Profile::default();
+    for inputs in inputs_of_calls(shape, inputs) {
+        whole.add(&count(&packets, objects.of_shape(shape), &inputs, u64::MAX).profile);
+    }
+    Ok(whole)
+}
+
+/// The inputs of one call, or of one for each of some rays where a call takes no more.
+fn inputs_of_calls(shape: Shape, inputs: &Inputs) -> Vec<Inputs> {
+    match shape {
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream => vec![inputs.clone()],
+        Shape::Single => some_rays(inputs, SINGLE_RAYS).map(|ray| inputs.lane(ray)).collect(),
+        Shape::Leaf => {
+            let calls = some_rays(inputs, LEAF_RAYS).map(|ray| {
+                // The ray is lane 0; the others are for what comes back.
+                let mut call = inputs.clone();
+                call.copy_lane(0, inputs, ray);
+                call
+            });
+            calls.collect()
+        }
+    }
+}
+
+/// Up to `most` rays, far from each other.
+fn some_rays(inputs: &Inputs, most: usize) -> impl Iterator<Item = usize> {
+    let (lanes, count) = (inputs.lanes(), inputs.lanes().min(most));
+    (0..count).map(move |ray| ray * lanes / count)
+}
+
+impl Subject for KernelSubject<'_> {
+    fn prepare(&mut self) {
+        self.calls.iter_mut().for_each(Call::restore);
+    }
+
+    fn call(&mut self) {
+        let instances = self.objects.of_shape(self.shape);
+        for call in &mut self.calls {
+            call.run(&self.kernel, instances);
+        }
+    }
+
+    fn lanes(&self) -> usize {
+        self.calls.iter().map(Call::lanes).sum()
+    }
+
+    fn is_repeatable(&self) -> bool {
+        !self.calls.iter().any(Call::changes_in_place)
+    }
+}
