@@ -70,11 +70,22 @@ pub fn unary(op: UnaryOp, scalar: Scalar) -> Option<UnaryFunction> {
         (UnaryOp::Ceil, Scalar::F32) => lift!(f32, |a| a.ceil()),
         (UnaryOp::Trunc, Scalar::F32) => lift!(f32, |a| a.trunc()),
         (UnaryOp::RoundEven, Scalar::F32) => lift!(f32, |a| a.round_ties_even()),
+        // Here as exact as it gets; machines differ.
+        (UnaryOp::ApproximateReciprocal, Scalar::F32) => lift!(f32, |a| 1.0 / a),
+        (UnaryOp::ApproximateInverseSqrt, Scalar::F32) => lift!(f32, |a| 1.0 / a.sqrt()),
+        (UnaryOp::ApproximateSqrt, Scalar::F32) => lift!(f32, |a| a.sqrt()),
         (UnaryOp::Negate, Scalar::Bool)
         | (UnaryOp::Not, Scalar::F32)
         | (UnaryOp::Abs, Scalar::U32 | Scalar::Bool)
         | (
-            UnaryOp::Sqrt | UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven,
+            UnaryOp::Sqrt
+            | UnaryOp::Floor
+            | UnaryOp::Ceil
+            | UnaryOp::Trunc
+            | UnaryOp::RoundEven
+            | UnaryOp::ApproximateReciprocal
+            | UnaryOp::ApproximateInverseSqrt
+            | UnaryOp::ApproximateSqrt,
             Scalar::I32 | Scalar::U32 | Scalar::Bool,
         ) => None,
     }

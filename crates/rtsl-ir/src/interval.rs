@@ -90,7 +90,10 @@ impl Interval {
             | UnaryOp::Floor
             | UnaryOp::Ceil
             | UnaryOp::Trunc
-            | UnaryOp::RoundEven => None,
+            | UnaryOp::RoundEven
+            | UnaryOp::ApproximateReciprocal
+            | UnaryOp::ApproximateInverseSqrt
+            | UnaryOp::ApproximateSqrt => None,
         }
     }
 

@@ -117,6 +117,26 @@ pub enum UnaryOp {
     Trunc,
     /// f32: to nearest, ties to even.
     RoundEven,
+    /// f32: `1 / a`, about. Only where results may differ between machines, as the next two.
+    ApproximateReciprocal,
+    /// f32: `1 / sqrt(a)`, about.
+    ApproximateInverseSqrt,
+    /// f32: `sqrt(a)`, about.
+    ApproximateSqrt,
+}
+
+impl UnaryOp {
+    /// Those whose results are the same on all machines.
+    pub const EXACT: &[UnaryOp] = &[
+        UnaryOp::Negate,
+        UnaryOp::Not,
+        UnaryOp::Abs,
+        UnaryOp::Sqrt,
+        UnaryOp::Floor,
+        UnaryOp::Ceil,
+        UnaryOp::Trunc,
+        UnaryOp::RoundEven,
+    ];
 }
 
 /// Gives an enumeration of operators its keywords of the text form.
@@ -150,6 +170,9 @@ named! { UnaryOp:
     Ceil => "ceil",
     Trunc => "trunc",
     RoundEven => "round_even",
+    ApproximateReciprocal => "approximate_reciprocal",
+    ApproximateInverseSqrt => "approximate_inverse_sqrt",
+    ApproximateSqrt => "approximate_sqrt",
 }
 
 /// Operations on two values of one type; the result has that type.

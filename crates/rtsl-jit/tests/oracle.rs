@@ -87,7 +87,7 @@ impl Operations {
     }
 
     fn unary(&mut self, scalar: Scalar) {
-        for op in UnaryOp::ALL {
+        for op in UnaryOp::EXACT {
             for a in self.operands(scalar) {
                 if evaluate::unary(*op, scalar).is_some() {
                     self.push(OpKind::Unary(*op, a));

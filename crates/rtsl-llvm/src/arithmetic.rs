@@ -14,21 +14,21 @@ const TWO_TO_32: u32 = 0x4f80_0000;
 
 impl Emitter<'_, '_> {
     /// A constant of the vector type, or of the scalar one.
-    fn literal(&mut self, ty: LlvmType, constant: Operand) -> Operand {
+    pub fn literal(&mut self, ty: LlvmType, constant: Operand) -> Operand {
         if ty.is_vector() { self.constant_lanes(ty.element, constant) } else { constant }
     }
 
-    fn compare(&mut self, predicate: &str, ty: LlvmType, a: Operand, b: Operand) -> Operand {
+    pub fn compare(&mut self, predicate: &str, ty: LlvmType, a: Operand, b: Operand) -> Operand {
         let class = if ty.element == "float" { "fcmp" } else { "icmp" };
         self.instruction(format_args!("{class} {predicate} {ty} {a}, {b}"))
     }
 
-    fn select(&mut self, ty: LlvmType, condition: Operand, a: Operand, b: Operand) -> Operand {
+    pub fn select(&mut self, ty: LlvmType, condition: Operand, a: Operand, b: Operand) -> Operand {
         let bit = ty.of("i1");
         self.instruction(format_args!("select {bit} {condition}, {ty} {a}, {ty} {b}"))
     }
 
-    fn binary(&mut self, name: &str, ty: LlvmType, a: Operand, b: Operand) -> Operand {
+    pub fn binary(&mut self, name: &str, ty: LlvmType, a: Operand, b: Operand) -> Operand {
         self.instruction(format_args!("{name} {ty} {a}, {b}"))
     }
 
@@ -69,11 +69,14 @@ impl Emitter<'_, '_> {
             UnaryOp::Ceil => self.float_intrinsic("ceil", ty, a),
             UnaryOp::Trunc => self.float_intrinsic("trunc", ty, a),
             UnaryOp::RoundEven => self.float_intrinsic("roundeven", ty, a),
+            UnaryOp::ApproximateReciprocal => self.approximate_reciprocal(ty, a),
+            UnaryOp::ApproximateInverseSqrt => self.approximate_inverse_sqrt(ty, a),
+            UnaryOp::ApproximateSqrt => self.approximate_sqrt(ty, a),
         };
         self.define(result, operand);
     }
 
-    fn float_intrinsic(&mut self, name: &str, ty: LlvmType, a: Operand) -> Operand {
+    pub fn float_intrinsic(&mut self, name: &str, ty: LlvmType, a: Operand) -> Operand {
         self.intrinsic(&format!("llvm.{name}.{}", ty.suffix()), ty, &[(ty, a)])
     }
 

@@ -6,8 +6,10 @@
 //!
 //! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_packet::abi` says what it finds
 //! there. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction,
-//! no undefined value that reaches a lane that is on.
+//! no undefined value that reaches a lane that is on. Where approximation is allowed packet code says
+//! so, and the text says how.
 
+mod approximation;
 mod arithmetic;
 mod chunk;
 mod control;
@@ -26,7 +28,7 @@ use rtsl_packet::Kernel;
 use crate::emitter::Emitter;
 use crate::module::Module;
 
-pub use target::TargetFeatures;
+pub use target::{Estimates, TargetFeatures};
 
 /// The text of a module with a function for each kernel, called by the symbol that stands with it.
 pub fn emit<'a>(

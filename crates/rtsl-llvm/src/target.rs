@@ -16,6 +16,36 @@ pub struct TargetFeatures {
     pub mask_registers: bool,
     /// Gathers are instructions that are worth it: on AMD's processors loads lane by lane take less time.
     pub gathers: bool,
+    /// Instructions that estimate reciprocals.
+    pub estimates: Estimates,
+    /// Up to so many lanes the divider keeps up with the rest of the processor, so that a division or
+    /// a square root is not worth estimating.
+    pub divider_lanes: u32,
+}
+
+/// Instructions that estimate reciprocals and reciprocals of square roots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimates {
+    /// None that one step of Newton's method would make good enough.
+    None,
+    /// 12 bits, 4 lanes.
+    Sse,
+    /// 12 bits, up to 8 lanes.
+    Avx,
+    /// 14 bits for 16 lanes, 12 for fewer.
+    Avx512,
+}
+
+impl Estimates {
+    /// The greatest number of lanes of one instruction.
+    pub const fn lanes(self) -> u32 {
+        match self {
+            Estimates::None => 0,
+            Estimates::Sse => 4,
+            Estimates::Avx => 8,
+            Estimates::Avx512 => 16,
+        }
+    }
 }
 
 impl TargetFeatures {
@@ -44,6 +74,13 @@ impl TargetFeatures {
             fma: triple.starts_with("aarch64") || has_or("fma", level >= 3),
             mask_registers: has_or("avx512vl", level >= 4),
             gathers: has_or("avx2", level >= 3) && !cpu.starts_with("znver"),
+            estimates: match triple.starts_with("x86_64") {
+                false => Estimates::None,
+                true if has_or("avx512f", level >= 4) => Estimates::Avx512,
+                true if has_or("avx", level >= 3) || has_or("avx2", level >= 3) => Estimates::Avx,
+                true => Estimates::Sse,
+            },
+            divider_lanes: 8,
         }
     }
 }
@@ -51,6 +88,20 @@ impl TargetFeatures {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn estimates_are_those_of_the_widest_registers() {
+        for (triple, cpu, features, estimates) in [
+            ("x86_64-unknown-linux-gnu", "x86-64-v2", "", Estimates::Sse),
+            ("x86_64-unknown-linux-gnu", "x86-64-v3", "", Estimates::Avx),
+            ("x86_64-unknown-linux-gnu", "x86-64-v4", "", Estimates::Avx512),
+            ("x86_64-unknown-linux-gnu", "znver3", "+avx,+avx2", Estimates::Avx),
+            ("aarch64-unknown-linux-gnu", "generic", "", Estimates::None),
+        ] {
+            let target = TargetFeatures::new(triple, cpu, features);
+            assert_eq!(target.estimates, estimates, "{target:?}");
+        }
+    }
 
     #[test]
     fn features_come_from_levels_and_lists() {

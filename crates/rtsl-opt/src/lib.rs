@@ -1,12 +1,13 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
-//! A pass takes a verified function and leaves one. All but [`contract`] keep its results to the
-//! bit (NaN payloads aside) and its requests to the host in number and order.
+//! A pass takes a verified function and leaves one. All but [`contract`] and [`approximate`] keep its
+//! results to the bit (NaN payloads aside) and its requests to the host in number and order.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
 //! every backend is done here, what pays on one belongs to it.
 
 mod algebra;
+pub mod approximate;
 pub mod budget;
 pub mod contract;
 pub mod dead;
@@ -35,6 +36,9 @@ pub struct Options {
     /// Multiply and add become fma by the rule of [`contract`]. Changes results, on every backend
     /// alike.
     pub contract: bool,
+    /// Divisions and square roots are approximated by the rules of [`approximate`], unless nothing is
+    /// optimised. Results then differ from machine to machine.
+    pub approximate: bool,
     /// The loop iterations of a ray in a call, at most [`budget::MAX_BUDGET`]; unlimited where
     /// `None`.
     pub budget: Option<u32>,
@@ -44,7 +48,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Options { contract: true, budget: None, optimize: true }
+        Options { contract: true, approximate: false, budget: None, optimize: true }
     }
 }
 
@@ -53,6 +57,7 @@ pub type Pass = fn(&mut Function);
 
 /// The passes that need nothing but the function, by name.
 pub const PASSES: &[(&str, Pass)] = &[
+    ("approximate", approximate::run),
     ("contract", contract::run),
     ("dead", dead::run),
     ("fold", fold::run),
@@ -74,6 +79,10 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("promote", function, promote::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
+        if options.approximate {
+            run("approximate", function, approximate::run);
+            run("number", function, number::run);
+        }
         run("unroll", function, unroll::run);
         // Unrolling makes constants of indices, and folding makes constant indices of those.
         run("fold", function, fold::run);
@@ -149,7 +158,7 @@ mod tests {
 
     #[test]
     fn all_passes_keep_results() {
-        let options = Options { contract: false, budget: Some(1 << 20), optimize: true };
+        let options = Options { contract: false, budget: Some(1 << 20), ..Options::default() };
         check_preserves(|function| optimize(function, &options));
     }
 

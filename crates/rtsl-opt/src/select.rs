@@ -70,6 +70,12 @@ fn cost(kind: &OpKind, places: &[Place]) -> Option<u32> {
     }
     match kind {
         OpKind::Constant(_) => Some(0),
+        OpKind::Unary(
+            UnaryOp::ApproximateReciprocal
+            | UnaryOp::ApproximateInverseSqrt
+            | UnaryOp::ApproximateSqrt,
+            _,
+        ) => Some(4),
         OpKind::Unary(UnaryOp::Sqrt, _)
         | OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, ..) => Some(6),
         OpKind::Unary(..)

@@ -213,6 +213,9 @@ fn unary_name(op: UnaryOp) -> &'static str {
         UnaryOp::Ceil => "ceil",
         UnaryOp::Trunc => "trunc",
         UnaryOp::RoundEven => "round_even",
+        UnaryOp::ApproximateReciprocal => "approximate_reciprocal",
+        UnaryOp::ApproximateInverseSqrt => "approximate_inverse_sqrt",
+        UnaryOp::ApproximateSqrt => "approximate_sqrt",
     }
 }
 

@@ -266,7 +266,10 @@ impl Work {
 
     fn of_unary(op: UnaryOp, scalar: Scalar) -> Work {
         match (op, scalar) {
-            (UnaryOp::Sqrt, _) => Work::SquareRoot,
+            (UnaryOp::Sqrt | UnaryOp::ApproximateSqrt | UnaryOp::ApproximateInverseSqrt, _) => {
+                Work::SquareRoot
+            }
+            (UnaryOp::ApproximateReciprocal, _) => Work::Division,
             (UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven, _) => {
                 Work::Float(1)
             }

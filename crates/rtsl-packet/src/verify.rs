@@ -320,9 +320,14 @@ fn unary_takes(op: UnaryOp, scalar: Scalar) -> bool {
     match op {
         UnaryOp::Negate | UnaryOp::Abs => scalar != Scalar::Bool,
         UnaryOp::Not => scalar != Scalar::F32,
-        UnaryOp::Sqrt | UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven => {
-            scalar == Scalar::F32
-        }
+        UnaryOp::Sqrt
+        | UnaryOp::Floor
+        | UnaryOp::Ceil
+        | UnaryOp::Trunc
+        | UnaryOp::RoundEven
+        | UnaryOp::ApproximateReciprocal
+        | UnaryOp::ApproximateInverseSqrt
+        | UnaryOp::ApproximateSqrt => scalar == Scalar::F32,
     }
 }
 

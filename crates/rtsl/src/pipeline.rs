@@ -90,6 +90,7 @@ pub(crate) fn link(
     let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
     let passes = rtsl_opt::Options {
         contract: options.math != Math::Strict,
+        approximate: options.math == Math::Fast,
         budget: options.loop_budget,
         optimize: options.optimization != OptLevel::O0,
     };

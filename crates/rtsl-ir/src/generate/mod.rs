@@ -136,7 +136,7 @@ impl<'a> Generator<'a> {
     }
 
     fn unary(&mut self) -> Value {
-        let op = self.entropy.choose(UnaryOp::ALL);
+        let op = self.entropy.choose(UnaryOp::EXACT);
         let scalar = self.scalar_where(|scalar| evaluate::unary(op, scalar).is_some());
         let a = self.pick(scalar);
         self.builder.unary(op, a)

@@ -3,7 +3,7 @@
 //! The unit is about one addition of a vector. The figures weigh speculation against a branch; they
 //! need not be right for any one machine.
 
-use rtsl_ir::{BinaryOp, Index, Op, OpKind, PlaceKind, Region, Scalar};
+use rtsl_ir::{BinaryOp, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp};
 
 use super::Lowering;
 
@@ -45,7 +45,13 @@ impl Lowering<'_> {
             OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, _) => {
                 if self.function.scalar(*a) == Scalar::F32 { 5 } else { 24 }
             }
-            OpKind::Unary(rtsl_ir::UnaryOp::Sqrt, _) => 6,
+            OpKind::Unary(UnaryOp::Sqrt, _) => 6,
+            OpKind::Unary(
+                UnaryOp::ApproximateReciprocal
+                | UnaryOp::ApproximateInverseSqrt
+                | UnaryOp::ApproximateSqrt,
+                _,
+            ) => 4,
             OpKind::Convert(Scalar::I32 | Scalar::U32, a)
                 if self.function.scalar(*a) == Scalar::F32 =>
             {

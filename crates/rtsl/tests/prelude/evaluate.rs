@@ -3,8 +3,8 @@
 use std::sync::OnceLock;
 
 use rtsl::{
-    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Method,
-    Shape, host, lookup_state, new_state,
+    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Math,
+    Method, Shape, host, lookup_state, new_state,
 };
 
 /// The values of `expression`, a float in terms of the floats x and y, for each pair of these.
@@ -12,8 +12,23 @@ pub fn evaluate(expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
     evaluate_with("", expression, inputs)
 }
 
+/// The same with arithmetic as exact as that.
+pub fn evaluate_in(math: Math, expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
+    evaluate_in_with(math, "", expression, inputs)
+}
+
 /// The same with functions that the expression may call.
 pub fn evaluate_with(declarations: &str, expression: &str, inputs: &[[f32; 2]]) -> Vec<f32> {
+    evaluate_in_with(Math::Contract, declarations, expression, inputs)
+}
+
+/// The same with both.
+pub fn evaluate_in_with(
+    math: Math,
+    declarations: &str,
+    expression: &str,
+    inputs: &[[f32; 2]],
+) -> Vec<f32> {
     let text = format!(
         "{declarations}\nclass Probe : rt_Texture;\nvoid lookup() {{\n    float x = rt_TextureUV.x;\n    \
          float y = rt_TextureUV.y;\n    rt_FloatTextureValue = {expression};\n}}\n"
@@ -23,7 +38,7 @@ pub fn evaluate_with(declarations: &str, expression: &str, inputs: &[[f32; 2]]) 
     let unit = compilation.unit.unwrap_or_else(|| panic!("{expression}: {report}"));
     let class = unit.class("Probe").expect("the class is there");
     let instance = Instance::new(class, []).expect("it has no parameters");
-    let program = engine().program(&instance);
+    let program = engine(math).program(&instance);
     let kernel = program
         .kernel(Method::Lookup, Shape::Packet)
         .unwrap_or_else(|diagnostic| panic!("{expression}: {}", diagnostic.message));
@@ -55,7 +70,7 @@ pub fn value(expression: &str) -> f32 {
 
 /// How many times fewer samples serve where the interpreter does the work.
 pub fn thinning() -> usize {
-    if engine().llvm().is_some() { 1 } else { 64 }
+    if engine(Math::Contract).llvm().is_some() { 1 } else { 64 }
 }
 
 /// Pairs of numbers in [0, 1) that fill the square evenly (the R2 sequence).
@@ -66,9 +81,17 @@ pub fn unit_pairs(count: usize) -> Vec<[f32; 2]> {
         .collect()
 }
 
-fn engine() -> &'static Engine {
-    static ENGINE: OnceLock<Engine> = OnceLock::new();
-    ENGINE.get_or_init(|| match Engine::new(EngineOptions::default()) {
+fn engine(math: Math) -> &'static Engine {
+    static CONTRACT: OnceLock<Engine> = OnceLock::new();
+    static STRICT: OnceLock<Engine> = OnceLock::new();
+    static FAST: OnceLock<Engine> = OnceLock::new();
+    let engine = match math {
+        Math::Contract => &CONTRACT,
+        Math::Strict => &STRICT,
+        Math::Fast => &FAST,
+    };
+    let options = EngineOptions { math, ..EngineOptions::default() };
+    engine.get_or_init(|| match Engine::new(options) {
         Ok((engine, _)) => engine,
         Err(diagnostic) => panic!("{}", diagnostic.message),
     })
