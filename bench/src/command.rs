@@ -57,6 +57,9 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let engines = Engines::new()?;
     let named = |race: &Race| arguments.filter.as_ref().is_none_or(|it| race.name.contains(it));
     let races: Vec<Race> = races().into_iter().filter(named).collect();
+    if !arguments.json {
+        println!("{}\n", engines.describe());
+    }
     for packets in &arguments.packets {
         let mut entries = Vec::new();
         for race in &races {

@@ -158,6 +158,13 @@ impl Engines {
         Ok(Engines { engines })
     }
 
+    /// What compiles, and for which processor.
+    pub fn describe(&self) -> String {
+        let llvm = self.widest().and_then(Engine::llvm);
+        llvm.map(|llvm| format!("LLVM {}, {}", llvm.version(), llvm.host().cpu()))
+            .unwrap_or_default()
+    }
+
     /// The engine with default arithmetic for the widest vectors.
     pub fn widest(&self) -> Option<&Engine> {
         let exact = |engine: &&Engine| engine.options().math == Math::Contract;

@@ -50,17 +50,17 @@ struct Ratio {
     title: &'static str,
     own: &'static str,
     others: &'static [&'static str],
-    /// What the issue asks of every race and of the mean.
-    goal: Option<f64>,
+    /// Whether a ratio of 1 or less wins a race.
+    is_race: bool,
 }
 
 const RATIOS: &[Ratio] = &[
-    Ratio { title: "w8/h256", own: "w8", others: &["h256"], goal: Some(1.0) },
-    Ratio { title: "f8/best", own: "f8", others: &["h256", "h256t"], goal: Some(1.0) },
-    Ratio { title: "w16/h512", own: "w16", others: &["h512"], goal: Some(1.0) },
-    Ratio { title: "f16/best", own: "f16", others: &["h512", "h512t"], goal: Some(1.0) },
-    Ratio { title: "w1/w8", own: "w1", others: &["w8"], goal: None },
-    Ratio { title: "w1/w16", own: "w1", others: &["w16"], goal: None },
+    Ratio { title: "w8/h256", own: "w8", others: &["h256"], is_race: true },
+    Ratio { title: "f8/best", own: "f8", others: &["h256", "h256t"], is_race: true },
+    Ratio { title: "w16/h512", own: "w16", others: &["h512"], is_race: true },
+    Ratio { title: "f16/best", own: "f16", others: &["h512", "h512t"], is_race: true },
+    Ratio { title: "w1/w8", own: "w1", others: &["w8"], is_race: false },
+    Ratio { title: "w1/w16", own: "w1", others: &["w16"], is_race: false },
 ];
 
 /// The contenders in the order of the table's columns.
@@ -69,37 +69,41 @@ const CONTENDERS: &[&str] =
 
 /// The results of all races with one number of packets, for people.
 pub fn table(entries: &[Entry]) -> String {
-    let mut text = String::new();
-    let Some(first) = entries.first() else { return text };
+    let Some(first) = entries.first() else { return String::new() };
     let present = |name: &str| entries.iter().any(|entry| entry.contender == name);
-    let columns: Vec<_> = CONTENDERS.iter().filter(|name| present(name)).collect();
-    let ratios: Vec<_> = RATIOS
-        .iter()
-        .filter(|it| present(it.own) && it.others.iter().all(|it| present(it)))
-        .collect();
-    let _ = writeln!(text, "Nanoseconds a ray, {} packets of 64 rays", first.packets);
+    let columns: Vec<&str> = CONTENDERS.iter().copied().filter(|name| present(name)).collect();
+    let comparable = |it: &&Ratio| present(it.own) && it.others.iter().all(|it| present(it));
+    let ratios: Vec<&Ratio> = RATIOS.iter().filter(comparable).collect();
+
+    let mut text = heading(first.packets, &columns, &ratios);
+    races_of(entries).for_each(|race| text += &row(entries, race, &columns, &ratios));
+    text += &mean_row(entries, &columns, &ratios);
+    ratios.iter().filter_map(|ratio| ratio.verdict(entries)).for_each(|it| text += &it);
+    text
+}
+
+fn heading(packets: usize, columns: &[&str], ratios: &[&Ratio]) -> String {
+    let plural = if packets == 1 { "" } else { "s" };
     let names: String = columns.iter().map(|name| format!("{name:>8}")).collect();
     let titles: String = ratios.iter().map(|ratio| format!("{:>10}", ratio.title)).collect();
-    let _ = writeln!(text, "{:<21}{names}{titles}", "");
-    for race in races_of(entries) {
-        let _ = write!(text, "{race:<21}");
-        for name in &columns {
-            let cell = median(entries, race, name).map_or("-".to_owned(), |it| format!("{it:.3}"));
-            let _ = write!(text, "{cell:>8}");
-        }
-        for ratio in &ratios {
-            let cell = ratio.of(entries, race).map_or("-".to_owned(), |it| format!("{it:.2}"));
-            let _ = write!(text, "{cell:>10}");
-        }
-        text.push('\n');
-    }
-    let _ = write!(text, "{:<21}{:width$}", "geometric mean", "", width = 8 * columns.len());
-    for ratio in &ratios {
-        let _ = write!(text, "{:>10.2}", ratio.mean(entries));
-    }
-    text.push('\n');
-    ratios.iter().filter_map(|ratio| ratio.verdict(entries)).for_each(|it| text.push_str(&it));
-    text
+    format!("Nanoseconds a ray, {packets} packet{plural} of 64 rays\n{:<21}{names}{titles}\n", "")
+}
+
+fn row(entries: &[Entry], race: &str, columns: &[&str], ratios: &[&Ratio]) -> String {
+    let cell = |number: Option<f64>, width: usize, digits: usize| match number {
+        Some(number) => format!("{number:>width$.digits$}"),
+        None => format!("{:>width$}", "-"),
+    };
+    let times: String =
+        columns.iter().map(|name| cell(median(entries, race, name), 8, 3)).collect();
+    let ratios: String = ratios.iter().map(|it| cell(it.of(entries, race), 10, 2)).collect();
+    format!("{race:<21}{times}{ratios}\n")
+}
+
+fn mean_row(entries: &[Entry], columns: &[&str], ratios: &[&Ratio]) -> String {
+    let means: String =
+        ratios.iter().map(|ratio| format!("{:>10.2}", ratio.mean(entries))).collect();
+    format!("{:<width$}{means}\n", "geometric mean", width = 21 + 8 * columns.len())
 }
 
 /// What the contenders computed, for people: the greatest errors, and rays hit by one only.
@@ -133,20 +137,15 @@ impl Ratio {
         mean
     }
 
+    /// Which races were won and which were lost, for people.
     fn verdict(&self, entries: &[Entry]) -> Option<String> {
-        let goal = self.goal?;
         let races = races_of(entries).filter_map(|race| Some((race, self.of(entries, race)?)));
-        let (won, lost): (Vec<_>, Vec<_>) = races.partition(|(_, ratio)| *ratio <= goal);
-        let names = |races: Vec<(&str, f64)>| {
-            races.iter().map(|(race, _)| *race).collect::<Vec<_>>().join(" ")
+        let (won, lost): (Vec<_>, Vec<_>) = races.partition(|(_, ratio)| *ratio <= 1.0);
+        let names = |races: Vec<(&'static str, f64)>| {
+            races.into_iter().map(|(race, _)| format!(" {race}")).collect::<String>()
         };
-        let (won, lost) = (names(won), names(lost));
-        Some(format!(
-            "{}: won {won}\n{:indent$}lost {lost}\n",
-            self.title,
-            "",
-            indent = self.title.len() + 2
-        ))
+        let (won, lost, title) = (names(won), names(lost), self.title);
+        self.is_race.then(|| format!("{title:<10}won {won}\n{:<10}lost{lost}\n", ""))
     }
 }
 
@@ -167,4 +166,33 @@ fn races_of(entries: &[Entry]) -> impl Iterator<Item = &'static str> {
         .map(|(_, entry)| entry.race)
         .collect::<Vec<_>>()
         .into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn races_are_won_by_the_faster() {
+        let entry = |race, contender: &str, median| {
+            let timing = Timing { median, least: median, slow: median };
+            Entry::new(race, contender, 1, timing, Difference::default())
+        };
+        let entries = [
+            entry("cube", "w8", 1.0),
+            entry("cube", "h256", 2.0),
+            entry("cone", "w8", 3.0),
+            entry("cone", "h256", 1.5),
+        ];
+        let expected = "\
+Nanoseconds a ray, 1 packet of 64 rays
+                           w8    h256   w8/h256
+cube                    1.000   2.000      0.50
+cone                    3.000   1.500      2.00
+geometric mean                             1.00
+w8/h256   won  cube
+          lost cone
+";
+        assert_eq!(table(&entries), expected);
+    }
 }
