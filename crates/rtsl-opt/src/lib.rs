@@ -1,6 +1,6 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
-//! A pass takes a verified function and leaves one. All but [`contract`] and [`approximate`] keep its
+//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`] and [`unit`] keep its
 //! results to the bit (NaN payloads aside) and its requests to the host in number and order.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
@@ -22,6 +22,7 @@ pub mod specialise;
 mod substitution;
 #[cfg(test)]
 mod testing;
+pub mod unit;
 pub mod unread;
 pub mod unroll;
 
@@ -111,16 +112,22 @@ pub struct Caller {
     pub known: BTreeMap<(PlaceId, u32), Constant>,
     /// For each output whether it is read; all are where `None`.
     pub read: Option<Vec<bool>>,
+    /// Places that hold vectors of unit length. Changes results.
+    pub unit: Vec<PlaceId>,
 }
 
-/// Makes an optimised function one for this caller. Contraction and budget stay as they are: the
-/// results are those of the function to the bit, and so is what it reports.
+/// Makes an optimised function one for this caller. Contraction and budget stay as they are: but for
+/// vectors of unit length the results are those of the function to the bit, and so is what it
+/// reports.
 pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
     if let Some(read) = &caller.read {
         run("unread", function, |function| unread::run(function, read));
     }
     run("specialise", function, |function| specialise::run(function, &caller.known));
-    if optimize && !caller.known.is_empty() {
+    if optimize && !caller.unit.is_empty() {
+        run("unit", function, |function| unit::run(function, &caller.unit));
+    }
+    if optimize && !(caller.known.is_empty() && caller.unit.is_empty()) {
         run("fold", function, fold::run);
         run("unroll", function, unroll::run);
         run("fold", function, fold::run);

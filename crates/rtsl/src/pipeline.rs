@@ -105,8 +105,8 @@ pub(crate) fn specialise(
     layout: &Layout,
     options: &EngineOptions,
 ) -> Arc<Function> {
-    let Variant { shape: _, outputs, known } = variant;
-    if *outputs == Outputs::ALL && known.is_empty() {
+    let Variant { shape: _, outputs, known, unit_directions } = variant;
+    if *outputs == Outputs::ALL && known.is_empty() && !unit_directions {
         return function.clone();
     }
     let is_read = |output: &Output| {
@@ -133,10 +133,16 @@ pub(crate) fn specialise(
     let caller = rtsl_opt::Caller {
         known: known.collect(),
         read: Some(function.outputs.iter().map(is_read).collect()),
+        unit: unit_directions.then(|| ray_direction(function)).flatten().into_iter().collect(),
     };
     let mut function = Function::clone(function);
     rtsl_opt::specialise(&mut function, &caller, options.optimization != OptLevel::O0);
     Arc::new(function)
+}
+
+/// The place of the ray's direction, if the function has it.
+pub(crate) fn ray_direction(function: &Function) -> Option<PlaceId> {
+    function.find_place(PlaceKind::State, "rt_RayDirection")
 }
 
 /// A kernel to make.

@@ -13,6 +13,7 @@ use rtsl_spec::{Method, StateVariable, lookup_state};
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
 use crate::kernel_cache::KernelCache;
+use crate::options::Math;
 use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
@@ -178,7 +179,10 @@ impl Program {
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
         let outputs = variant.stored().of_method(method);
         let known = variant.known.of_function(&method.function, &self.layout);
-        Variant { outputs, known, ..variant }
+        let unit_directions = variant.unit_directions
+            && self.shared.options.math == Math::Fast
+            && pipeline::ray_direction(&method.function).is_some();
+        Variant { shape: variant.shape, outputs, known, unit_directions }
     }
 
     /// The kernel of a variant, or the error, if it has been made and kept.

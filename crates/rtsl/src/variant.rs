@@ -11,7 +11,7 @@ use rtsl_spec::{StateVariable, lookup_state, state_variables};
 use crate::program::LinkedMethod;
 
 /// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
-/// the bit. The plain one of a [`Shape`] serves every caller; what else is said makes it faster.
+/// the bit unless results may differ between machines anyway. The plain one of a [`Shape`] serves every caller; what else is said makes it faster.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
     /// What the rays of a call have in common.
@@ -20,12 +20,20 @@ pub struct Variant {
     pub outputs: Outputs,
     /// What is known of the instances of every call.
     pub known: KnownMembers,
+    /// `rt_RayDirection` has unit length. Of use with [`Math::Fast`](crate::Math::Fast) only:
+    /// otherwise results would depend on who asks.
+    pub unit_directions: bool,
 }
 
 impl Variant {
     /// The kernel for every caller.
     pub fn new(shape: Shape) -> Variant {
-        Variant { shape, outputs: Outputs::ALL, known: KnownMembers::default() }
+        Variant {
+            shape,
+            outputs: Outputs::ALL,
+            known: KnownMembers::default(),
+            unit_directions: false,
+        }
     }
 
     /// The same for a caller that reads no more than this.
@@ -38,6 +46,12 @@ impl Variant {
     #[must_use]
     pub fn knowing(self, known: KnownMembers) -> Variant {
         Variant { known, ..self }
+    }
+
+    /// The same for rays whose directions have unit length.
+    #[must_use]
+    pub fn with_unit_directions(self) -> Variant {
+        Variant { unit_directions: true, ..self }
     }
 
     /// What the kernel stores of what its method sets: what the caller reads, and in the leaf

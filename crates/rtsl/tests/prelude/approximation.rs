@@ -13,10 +13,12 @@ fn ordinary() -> Vec<[f32; 2]> {
     (1..1000).map(|index| index as f32 * 0.37).map(|x| [x * x * x, 1.0 / (x + 0.1)]).collect()
 }
 
+type Reference = fn(f64, f64) -> f64;
+
 #[test]
 fn quotients_and_roots_are_close() {
     let inputs = ordinary();
-    let wanted: [(&str, fn(f64, f64) -> f64); 4] = [
+    let wanted: [(&str, Reference); 4] = [
         ("x / y", |x, y| x / y),
         ("x / (y * sqrt(x))", |x, y| x / (y * x.sqrt())),
         ("sqrt(x)", |x, _| x.sqrt()),
