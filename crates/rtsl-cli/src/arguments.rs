@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use rtsl::{Backend, EngineOptions, Math, Shape};
+use rtsl::{Backend, EngineOptions, Math, Outputs, Shape, StateVariable, Variant};
+
+use crate::names::find_state;
 
 /// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
 #[derive(Debug, Parser)]
@@ -80,6 +82,29 @@ impl EngineArguments {
             width: self.width,
             math: self.math.into(),
             ..EngineOptions::default()
+        }
+    }
+}
+
+/// What is known of the callers of kernels.
+#[derive(Clone, Debug, Default, Args)]
+pub struct VariantArguments {
+    /// Take the members of an instance for constants: those of `--param`, else the defaults.
+    #[arg(long)]
+    pub specialise: bool,
+    /// The state variables that the caller reads, with commas between; all that the method sets, and
+    /// scratch, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = find_state)]
+    pub reads: Option<Vec<&'static StateVariable>>,
+}
+
+impl VariantArguments {
+    /// The variant for callers that read this, of instances with any members.
+    pub fn reading(&self, shape: Shape) -> Variant {
+        let variant = Variant::new(shape);
+        match &self.reads {
+            Some(variables) => variant.reading(Outputs::state(variables.iter().copied())),
+            None => variant,
         }
     }
 }

@@ -317,7 +317,7 @@ void lookup()
     float x = rt_TextureUV.x;
     if (x > 2.0) x = 1.0 / (1.0 + 2.0 / (1.0 + 3.0 / (1.0 + 4.0 / (1.0 + x))));
     if (x * x < -1.0) x = sqrt(-x);
-    rt_FloatTextureValue = x;
+    rt_FloatTextureValue = sqrt(x);
 }
 ";
 
@@ -351,6 +351,7 @@ fn bench_measures_every_width() {
             "bytesPerLane",
             "shareOfPeakFloatOperations",
             "shareOfPeakBytes",
+            "dividerBusy",
             "peakGigaflops",
             "peakGigabytesPerSecond",
         ] {
@@ -401,6 +402,21 @@ fn bench_takes_inputs_by_name() {
     assert_eq!(bench_with(every_fourth), (3.into(), 1.0.into()));
     let range = r#"rt_TextureUV={"from": [2.5, 0], "to": [7, 1]}"#;
     assert_eq!(bench_with(range), (2.into(), 4.0.into()));
+}
+
+#[test]
+fn bench_measures_variants() {
+    let folder = Folder::new("bench-variants");
+    folder.write("ball.rtsl", SPHERE);
+    let bytes = |variant: &[&str]| {
+        let arguments = ["ball.rtsl", "intersect", "--width", "8", "--shape", "packet"];
+        bench(&folder, &[&arguments[..], variant].concat())[0]["bytesPerLane"].as_f64().unwrap()
+    };
+    let (general, reading) = (bytes(&[]), bytes(&["--reads", "rt_HitDistance"]));
+    // The member is loaded once a call.
+    assert_eq!(general - bytes(&["--specialise"]), 4.0 / 256.0);
+    // The scratch is stored for rays that hit.
+    assert!(reading < general, "{reading} of {general}");
 }
 
 #[test]

@@ -62,6 +62,11 @@ impl Program {
         &self.tree.class
     }
 
+    /// Rays at a time.
+    pub fn width(&self) -> u32 {
+        self.shared.width
+    }
+
     /// Whether the class has the method, itself or implied by others.
     pub fn has(&self, method: Method) -> bool {
         self.methods.contains_key(&method)

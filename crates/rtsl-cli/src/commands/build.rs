@@ -4,19 +4,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use rtsl::{
-    Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Outputs, Shape, StateVariable,
-    Target, Unit, Variant,
-};
+use rtsl::{Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Shape, Target, Unit};
 use serde_json::Value as JsonValue;
 
 use super::eval::parse_setting;
 use super::{
     CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
 };
-use crate::arguments::{EngineArguments, SearchPath, parse_shape};
+use crate::arguments::{EngineArguments, SearchPath, VariantArguments, parse_shape};
 use crate::files::write_result;
-use crate::names::{find_method, find_state};
+use crate::names::find_method;
 use crate::report::Reporter;
 
 /// The command line of `rtsl build`.
@@ -41,17 +38,12 @@ pub struct BuildArguments {
     /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one.
     #[arg(long, value_parser = parse_shape, default_value = "packet")]
     shape: Shape,
-    /// Take the members of an instance for constants: those of `--param`, else the defaults.
-    #[arg(long)]
-    specialise: bool,
+    #[command(flatten)]
+    variant: VariantArguments,
     /// A parameter of the instance; may be repeated.
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting,
           requires = "specialise")]
     params: Vec<(String, JsonValue)>,
-    /// The state variables that the caller reads, with commas between; all that the method sets, and
-    /// scratch, if not given.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = find_state)]
-    reads: Option<Vec<&'static StateVariable>>,
     /// The machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
     #[arg(long)]
     target: Option<String>,
@@ -136,11 +128,8 @@ fn emit_methods(
         EngineOptions { optimization: level(arguments.optimization), ..arguments.engine.options() };
     let engine = engine(options, reporter)?;
     let mut program = engine.program_of_class(class);
-    let mut variant = Variant::new(arguments.shape);
-    if let Some(variables) = &arguments.reads {
-        variant = variant.reading(Outputs::state(variables.iter().copied()));
-    }
-    if arguments.specialise {
+    let mut variant = arguments.variant.reading(arguments.shape);
+    if arguments.variant.specialise {
         let instance = instance(&arguments.params, class, unit)?;
         program = engine.program(&instance);
         variant = variant.knowing(program.known_members(&instance));

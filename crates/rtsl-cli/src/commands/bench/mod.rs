@@ -25,7 +25,7 @@ use std::time::Duration;
 use clap::Args;
 use rtsl::{
     Backend, Class, Diagnostic, Engine, EngineOptions, Instance, Method, Program, Role, Shape,
-    diagnostic_codes as codes,
+    Variant, diagnostic_codes as codes,
 };
 use serde_json::Value as JsonValue;
 
@@ -42,7 +42,7 @@ use super::eval::parse_setting;
 use super::{
     CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
 };
-use crate::arguments::{MathName, SearchPath, parse_shape, parse_width};
+use crate::arguments::{MathName, SearchPath, VariantArguments, parse_shape, parse_width};
 use crate::eval::role_of;
 use crate::files::write_result;
 use crate::names::find_method;
@@ -79,6 +79,8 @@ pub struct BenchArguments {
     /// A width to measure; may be repeated; all widths if not given.
     #[arg(long = "width", value_parser = parse_width)]
     widths: Vec<u32>,
+    #[command(flatten)]
+    variant: VariantArguments,
     /// What the random numbers start from.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -151,11 +153,12 @@ impl<'a> Bench<'a> {
                 let options = EngineOptions {
                     backend: Backend::Jit,
                     width: Some(width),
-                    math: arguments.math.into(),
                     ..EngineOptions::default()
                 };
+                let exact = engine(options.clone(), reporter)?;
+                let peak = Peak::measure(&exact, arguments.lanes as usize)?;
+                let options = EngineOptions { math: arguments.math.into(), ..options };
                 let engine = engine(options, reporter)?;
-                let peak = Peak::measure(&engine, arguments.lanes as usize)?;
                 machines.insert(width, Machine { program: engine.program(&instance), peak });
             }
         }
@@ -175,12 +178,21 @@ impl<'a> Bench<'a> {
         for (shape, width) in self.kernels(method)? {
             let program = &self.machines[&width].program;
             let inputs = inputs.of_shape(shape);
-            let kernel = (shape, width);
-            subjects.push(KernelSubject::new(program, method, kernel, &objects, inputs)?);
+            let variant = self.variant(program, shape);
+            subjects.push(KernelSubject::new(program, method, &variant, &objects, inputs)?);
         }
         let time = Duration::from_millis(self.arguments.time.into());
         let times = time_in_turn(&mut subjects, time);
         self.print(method, &subjects, &times, inputs.coverage)
+    }
+
+    fn variant(&self, program: &Program, shape: Shape) -> Variant {
+        let variant = self.arguments.variant.reading(shape);
+        if self.arguments.variant.specialise {
+            variant.knowing(program.known_members(&self.instance))
+        } else {
+            variant
+        }
     }
 
     /// The kernels to measure, in the order of the table. Each shape's begin with width 1, asked

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rtsl::{Class, Compiler, Engine, Instance, Method, Role, Shape};
+use rtsl::{Class, Compiler, Engine, Instance, Method, Profile, Role, Shape, Variant};
 
 use super::inputs::RaySource;
 use super::objects::Objects;
@@ -11,65 +11,94 @@ use super::subject::KernelSubject;
 use super::timing::time_in_turn;
 use crate::commands::Failure;
 
-/// The most that was reached.
+/// The most that was reached, in a nanosecond.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Peak {
-    /// Float operations in a nanosecond.
+    /// Float operations.
     pub float_operations: f64,
-    /// Bytes loaded and stored in a nanosecond, with the calls' usual number of rays.
+    /// Divisions.
+    pub divisions: f64,
+    /// Square roots.
+    pub square_roots: f64,
+    /// Bytes loaded and stored, with the calls' usual number of rays.
     pub bytes: f64,
 }
 
-/// How many chains of `fma` stand side by side. Few leave units idle that wait for results, many
+/// How many chains of operations stand side by side. Few leave units idle that wait for results, many
 /// take more registers than some machines have; the best counts.
 const CHAINS: [usize; 3] = [6, 8, 10];
+/// As many for the divider, which takes no more at a time.
+const DIVIDER_CHAINS: [usize; 1] = [6];
+/// Rays of calls that compute and hardly touch memory.
+const COMPUTING_LANES: usize = 64;
 /// How many arrays each output of a kernel for memory is the sum of; the best counts.
 const ADDENDS: [usize; 3] = [1, 2, 3];
 /// How long each kernel is timed.
 const TIME: Duration = Duration::from_millis(15);
 
 impl Peak {
-    /// Measures both, in calls for so many rays.
+    /// Measures all, memory in calls for so many rays.
     ///
     /// # Errors
     /// If there is no LLVM.
     pub fn measure(engine: &Engine, lanes: usize) -> Result<Peak, Failure> {
-        let mut peak = Peak::default();
-        for text in CHAINS.map(chains_text) {
-            let (operations, _) = rates(engine, (Method::Lookup, Role::Texture), &text, lanes)?;
-            peak.float_operations = peak.float_operations.max(operations);
-        }
-        for text in ADDENDS.map(sums_text) {
-            let (_, bytes) = rates(engine, (Method::Emission, Role::Light), &text, lanes)?;
-            peak.bytes = peak.bytes.max(bytes);
-        }
-        Ok(peak)
+        let computing = |chains: &[usize], step: &str, count: fn(&Profile) -> u64| {
+            let texts = chains.iter().map(|chains| chains_text(*chains, step));
+            let method = (Method::Lookup, Role::Texture);
+            best_rate(engine, method, texts, COMPUTING_LANES, count)
+        };
+        let sums = ADDENDS.into_iter().map(sums_text);
+        let moving = |profile: &Profile| profile.bytes().executed;
+        Ok(Peak {
+            float_operations: computing(&CHAINS, "fma(x, scale, shift)", |profile| {
+                profile.float_operations.executed
+            })?,
+            divisions: computing(&DIVIDER_CHAINS, "shift / (x + scale)", |profile| {
+                profile.divisions.executed
+            })?,
+            square_roots: computing(&DIVIDER_CHAINS, "sqrt(x + scale)", |profile| {
+                profile.square_roots.executed
+            })?,
+            bytes: best_rate(engine, (Method::Emission, Role::Light), sums, lanes, moving)?,
+        })
     }
 }
 
-/// Float operations and bytes that a method of a text does in a nanosecond.
-fn rates(
+/// How much of what is counted the best of some texts does in a nanosecond.
+fn best_rate(
+    engine: &Engine,
+    method: (Method, Role),
+    texts: impl Iterator<Item = String>,
+    lanes: usize,
+    count: fn(&Profile) -> u64,
+) -> Result<f64, Failure> {
+    let mut best: f64 = 0.0;
+    for text in texts {
+        best = best.max(rate(engine, method, &text, lanes, count)?);
+    }
+    Ok(best)
+}
+
+fn rate(
     engine: &Engine,
     (method, role): (Method, Role),
     text: &str,
     lanes: usize,
-) -> Result<(f64, f64), Failure> {
+    count: fn(&Profile) -> u64,
+) -> Result<f64, Failure> {
     let compilation = Compiler::default().compile("peak.rtsl", text);
     let unit = compilation.unit.unwrap_or_default();
     let class = unit.class("Peak")?;
     let instance = instance(class)?;
     let program = engine.program(&instance);
     let objects = Objects::new(&program, &instance, lanes);
-    let shape = Shape::Packet;
     let mut rays = RaySource::new(&program, &objects, (method, role), &[], 0)?;
     let inputs = rays.usual(lanes)?;
-    let kernel = (shape, engine.width());
-    let mut subjects = [KernelSubject::new(&program, method, kernel, &objects, &inputs)?];
+    let variant = Variant::new(Shape::Packet);
+    let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];
     let times = time_in_turn(&mut subjects, TIME);
-    let counts = &subjects[0].profile;
     let nanoseconds = times[0].tenth * lanes as f64;
-    let rate = |count: u64| count as f64 / nanoseconds;
-    Ok((rate(counts.float_operations.active), rate(counts.bytes().active)))
+    Ok(count(&subjects[0].profile) as f64 / nanoseconds)
 }
 
 fn instance(class: &Arc<Class>) -> Result<Arc<Instance>, Failure> {
@@ -77,15 +106,16 @@ fn instance(class: &Arc<Class>) -> Result<Arc<Instance>, Failure> {
     instance.map_err(|problems| Failure::Diagnostics(problems.iter().cloned().collect()))
 }
 
-/// Independent chains of `fma` in registers.
-fn chains_text(chains: usize) -> String {
+/// Independent chains in registers; a step of one is an expression in `x`.
+fn chains_text(chains: usize, step: &str) -> String {
     let repeat = |line: &dyn Fn(usize) -> String| (0..chains).map(line).collect::<String>();
-    let begin = repeat(&|chain| format!("float x{chain} = {chain}.0 * rt_TextureUVW.x;\n"));
-    let step = repeat(&|chain| format!("x{chain} = fma(x{chain}, scale, shift);\n")).repeat(4);
+    let begin = repeat(&|chain| format!("float x{chain} = abs({chain}.0 * rt_TextureUVW.x);\n"));
+    let steps = repeat(&|chain| format!("x{chain} = STEP(x{chain});\n")).repeat(4);
     let end = repeat(&|chain| format!(" + x{chain}"));
     format!(
-        "class Peak : rt_Texture;\npublic float scale = 0.5;\npublic float shift = 0.25;\n\
-         void lookup() {{\n{begin}for (int i = 0; i < 100; i++) {{\n{step}}}\n\
+        "#define STEP(x) {step}\nclass Peak : rt_Texture;\n\
+         public float scale = 0.5;\npublic float shift = 0.25;\n\
+         void lookup() {{\n{begin}for (int i = 0; i < 40; i++) {{\n{steps}}}\n\
          rt_FloatTextureValue = 0.0{end};\n}}\n"
     )
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rtsl::{Diagnostic, Kernel, Method, Profile, Program, Shape};
+use rtsl::{Diagnostic, Kernel, Method, Profile, Program, Shape, Variant};
 
 use super::call::{Call, count};
 use super::inputs::Inputs;
@@ -36,15 +36,17 @@ impl<'a> KernelSubject<'a> {
     pub fn new(
         program: &Program,
         method: Method,
-        (shape, width): (Shape, u32),
+        variant: &Variant,
         objects: &'a Objects,
         inputs: &Inputs,
     ) -> Result<KernelSubject<'a>, Diagnostic> {
-        let kernel = program.kernel(method, shape)?;
-        let profile = profile(program, method, shape, objects, inputs)?;
+        let shape = variant.shape;
+        let kernel = program.kernel(method, variant.clone())?;
+        let profile = profile(program, method, variant, objects, inputs)?;
         let method = program.method(method)?;
         let calls = inputs_of_calls(shape, inputs).into_iter();
         let calls = calls.map(|inputs| Call::new(&method, inputs)).collect();
+        let width = shape.width(program.width());
         Ok(KernelSubject { shape, width, profile, kernel, objects, calls })
     }
 }
@@ -52,11 +54,11 @@ impl<'a> KernelSubject<'a> {
 fn profile(
     program: &Program,
     method: Method,
-    shape: Shape,
+    variant: &Variant,
     objects: &Objects,
     inputs: &Inputs,
 ) -> Result<Profile, Diagnostic> {
-    let packets = program.packet_kernel(method, shape)?;
+    let (shape, packets) = (variant.shape, program.packet_kernel(method, variant.clone())?);
     let mut whole = Profile::default();
     for inputs in inputs_of_calls(shape, inputs) {
         whole.add(&count(&packets, objects.of_shape(shape), &inputs, u64::MAX).profile);

@@ -1,5 +1,7 @@
 //! Measurements, for people and for programs.
 
+use std::fmt::Display;
+
 use rtsl::{Profile, Shape};
 use serde::Serialize;
 
@@ -29,6 +31,8 @@ pub struct Row {
     /// Of the float operations and bytes that kernels made for nothing else reach.
     share_of_peak_float_operations: f64,
     share_of_peak_bytes: f64,
+    /// Of the time, the share in which the divider is busy, with lanes that are off, too.
+    divider_busy: f64,
     peak_gigaflops: f64,
     peak_gigabytes_per_second: f64,
     /// Of the lanes in which operations were done, the share of those that were on.
@@ -58,6 +62,8 @@ impl Row {
         let per_lane = |count: u64| count as f64 / profile.rays.max(1) as f64;
         let operations = per_lane(profile.float_operations.active);
         let bytes = per_lane(profile.bytes().active);
+        let divider_time = per_lane(profile.divisions.executed) / peak.divisions
+            + per_lane(profile.square_roots.executed) / peak.square_roots;
         Row {
             class: (*class).to_owned(),
             method,
@@ -74,6 +80,7 @@ impl Row {
             bytes_per_lane: bytes,
             share_of_peak_float_operations: operations / times.median / peak.float_operations,
             share_of_peak_bytes: bytes / times.median / peak.bytes,
+            divider_busy: divider_time / times.median,
             peak_gigaflops: peak.float_operations,
             peak_gigabytes_per_second: peak.bytes,
             active_lanes: match profile.lanes.executed {
@@ -92,24 +99,37 @@ impl Row {
 
     /// As a line of the table.
     pub fn to_text(&self) -> String {
-        let spread = format!("{:.2}..{:.2}", self.tenth_percentile, self.ninetieth_percentile);
+        let nanoseconds = |value: f64| match value {
+            ..100.0 => format!("{value:.2}"),
+            ..1000.0 => format!("{value:.1}"),
+            _ => format!("{value:.0}"),
+        };
+        let spread = [self.tenth_percentile, self.ninetieth_percentile].map(nanoseconds);
         let percent = |share: f64| format!("{:.1}%", 100.0 * share);
-        let divider = self.divisions_per_lane + self.square_roots_per_lane;
-        format!(
-            "{:<13}{:>6}{:>9.2}{:>16}{:>8.1}{:>8.1}{:>9.1}{:>7.0}{:>8}{:>8}{:>7}\n",
-            self.shape,
-            self.width,
-            self.nanoseconds_per_lane,
-            spread,
-            self.speedup,
-            self.float_operations_per_lane,
-            divider,
-            self.bytes_per_lane,
+        let cells = [
+            self.shape.to_owned(),
+            self.width.to_string(),
+            nanoseconds(self.nanoseconds_per_lane),
+            spread.join(".."),
+            format!("{:.1}", self.speedup),
+            format!("{:.0}", self.float_operations_per_lane),
+            format!("{:.1}", self.divisions_per_lane + self.square_roots_per_lane),
+            format!("{:.0}", self.bytes_per_lane),
             percent(self.share_of_peak_float_operations),
+            percent(self.divider_busy),
             percent(self.share_of_peak_bytes),
             percent(self.active_lanes),
-        )
+        ];
+        line(cells)
     }
+}
+
+/// Cells under each other.
+fn line<Cell: Display>(cells: [Cell; 12]) -> String {
+    let [shape, rest @ ..] = cells;
+    const WIDTHS: [usize; 11] = [5, 9, 15, 8, 6, 9, 6, 7, 7, 7, 7];
+    let rest = rest.iter().zip(WIDTHS).map(|(cell, width)| format!("{cell:>width$}"));
+    format!("{shape:<13}{}\n", rest.collect::<String>())
 }
 
 /// What stands above the rows of a method.
@@ -119,9 +139,7 @@ pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> S
         0 => "no branches".to_owned(),
         _ => format!("{reached} of {sides} sides of branches reached"),
     };
-    format!(
-        "{class}.{method}: {lanes} rays a call, {branches}\n\
-         {:<13}{:>6}{:>9}{:>16}{:>8}{:>8}{:>9}{:>7}{:>8}{:>8}{:>7}\n",
+    let names = [
         "shape",
         "width",
         "ns/lane",
@@ -131,7 +149,9 @@ pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> S
         "div+sqrt",
         "bytes",
         "flops%",
+        "div%",
         "bytes%",
         "active",
-    )
+    ];
+    format!("{class}.{method}: {lanes} rays a call, {branches}\n{}", line(names))
 }
