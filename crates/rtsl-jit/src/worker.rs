@@ -2,13 +2,17 @@
 //!
 //! Most of LLVM's errors are reported, but some ("cannot select", a broken invariant of the code
 //! generator) call a fatal error handler and then end the process. The way out: all work
-//! is done on a thread of its own, whose handler hands the words over and then sleeps for
-//! ever. A thread and what it allocated are lost, but the process lives. The thread also has the
+//! is done on threads of its own, whose handler hands the words over and then sleeps for
+//! ever. A thread and what it allocated are lost, but the process lives. The threads also have the
 //! stack that LLVM's recursive passes need.
+//!
+//! A thread whose work is done waits for more: a new one would have to fault in its stack and its
+//! heap again, a millisecond of a small kernel's seven.
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
-use std::sync::mpsc;
+use std::sync::mpsc::{SendError, Sender, channel};
+use std::sync::{Mutex, PoisonError};
 
 use crate::api::Api;
 use crate::error::JitError;
@@ -22,31 +26,64 @@ thread_local! {
     static REPORT: RefCell<Option<Report>> = const { RefCell::new(None) };
 }
 
-/// Runs `work` on a new thread; a fatal error of LLVM becomes a [`JitError`].
+/// Does the work and gives what hands its result over, when the thread is free for more.
+type Work = Box<dyn FnOnce() -> Delivery + Send>;
+type Delivery = Box<dyn FnOnce()>;
+
+/// The threads that wait.
+static IDLE: Mutex<Vec<Sender<Work>>> = Mutex::new(Vec::new());
+
+/// Runs `work` on another thread; a fatal error of LLVM becomes a [`JitError`].
 pub fn run<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, JitError> + Send + 'static,
 ) -> Result<T, JitError> {
-    let (sender, receiver) = mpsc::channel();
-    let fatal = sender.clone();
-    let body = move || {
+    let (sender, receiver) = channel();
+    let work = move || {
+        let fatal = sender.clone();
         REPORT.set(Some(Box::new(move |message| {
             // A receiver that is gone does not want to know.
             let _ = fatal.send(Err(JitError::CodeGeneration(message)));
         })));
         let result = work();
         REPORT.set(None);
-        let _ = sender.send(result);
+        let deliver = move || {
+            let _ = sender.send(result);
+        };
+        Box::new(deliver) as Delivery
     };
-    let spawned = std::thread::Builder::new()
-        .name("rtsl-llvm".to_owned())
-        .stack_size(STACK_BYTES)
-        .spawn(body);
-    if let Err(error) = spawned {
-        return Err(JitError::CodeGeneration(format!("no thread to work on: {error}")));
-    }
+    hand_over(Box::new(work))?;
     receiver
         .recv()
         .unwrap_or_else(|_| Err(JitError::CodeGeneration("the compiling thread died".to_owned())))
+}
+
+/// Gives the work to a thread that waits, or to a new one.
+fn hand_over(mut work: Work) -> Result<(), JitError> {
+    while let Some(thread) = idle().pop() {
+        match thread.send(work) {
+            Ok(()) => return Ok(()),
+            Err(SendError(returned)) => work = returned,
+        }
+    }
+    let body = move || {
+        let (sender, receiver) = channel();
+        let mut next = Some(work);
+        while let Some(work) = next.take() {
+            let deliver = work();
+            idle().push(sender.clone());
+            deliver();
+            next = receiver.recv().ok();
+        }
+    };
+    let thread = std::thread::Builder::new().name("rtsl-llvm".to_owned()).stack_size(STACK_BYTES);
+    let spawned = thread.spawn(body);
+    spawned
+        .map(drop)
+        .map_err(|error| JitError::CodeGeneration(format!("no thread to work on: {error}")))
+}
+
+fn idle() -> std::sync::MutexGuard<'static, Vec<Sender<Work>>> {
+    IDLE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Makes LLVM's fatal errors end the work, not the process.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
+use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
 use crate::film::Image;
 use crate::interactive::{CompiledScene, RenderOptions, render};
@@ -70,26 +70,15 @@ pub fn render_scene_from(
     files: &dyn FileSource,
 ) -> Result<RenderResult, Messages> {
     let start = Instant::now();
-    let load =
-        LoadOptions { defines: request.defines.clone(), search_path: request.search_path.clone() };
-    let mut loaded = load_scene(&request.scene, files, &load)?;
-    apply(request, &mut loaded.scene.settings);
-    if let Some(problem) = loaded.scene.settings.size_problem() {
-        return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
-    }
-    let settings = loaded.scene.settings.clone();
-    let load_time = start.elapsed();
-
-    let mut warnings = loaded.warnings;
-    let compile_start = Instant::now();
-    let loop_budget = request.engine.loop_budget.or(Some(settings.loop_budget));
-    let options = EngineOptions { loop_budget, ..request.engine.clone() };
-    let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
-    warnings.push(rtsl::SourceMap::new(), engine_warnings);
-    let engine_time = compile_start.elapsed();
-    let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
+    let prepared = std::thread::scope(|scope| {
+        if request.engine.backend != Backend::Interpreter {
+            // The compiler's library is paged in while the scene is read.
+            scope.spawn(Engine::warm_up);
+        }
+        Prepared::new(request, files)
+    })?;
     let cold_start = start.elapsed();
-
+    let Prepared { scene, engine, mut statistics, warnings } = prepared;
     let rendered = render(
         &scene,
         RenderOptions {
@@ -99,11 +88,8 @@ pub fn render_scene_from(
             time_limit: request.time_limit,
         },
     )?;
-    let mut statistics = Statistics {
-        load_seconds: load_time.as_secs_f64(),
-        check_seconds: loaded.compile_time.as_secs_f64(),
-        compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
-        build_seconds: scene.build_time.as_secs_f64(),
+    let settings = scene.settings;
+    statistics = Statistics {
         cold_start_seconds: cold_start.as_secs_f64(),
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
@@ -118,10 +104,50 @@ pub fn render_scene_from(
         }),
         llvm: engine.llvm().map(|llvm| format!("{} {}", llvm.version(), llvm.path().display())),
         cancelled: rendered.cancelled,
-        ..Statistics::default()
+        ..statistics
     };
     statistics.set_render_time(rendered.time);
     Ok(RenderResult { image: rendered.image, settings, statistics, warnings })
+}
+
+/// A scene, ready to be rendered.
+struct Prepared {
+    scene: CompiledScene,
+    engine: Engine,
+    /// What preparing took.
+    statistics: Statistics,
+    warnings: Messages,
+}
+
+impl Prepared {
+    /// Loads and compiles.
+    fn new(request: &RenderRequest<'_>, files: &dyn FileSource) -> Result<Prepared, Messages> {
+        let start = Instant::now();
+        let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
+        let mut loaded = load_scene(&request.scene, files, &LoadOptions { defines, search_path })?;
+        apply(request, &mut loaded.scene.settings);
+        if let Some(problem) = loaded.scene.settings.size_problem() {
+            return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
+        }
+        let load_time = start.elapsed();
+
+        let mut warnings = loaded.warnings;
+        let start = Instant::now();
+        let loop_budget = request.engine.loop_budget.or(Some(loaded.scene.settings.loop_budget));
+        let options = EngineOptions { loop_budget, ..request.engine.clone() };
+        let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
+        warnings.push(rtsl::SourceMap::new(), engine_warnings);
+        let engine_time = start.elapsed();
+        let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
+        let statistics = Statistics {
+            load_seconds: load_time.as_secs_f64(),
+            check_seconds: loaded.compile_time.as_secs_f64(),
+            compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
+            build_seconds: scene.build_time.as_secs_f64(),
+            ..Statistics::default()
+        };
+        Ok(Prepared { scene, engine, statistics, warnings })
+    }
 }
 
 /// The command line wins over the scene.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use rtsl_ir::class::Class;
-use rtsl_jit::Llvm;
+use rtsl_jit::{Llvm, OptLevel};
 use rtsl_source::{Diagnostic, Diagnostics, diagnostic_codes as codes};
 use rtsl_spec::Method;
 
@@ -92,6 +92,16 @@ impl Engine {
         let shared = Arc::new(Shared { options, width, llvm });
         let (programs, background) = (Arc::default(), Arc::default());
         Ok((Engine { shared, programs, background }, warnings))
+    }
+
+    /// Loads LLVM, if there is one, and has it compile something: the first compilation of a process
+    /// pages in and links LLVM's code, which takes longer than most kernels. A host may
+    /// call this from another thread while it reads its scene.
+    pub fn warm_up() {
+        // Whoever makes an engine hears of failures.
+        let Ok(llvm) = Llvm::load() else { return };
+        let text = "define <8 x float> @f(<8 x float> %a) {\n%b = fadd <8 x float> %a, %a\nret <8 x float> %b\n}";
+        let _ = llvm.compile(text, llvm.host(), OptLevel::default());
     }
 
     /// How it makes kernels.
