@@ -69,6 +69,10 @@ pub struct EngineArguments {
     /// Rays at a time; what suits the machine if not given. Never changes results.
     #[arg(long, value_parser = parse_width)]
     pub width: Option<u32>,
+    /// How many vectors full chunks of rays are done at a time: 1, 2 or 4; what suits each kernel
+    /// if not given. Never changes results.
+    #[arg(long, value_parser = parse_interleave)]
+    pub interleave: Option<u32>,
     /// How exact arithmetic is.
     #[arg(long, value_enum, default_value_t = MathName::Contract)]
     pub math: MathName,
@@ -80,6 +84,7 @@ impl EngineArguments {
         EngineOptions {
             backend: self.backend.into(),
             width: self.width,
+            interleave: self.interleave,
             math: self.math.into(),
             ..EngineOptions::default()
         }
@@ -121,6 +126,11 @@ pub fn parse_shape(name: &str) -> Result<Shape, String> {
         let names: Vec<&str> = Shape::ALL.iter().map(|shape| shape.name()).collect();
         format!("the shapes are {}", names.join(", "))
     })
+}
+
+fn parse_interleave(text: &str) -> Result<u32, String> {
+    let factor = text.parse().ok().filter(|it| rtsl::Engine::INTERLEAVES.contains(it));
+    factor.ok_or_else(|| "the numbers of vectors are 1, 2 and 4".to_owned())
 }
 
 /// The names of [`Backend`].

@@ -1,8 +1,11 @@
 //! The loop over chunks: which lanes are on, and the stores at the end.
 //!
-//! A chunk is *full* if the call has no mask and all of its W rays exist. That is tested once
+//! A chunk is *full* if the call has no mask and all of its rays exist. That is tested once
 //! per chunk; a full chunk's mask is a constant and its outputs are stored as they are. Else
 //! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
+//!
+//! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has a second function, for full
+//! chunks alone and several at a time; the first calls it and does what is left.
 
 use rtsl_ir::{PlaceKind, Value};
 use rtsl_packet::kernel::KernelOutput;
@@ -31,11 +34,36 @@ impl Emitter<'_, '_> {
     /// All chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
         match self.kernel.shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream if self.full => {
+                self.emit_full_chunks(done);
+            }
             Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
                 self.emit_chunk_loop(done);
             }
             Shape::Single => self.emit_only_chunk(done),
         }
+    }
+
+    /// The loop over chunks where all are full.
+    fn emit_full_chunks(&mut self, done: Label) {
+        let (start, width) = (self.new_label(), self.width);
+        let before = self.block();
+        let (base, next) = (self.new_local(), self.new_local());
+        self.chunk.base = Some(base);
+        self.jump(start);
+        self.begin_block(start);
+        let base_at = self.here();
+        self.define_all_on(self.kernel.body.params[0]);
+        self.emit_slots();
+        self.emit_instances();
+        self.emit_ops(&self.kernel.body.ops);
+        self.emit_outputs();
+        self.effect(format_args!("{next} = add nuw i64 {base}, {width}"));
+        let more = self.instruction(format_args!("icmp ult i64 {next}, %count"));
+        let end = self.block();
+        self.branch(more, start, done);
+        let index = LlvmType { element: "i64", count: 1 };
+        self.insert_phi(base_at, base, index, &[(Operand::Int(0), before), (next, end)]);
     }
 
     /// The one lane of a call of one, which is on.
@@ -62,13 +90,13 @@ impl Emitter<'_, '_> {
     fn emit_each_chunk(&mut self, done: Label) {
         let (start, body) = (self.new_label(), self.new_label());
         let (skip, advance) = (self.new_label(), self.new_label());
-        let width = self.kernel.width;
+        let width = self.width;
         let before = self.block();
         let (base, next) = (self.new_local(), self.new_local());
         self.chunk.base = Some(base);
         self.jump(start);
         self.begin_block(start);
-        let first = Operand::Int(0);
+        let first = self.begun;
         let base_at = self.here();
         self.insert_phi(
             base_at,
@@ -95,7 +123,7 @@ impl Emitter<'_, '_> {
 
     /// Finds the chunk's mask; begins the block `body` if any lane is on, else jumps to `skip`.
     fn emit_mask(&mut self, body: Label, skip: Label) {
-        let width = self.kernel.width;
+        let width = self.width;
         let masks = self.pointer(PointerSource::Call, abi::CALL_MASK);
         let unmasked = self.setup(format_args!("icmp eq ptr {masks}, null"));
         let param = self.kernel.body.params[0];
@@ -152,7 +180,7 @@ impl Emitter<'_, '_> {
 
     /// Which lanes have a ray.
     fn emit_exists(&mut self) -> Operand {
-        let width = self.kernel.width;
+        let width = self.width;
         let left = self.chunk.left.expect("the chunk is begun");
         let left = self.instruction(format_args!("trunc i64 {left} to i32"));
         let left = self.splat_here("i32", left);
@@ -185,7 +213,7 @@ impl Emitter<'_, '_> {
             Some(accepted) if self.kernel.keeps_nearest() => self.keep_nearest(mask, accepted),
             Some(accepted) => self.emit_hit_outputs(mask, accepted),
             None if self.kernel.outputs.is_empty() => {}
-            None if self.kernel.width == 1 => self.store_outputs(None),
+            None if self.width == 1 || self.full => self.store_outputs(None),
             None => {
                 let (all, some, stored) = (self.new_label(), self.new_label(), self.new_label());
                 let full = self.chunk.full.expect("the chunk is begun");
@@ -207,12 +235,15 @@ impl Emitter<'_, '_> {
     fn emit_hit_outputs(&mut self, mask: Value, accepted: Value) {
         let (store, stored) = (self.new_label(), self.new_label());
         let (bits, words) = self.hits(mask, accepted);
-        let any = self.any_bit(bits);
+        let any = match self.values.masks_in_lanes {
+            true => self.any_word(words),
+            false => self.any_bit(bits),
+        };
         self.prepare_outputs();
         self.store_accepted(words);
         self.branch(any, store, stored);
         self.begin_block(store);
-        let condition = match self.kernel.width {
+        let condition = match self.width {
             1 => None,
             _ if self.values.masks_in_lanes => Some(self.bits_of_mask_words(words)),
             _ => Some(bits),
@@ -310,7 +341,7 @@ impl Emitter<'_, '_> {
             return;
         }
         let at = self.accepted_address();
-        if self.kernel.width == 1 {
+        if self.width == 1 {
             return self.effect(format_args!("store i32 0, ptr {at}, align 4"));
         }
         self.store_where_exists(at, Operand::Zero);

@@ -25,8 +25,7 @@ impl Emitter<'_, '_> {
             OpKind::Reinterpret(_, a) => self.emit_reinterpret(result(), *a),
             OpKind::Unspecified => self.emit_unspecified(result()),
             OpKind::Any(mask) => {
-                let bits = self.bits(*mask);
-                let any = self.any_bit(bits);
+                let any = self.any_lane(*mask);
                 self.define(result(), any);
             }
             OpKind::First(mask, value) => self.emit_first(result(), *mask, *value),
@@ -60,7 +59,7 @@ impl Emitter<'_, '_> {
     /// The value in the lowest lane that is on.
     fn emit_first(&mut self, result: Value, mask: Value, value: Value) {
         let operand = self.crossing(value, true);
-        if self.kernel.width == 1 {
+        if self.width == 1 {
             return self.define(result, operand);
         }
         let bits = self.bits(mask);

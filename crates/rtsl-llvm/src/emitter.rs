@@ -21,6 +21,12 @@ use crate::values::Values;
 pub struct Emitter<'a, 'm> {
     pub module: &'a mut Module<'m>,
     pub kernel: &'a Kernel,
+    /// Rays in a chunk of this function.
+    pub width: u32,
+    /// All rays of all its chunks take part.
+    pub full: bool,
+    /// The first ray of its first chunk, i64.
+    pub begun: Operand,
     pub ranges: Ranges,
     pub values: Values,
     pub chunk: Chunk,
@@ -59,11 +65,24 @@ pub enum PointerSource {
 }
 
 impl<'a, 'm> Emitter<'a, 'm> {
+    /// For all calls of the kernel.
     pub fn new(module: &'a mut Module<'m>, kernel: &'a Kernel) -> Self {
-        let masks_in_lanes = kernel.width > 1 && !module.target.mask_registers;
+        Emitter::for_chunks(module, kernel, kernel.width, false)
+    }
+
+    /// For `interleave` chunks at a time, in all of which all rays take part.
+    pub fn full(module: &'a mut Module<'m>, kernel: &'a Kernel, interleave: u32) -> Self {
+        Emitter::for_chunks(module, kernel, kernel.width * interleave, true)
+    }
+
+    fn for_chunks(module: &'a mut Module<'m>, kernel: &'a Kernel, width: u32, full: bool) -> Self {
+        let masks_in_lanes = width > 1 && !module.target.mask_registers;
         Emitter {
             module,
             kernel,
+            width,
+            full,
+            begun: Operand::Int(0),
             ranges: Ranges::new(kernel),
             values: Values::new(kernel, masks_in_lanes),
             chunk: Chunk::default(),
@@ -82,6 +101,10 @@ impl<'a, 'm> Emitter<'a, 'm> {
     /// The function's text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
+        let interleave = self.kernel.interleave.filter(|_| !self.full);
+        if interleave.is_some() {
+            self.begun = self.new_local();
+        }
         self.begin_block(start);
         self.text.clear();
         self.values.begin_prologue();
@@ -91,14 +114,23 @@ impl<'a, 'm> Emitter<'a, 'm> {
         self.emit_chunks(done);
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
-        let enter = match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
-                enter_unless_empty(start, done)
+        let single = self.kernel.shape == Shape::Single;
+        let enter = match interleave {
+            Some(interleave) => {
+                let (full, chunk) = (full_symbol(symbol), self.kernel.width * interleave);
+                enter_after_full_chunks(&full, chunk, self.begun, start, done)
             }
-            Shape::Single => format!("  br label %{start}\n"),
+            None if self.full || single => format!("  br label %{start}\n"),
+            None => enter_unless_empty(start, done),
+        };
+        let header = match self.full {
+            true => {
+                format!("internal void @\"{}\"(ptr noalias %call, i64 %count)", full_symbol(symbol))
+            }
+            false => format!("void @\"{symbol}\"(ptr noalias %call)"),
         };
         format!(
-            "define void @\"{symbol}\"(ptr noalias %call) #0 {{
+            "define {header} #0 {{
 entry:
 {allocas}{enter}{start}:
 {setup}{prologue}{splats}{chunks}{done}:
@@ -119,7 +151,7 @@ entry:
 
     /// One element or W of them.
     pub fn vector(&self, element: &'static str, lanes: bool) -> LlvmType {
-        LlvmType { element, count: if lanes { self.kernel.width } else { 1 } }
+        LlvmType { element, count: if lanes { self.width } else { 1 } }
     }
 
     /// W elements.
@@ -269,14 +301,55 @@ entry:
     }
 }
 
-/// The way into the function: past all of it where the call has no lanes.
-fn enter_unless_empty(start: Label, done: Label) -> String {
+/// The function of a kernel that does full chunks.
+fn full_symbol(symbol: &str) -> String {
+    format!("{symbol}.full")
+}
+
+/// The number of the call's rays.
+fn load_count() -> String {
     let count = rtsl_packet::abi::CALL_COUNT;
     format!(
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
   %count.word = load i32, ptr %count.at, align 4
   %count = zext i32 %count.word to i64
-  %none = icmp eq i64 %count, 0
+"
+    )
+}
+
+/// The way into the function: past the full chunks of `chunk` rays, which another function does if
+/// the call has no mask, and past all of it where nothing is left.
+fn enter_after_full_chunks(
+    full: &str,
+    chunk: u32,
+    begun: Operand,
+    start: Label,
+    done: Label,
+) -> String {
+    let (count, mask) = (load_count(), rtsl_packet::abi::CALL_MASK);
+    format!(
+        "{count}  %mask.at = getelementptr i8, ptr %call, i64 {mask}
+  %mask = load ptr, ptr %mask.at, align 8
+  %unmasked = icmp eq ptr %mask, null
+  %whole = and i64 %count, -{chunk}
+  {begun} = select i1 %unmasked, i64 %whole, i64 0
+  %none = icmp eq i64 {begun}, 0
+  br i1 %none, label %rest, label %full
+full:
+  call void @\"{full}\"(ptr %call, i64 {begun})
+  br label %rest
+rest:
+  %all = icmp eq i64 {begun}, %count
+  br i1 %all, label %{done}, label %{start}
+"
+    )
+}
+
+/// The way into the function: past all of it where the call has no lanes.
+fn enter_unless_empty(start: Label, done: Label) -> String {
+    let count = load_count();
+    format!(
+        "{count}  %none = icmp eq i64 %count, 0
   br i1 %none, label %{done}, label %{start}
 "
     )

@@ -5,9 +5,10 @@
 //! nothing of RTSL but packet code.
 //!
 //! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_packet::abi` says what it finds
-//! there. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction,
-//! no undefined value that reaches a lane that is on. Where approximation is allowed packet code says
-//! so, and the text says how.
+//! there. One that interleaves has a second, which the first calls for full chunks. Nothing in the
+//! text allows LLVM to change a result: no fast-math flags, no contraction, no undefined value that
+//! reaches a lane that is on. Where approximation is allowed packet code says so, and the text says
+//! how.
 
 mod approximation;
 mod arithmetic;
@@ -37,6 +38,10 @@ pub fn emit<'a>(
 ) -> String {
     let mut module = Module::new(target);
     for (symbol, kernel) in kernels {
+        if let Some(interleave) = kernel.interleave {
+            let function = Emitter::full(&mut module, kernel, interleave).emit(symbol);
+            module.add_function(&function);
+        }
         let function = Emitter::new(&mut module, kernel).emit(symbol);
         module.add_function(&function);
     }

@@ -140,7 +140,7 @@ impl Emitter<'_, '_> {
 
     /// An index as lanes or one, and whether it is lanes of more than one.
     fn index_operand(&mut self, index: Value) -> (Operand, bool) {
-        let lanes = self.is_lanes(index) && self.kernel.width > 1;
+        let lanes = self.is_lanes(index) && self.width > 1;
         (self.operand(index, self.is_lanes(index)), lanes)
     }
 
@@ -319,10 +319,10 @@ impl Emitter<'_, '_> {
 
     /// The numbers of the lanes, times `factor`, as a literal.
     pub fn lane_numbers(&self, factor: u32) -> String {
-        if self.kernel.width == 1 {
+        if self.width == 1 {
             return "0".to_owned();
         }
-        let numbers = (0..self.kernel.width).map(|lane| format!("i32 {}", lane * factor));
+        let numbers = (0..self.width).map(|lane| format!("i32 {}", lane * factor));
         format!("<{}>", numbers.collect::<Vec<_>>().join(", "))
     }
 
@@ -369,7 +369,7 @@ impl Emitter<'_, '_> {
     /// Instance numbers in which lanes that are off have that of one that is on: theirs
     /// may be anything.
     fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
-        if !ty.is_vector() {
+        if !ty.is_vector() || self.full {
             return numbers;
         }
         let mask = self.kernel.body.params[0];
@@ -561,7 +561,7 @@ impl Emitter<'_, '_> {
 
     fn load_buffer(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
         let buffer = self.buffer(id, place);
-        let buffer_lanes = place.varies && self.kernel.width > 1;
+        let buffer_lanes = place.varies && self.width > 1;
         let element = memory_element(place.place.scalar);
         let pointers = self.vector("ptr", buffer_lanes);
         let (index, index_lanes) = match index {
@@ -639,7 +639,7 @@ impl Emitter<'_, '_> {
         }
         let (words, element) = (self.lanes("i32"), ty.element);
         let index = if place.varies {
-            let width = self.constant_lanes("i32", Operand::Int(self.kernel.width as i32));
+            let width = self.constant_lanes("i32", Operand::Int(self.width as i32));
             let row = self.instruction(format_args!("mul {words} {index}, {width}"));
             let numbers = self.lane_numbers(1);
             self.instruction(format_args!("add {words} {row}, {numbers}"))

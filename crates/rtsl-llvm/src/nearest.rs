@@ -97,7 +97,7 @@ impl Emitter<'_, '_> {
         ));
         let object = self.least_word(candidates);
         self.store_object(object);
-        let lane = self.kernel.width - 1;
+        let lane = self.width - 1;
         let lane = self.instruction(format_args!("and i32 {object}, {lane}"));
         for Kept { output, value: _, at } in outputs {
             let element = self.output_element(output);
@@ -130,9 +130,9 @@ impl Emitter<'_, '_> {
         let keys = self
             .instruction(format_args!("select {bit} {hits}, {floats} {keys}, {floats} {infinity}"));
         let mut least = keys;
-        let mut distance = self.kernel.width / 2;
+        let mut distance = self.width / 2;
         while distance > 0 {
-            let order = (0..self.kernel.width).map(|lane| format!("i32 {}", lane ^ distance));
+            let order = (0..self.width).map(|lane| format!("i32 {}", lane ^ distance));
             let order = order.collect::<Vec<_>>().join(", ");
             let (ty, indices) = (floats, self.lanes("i32"));
             let other = self.instruction(format_args!(

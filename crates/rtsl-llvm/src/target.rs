@@ -14,6 +14,8 @@ pub struct TargetFeatures {
     /// Masks have registers of their own, so that they are `<W x i1>`; elsewhere they are lanes of 0
     /// and -1 in vector registers, which LLVM does badly when told `<W x i1>`.
     pub mask_registers: bool,
+    /// The 32-bit lanes of a vector register.
+    pub vector_lanes: u32,
     /// Gathers are instructions that are worth it: on AMD's processors loads lane by lane take less time.
     pub gathers: bool,
     /// Instructions that estimate reciprocals.
@@ -73,6 +75,11 @@ impl TargetFeatures {
             features: features.to_owned(),
             fma: triple.starts_with("aarch64") || has_or("fma", level >= 3),
             mask_registers: has_or("avx512vl", level >= 4),
+            vector_lanes: match (has_or("avx512f", level >= 4), has_or("avx2", level >= 3)) {
+                (true, _) => 16,
+                (false, true) => 8,
+                (false, false) => 4,
+            },
             gathers: has_or("avx2", level >= 3) && !cpu.starts_with("znver"),
             estimates: match triple.starts_with("x86_64") {
                 false => Estimates::None,

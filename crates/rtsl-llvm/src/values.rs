@@ -119,6 +119,19 @@ impl Emitter<'_, '_> {
         *self.values.forms_mut(value) = Forms { bits, words, ..Forms::default() };
     }
 
+    /// A mask of which all lanes are on.
+    pub fn define_all_on(&mut self, mask: Value) {
+        if self.width == 1 {
+            return self.define(mask, Operand::Bool(true));
+        }
+        let (element, on) = match self.values.masks_in_lanes {
+            true => ("i32", Operand::Int(-1)),
+            false => ("i1", Operand::Bool(true)),
+        };
+        let all = self.constant_lanes(element, on);
+        self.define_crossing(mask, all);
+    }
+
     /// A value in the form in which values cross blocks.
     pub fn define_crossing(&mut self, value: Value, operand: Operand) {
         let ty = self.kernel.ty(value);
@@ -150,7 +163,7 @@ impl Emitter<'_, '_> {
     fn numbers(&mut self, value: Value) -> Operand {
         let forms = self.values.forms(value);
         let plain = forms.plain.expect("a value is defined before its use");
-        if self.is_lanes(value) || self.kernel.width == 1 {
+        if self.is_lanes(value) || self.width == 1 {
             return plain;
         }
         if let Some(splat) = forms.splat {
@@ -171,7 +184,7 @@ impl Emitter<'_, '_> {
 
     /// The bits of a mask, or of a uniform bool in all lanes.
     pub fn bits(&mut self, value: Value) -> Operand {
-        if self.kernel.width == 1 && !self.is_lanes(value) {
+        if self.width == 1 && !self.is_lanes(value) {
             return self.uniform(value);
         }
         if let Some(bits) = self.values.fresh_bits(value) {
@@ -192,7 +205,7 @@ impl Emitter<'_, '_> {
         if let Some(words) = self.values.forms(value).words {
             return words;
         }
-        if self.is_lanes(value) || self.kernel.width == 1 || !self.values.masks_in_lanes {
+        if self.is_lanes(value) || self.width == 1 || !self.values.masks_in_lanes {
             let bits = self.bits(value);
             return self.words_of_bits(bits);
         }
@@ -218,7 +231,7 @@ impl Emitter<'_, '_> {
     /// A uniform bool in all bits.
     fn splat_bits(&mut self, value: Value) -> Operand {
         let condition = self.uniform(value);
-        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        let (width, ty) = (self.width, self.lanes("i1"));
         let all = self.instruction(format_args!("sext i1 {condition} to i{width}"));
         self.instruction(format_args!("bitcast i{width} {all} to {ty}"))
     }
@@ -271,14 +284,14 @@ impl Emitter<'_, '_> {
 
     /// Masks as bits of an i32, lane 0 the lowest.
     pub fn bit_set(&mut self, bits: Operand) -> Operand {
-        let width = self.kernel.width;
+        let width = self.width;
         let small = self.integer_of_bits(bits);
         self.instruction(format_args!("zext i{width} {small} to i32"))
     }
 
     /// The bits as an integer of W bits.
     fn integer_of_bits(&mut self, bits: Operand) -> Operand {
-        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        let (width, ty) = (self.width, self.lanes("i1"));
         if width == 1 {
             return bits;
         }
@@ -288,7 +301,7 @@ impl Emitter<'_, '_> {
     /// The mask of a bit set in an i32. Without mask registers each lane tests its own bit of a copy,
     /// since LLVM takes other ways apart into scalars.
     pub fn bits_of_set(&mut self, set: Operand) -> Operand {
-        let (width, ty) = (self.kernel.width, self.lanes("i1"));
+        let (width, ty) = (self.width, self.lanes("i1"));
         if self.values.masks_in_lanes {
             let words = self.lanes("i32");
             let copies = self.splat_here("i32", set);
@@ -304,12 +317,50 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("bitcast i{width} {small} to {ty}"))
     }
 
+    /// Whether any lane of a mask is on. Words of several vectors become one first, since LLVM would
+    /// make bytes of them.
+    pub fn any_lane(&mut self, mask: Value) -> Operand {
+        if self.is_one_vector() || !self.values.masks_in_lanes {
+            let bits = self.bits(mask);
+            return self.any_bit(bits);
+        }
+        let words = self.words(mask);
+        self.any_word(words)
+    }
+
+    /// The same of words.
+    pub fn any_word(&mut self, words: Operand) -> Operand {
+        let (mut ty, mut words) = (self.lanes("i32"), words);
+        while ty.count > self.module.target.vector_lanes {
+            let half = LlvmType { count: ty.count / 2, ..ty };
+            let [low, high] = [0, half.count].map(|first| {
+                let lanes = (first..first + half.count).map(|lane| format!("i32 {lane}"));
+                let lanes = lanes.collect::<Vec<_>>().join(", ");
+                self.instruction(format_args!(
+                    "shufflevector {ty} {words}, {ty} poison, {} <{lanes}>",
+                    half.of("i32")
+                ))
+            });
+            words = self.instruction(format_args!("or {half} {low}, {high}"));
+            ty = half;
+        }
+        let (bit, count) = (ty.of("i1"), ty.count);
+        let bits = self.instruction(format_args!("icmp slt {ty} {words}, zeroinitializer"));
+        let set = self.instruction(format_args!("bitcast {bit} {bits} to i{count}"));
+        self.instruction(format_args!("icmp ne i{count} {set}, 0"))
+    }
+
+    /// Whether the lanes of a chunk fill at most one register.
+    fn is_one_vector(&self) -> bool {
+        self.width <= self.module.target.vector_lanes
+    }
+
     /// Whether any bit is on.
     pub fn any_bit(&mut self, bits: Operand) -> Operand {
-        if self.kernel.width == 1 {
+        if self.width == 1 {
             return bits;
         }
-        let (width, small) = (self.kernel.width, self.integer_of_bits(bits));
+        let (width, small) = (self.width, self.integer_of_bits(bits));
         self.instruction(format_args!("icmp ne i{width} {small}, 0"))
     }
 
@@ -318,20 +369,21 @@ impl Emitter<'_, '_> {
         let set = self.bit_set(bits);
         self.module.declare("i32 @llvm.cttz.i32(i32, i1 immarg)".to_owned());
         let lane = self.instruction(format_args!("call i32 @llvm.cttz.i32(i32 {set}, i1 false)"));
-        self.instruction(format_args!("and i32 {lane}, {}", self.kernel.width - 1))
+        self.instruction(format_args!("and i32 {lane}, {}", self.width - 1))
     }
 
-    /// Whether a logical operation on these masks is better done on words.
+    /// Whether a logical operation on these masks is better done on words. Bits of several vectors LLVM
+    /// would take for bytes of one.
     pub fn prefers_words(&self, masks: &[Value]) -> bool {
-        self.values.masks_in_lanes
-            && masks.iter().any(|mask| self.values.fresh_bits(*mask).is_none())
+        let from_elsewhere = |mask: &Value| self.values.fresh_bits(*mask).is_none();
+        self.values.masks_in_lanes && (!self.is_one_vector() || masks.iter().any(from_elsewhere))
     }
 
     // Splats.
 
     /// The same constant in all lanes.
     pub fn constant_lanes(&mut self, element: &'static str, constant: Operand) -> Operand {
-        if self.kernel.width == 1 {
+        if self.width == 1 {
             return constant;
         }
         if constant.is_zero() {

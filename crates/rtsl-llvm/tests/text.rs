@@ -224,8 +224,8 @@ fn masks_cross_blocks_as_words() {
               %t27 = load ptr, ptr %t26, align 8
               %t28 = getelementptr i8, ptr %t27, i64 136
               %t29 = load ptr, ptr %t28, align 8
-              %t59 = getelementptr i8, ptr %call, i64 24
-              %t60 = load ptr, ptr %t59, align 8
+              %t60 = getelementptr i8, ptr %call, i64 24
+              %t61 = load ptr, ptr %t60, align 8
               %t23 = insertelement <8 x i32> poison, i32 -1, i64 0
               %t24 = shufflevector <8 x i32> %t23, <8 x i32> poison, <8 x i32> zeroinitializer
               %t32 = insertelement <8 x float> poison, float 0x3FF0000000000000, i64 0
@@ -286,47 +286,48 @@ fn masks_cross_blocks_as_words() {
               %t54 = phi <8 x i32> [ %t52, %b10 ], [ %t36, %b4 ]
               %t55 = and <8 x i32> %t54, %t25
               %t56 = icmp slt <8 x i32> %t55, zeroinitializer
-              %t57 = bitcast <8 x i1> %t56 to i8
-              %t58 = icmp ne i8 %t57, 0
-              %t61 = getelementptr i32, ptr %t60, i64 %t1
+              %t57 = icmp slt <8 x i32> %t55, zeroinitializer
+              %t58 = bitcast <8 x i1> %t57 to i8
+              %t59 = icmp ne i8 %t58, 0
+              %t62 = getelementptr i32, ptr %t61, i64 %t1
               br i1 %t8, label %b13, label %b14
             b13:
-              store <8 x i32> %t55, ptr %t61, align 4
+              store <8 x i32> %t55, ptr %t62, align 4
               br label %b15
             b14:
-              %t62 = trunc i64 %t6 to i32
-              %t63 = insertelement <8 x i32> poison, i32 %t62, i64 0
-              %t64 = shufflevector <8 x i32> %t63, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t65 = icmp ugt <8 x i32> %t64, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t66 = load volatile <8 x i32>, ptr %t61, align 4
-              %t67 = select <8 x i1> %t65, <8 x i32> %t55, <8 x i32> %t66
-              store <8 x i32> %t67, ptr %t61, align 4
+              %t63 = trunc i64 %t6 to i32
+              %t64 = insertelement <8 x i32> poison, i32 %t63, i64 0
+              %t65 = shufflevector <8 x i32> %t64, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t66 = icmp ugt <8 x i32> %t65, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t67 = load volatile <8 x i32>, ptr %t62, align 4
+              %t68 = select <8 x i1> %t66, <8 x i32> %t55, <8 x i32> %t67
+              store <8 x i32> %t68, ptr %t62, align 4
               br label %b15
             b15:
-              br i1 %t58, label %b11, label %b12
+              br i1 %t59, label %b11, label %b12
             b11:
-              %t68 = icmp slt <8 x i32> %t55, zeroinitializer
-              %t69 = getelementptr i32, ptr %t29, i64 %t1
-              %t70 = load volatile <8 x float>, ptr %t69, align 4
-              %t71 = select <8 x i1> %t68, <8 x float> %t53, <8 x float> %t70
-              store <8 x float> %t71, ptr %t69, align 4
+              %t69 = icmp slt <8 x i32> %t55, zeroinitializer
+              %t70 = getelementptr i32, ptr %t29, i64 %t1
+              %t71 = load volatile <8 x float>, ptr %t70, align 4
+              %t72 = select <8 x i1> %t69, <8 x float> %t53, <8 x float> %t71
+              store <8 x float> %t72, ptr %t70, align 4
               br label %b12
             b12:
               br label %b6
             b5:
-              %t72 = getelementptr i32, ptr %t60, i64 %t1
-              %t73 = trunc i64 %t6 to i32
-              %t74 = insertelement <8 x i32> poison, i32 %t73, i64 0
-              %t75 = shufflevector <8 x i32> %t74, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t76 = icmp ugt <8 x i32> %t75, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t77 = load volatile <8 x i32>, ptr %t72, align 4
-              %t78 = select <8 x i1> %t76, <8 x i32> zeroinitializer, <8 x i32> %t77
-              store <8 x i32> %t78, ptr %t72, align 4
+              %t73 = getelementptr i32, ptr %t61, i64 %t1
+              %t74 = trunc i64 %t6 to i32
+              %t75 = insertelement <8 x i32> poison, i32 %t74, i64 0
+              %t76 = shufflevector <8 x i32> %t75, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t77 = icmp ugt <8 x i32> %t76, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t78 = load volatile <8 x i32>, ptr %t73, align 4
+              %t79 = select <8 x i1> %t77, <8 x i32> zeroinitializer, <8 x i32> %t78
+              store <8 x i32> %t79, ptr %t73, align 4
               br label %b6
             b6:
               %t2 = add nuw i64 %t1, 8
-              %t79 = icmp ult i64 %t2, %count
-              br i1 %t79, label %b3, label %b1
+              %t80 = icmp ult i64 %t2, %count
+              br i1 %t80, label %b3, label %b1
             b1:
               ret void
             }

@@ -120,6 +120,10 @@ pub struct Kernel {
     pub shape: Shape,
     /// Rays in a chunk: a power of two, at most [`rtsl_ir::host::MAX_LANES`].
     pub width: u32,
+    /// Chunks in which all rays take part are done so many at a time, as one, by the same body:
+    /// where one ray's chain of operations is long, others fill the time that it waits. Where
+    /// `None`, those chunks are done like all others.
+    pub interleave: Option<u32>,
     /// What it reads and stores, by [`PlaceId`].
     pub places: Vec<KernelPlace>,
     /// The type of every value.

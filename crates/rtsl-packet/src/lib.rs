@@ -5,6 +5,8 @@
 //! does. This crate knows no LLVM and no instruction set; W and the shape are parameters.
 
 pub mod abi;
+mod estimate;
+pub mod interleave;
 pub mod interpreter;
 pub mod kernel;
 mod layout;
@@ -16,6 +18,7 @@ mod shape;
 pub mod uniformity;
 mod verify;
 
+pub use estimate::Estimate;
 pub use kernel::Kernel;
 pub use layout::Layout;
 pub use lower::{LowerError, lower};

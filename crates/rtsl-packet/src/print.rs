@@ -22,7 +22,11 @@ impl Display for Type {
 
 impl Display for Kernel {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "kernel {} {} W={} {{", self.name, self.shape.name(), self.width)?;
+        write!(f, "kernel {} {} W={}", self.name, self.shape.name(), self.width)?;
+        if let Some(interleave) = self.interleave {
+            write!(f, " full=W*{interleave}")?;
+        }
+        writeln!(f, " {{")?;
         for place in &self.places {
             writeln!(f, "  {}", KernelPlaceText(place))?;
         }

@@ -17,6 +17,7 @@ fn valid() -> Kernel {
         name: "f".to_owned(),
         shape: Shape::Packet,
         width: 8,
+        interleave: None,
         places: vec![
             place(PlaceKind::State, "rt_HitDistance", Scalar::F32, 1, true),
             place(PlaceKind::Member, "radius", Scalar::F32, 1, false),

@@ -4,6 +4,7 @@ use rtsl_jit::{Llvm, Target};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
+use crate::pipeline::Job;
 use crate::program::Program;
 use crate::variant::Variant;
 use crate::{engine, errors, pipeline};
@@ -50,7 +51,8 @@ impl Program {
         if request.emit == Emit::Ir {
             return Ok(function.to_string().into_bytes());
         }
-        let packet = pipeline::packet(function, variant.shape, self.layout(), self.shared().width)?;
+        let job = Job { function, shape: variant.shape, layout: self.layout() };
+        let packet = pipeline::packet(job, self.shared())?;
         if request.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
         }

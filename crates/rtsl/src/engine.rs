@@ -64,12 +64,15 @@ impl Engine {
     /// The widths that there are kernels for.
     pub const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
+    /// How many full chunks kernels can do at a time.
+    pub const INTERLEAVES: [u32; 3] = rtsl_packet::interleave::FACTORS;
+
     /// An engine, and a warning if it falls back on the interpreter.
     ///
     /// # Errors
     /// If machine code is asked for and there is no LLVM, or `RTSL_LLVM` names one that can't be
-    /// used, or the width is none of
-    /// [`Engine::WIDTHS`].
+    /// used, or the width is none of [`Engine::WIDTHS`], or the chunks at a time none of
+    /// [`Engine::INTERLEAVES`].
     pub fn new(options: EngineOptions) -> Result<(Engine, Diagnostics), Diagnostic> {
         let mut warnings = Diagnostics::new();
         let llvm = match options.backend {
@@ -88,6 +91,9 @@ impl Engine {
         let width = options.width.unwrap_or_else(|| llvm.as_deref().map_or(1, natural_width));
         if !Engine::WIDTHS.contains(&width) {
             return Err(unknown_width(width));
+        }
+        if let Some(factor) = options.interleave.filter(|it| !Engine::INTERLEAVES.contains(it)) {
+            return Err(unknown_interleave(factor));
         }
         let shared = Arc::new(Shared { options, width, llvm });
         let (programs, background) = (Arc::default(), Arc::default());
@@ -266,6 +272,14 @@ pub(crate) fn no_llvm(error: &rtsl_jit::LlvmError) -> Diagnostic {
 fn interpreter_instead(error: &rtsl_jit::LlvmError) -> Diagnostic {
     Diagnostic::new(codes::INTERPRETER_INSTEAD, error.to_string())
         .note("everything runs on the interpreter, which is slower by far")
+}
+
+fn unknown_interleave(factor: u32) -> Diagnostic {
+    Diagnostic::new(
+        codes::UNKNOWN_WIDTH,
+        format!("there are no kernels for {factor} vectors of rays at a time"),
+    )
+    .help("they do 1, 2 or 4")
 }
 
 fn unknown_width(width: u32) -> Diagnostic {

@@ -50,6 +50,9 @@ pub struct EngineOptions {
     pub backend: Backend,
     /// Rays at a time: 1, 4, 8 or 16; what suits the machine where `None`. Never changes results.
     pub width: Option<u32>,
+    /// How many vectors full chunks are done at a time: 1, 2 or 4; where `None`, each kernel has
+    /// what suits its code. Never changes results.
+    pub interleave: Option<u32>,
     /// How exact arithmetic is.
     pub math: Math,
     /// The greatest number of loop iterations of one ray in one call, all loops taken together;

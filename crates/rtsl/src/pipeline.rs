@@ -17,7 +17,7 @@ use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
 use rtsl_jit::{CompiledKernel, JitError, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape};
+use rtsl_packet::{Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
 use rtsl_sema::lower::lower_class;
@@ -158,7 +158,7 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     let Some(llvm) = &shared.llvm else {
         return jobs.iter().map(|job| interpreted(*job)).collect();
     };
-    let packets = jobs.iter().map(|job| packet(job.function, job.shape, job.layout, shared.width));
+    let packets = jobs.iter().map(|job| packet(*job, shared));
     let packets = packets.collect::<Result<Vec<_>, _>>()?;
     let text = llvm_text(&packets, llvm.host());
     // One name stands for all: a caller with several jobs goes on to make them one by one.
@@ -179,20 +179,18 @@ fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
 }
 
 /// The packet code of a kernel, with what a call of it takes.
-pub(crate) fn packet_kernel(job: Job<'_>, width: u32) -> Result<PacketKernel, Diagnostic> {
-    let packet = packet(job.function, job.shape, job.layout, width)?;
+pub(crate) fn packet_kernel(job: Job<'_>, shared: &Shared) -> Result<PacketKernel, Diagnostic> {
+    let packet = packet(job, shared)?;
     Ok(PacketKernel::new(packet, job.layout, signature(job)))
 }
 
 /// The packet code of a linked method.
-pub(crate) fn packet(
-    function: &Function,
-    shape: Shape,
-    layout: &Layout,
-    width: u32,
-) -> Result<rtsl_packet::Kernel, Diagnostic> {
-    let packet = rtsl_packet::lower(function, layout, shape, width);
-    packet.map_err(|error| errors::code_generation(&function.name, &error))
+pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kernel, Diagnostic> {
+    let Job { function, shape, layout } = job;
+    let packet = rtsl_packet::lower(function, layout, shape, shared.width);
+    let mut packet = packet.map_err(|error| errors::code_generation(&function.name, &error))?;
+    packet.interleave = interleave::choose(&packet, shared.options.interleave);
+    Ok(packet)
 }
 
 /// The text that LLVM gets.

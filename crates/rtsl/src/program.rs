@@ -171,7 +171,7 @@ impl Program {
         let variant = self.canonical(&linked, variant.into());
         let function = self.specialise(&linked, &variant);
         let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
-        pipeline::packet_kernel(job, self.shared.width)
+        pipeline::packet_kernel(job, &self.shared)
     }
 
     /// The function of a variant.

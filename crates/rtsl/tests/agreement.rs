@@ -195,8 +195,15 @@ fn difference(expected: &Outputs, found: &Outputs) -> String {
     "which rays hit, or the status".to_owned()
 }
 
+fn options(backend: Backend, width: u32, optimization: OptLevel) -> EngineOptions {
+    EngineOptions { backend, width: Some(width), optimization, ..Default::default() }
+}
+
 fn engine(backend: Backend, width: u32, optimization: OptLevel) -> Option<Engine> {
-    let options = EngineOptions { backend, width: Some(width), optimization, ..Default::default() };
+    engine_of(options(backend, width, optimization))
+}
+
+fn engine_of(options: EngineOptions) -> Option<Engine> {
     match Engine::new(options) {
         Ok((engine, _)) => Some(engine),
         Err(error) => {
@@ -208,11 +215,24 @@ fn engine(backend: Backend, width: u32, optimization: OptLevel) -> Option<Engine
 
 fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
     let oracle = engine(Backend::Interpreter, 1, optimization).unwrap();
-    let engines = |backend| {
-        let engine = move |width: &u32| engine(backend, *width, optimization);
-        Engine::WIDTHS.iter().filter_map(engine).collect::<Vec<_>>()
+    let engines = |backend, packings: &[(u32, Option<u32>)]| {
+        let engines = packings.iter().map(|(width, interleave)| EngineOptions {
+            interleave: *interleave,
+            ..options(backend, *width, optimization)
+        });
+        engines.filter_map(engine_of).collect::<Vec<_>>()
     };
-    let (packets, machine_code) = (engines(Backend::Interpreter), engines(Backend::Jit));
+    let packets = engines(Backend::Interpreter, &Engine::WIDTHS.map(|width| (width, None)));
+    let packings = [
+        (1, None),
+        (4, Some(4)),
+        (8, None),
+        (8, Some(2)),
+        (8, Some(4)),
+        (16, Some(1)),
+        (16, Some(2)),
+    ];
+    let machine_code = engines(Backend::Jit, &packings);
     for seed in seeds {
         let class = class_of(seeded_function(seed, size));
         let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 16);
@@ -223,9 +243,10 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
             let check = |engine: &Engine, code: &str, found: Outputs| {
                 assert!(
                     expected == found,
-                    "seed {seed}, size {size}, {code} for {} at width {}: {}\n{}",
+                    "seed {seed}, size {size}, {code} for {} at width {}, interleaved {:?}: {}\n{}",
                     shape.name(),
                     engine.width(),
+                    engine.options().interleave,
                     difference(&expected, &found),
                     class.methods[&Method::Intersect]
                 );

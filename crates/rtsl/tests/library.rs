@@ -10,7 +10,7 @@ use rtsl::{
     Scalar, Shape, Value, Variant, library, new_state,
 };
 
-const COUNT: usize = 29;
+const COUNT: usize = 37;
 
 /// Numbers in no order, the same in every run.
 struct Noise(u32);
@@ -147,8 +147,13 @@ enum Code {
     Packets,
 }
 
-/// The bits that a call leaves, NaNs made equal.
-fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code: Code) -> Vec<u32> {
+/// The bits that a call leaves, NaNs made equal; rays are left out if `masked`.
+fn call(
+    engine: &Engine,
+    class: &Arc<Class>,
+    method: Method,
+    (shape, code, masked): (Shape, Code, bool),
+) -> Vec<u32> {
     let instance = instance(class);
     let program = engine.program(&instance);
     let mut noise = Noise(method as u32);
@@ -170,7 +175,7 @@ fn call(engine: &Engine, class: &Arc<Class>, method: Method, shape: Shape, code:
         state: &mut state,
         scratch: &mut scratch,
         count: if shape == Shape::Single { 1 } else { COUNT },
-        mask: (shape != Shape::Single).then_some(&mask),
+        mask: (masked && shape != Shape::Single).then_some(&mask),
         accepted: Some(&mut accepted),
         instances: match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
@@ -231,9 +236,11 @@ fn call_all(
         assert!(kernels.iter().all(Result::is_ok));
     }
     let each = classes.iter().flat_map(|class| {
-        class.methods.keys().map(move |method| {
-            let name = format!("{}.{} {}", class.name, method.name(), shape.name());
-            (name, call(engine, class, *method, shape, code))
+        let calls = class.methods.keys().flat_map(|it| [(*it, false), (*it, true)]);
+        calls.map(move |(method, masked)| {
+            let (shape_name, mask) = (shape.name(), if masked { ", masked" } else { "" });
+            let name = format!("{}.{} {shape_name}{mask}", class.name, method.name());
+            (name, call(engine, class, method, (shape, code, masked)))
         })
     });
     each.collect()

@@ -200,6 +200,7 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
     Ok(EngineOptions {
         backend,
         width: request.width,
+        interleave: None,
         math,
         loop_budget: request.budget,
         // Most code here runs once; the results are the same.

@@ -10,7 +10,7 @@ use rtsl_jit::{
     Instances, LaneBlock, LaneIndices, LaneMask, Llvm, MemberBlock, OptLevel, Signature,
 };
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape};
+use rtsl_packet::{Layout, Shape, interleave};
 
 /// Full chunks and a part of one at every width.
 const RAYS: usize = 37;
@@ -95,8 +95,13 @@ impl Case {
     pub fn check(&self) -> Result<(), String> {
         let target = llvm().host();
         let host = TargetFeatures::new(target.triple(), target.cpu(), target.features());
-        let other =
-            TargetFeatures { fma: !host.fma, mask_registers: !host.mask_registers, ..host.clone() };
+        let other = TargetFeatures {
+            fma: !host.fma,
+            mask_registers: !host.mask_registers,
+            vector_lanes: 16,
+            gathers: !host.gathers,
+            ..host.clone()
+        };
         self.check_text(&host, &WIDTHS)?;
         self.check_text(&other, &WIDTHS[1..3])
             .map_err(|difference| format!("{other:?}: {difference}"))
@@ -106,9 +111,11 @@ impl Case {
         let mut kernels = Vec::new();
         for shape in Shape::ALL {
             for &width in widths {
-                let kernel = rtsl_packet::lower(&self.function, &self.layout, shape, width)
+                let mut kernel = rtsl_packet::lower(&self.function, &self.layout, shape, width)
                     .map_err(|error| error.to_string())?;
                 rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
+                // As many rays as there are allow.
+                kernel.interleave = interleave::choose(&kernel, Some(16 / width.max(4)));
                 kernels.push((format!("{}.{width}", shape.name()), kernel));
             }
         }

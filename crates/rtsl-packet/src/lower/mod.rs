@@ -69,6 +69,7 @@ pub fn lower(
         name: function.name.clone(),
         shape,
         width,
+        interleave: None,
         places: locate_places(function, layout, &uniformity)?,
         values: Vec::new(),
         prologue: Region::default(),

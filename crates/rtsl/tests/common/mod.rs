@@ -28,16 +28,20 @@ pub struct Agreement {
 impl Agreement {
     /// Engines at this level of optimisation.
     pub fn new(optimization: OptLevel) -> Agreement {
-        let engine = |backend, width| {
+        let engine = |backend, width, interleave| {
+            let width = Some(width);
             let options =
-                EngineOptions { backend, width: Some(width), optimization, ..Default::default() };
+                EngineOptions { backend, width, interleave, optimization, ..Default::default() };
             Engine::new(options).map(|(engine, _)| engine)
         };
-        let engines = Engine::WIDTHS.iter().filter_map(|width| engine(Backend::Jit, *width).ok());
+        let packings = [(1, None), (4, Some(4)), (8, None), (8, Some(4)), (16, Some(2))];
+        let engines = packings
+            .iter()
+            .filter_map(|(width, interleave)| engine(Backend::Jit, *width, *interleave).ok());
         let options = CompilerOptions { loop_budget: Some(10_000), ..Default::default() };
         Agreement {
-            oracle: engine(Backend::Interpreter, 1).expect("the interpreter needs nothing"),
-            packets: engine(Backend::Interpreter, 8).expect("the interpreter needs nothing"),
+            oracle: engine(Backend::Interpreter, 1, None).expect("the interpreter needs nothing"),
+            packets: engine(Backend::Interpreter, 8, None).expect("the interpreter needs nothing"),
             engines: engines.collect(),
             compiler: Compiler::new(options),
         }

@@ -1,0 +1,231 @@
+//! How long packet code takes, roughly: what of it waits for earlier results, and what there is to do.
+//!
+//! Latencies and rates are about those of today's processors, in cycles; nothing here decides what
+//! a result is. Work on uniform values is not counted, for little of it is left in the body.
+
+use std::collections::HashMap;
+
+use rtsl_ir::{BinaryOp, Index, PlaceKind, Scalar, UnaryOp, Value};
+
+use crate::Kernel;
+use crate::kernel::{Op, OpKind, Region, Type};
+
+/// Operations that a processor looks at ahead of the oldest that is not done.
+const WINDOW: f32 = 224.0;
+
+/// Operations on vectors that begin in a cycle.
+const RATE: f32 = 3.0;
+
+/// How often a loop is taken to go round.
+const ROUNDS: f32 = 8.0;
+
+/// The time of one chunk of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Operations on lanes in the text of the body.
+    pub operations: u32,
+    /// Cycles for which the execution units are busy.
+    pub busy: f32,
+    /// Cycles until results are there, less those in which the processor does later chunks, or rounds
+    /// of loops, as far as it looks ahead.
+    pub waiting: f32,
+    /// It divides or takes roots.
+    pub uses_divider: bool,
+}
+
+impl Estimate {
+    /// Of the body of `kernel`.
+    pub fn new(kernel: &Kernel) -> Estimate {
+        let mut walk = Walk {
+            kernel,
+            ready: vec![0.0; kernel.values.len()],
+            operations: 0,
+            done: Work::default(),
+            waiting: 0.0,
+        };
+        let end = walk.region(&kernel.body, 0.0);
+        Estimate {
+            operations: walk.operations,
+            busy: (walk.done.operations / RATE).max(walk.done.divider),
+            waiting: walk.waiting + beyond_window(end, walk.done.operations),
+            uses_divider: walk.done.divider > 0.0,
+        }
+    }
+}
+
+/// The part of `cycles` that passes while the processor can't look further ahead.
+fn beyond_window(cycles: f32, operations: f32) -> f32 {
+    cycles * operations / (operations + WINDOW)
+}
+
+/// What execution units do.
+#[derive(Clone, Copy, Default)]
+struct Work {
+    operations: f32,
+    /// Cycles of the unit that divides and takes roots.
+    divider: f32,
+}
+
+struct Cost {
+    latency: f32,
+    work: Work,
+}
+
+/// `operations` that begin at once, the result `latency` later.
+const fn cost(latency: f32, operations: f32) -> Cost {
+    Cost { latency, work: Work { operations, divider: 0.0 } }
+}
+
+/// A pass over the code, in which every operation begins when its operands are there.
+struct Walk<'a> {
+    kernel: &'a Kernel,
+    /// When each value is there.
+    ready: Vec<f32>,
+    operations: u32,
+    done: Work,
+    /// In loops.
+    waiting: f32,
+}
+
+impl Walk<'_> {
+    /// When the yields of a region that begins at `start` are there.
+    fn region(&mut self, region: &Region, start: f32) -> f32 {
+        region.ops.iter().for_each(|op| self.op(op, start));
+        region.yields.iter().map(|value| self.ready[value.0 as usize]).fold(start, f32::max)
+    }
+
+    fn op(&mut self, op: &Op, start: f32) {
+        let mut begin = start;
+        op.kind.for_each_operand(|value| begin = begin.max(self.ready[value.0 as usize]));
+        let end = match &op.kind {
+            OpKind::If { condition: _, then, otherwise } => {
+                self.region(then, begin).max(self.region(otherwise, begin))
+            }
+            OpKind::Loop { initial: _, body } => self.run_loop(body, begin),
+            kind if op.results.iter().any(|result| self.kernel.ty(result).lanes) => {
+                let Cost { latency, work } = self.cost(kind);
+                self.operations += 1;
+                self.done.operations += work.operations;
+                self.done.divider += work.divider;
+                begin + latency
+            }
+            _ => begin,
+        };
+        op.results.iter().for_each(|result| self.ready[result.0 as usize] = end);
+    }
+
+    fn run_loop(&mut self, body: &Region, begin: f32) -> f32 {
+        let before = self.done;
+        body.params.iter().for_each(|param| self.ready[param.0 as usize] = begin);
+        let end = self.region(body, begin);
+        let operations = self.done.operations - before.operations;
+        let round = self.recurrence(body).max(beyond_window(end - begin, operations));
+        self.waiting += ROUNDS * round;
+        self.done.operations += (ROUNDS - 1.0) * operations;
+        self.done.divider += (ROUNDS - 1.0) * (self.done.divider - before.divider);
+        end
+    }
+
+    /// The longest chain from what a round of a loop is given to the same for the next one.
+    fn recurrence(&self, body: &Region) -> f32 {
+        let carried = body.params.iter().zip(body.yields.iter().skip(1));
+        let chains =
+            carried.filter(|(param, _)| self.kernel.ty(**param).lanes).map(|(param, next)| {
+                let mut reached = HashMap::from([(*param, 0.0)]);
+                self.follow(body, &mut reached);
+                reached.get(next).copied().unwrap_or(0.0)
+            });
+        chains.fold(0.0, f32::max)
+    }
+
+    /// Adds to `reached` what depends on it, with the length of the chain.
+    fn follow(&self, region: &Region, reached: &mut HashMap<Value, f32>) {
+        for op in &region.ops {
+            let mut values = Vec::new();
+            op.kind.for_each_operand(|operand| values.push(operand));
+            for inner in op.kind.regions() {
+                self.follow(inner, reached);
+                values.extend(&inner.yields);
+            }
+            let ends = values.iter().filter_map(|value| reached.get(value).copied());
+            if let Some(begin) = ends.reduce(f32::max) {
+                let end = begin + self.cost(&op.kind).latency;
+                reached.extend(op.results.iter().map(|result| (result, end)));
+            }
+        }
+    }
+
+    fn cost(&self, kind: &OpKind) -> Cost {
+        let lanes = self.kernel.width as f32;
+        let divider = |latency, cycles_a_lane: f32| Cost {
+            latency,
+            work: Work { operations: 1.0, divider: lanes * cycles_a_lane },
+        };
+        let is_float = |value: &Value| self.kernel.ty(*value).scalar == Scalar::F32;
+        match kind {
+            OpKind::Constant(_)
+            | OpKind::Unspecified
+            | OpKind::Reinterpret(..)
+            | OpKind::If { .. }
+            | OpKind::Loop { .. } => cost(0.0, 0.0),
+            OpKind::Unary(UnaryOp::Sqrt, _) => divider(15.0, 1.1),
+            OpKind::Unary(
+                UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven,
+                _,
+            ) => cost(6.0, 1.0),
+            // An estimate of the machine and one step.
+            OpKind::Unary(
+                UnaryOp::ApproximateReciprocal
+                | UnaryOp::ApproximateInverseSqrt
+                | UnaryOp::ApproximateSqrt,
+                _,
+            ) => cost(18.0, 5.0),
+            OpKind::Unary(UnaryOp::Negate | UnaryOp::Not | UnaryOp::Abs, _)
+            | OpKind::Select(..) => cost(1.0, 1.0),
+            OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, _) if is_float(a) => {
+                divider(12.0, 0.75)
+            }
+            OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, ..) => cost(40.0, 12.0),
+            OpKind::Binary(BinaryOp::Multiply | BinaryOp::MultiplyHigh, ..) | OpKind::Fma(..) => {
+                cost(4.0, 1.0)
+            }
+            OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, _) if is_float(a) => {
+                cost(4.0, 1.0)
+            }
+            OpKind::Binary(..) => cost(1.0, 1.0),
+            OpKind::Compare(..) | OpKind::Bitcast(..) => cost(3.0, 1.0),
+            OpKind::Convert(to, a) if is_float(a) && *to != Scalar::Bool => cost(10.0, 6.0),
+            OpKind::Convert(..) => cost(4.0, 1.0),
+            OpKind::Load(place, index) => self.load(*place, *index, lanes),
+            OpKind::Any(_)
+            | OpKind::First(..)
+            | OpKind::Store { .. }
+            | OpKind::Length(_)
+            | OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand(_)
+            | OpKind::ReportBudget => cost(5.0, 1.0),
+        }
+    }
+
+    fn load(&self, place: rtsl_ir::PlaceId, index: Index, lanes: f32) -> Cost {
+        let in_lanes = match self.kernel.place(place).place.kind {
+            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
+            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Accepted => {
+                false
+            }
+        };
+        match index {
+            Index::Constant(_) if in_lanes => cost(5.0, 1.0),
+            Index::Dynamic(value)
+                if in_lanes && self.kernel.ty(value) == Type::uniform(Scalar::I32) =>
+            {
+                cost(10.0, 2.0)
+            }
+            Index::Constant(_) | Index::Dynamic(_) => cost(20.0, 4.0 * lanes),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Which kernels do several full chunks at a time.
+
+use rtsl_ir::{Function, PlaceKind};
+use rtsl_packet::interleave::{FACTORS, choose};
+use rtsl_packet::{Kernel, Layout, Shape};
+
+fn lower(text: &str, shape: Shape, width: u32) -> Kernel {
+    let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
+    rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
+    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let layout = Layout::new(
+        places(PlaceKind::Member),
+        places(PlaceKind::Buffer),
+        places(PlaceKind::Scratch),
+    );
+    rtsl_packet::lower(&function, &layout, shape, width).unwrap()
+}
+
+/// A method that reads `x` and gives `r`.
+fn method(body: &str) -> String {
+    format!(
+        "function f state rt_HitDistance: f32[1] state rt_RayOrigin: f32[3] slot s: f32[8] {{
+            %x: f32 = load state:rt_HitDistance@0 %one: f32 = constant 1.0
+            {body}
+            return state:rt_HitDistance@0 = %r
+        }}"
+    )
+}
+
+fn chosen(body: &str) -> Option<u32> {
+    choose(&lower(&method(body), Shape::Packet, 8), None)
+}
+
+#[test]
+fn chains_of_roots_in_a_loop_are_interleaved_most() {
+    let body = "%r: f32 = loop (%y: f32 = %x) {
+        %a: f32 = sqrt %y %b: f32 = add %a, %one %c: f32 = sqrt %b
+        %again: bool = less %one, %c
+        repeat %again, %c
+    }";
+    assert_eq!(chosen(body), Some(4));
+}
+
+#[test]
+fn short_code_with_a_division_is_interleaved_and_other_short_code_is_not() {
+    assert_eq!(chosen("%r: f32 = divide %one, %x"), Some(2));
+    assert_eq!(chosen("%r: f32 = multiply %x, %x"), None);
+}
+
+#[test]
+fn wide_code_is_not_interleaved() {
+    // Eighty sums that do not wait for one another, and a chain of short operations.
+    let sums: Vec<String> = (0..80)
+        .map(|it| format!("%a{it}: f32 = constant {it}.5 %b{it}: f32 = add %x, %a{it}"))
+        .collect();
+    let chain = (1..80).fold("%c0: f32 = multiply %b0, %b0 ".to_owned(), |text, it| {
+        text + &format!("%c{it}: f32 = min %c{}, %b{it} ", it - 1)
+    });
+    let text = format!("{} {chain} %r: f32 = add %c79, %x", sums.join(" "));
+    assert_eq!(chosen(&text), None);
+}
+
+#[test]
+fn what_cannot_be_interleaved_is_not() {
+    let forced = |body: &str, shape, width| {
+        let kernel = lower(&method(body), shape, width);
+        FACTORS.map(|factor| choose(&kernel, Some(factor)).is_some())
+    };
+    let root = "%r: f32 = sqrt %x";
+    assert_eq!(forced(root, Shape::Packet, 8), [true; 3]);
+    assert_eq!(forced(root, Shape::Packet, 1), [false; 3], "one ray");
+    assert_eq!(forced("%r: f32 = rand", Shape::Packet, 8), [true, false, false], "a request");
+    let slot = "%n: i32 = convert %x store slot:s@%n, %x %r: f32 = load slot:s@0";
+    assert_eq!(forced(slot, Shape::Packet, 8), [true, false, false], "an array");
+    let kernel = lower(&method(root), Shape::Packet, 8);
+    assert_eq!(choose(&kernel, Some(3)), None);
+    let text = method(root).replace("return ", "return state:rt_RayOrigin@0 = %r, ");
+    let kernel = lower(&text, Shape::CommonOrigin, 8);
+    assert_eq!(choose(&kernel, Some(1)), None, "the shared origin is overwritten");
+    assert_eq!(choose(&lower(&text, Shape::Packet, 8), Some(1)), Some(1));
+}
