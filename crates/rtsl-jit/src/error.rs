@@ -55,6 +55,9 @@ impl std::error::Error for LlvmError {}
 /// Why a module's text did not become code.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JitError {
+    /// The packet code breaks a rule: a mistake in the compiler.
+    #[error("the packet code is not valid: {0}")]
+    InvalidKernel(#[from] rtsl_packet::VerifyError),
     /// The text is not LLVM's language, or the module breaks its rules.
     #[error("LLVM does not accept the module: {0}")]
     InvalidModule(String),

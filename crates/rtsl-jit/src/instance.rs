@@ -10,6 +10,7 @@ pub struct InstanceBlock {
     /// Two words each, because entries of buffers hold 64-bit addresses.
     words: Vec<[u32; 2]>,
     buffers: Vec<BoundBuffer>,
+    entries: BufferEntries,
 }
 
 /// A buffer bound at a place in a block.
@@ -21,6 +22,31 @@ pub struct BoundBuffer {
     pub words: Arc<[u32]>,
     /// Scalars of one element, at least 1.
     pub element_words: u32,
+}
+
+/// Where a buffer is bound, and how large its elements are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferEntry {
+    /// The first word of its entry in the block.
+    pub offset: u32,
+    /// Scalars of one element.
+    pub element_words: u32,
+}
+
+/// The entries of a block, or those that all of several blocks have.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BufferEntries(Vec<BufferEntry>);
+
+impl BufferEntries {
+    pub fn common<'a>(mut blocks: impl Iterator<Item = &'a InstanceBlock>) -> BufferEntries {
+        let mut common = blocks.next().map_or_else(BufferEntries::default, |it| it.entries.clone());
+        blocks.for_each(|block| common.0.retain(|entry| block.entries.contains(entry)));
+        common
+    }
+
+    pub fn contains(&self, entry: &BufferEntry) -> bool {
+        self.0.contains(entry)
+    }
 }
 
 impl BoundBuffer {
@@ -37,10 +63,19 @@ impl InstanceBlock {
     /// of words, with `buffers` bound.
     ///
     /// # Panics
-    /// If a buffer's entry is at an odd offset or outside the block.
+    /// If a buffer's entry is at an odd offset, outside the block, or laps over another.
     pub fn new(members: &[u32], buffers: Vec<BoundBuffer>) -> InstanceBlock {
         let pairs = members.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or(0)]);
-        let mut block = InstanceBlock { words: pairs.collect(), buffers };
+        let mut offsets: Vec<u32> = buffers.iter().map(|buffer| buffer.offset).collect();
+        offsets.sort_unstable();
+        let apart = offsets.windows(2).all(|pair| pair[1] - pair[0] >= BUFFER_WORDS);
+        assert!(apart, "entries of buffers lap over");
+        let entries = buffers.iter().map(|buffer| BufferEntry {
+            offset: buffer.offset,
+            element_words: buffer.element_words,
+        });
+        let entries = BufferEntries(entries.collect());
+        let mut block = InstanceBlock { words: pairs.collect(), buffers, entries };
         let words = block.words.as_flattened_mut();
         for buffer in &block.buffers {
             let offset = buffer.offset as usize;
@@ -56,6 +91,7 @@ impl InstanceBlock {
     }
 
     /// The members, with the entries of buffers as kernels see them.
+    #[inline]
     pub fn words(&self) -> &[u32] {
         self.words.as_flattened()
     }
@@ -63,6 +99,10 @@ impl InstanceBlock {
     /// The buffers.
     pub fn buffers(&self) -> &[BoundBuffer] {
         &self.buffers
+    }
+
+    pub(crate) fn entries(&self) -> &BufferEntries {
+        &self.entries
     }
 
     pub(crate) fn pointer(&self) -> *const u8 {
@@ -83,6 +123,8 @@ pub struct InstanceTable {
     pointers: Vec<*const u8>,
     /// The size of the smallest block.
     least_words: usize,
+    /// What all blocks have.
+    entries: BufferEntries,
 }
 
 impl InstanceTable {
@@ -90,7 +132,8 @@ impl InstanceTable {
     pub fn new(blocks: Vec<Arc<InstanceBlock>>) -> InstanceTable {
         let pointers = blocks.iter().map(|block| block.pointer()).collect();
         let least_words = blocks.iter().map(|block| block.words().len()).min().unwrap_or(0);
-        InstanceTable { blocks, pointers, least_words }
+        let entries = BufferEntries::common(blocks.iter().map(|block| &**block));
+        InstanceTable { blocks, pointers, least_words, entries }
     }
 
     /// The instances.
@@ -100,6 +143,10 @@ impl InstanceTable {
 
     pub(crate) fn least_words(&self) -> usize {
         self.least_words
+    }
+
+    pub(crate) fn entries(&self) -> &BufferEntries {
+        &self.entries
     }
 
     pub(crate) fn pointers(&self) -> *const *const u8 {

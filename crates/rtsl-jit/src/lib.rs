@@ -4,7 +4,8 @@
 //! Nothing links against LLVM: its library is loaded through the C API when it is first
 //! asked for, so that RTSL builds without it and runs, on the interpreter, where there is
 //! none. [`Llvm::load`] searches, [`Llvm::compile`] makes machine code of a module's text, and
-//! a [`Module`] owns the code.
+//! a [`Module`] owns the code. [`CompiledKernel::compile`] does all of it for packet kernels, and what it
+//! gives can be called: no way leads there from text.
 //!
 //! This is the one crate of the compiler that holds `unsafe`. It must not know the language,
 //! the single-ray IR's operations or how packet code is made: it knows the form of a call
@@ -28,6 +29,7 @@ mod object;
 mod relocation;
 mod runtime;
 mod search;
+mod signature;
 mod target;
 mod worker;
 
@@ -35,10 +37,11 @@ pub use call::{CallArguments, CallStatus, Instances};
 pub use compile::OptLevel;
 pub use components::ComponentSet;
 pub use error::{JitError, LlvmError, LlvmVersion};
-pub use instance::{BoundBuffer, InstanceBlock, InstanceTable};
-pub use kernel::{CompiledKernel, Signature};
+pub use instance::{BoundBuffer, BufferEntry, InstanceBlock, InstanceTable};
+pub use kernel::{CompiledKernel, module_text};
 pub use lanes::{LaneBlock, LaneIndices, LaneMask};
 pub use llvm::Llvm;
 pub use members::MemberBlock;
 pub use module::Module;
+pub use signature::Signature;
 pub use target::Target;

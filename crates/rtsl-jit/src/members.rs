@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl_packet::abi::LANE_PADDING;
 
-use crate::instance::InstanceBlock;
+use crate::instance::{BufferEntries, InstanceBlock};
 use crate::lanes::LaneBlock;
 
 /// Instances of one class, by number, as a structure of arrays: for each word of the class's layout
@@ -14,6 +14,8 @@ pub struct MemberBlock {
     /// An array for each word. Padding past the last object makes up for any start of the last vector.
     words: LaneBlock,
     instances: Vec<Arc<InstanceBlock>>,
+    /// What all instances have.
+    entries: BufferEntries,
 }
 
 impl MemberBlock {
@@ -25,7 +27,8 @@ impl MemberBlock {
             let values = instances.iter().map(|instance| instance.words()[array]);
             words.words_mut(array).iter_mut().zip(values).for_each(|(word, value)| *word = value);
         }
-        MemberBlock { words, instances }
+        let entries = BufferEntries::common(instances.iter().map(|block| &**block));
+        MemberBlock { words, instances, entries }
     }
 
     /// The instances.
@@ -36,6 +39,10 @@ impl MemberBlock {
     /// Words of the smallest instance.
     pub(crate) fn least_words(&self) -> usize {
         self.words.components()
+    }
+
+    pub(crate) fn entries(&self) -> &BufferEntries {
+        &self.entries
     }
 
     /// The table of arrays, which kernels only read, up to the padding's end.

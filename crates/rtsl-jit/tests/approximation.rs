@@ -1,10 +1,8 @@
 //! Approximate operations against exact ones, with the text of every kind of machine that this one can run.
 
-use std::sync::Arc;
-
 use rtsl_ir::{Function, UnaryOp, evaluate};
 use rtsl_jit::{
-    CallArguments, CompiledKernel, InstanceBlock, Instances, LaneBlock, Llvm, OptLevel, Signature,
+    CallArguments, CompiledKernel, InstanceBlock, Instances, LaneBlock, Llvm, OptLevel,
 };
 use rtsl_llvm::{Estimates, TargetFeatures};
 use rtsl_packet::{Layout, Shape};
@@ -34,21 +32,11 @@ fn run(features: &TargetFeatures, width: u32, inputs: &[f32]) -> [Vec<f32>; 3] {
     let layout = Layout::new([], [], []);
     let kernel = rtsl_packet::lower(&function, &layout, Shape::Packet, width)
         .unwrap_or_else(|error| panic!("{error}"));
-    let text = rtsl_llvm::emit([("probe", &kernel)], features);
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
-    let module = llvm
-        .compile(&text, llvm.host(), OptLevel::O2)
-        .unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let kernel = CompiledKernel::compile(&llvm, &[kernel], features, OptLevel::O2)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .remove(0);
     let components = rtsl_spec::state_component_count();
-    let signature = Signature {
-        state: (0..components).collect(),
-        scratch_arrays: 0,
-        block_words: 0,
-        shape: Shape::Packet,
-        accepts: false,
-    };
-    let kernel = CompiledKernel::new(Arc::new(module), "probe", signature)
-        .unwrap_or_else(|error| panic!("{error}"));
     let first = |name| rtsl_spec::lookup_state(name).expect("a state variable").first_component;
     let mut state = LaneBlock::new(components as usize, inputs.len());
     let array = state.words_mut(first("rt_HitDistance") as usize);

@@ -12,6 +12,8 @@
 //! 7. Masks are lanes of bool. A request to the host has one; its light index is uniform.
 //! 8. Places that are named exist and have a kind that the operation may use. Constant
 //!    indices lie inside. A uniform slot never gets lanes, nor a mask, nor an index of lanes.
+//!    A place other than a slot varies if the shape says so; state is in the one table. Slots, all
+//!    together, are within [`MAX_SLOT_WORDS`].
 //! 9. There is one yield of the body for each output, and the outputs are of state, scratch
 //!    and accepted places.
 
@@ -19,7 +21,8 @@ use rtsl_ir::{BinaryOp, CompareOp, Index, PlaceId, PlaceKind, Scalar, UnaryOp, V
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
-use crate::kernel::{Op, OpKind, Region, Type};
+use crate::kernel::{KernelPlace, Op, OpKind, Region, Type};
+use crate::lower::{MAX_SLOT_WORDS, local_words};
 
 /// A broken rule: a mistake in the compiler, never in a shader.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -58,6 +61,7 @@ impl Verifier<'_> {
     fn kernel(&mut self) -> Checked {
         let Kernel { prologue, body, outputs, width, .. } = self.kernel;
         ensure(width.is_power_of_two() && *width <= 16, || format!("width {width}"))?;
+        self.places()?;
         ensure(prologue.params.is_empty() && prologue.yields.is_empty(), || {
             "the prologue has parameters or yields".to_owned()
         })?;
@@ -78,6 +82,21 @@ impl Verifier<'_> {
             })?;
         }
         Ok(())
+    }
+
+    fn places(&self) -> Checked {
+        let states = rtsl_spec::state_component_count();
+        for KernelPlace { place, varies, location } in &self.kernel.places {
+            let name = &place.name;
+            let as_shape =
+                place.kind == PlaceKind::Slot || *varies == self.kernel.shape.varies(place);
+            ensure(as_shape, || format!("{name} varies otherwise in the shape"))?;
+            let end = location.saturating_add(place.len);
+            let in_table = place.kind != PlaceKind::State || end <= states;
+            ensure(in_table, || format!("state {name} is not in the table"))?;
+        }
+        let words = local_words(self.kernel);
+        ensure(words <= MAX_SLOT_WORDS, || format!("slots of {words} words"))
     }
 
     fn region(&mut self, region: &Region) -> Checked {
@@ -123,7 +142,7 @@ impl Verifier<'_> {
         ensure(visible, || format!("%{} is used where it is not visible", value.0))
     }
 
-    fn place(&self, id: PlaceId) -> Result<&crate::kernel::KernelPlace, String> {
+    fn place(&self, id: PlaceId) -> Result<&KernelPlace, String> {
         self.kernel.places.get(id.0 as usize).ok_or_else(|| format!("no place {}", id.0))
     }
 

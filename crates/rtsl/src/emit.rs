@@ -63,7 +63,7 @@ impl Program {
             (None, Ok(llvm)) => llvm.host(),
             (None, Err(error)) => return Err(engine::no_llvm(error)),
         };
-        let text = pipeline::llvm_text(std::slice::from_ref(&packet), target);
+        let text = pipeline::llvm_text(&packet, target);
         if request.emit == Emit::Llvm {
             return Ok(text.into_bytes());
         }

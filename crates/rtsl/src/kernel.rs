@@ -30,6 +30,7 @@ impl Kernel {
     ///
     /// # Panics
     /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
+    #[inline]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call(call),

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
-use rtsl_jit::{CompiledKernel, JitError, OptLevel, Signature, Target};
+use rtsl_jit::{BufferEntry, CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
@@ -160,16 +160,12 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     };
     let packets = jobs.iter().map(|job| packet(*job, shared));
     let packets = packets.collect::<Result<Vec<_>, _>>()?;
-    let text = llvm_text(&packets, llvm.host());
     // One name stands for all: a caller with several jobs goes on to make them one by one.
     let name = jobs.first().map_or("", |job| job.function.name.as_str());
-    let failed = |error: JitError| errors::code_generation(name, &error);
-    let module = llvm.compile(&text, llvm.host(), shared.options.optimization).map_err(failed)?;
-    let module = Arc::new(module);
-    let kernels = jobs.iter().enumerate().map(|(index, job)| {
-        CompiledKernel::new(module.clone(), &symbol(index), signature(*job)).map(Kernel::compiled)
-    });
-    kernels.collect::<Result<_, _>>().map_err(failed)
+    let features = target_features(llvm.host());
+    let kernels = CompiledKernel::compile(llvm, &packets, &features, shared.options.optimization);
+    let kernels = kernels.map_err(|error| errors::code_generation(name, &error))?;
+    Ok(kernels.into_iter().map(Kernel::compiled).collect())
 }
 
 fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
@@ -194,23 +190,26 @@ pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kerne
 }
 
 /// The text that LLVM gets.
-pub(crate) fn llvm_text(packets: &[rtsl_packet::Kernel], target: &Target) -> String {
-    let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
-    let symbols: Vec<String> = (0..packets.len()).map(symbol).collect();
-    rtsl_llvm::emit(symbols.iter().map(String::as_str).zip(packets), &features)
+pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String {
+    rtsl_jit::module_text(std::slice::from_ref(packet), &target_features(target))
 }
 
-/// The name of a kernel in its module.
-fn symbol(index: usize) -> String {
-    format!("kernel{index}")
+fn target_features(target: &Target) -> TargetFeatures {
+    TargetFeatures::new(target.triple(), target.cpu(), target.features())
 }
 
 fn signature(job: Job<'_>) -> Signature {
     let kind = |output: &Output| job.function.place(output.place).kind;
+    let buffers = job.function.places.iter().filter(|place| place.kind == PlaceKind::Buffer);
+    let buffers = buffers.filter_map(|place| {
+        let offset = *job.layout.buffers.get(&place.name)?;
+        Some(BufferEntry { offset, element_words: place.len })
+    });
     Signature {
         state: state_components(job.function),
         scratch_arrays: job.layout.scratch_arrays,
         block_words: job.layout.block_words,
+        buffers: buffers.collect(),
         shape: job.shape,
         accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
     }

@@ -7,7 +7,7 @@ use rtsl_ir::generate::{Entropy, HashHost};
 use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_jit::{
     BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, InstanceTable,
-    Instances, LaneBlock, LaneIndices, LaneMask, Llvm, MemberBlock, OptLevel, Signature,
+    Instances, LaneBlock, LaneIndices, LaneMask, Llvm, MemberBlock, OptLevel,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape, interleave};
@@ -102,12 +102,12 @@ impl Case {
             gathers: !host.gathers,
             ..host.clone()
         };
-        self.check_text(&host, &WIDTHS)?;
-        self.check_text(&other, &WIDTHS[1..3])
+        self.check_code(&host, &WIDTHS)?;
+        self.check_code(&other, &WIDTHS[1..3])
             .map_err(|difference| format!("{other:?}: {difference}"))
     }
 
-    fn check_text(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
+    fn check_code(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
         let mut kernels = Vec::new();
         for shape in Shape::ALL {
             for &width in widths {
@@ -116,33 +116,18 @@ impl Case {
                 rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
                 // As many rays as there are allow.
                 kernel.interleave = interleave::choose(&kernel, Some(16 / width.max(4)));
-                kernels.push((format!("{}.{width}", shape.name()), kernel));
+                kernels.push(kernel);
             }
         }
-        let text = rtsl_llvm::emit(
-            kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel)),
-            features,
-        );
-        let module = llvm()
-            .compile(&text, llvm().host(), OptLevel::O2)
-            .map_err(|error| format!("{error}\n{text}"))?;
-        let module = Arc::new(module);
+        let compiled = CompiledKernel::compile(llvm(), &kernels, features, OptLevel::O2)
+            .map_err(|error| error.to_string())?;
         for mask in [None, Some(&self.mask)] {
-            for (symbol, kernel) in &kernels {
+            for (kernel, compiled) in kernels.iter().zip(&compiled) {
                 let mask = mask.filter(|_| kernel.shape != Shape::Single);
-                let signature = Signature {
-                    state: (0..rtsl_spec::state_component_count()).collect(),
-                    scratch_arrays: self.layout.scratch_arrays,
-                    block_words: self.layout.block_words,
-                    shape: kernel.shape,
-                    accepts: true,
-                };
-                let compiled = CompiledKernel::new(module.clone(), symbol, signature)
-                    .map_err(|error| error.to_string())?;
                 let expected = self.interpret(kernel.shape, mask);
-                let found = self.call(&compiled, kernel.shape, mask);
+                let found = self.call(compiled, kernel.shape, mask);
                 self.compare(&expected, &found).map_err(|difference| {
-                    format!("{symbol}, masked: {}: {difference}\n{kernel}", mask.is_some())
+                    format!("masked: {}: {difference}\n{kernel}", mask.is_some())
                 })?;
             }
         }

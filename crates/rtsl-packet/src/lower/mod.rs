@@ -122,6 +122,14 @@ fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> 
 }
 
 fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
+    match local_words(kernel) {
+        0..=MAX_SLOT_WORDS => Ok(()),
+        words => Err(LowerError::TooMuchMemory(words)),
+    }
+}
+
+/// The memory that a kernel of the greatest width takes on the stack for its slots, in words.
+pub(crate) fn local_words(kernel: &Kernel) -> u64 {
     // Of arrays in scratch that all lanes share, the leaf shape makes copies.
     let is_local = |place: &&KernelPlace| match place.place.kind {
         PlaceKind::Slot => true,
@@ -135,10 +143,7 @@ fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
     let words = kernel.places.iter().filter(is_local);
     let words = words
         .map(|place| u64::from(place.place.len) * if place.varies { MAX_LANES as u64 } else { 1 });
-    match words.sum() {
-        0..=MAX_SLOT_WORDS => Ok(()),
-        words => Err(LowerError::TooMuchMemory(words)),
-    }
+    words.sum()
 }
 
 /// The state of the walk over the function.

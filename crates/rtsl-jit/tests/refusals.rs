@@ -1,0 +1,112 @@
+//! What would make machine code touch memory that is not its own is refused: calls whose arguments do
+//! not fit, and packet code that breaks the rules.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rtsl_ir::generate::HashHost;
+use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
+use rtsl_jit::{
+    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, Instances, JitError, LaneBlock,
+    LaneMask, Llvm, OptLevel,
+};
+use rtsl_llvm::TargetFeatures;
+use rtsl_packet::{Kernel, Layout, Shape};
+
+const RAYS: usize = 4;
+
+/// Reads a member and the second element of a buffer of pairs into the state.
+fn function() -> Function {
+    let mut builder = Builder::new("Reads.lookup");
+    let mut place = |kind, name: &str, len| {
+        builder.place(Place { kind, name: name.to_owned(), scalar: Scalar::F32, len })
+    };
+    let member = place(PlaceKind::Member, "scale", 1);
+    let buffer = place(PlaceKind::Buffer, "pairs", 2);
+    let kept = place(PlaceKind::Scratch, "kept", 2);
+    let (scale, index) = (builder.load(member, 0), builder.constant(rtsl_ir::Constant::I32(3)));
+    let element = builder.push(OpKind::Load(buffer, Index::Dynamic(index))).get(0);
+    builder.output(kept, 0, scale);
+    builder.output(kept, 1, element);
+    builder.finish()
+}
+
+fn kernel(shape: Shape) -> Kernel {
+    let function = function();
+    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let layout = Layout::new(
+        places(PlaceKind::Member),
+        places(PlaceKind::Buffer),
+        places(PlaceKind::Scratch),
+    );
+    rtsl_packet::lower(&function, &layout, shape, 4).unwrap()
+}
+
+/// With names of a target that would spoil the text.
+fn compile(kernels: &[Kernel]) -> Result<Vec<CompiledKernel>, JitError> {
+    let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
+    let features = TargetFeatures::new("none", "\" ptr", "");
+    CompiledKernel::compile(&llvm, kernels, &features, OptLevel::O1)
+}
+
+fn block(element_words: u32) -> InstanceBlock {
+    let words = [1.0_f32, 2.0, 3.0, 4.0].map(f32::to_bits).into();
+    InstanceBlock::new(&[0, 0, 0, 0, 1], vec![BoundBuffer { offset: 0, words, element_words }])
+}
+
+/// What the call leaves of the buffer's element, or that it was refused.
+fn call(shape: Shape, block: &InstanceBlock, scratch_arrays: usize, count: usize) -> Option<f32> {
+    let kernel = compile(&[kernel(shape)]).unwrap().remove(0);
+    let mut state = LaneBlock::new(rtsl_spec::state_component_count() as usize, RAYS);
+    let mut scratch = LaneBlock::new(scratch_arrays, RAYS);
+    let call = AssertUnwindSafe(|| {
+        let _ = kernel.call(CallArguments {
+            state: &mut state,
+            scratch: &mut scratch,
+            count,
+            mask: None,
+            accepted: Some(&mut LaneMask::new(RAYS)),
+            instances: Instances::One(block),
+            host: &mut HashHost::default(),
+        });
+        scratch.floats(1)[0]
+    });
+    catch_unwind(call).ok()
+}
+
+#[test]
+fn calls_that_do_not_fit_are_refused() {
+    let fitting = block(2);
+    assert_eq!(call(Shape::Packet, &fitting, 2, RAYS), Some(4.0));
+    assert_eq!(call(Shape::Single, &fitting, 2, 1), Some(4.0));
+    assert_eq!(call(Shape::Packet, &fitting, 2, RAYS + 1), None, "too many rays");
+    assert_eq!(call(Shape::Packet, &fitting, 1, RAYS), None, "too little scratch");
+    assert_eq!(call(Shape::Single, &fitting, 2, 2), None, "more than one ray");
+    assert_eq!(call(Shape::Stream, &fitting, 2, RAYS), None, "one instance for all rays");
+    assert_eq!(call(Shape::Leaf, &fitting, 2, RAYS), None, "an instance that is no lanes");
+    assert_eq!(call(Shape::Packet, &block(1), 2, RAYS), None, "elements of another size");
+    let numbers_only = InstanceBlock::new(&[64; 5], Vec::new());
+    assert_eq!(call(Shape::Packet, &numbers_only, 2, RAYS), None, "no buffer, but numbers");
+    let short = InstanceBlock::new(fitting.words().split_at(4).0, fitting.buffers().to_vec());
+    assert_eq!(call(Shape::Packet, &short, 2, RAYS), None, "too small an instance");
+}
+
+#[test]
+fn packet_code_that_breaks_the_rules_is_refused() {
+    let break_rule = |change: fn(&mut Kernel)| {
+        let mut kernel = kernel(Shape::Stream);
+        change(&mut kernel);
+        matches!(compile(&[kernel]), Err(JitError::InvalidKernel(_)))
+    };
+    assert!(!break_rule(|_| {}));
+    assert!(break_rule(|kernel| kernel.shape = Shape::Packet));
+    assert!(break_rule(|kernel| kernel.places[0].varies = false));
+    assert!(break_rule(|kernel| kernel.width = 3));
+    assert!(break_rule(|kernel| kernel.outputs[0].component = 7));
+}
+
+#[test]
+#[should_panic(expected = "entries of buffers lap over")]
+fn buffers_have_entries_of_their_own() {
+    let buffer = |offset| BoundBuffer { offset, words: [0; 4].into(), element_words: 1 };
+    let _ = InstanceBlock::new(&[0; 8], vec![buffer(2), buffer(0)]);
+}
