@@ -1,6 +1,6 @@
 //! Inputs by which every branch goes both ways, as far as they can be found.
 
-use rtsl::{Decision, Diagnostic, PacketKernel, Profile, Shape};
+use rtsl::{Decision, PacketKernel, Profile, Shape};
 
 use super::call::count;
 use super::inputs::{Inputs, RaySource};
@@ -11,9 +11,9 @@ const BATCHES: usize = 24;
 const BATCH: usize = 64;
 /// At least one ray in so many stays as it was drawn first.
 const REPLACED_PART: usize = 2;
-/// Batches that go round loops more often than this are not looked at: unusual rays may do so for
-/// ever.
-const BATCH_ROUNDS: u64 = 1 << 18;
+/// Rays that go round loops so many times as often as usual ones are left out: they would take up
+/// most of the time, or all of it.
+const MOST_ROUNDS: u64 = 8;
 
 /// How many sides of branches inputs reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,17 +27,22 @@ pub struct Coverage {
 /// Sides by condition: whether some ray held it, and whether some ray did not.
 type Sides = Vec<[bool; 2]>;
 
-/// Usual rays, with further ones mixed in for the sides that the usual ones leave out. `kernel`
-/// runs one ray at a time.
+/// Usual rays, with further ones mixed in for the sides that the usual ones leave out; `None` if the
+/// usual ones go round loops more than `round_limit` times. `kernel` runs one ray at a time.
 pub fn covering_inputs(
     kernel: &PacketKernel,
     objects: &Objects,
     source: &mut RaySource<'_>,
     lanes: usize,
-) -> Result<Inputs, Diagnostic> {
-    let instances = objects.of_shape(Shape::Packet);
-    let mut inputs = source.usual(lanes)?;
-    let profile = count(kernel, instances, &inputs, BATCH_ROUNDS).profile;
+    round_limit: u64,
+) -> Option<Inputs> {
+    let run = |rays: &Inputs, round_limit: u64| {
+        let run = count(kernel, objects.of_shape(Shape::Packet), rays, round_limit);
+        (!run.cut_short).then_some(run.profile)
+    };
+    let mut inputs = source.usual(lanes);
+    let profile = run(&inputs, round_limit)?;
+    let ray_rounds = MOST_ROUNDS * (1 + profile.rounds / lanes as u64);
     let mut needed: Vec<usize> = first_rays(&profile).map(|(_, ray)| ray).collect();
     let mut seen = sides(&profile);
     let mut replaceable = (0..lanes).step_by(REPLACED_PART);
@@ -47,16 +52,16 @@ pub fn covering_inputs(
         }
         // Before rays become unusual there are more of the usual ones.
         let candidates =
-            if batch < BATCHES / 4 { source.usual(BATCH)? } else { source.unusual(BATCH)? };
-        let run = count(kernel, instances, &candidates, BATCH_ROUNDS);
-        if run.cut_short {
-            continue;
-        }
-        let news = first_rays(&run.profile).filter(|((decision, side), _)| !seen[*decision][*side]);
+            if batch < BATCHES / 4 { source.usual(BATCH) } else { source.unusual(BATCH) };
+        let Some(profile) = run(&candidates, ray_rounds * BATCH as u64) else { continue };
+        let news = first_rays(&profile).filter(|((decision, side), _)| !seen[*decision][*side]);
         let news: Vec<((usize, usize), usize)> = news.collect();
         let mut copied: Vec<usize> = Vec::new();
         for ((decision, side), ray) in news {
             if !copied.contains(&ray) {
+                if run(&candidates.lane(ray), ray_rounds).is_none() {
+                    continue;
+                }
                 let Some(lane) = replaceable.find(|lane| !needed.contains(lane)) else { break };
                 inputs.copy_lane(lane, &candidates, ray);
                 needed.push(lane);
@@ -65,7 +70,7 @@ pub fn covering_inputs(
             seen[decision][side] = true;
         }
     }
-    Ok(inputs)
+    Some(inputs)
 }
 
 /// What these inputs reach.

@@ -1,8 +1,8 @@
 //! What the rays of a call bring along.
 
 use rtsl::{
-    CallArguments, Diagnostic, LaneBlock, LaneMask, Method, Program, Role, Shape, StateVariable,
-    lookup_state, new_state, set_defaults, state_variables,
+    CallArguments, Diagnostic, LaneBlock, LaneMask, Method, PacketKernel, Program, Role, Shape,
+    StateVariable, lookup_state, new_state, set_defaults, state_variables,
 };
 
 use super::host::BenchHost;
@@ -13,6 +13,8 @@ use super::settings::Setting;
 
 /// How many rays are sent towards an object for one that hits.
 const RAYS_FOR_A_HIT: usize = 4;
+/// An `intersect` that goes round its loops more often a ray is left alone: it may be endless.
+const ROUNDS_FOR_A_HIT: u64 = 1 << 12;
 
 /// What rays share that start at one point.
 pub const ORIGIN: &str = "rt_RayOrigin";
@@ -55,8 +57,9 @@ fn copy_lane(block: &mut LaneBlock, lane: usize, other: &LaneBlock, from: usize)
 pub struct RaySource<'a> {
     program: &'a Program,
     objects: &'a Objects,
-    method: Method,
     role: Role,
+    /// What finds the hits, if hosts call the method for a hit that this accepted.
+    intersect: Option<PacketKernel>,
     reads: Vec<&'static StateVariable>,
     settings: &'a [Setting],
     random: Random,
@@ -77,8 +80,15 @@ impl<'a> RaySource<'a> {
         seed: u64,
     ) -> Result<RaySource<'a>, Diagnostic> {
         let reads = program.method(method)?.reads.clone();
+        let follows = matches!(
+            method,
+            Method::ComputeNormal | Method::ComputeTextureCoordinates | Method::ComputeDerivatives
+        );
+        let intersect = (follows && program.has(Method::Intersect))
+            .then(|| program.packet_kernel(Method::Intersect, Shape::Packet));
+        let intersect = intersect.transpose()?;
         let random = Random::new(seed);
-        Ok(RaySource { program, objects, method, role, reads, settings, random, origin: None })
+        Ok(RaySource { program, objects, role, intersect, reads, settings, random, origin: None })
     }
 
     /// From now on all rays have the same origin.
@@ -88,21 +98,21 @@ impl<'a> RaySource<'a> {
     }
 
     /// So many rays as a host would set them.
-    pub fn usual(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
-        let mut inputs =
-            if self.comes_after_a_hit() { self.hits(lanes)? } else { self.random_rays(lanes) };
+    pub fn usual(&mut self, lanes: usize) -> Inputs {
+        let mut inputs = self.random_rays(lanes);
+        self.make_hits(&mut inputs);
         self.set(&mut inputs);
-        Ok(inputs)
+        inputs
     }
 
     /// So many rays of which some floats are far from what is usual.
-    pub fn unusual(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
-        let mut inputs = self.usual(lanes)?;
+    pub fn unusual(&mut self, lanes: usize) -> Inputs {
+        let mut inputs = self.usual(lanes);
         for lane in 0..lanes {
             make_unusual(&mut self.random, &self.reads, &mut inputs.state, lane);
         }
         self.set(&mut inputs);
-        Ok(inputs)
+        inputs
     }
 
     fn set(&mut self, inputs: &mut Inputs) {
@@ -127,22 +137,16 @@ impl<'a> RaySource<'a> {
         Inputs { state, scratch: self.program.new_scratch(lanes) }
     }
 
-    /// Whether hosts call the method for a hit that `intersect` of the same object accepted.
-    fn comes_after_a_hit(&self) -> bool {
-        let follows = matches!(
-            self.method,
-            Method::ComputeNormal | Method::ComputeTextureCoordinates | Method::ComputeDerivatives
-        );
-        follows && self.program.has(Method::Intersect)
-    }
-
-    /// Rays that hit the object, with the scratch that `intersect` left; random rays if none does.
-    fn hits(&mut self, lanes: usize) -> Result<Inputs, Diagnostic> {
-        let count = RAYS_FOR_A_HIT * lanes;
+    /// Makes of the rays ones that hit the object, with the scratch that `intersect` left, if the
+    /// method is called for such and any are found.
+    fn make_hits(&mut self, inputs: &mut Inputs) {
+        if self.intersect.is_none() {
+            return;
+        }
+        let count = RAYS_FOR_A_HIT * inputs.lanes();
         let mut sent = self.random_rays(count);
         let mut accepted = LaneMask::new(count);
-        let intersect = self.program.kernel(Method::Intersect, Shape::Packet)?;
-        let _ = intersect.call(CallArguments {
+        let call = CallArguments {
             state: &mut sent.state,
             scratch: &mut sent.scratch,
             count,
@@ -150,14 +154,16 @@ impl<'a> RaySource<'a> {
             accepted: Some(&mut accepted),
             instances: self.objects.of_shape(Shape::Packet),
             host: &mut BenchHost,
-        });
-        let mut inputs = self.random_rays(lanes);
+        };
+        let run = self.intersect.as_ref().map(|it| it.run(call, ROUNDS_FOR_A_HIT * count as u64));
+        if run.is_some_and(|run| run.cut_short) {
+            return;
+        }
         let hits: Vec<usize> = accepted.iter_on().collect();
-        for (lane, &from) in (0..lanes).zip(hits.iter().cycle()) {
+        for (lane, &from) in (0..inputs.lanes()).zip(hits.iter().cycle()) {
             inputs.copy_lane(lane, &sent, from);
             set_hit_point(&mut inputs.state, lane);
         }
-        Ok(inputs)
     }
 }
 

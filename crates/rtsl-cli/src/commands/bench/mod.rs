@@ -220,16 +220,15 @@ impl<'a> Bench<'a> {
         let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
         let seed = self.arguments.seed;
         let mut rays = RaySource::new(program, objects, (method, role), &self.settings, seed)?;
-        let instances = objects.of_shape(Shape::Packet);
         let most_rounds = ROUNDS_PER_RAY * lanes as u64;
-        let usual = count(&packets, instances, &rays.usual(lanes)?, most_rounds);
-        if usual.cut_short {
-            return Err(endless(program.class(), method).into());
-        }
-        let general = covering_inputs(&packets, objects, &mut rays, lanes)?;
-        let profile = count(&packets, instances, &general, most_rounds).profile;
+        let inputs = |rays: &mut RaySource<'_>| {
+            let inputs = covering_inputs(&packets, objects, rays, lanes, most_rounds);
+            inputs.ok_or_else(|| endless(program.class(), method))
+        };
+        let general = inputs(&mut rays)?;
         rays.start_at_one_point();
-        let common_origin = covering_inputs(&packets, objects, &mut rays, lanes)?;
+        let common_origin = inputs(&mut rays)?;
+        let profile = count(&packets, objects.of_shape(Shape::Packet), &general, u64::MAX).profile;
         Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
     }
 

@@ -93,7 +93,7 @@ fn rate(
     let program = engine.program(&instance);
     let objects = Objects::new(&program, &instance, lanes);
     let mut rays = RaySource::new(&program, &objects, (method, role), &[], 0)?;
-    let inputs = rays.usual(lanes)?;
+    let inputs = rays.usual(lanes);
     let variant = Variant::new(Shape::Packet);
     let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];
     let times = time_in_turn(&mut subjects, TIME);
