@@ -5,6 +5,7 @@
 //! so that doing it in vain does no harm. A loop, which might not end, goes there only if every ray
 //! runs it.
 
+mod acceptance;
 mod control;
 mod cost;
 mod hoist;
@@ -79,7 +80,8 @@ pub fn lower(
     check_slots(&kernel)?;
     let mut lowering = Lowering::new(function, uniformity, kernel);
     lowering.run()?;
-    let kernel = lowering.kernel;
+    let mut kernel = lowering.kernel;
+    acceptance::run(&mut kernel);
     debug_assert_eq!(verify(&kernel), Ok(()), "{kernel}");
     Ok(kernel)
 }
