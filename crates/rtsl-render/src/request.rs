@@ -34,6 +34,8 @@ pub struct RenderRequest<'a> {
     pub engine: EngineOptions,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
+    /// Makes no kernels for the scene's values while rendering. Never changes the image.
+    pub general_kernels_only: bool,
     /// Is told how many of how many tiles are done, from any thread.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
     /// Ends the render early when it becomes true.
@@ -86,6 +88,7 @@ pub fn render_scene_from(
             progress: request.progress,
             cancel: request.cancel,
             time_limit: request.time_limit,
+            general_kernels_only: request.general_kernels_only,
         },
     )?;
     let settings = scene.settings;

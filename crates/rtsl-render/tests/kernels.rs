@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Method};
 use rtsl_render::Messages;
-use rtsl_render::interactive::CompiledScene;
+use rtsl_render::interactive::{CompiledScene, RenderOptions, render};
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::scene::{LoadOptions, load_scene};
 
@@ -19,7 +19,7 @@ void computeTextureCoordinates() { rt_TextureUV = vec2(used); }
 ";
 
 fn compiled(world: &str) -> CompiledScene {
-    let text = format!("Camera \"Pinhole\"\nWorldBegin\n{world}");
+    let text = format!("{FILM}Camera \"Pinhole\"\nWorldBegin\n{world}");
     let files = [("scene.pbrt", text.as_str()), ("marked.rtsl", MARKED)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
@@ -36,6 +36,8 @@ fn has(scene: &CompiledScene, class: &str, method: Method) -> bool {
     shader.expect("the class is in the scene").kernel(method).is_some()
 }
 
+const FILM: &str = "Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 16\n\
+     Sampler \"stratified\" \"integer xsamples\" 1 \"integer ysamples\" 1\n";
 const GREY: &str = "Material \"Lambertian\"\n";
 const CHECKED: &str = "Texture \"check\" \"spectrum\" \"Checker\"\n\
                        Material \"Lambertian\" \"texture kd\" \"check\"\n";
@@ -67,4 +69,27 @@ fn scratch_is_kept_where_something_reads_it() {
         let shader = scene.shaders.iter().find(|it| it.program.class().name == "Marked");
         assert_eq!(shader.map(|shader| shader.kept_arrays), Some(arrays), "{material}");
     }
+}
+
+#[test]
+fn kernels_that_know_the_scene_give_the_same_image() {
+    let world = format!(
+        "LightSource \"PointLight\" \"point3 position\" [1 2 -3] \"rgb intensity\" [8 6 4]\n\
+         {CHECKED}Shape \"Sphere\" \"point3 center\" [0 0 5]"
+    );
+    let scene = compiled(&world);
+    let image = || {
+        let options = RenderOptions { general_kernels_only: true, ..RenderOptions::default() };
+        let rendered = render(&scene, options);
+        let rendered = rendered.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        let pixels = rendered.image.pixels.into_iter().flatten();
+        pixels.map(f32::to_bits).collect::<Vec<_>>()
+    };
+    let general = image();
+    assert!(general.iter().any(|channel| *channel != 0), "there is something to see");
+    assert_eq!(scene.wait_for_specialised(), 0);
+    scene.specialise();
+    // The camera's, the light's and the material's.
+    assert_eq!(scene.wait_for_specialised(), 3);
+    assert_eq!(image(), general);
 }

@@ -40,6 +40,10 @@ pub struct RenderArguments {
     /// Stop after this time and write what there is.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
+    /// Make no kernels for the scene's values while rendering, which renders of more than a second do.
+    /// Never changes the picture.
+    #[arg(long)]
+    no_specialise: bool,
     /// Write what the render did and how long it took, as JSON.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -83,6 +87,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         threads: arguments.threads,
         engine: arguments.engine.options(),
         time_limit: arguments.time,
+        general_kernels_only: arguments.no_specialise,
         progress: Some(&progress),
         cancel: None,
     };

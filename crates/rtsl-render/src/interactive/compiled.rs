@@ -15,6 +15,7 @@ use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::AreaLight;
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
+use super::specialisation::{Specialisation, Specialised};
 use super::variables::{variables, vector};
 
 /// An instance, ready for the kernels of its shader.
@@ -23,6 +24,8 @@ pub struct ShaderInstance {
     pub shader: usize,
     /// Its data.
     pub block: InstanceBlock,
+    /// Its kernels that know this data.
+    pub specialised: Specialised,
 }
 
 /// An object.
@@ -91,6 +94,8 @@ pub struct CompiledScene {
     pub compile_time: Duration,
     /// The time that bounds and the acceleration structure took.
     pub build_time: Duration,
+    /// What makes kernels for the scene's values; ends after all else.
+    pub specialisation: Specialisation,
 }
 
 impl CompiledScene {
@@ -158,7 +163,14 @@ impl Builder<'_> {
             scratch_arrays: scratch.max().unwrap_or(0),
             compile_time: Duration::ZERO,
             build_time: Duration::ZERO,
+            specialisation: self.specialisation(&scene),
         }
+    }
+
+    fn specialisation(&self, scene: &Scene) -> Specialisation {
+        let lights = scene.lights.iter().map(|light| &light.light);
+        let instances = [&scene.camera].into_iter().chain(lights).chain(&scene.materials);
+        Specialisation::new(self.table.engine(), instances.cloned().collect())
     }
 
     fn light(&self, light: &crate::scene::PlacedLight) -> Light {

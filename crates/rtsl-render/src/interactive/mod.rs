@@ -14,6 +14,7 @@ mod intersection;
 mod render;
 mod shaders;
 mod shading;
+mod specialisation;
 mod surface;
 mod variables;
 mod workspace;

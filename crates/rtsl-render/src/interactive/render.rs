@@ -15,6 +15,7 @@ use crate::statistics::RayCounts;
 use super::camera::{CameraRays, TILE, Tile, camera_rays};
 use super::compiled::CompiledScene;
 use super::shading::{Tracer, radiance};
+use super::specialisation::SPECIALISE_AFTER;
 use super::workspace::{Problems, Workspace};
 
 /// How to render.
@@ -28,6 +29,9 @@ pub struct RenderOptions<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
+    /// Makes no kernels for the scene's values, which a long render else does. Never changes the
+    /// image.
+    pub general_kernels_only: bool,
 }
 
 /// An image, and what making it took.
@@ -112,6 +116,9 @@ impl<'a> Job<'a> {
                 if self.must_stop(start) {
                     self.stopped.store(true, Ordering::Relaxed);
                     return;
+                }
+                if !self.options.general_kernels_only && start.elapsed() > SPECIALISE_AFTER {
+                    self.scene.specialise();
                 }
                 self.render_tile(workspace, *tile, start);
             },

@@ -12,12 +12,13 @@ use rtsl::{
 use crate::scene::{Scene, SceneObject};
 
 use super::compiled::ShaderInstance;
+use super::specialisation::Specialised;
 
 /// A class with the kernels that a scene calls.
 pub struct Shader {
     /// The class, linked.
     pub program: Arc<Program>,
-    kernels: BTreeMap<Method, Arc<Kernel>>,
+    kernels: BTreeMap<Method, (Variant, Arc<Kernel>)>,
     /// What the methods that shade read of their surfaces.
     surface: SurfaceNeeds,
     /// How many scratch arrays later methods may read of what `intersect` leaves.
@@ -27,7 +28,12 @@ pub struct Shader {
 impl Shader {
     /// The kernel of a method, if the class has it and the scene has a use for it.
     pub fn kernel(&self, method: Method) -> Option<&Kernel> {
-        self.kernels.get(&method).map(Arc::as_ref)
+        self.kernels.get(&method).map(|(_, kernel)| &**kernel)
+    }
+
+    /// Which kernel of a method it is.
+    pub fn variant(&self, method: Method) -> Option<&Variant> {
+        self.kernels.get(&method).map(|(variant, _)| variant)
     }
 
     /// What shading reads of surfaces.
@@ -169,6 +175,11 @@ impl<'a> ShaderTable<'a> {
         table
     }
 
+    /// What makes the kernels.
+    pub fn engine(&self) -> &Engine {
+        self.engine
+    }
+
     fn add_scene(&mut self, scene: &Scene) {
         self.entry(&scene.camera).want([Method::GenerateRay]);
         for light in &scene.lights {
@@ -221,7 +232,8 @@ impl<'a> ShaderTable<'a> {
     pub fn instance(&self, instance: &Instance) -> ShaderInstance {
         let program = self.engine.program(instance);
         let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
-        ShaderInstance { shader: shader.unwrap_or(0), block: program.block(instance) }
+        let (shader, block) = (shader.unwrap_or(0), program.block(instance));
+        ShaderInstance { shader, block, specialised: Specialised::default() }
     }
 
     /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
@@ -231,14 +243,15 @@ impl<'a> ShaderTable<'a> {
             .iter()
             .flat_map(|entry| entry.methods.iter().map(|method| entry.request(*method)));
         let requests: Vec<KernelRequest> = requests.collect();
-        let mut kernels = self.engine.compile_all(&requests).into_iter();
+        let kernels = self.engine.compile_all(&requests).into_iter();
+        let mut kernels = requests.iter().zip(kernels);
         let mut shaders = Vec::with_capacity(self.entries.len());
         for entry in &self.entries {
             let mut made = BTreeMap::new();
-            for (method, kernel) in entry.methods.iter().zip(kernels.by_ref()) {
+            for (method, (request, kernel)) in entry.methods.iter().zip(kernels.by_ref()) {
                 match kernel {
                     Ok(kernel) => {
-                        made.insert(*method, kernel);
+                        made.insert(*method, (request.variant.clone(), kernel));
                     }
                     Err(diagnostic) => diagnostics.push(diagnostic),
                 }

@@ -150,7 +150,7 @@ impl CompiledScene {
         problems: &'a Problems,
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
-        let kernel = shader.kernel(method)?;
+        let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;
         Some(KernelCall { kernel, method, instance, class: &shader.program.class().name, problems })
     }
 }
