@@ -74,7 +74,9 @@ pub fn unary(op: UnaryOp, scalar: Scalar) -> Option<UnaryFunction> {
         (UnaryOp::ApproximateReciprocal, Scalar::F32) => lift!(f32, |a| 1.0 / a),
         (UnaryOp::ApproximateInverseSqrt, Scalar::F32) => lift!(f32, |a| 1.0 / a.sqrt()),
         (UnaryOp::ApproximateSqrt, Scalar::F32) => lift!(f32, |a| a.sqrt()),
+        (UnaryOp::Seldom, Scalar::Bool) => Some(|a| a),
         (UnaryOp::Negate, Scalar::Bool)
+        | (UnaryOp::Seldom, Scalar::F32 | Scalar::I32 | Scalar::U32)
         | (UnaryOp::Not, Scalar::F32)
         | (UnaryOp::Abs, Scalar::U32 | Scalar::Bool)
         | (

@@ -86,6 +86,7 @@ impl Interval {
             UnaryOp::Abs if a.low >= 0 => Some(a),
             UnaryOp::Abs if a.high <= 0 => Interval { low: -a.high, high: -a.low }.wrapped(scalar),
             UnaryOp::Abs => Interval { low: 0, high: a.high.max(-a.low) }.wrapped(scalar),
+            UnaryOp::Seldom => Some(a),
             UnaryOp::Sqrt
             | UnaryOp::Floor
             | UnaryOp::Ceil

@@ -123,6 +123,8 @@ pub enum UnaryOp {
     ApproximateInverseSqrt,
     /// f32: `sqrt(a)`, about.
     ApproximateSqrt,
+    /// bool: the same. The author says that it is seldom true, so an `if` on it stays a branch.
+    Seldom,
 }
 
 impl UnaryOp {
@@ -136,6 +138,7 @@ impl UnaryOp {
         UnaryOp::Ceil,
         UnaryOp::Trunc,
         UnaryOp::RoundEven,
+        UnaryOp::Seldom,
     ];
 }
 
@@ -173,6 +176,7 @@ named! { UnaryOp:
     ApproximateReciprocal => "approximate_reciprocal",
     ApproximateInverseSqrt => "approximate_inverse_sqrt",
     ApproximateSqrt => "approximate_sqrt",
+    Seldom => "seldom",
 }
 
 /// Operations on two values of one type; the result has that type.

@@ -72,6 +72,7 @@ impl Emitter<'_, '_> {
             UnaryOp::ApproximateReciprocal => self.approximate_reciprocal(ty, a),
             UnaryOp::ApproximateInverseSqrt => self.approximate_inverse_sqrt(ty, a),
             UnaryOp::ApproximateSqrt => self.approximate_sqrt(ty, a),
+            UnaryOp::Seldom => unreachable!("the lowering makes a branch of it"),
         };
         self.define(result, operand);
     }

@@ -3,7 +3,9 @@
 //!
 //! Both regions must consist of operations without effects and regions, of a cost of at most
 //! [`MAX_COST`] together, with one for each result added. Inner `if`s are looked at first, so that
-//! what becomes of them counts.
+//! what becomes of them counts. A condition that is said to be seldom true stays a branch.
+
+use std::collections::HashSet;
 
 use rtsl_ir::{
     BinaryOp, Effect, Function, Index, Op, OpKind, Place, Region, UnaryOp, Value, Values,
@@ -15,12 +17,14 @@ pub const MAX_COST: u32 = 8;
 /// Converts what it can in all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    Conversion { places: &function.places }.region(&mut body);
+    Conversion { places: &function.places, seldom: HashSet::new() }.region(&mut body);
     function.body = body;
 }
 
 struct Conversion<'a> {
     places: &'a [Place],
+    /// Conditions that are seldom true.
+    seldom: HashSet<Value>,
 }
 
 impl Conversion<'_> {
@@ -31,7 +35,13 @@ impl Conversion<'_> {
                 self.region(region);
             }
             match op.kind {
-                OpKind::If { condition, then, otherwise } if self.is_short(&then, &otherwise) => {
+                OpKind::Unary(UnaryOp::Seldom, _) => {
+                    self.seldom.insert(op.results.get(0));
+                    ops.push(op);
+                }
+                OpKind::If { condition, then, otherwise }
+                    if !self.seldom.contains(&condition) && self.is_short(&then, &otherwise) =>
+                {
                     ops.extend(then.ops);
                     ops.extend(otherwise.ops);
                     let pairs = then.yields.into_iter().zip(otherwise.yields);
@@ -147,6 +157,25 @@ mod tests {
               yield %1
             }
             return scratch:f@0 = %2
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn seldom_true_stays_a_branch() {
+        let text = "
+            %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0 %s: bool = seldom %c
+            %r: f32 = if %s { %a: f32 = abs %x yield %a } else { yield %x }
+            return scratch:f@0 = %r";
+        expect![[r#"
+            %2: bool = seldom %0
+            %3: f32 = if %2 {
+              %4: f32 = abs %1
+              yield %4
+            } else {
+              yield %1
+            }
+            return scratch:f@0 = %3
         "#]]
         .assert_eq(&transformed(text, super::run));
     }

@@ -180,7 +180,7 @@ impl Walk<'_> {
                 | UnaryOp::ApproximateSqrt,
                 _,
             ) => cost(18.0, 5.0),
-            OpKind::Unary(UnaryOp::Negate | UnaryOp::Not | UnaryOp::Abs, _)
+            OpKind::Unary(UnaryOp::Negate | UnaryOp::Not | UnaryOp::Abs | UnaryOp::Seldom, _)
             | OpKind::Select(..) => cost(1.0, 1.0),
             OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, _) if is_float(a) => {
                 divider(12.0, 0.75)

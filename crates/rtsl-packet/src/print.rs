@@ -220,6 +220,7 @@ fn unary_name(op: UnaryOp) -> &'static str {
         UnaryOp::ApproximateReciprocal => "approximate_reciprocal",
         UnaryOp::ApproximateInverseSqrt => "approximate_inverse_sqrt",
         UnaryOp::ApproximateSqrt => "approximate_sqrt",
+        UnaryOp::Seldom => "seldom",
     }
 }
 

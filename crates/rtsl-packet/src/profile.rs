@@ -273,12 +273,14 @@ impl Work {
             (UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven, _) => {
                 Work::Float(1)
             }
-            (UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not, Scalar::F32 | Scalar::Bool) => {
-                Work::Logic
-            }
-            (UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not, Scalar::I32 | Scalar::U32) => {
-                Work::Integer
-            }
+            (
+                UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not | UnaryOp::Seldom,
+                Scalar::F32 | Scalar::Bool,
+            ) => Work::Logic,
+            (
+                UnaryOp::Negate | UnaryOp::Abs | UnaryOp::Not | UnaryOp::Seldom,
+                Scalar::I32 | Scalar::U32,
+            ) => Work::Integer,
         }
     }
 

@@ -339,6 +339,8 @@ fn unary_takes(op: UnaryOp, scalar: Scalar) -> bool {
     match op {
         UnaryOp::Negate | UnaryOp::Abs => scalar != Scalar::Bool,
         UnaryOp::Not => scalar != Scalar::F32,
+        // The lowering has made a branch of it.
+        UnaryOp::Seldom => false,
         UnaryOp::Sqrt
         | UnaryOp::Floor
         | UnaryOp::Ceil

@@ -33,10 +33,11 @@ impl Lowering<'_> {
         otherwise: &rtsl_ir::Region,
     ) -> Result<(), LowerError> {
         let diverges = self.diverges(condition);
+        let seldom = self.seldom.contains(&condition);
         let condition = self.value(condition);
         let limit = if diverges { SPECULATION_LIMIT } else { AGREED_SPECULATION_LIMIT };
         let is_short = |side| self.speculation_cost(side).is_some_and(|cost| cost <= limit);
-        let mut results = match (is_short(then), is_short(otherwise)) {
+        let mut results = match (is_short(then) && !seldom, is_short(otherwise)) {
             (true, true) => {
                 let then = self.lower_ops(then)?;
                 let otherwise = self.lower_ops(otherwise)?;

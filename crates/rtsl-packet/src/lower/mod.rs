@@ -12,8 +12,9 @@ mod hoist;
 mod host;
 mod memory;
 mod nan_bits;
+mod nan_shadow;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
@@ -156,6 +157,8 @@ struct Lowering<'a> {
     uses: Vec<u32>,
     /// Bitcasts that need not make all NaNs the same.
     hidden_bitcasts: Vec<bool>,
+    /// Conditions of the function that are seldom true.
+    seldom: BTreeSet<Value>,
     kernel: Kernel,
     /// The packet value of each value of the function seen so far.
     values: Vec<Option<Value>>,
@@ -181,6 +184,7 @@ impl<'a> Lowering<'a> {
             uniformity,
             uses,
             hidden_bitcasts: nan_bits::hidden_bitcasts(function),
+            seldom: BTreeSet::new(),
             kernel,
             values: vec![None; function.values.len()],
             hoisted: Vec::new(),
@@ -213,6 +217,12 @@ impl<'a> Lowering<'a> {
             Ray::Constant(constant) => {
                 let value = self.constant(*constant);
                 self.set_results(op, &[value]);
+                return Ok(());
+            }
+            Ray::Unary(UnaryOp::Seldom, a) => {
+                let condition = value(a);
+                self.seldom.insert(op.results.get(0));
+                self.set_results(op, &[condition]);
                 return Ok(());
             }
             Ray::Unary(unary, a) => OpKind::Unary(*unary, value(a)),

@@ -2,8 +2,10 @@
 //!
 //! A bitcast of an f32 to an integer shows every NaN with the same bits, which takes a
 //! comparison and a select. Most such integers have only their sign changed and become an f32 again; then a
-//! NaN stays some NaN whatever its bits were, and the bits may be taken as they are.
+//! NaN stays some NaN whatever its bits were, and the bits may be taken as they are. For the rest a
+//! [`Shadow`] is asked.
 
+use super::nan_shadow::Shadow;
 use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, Value};
 
 const SIGN: u32 = 1 << 31;
@@ -11,6 +13,7 @@ const SIGN: u32 = 1 << 31;
 /// By value of `function`, whether it is a bitcast of an f32 whose bits show nowhere for a NaN.
 pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
     let mut uses = Uses {
+        function,
         definitions: vec![None; function.values.len()],
         all: vec![0; function.values.len()],
         hiding: vec![0; function.values.len()],
@@ -30,11 +33,41 @@ pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
             uses.count_sign_change(binary, b, a);
         }
     });
-    (0..function.values.len()).map(|index| uses.is_hidden_bitcast(Value(index as u32))).collect()
+    let mut shadow = Shadow::new(function, &uses.definitions);
+    let mut hides = |bitcast| uses.source(bitcast).is_some_and(|source| shadow.hides(source));
+    (0..function.values.len() as u32)
+        .map(|index| uses.is_hidden_bitcast(Value(index)) || hides(Value(index)))
+        .collect()
+}
+
+/// Whether all bits of an integer but the highest are 0; `definitions` by value.
+pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
+    let constant = |value| constant(definitions, value);
+    match definitions[value.0 as usize] {
+        Some(OpKind::Constant(_)) => constant(value).is_some_and(|bits| bits & !SIGN == 0),
+        Some(OpKind::Binary(BinaryOp::And, a, b)) => {
+            [*a, *b].into_iter().any(|operand| constant(operand) == Some(SIGN))
+        }
+        Some(OpKind::Binary(BinaryOp::ShiftLeft, _, count)) => {
+            constant(*count).is_some_and(|count| count & 31 == 31)
+        }
+        _ => false,
+    }
+}
+
+/// The bits of an integer constant.
+fn constant(definitions: &[Option<&OpKind>], value: Value) -> Option<u32> {
+    match definitions[value.0 as usize] {
+        Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
+            Some(constant.bits())
+        }
+        _ => None,
+    }
 }
 
 /// How values are used.
 struct Uses<'a> {
+    function: &'a Function,
     definitions: Vec<Option<&'a OpKind>>,
     all: Vec<u32>,
     /// The uses after which the value is only an f32, a NaN if it was one.
@@ -55,45 +88,28 @@ impl<'a> Uses<'a> {
     }
 
     fn is_hidden_bitcast(&self, value: Value) -> bool {
-        let bitcast = matches!(
-            self.definitions[value.0 as usize],
-            Some(OpKind::Bitcast(Scalar::I32 | Scalar::U32, _))
-        );
-        bitcast && self.is_hidden(value)
+        self.source(value).is_some() && self.is_hidden(value)
     }
 
-    /// Counts the use of `bits` in `op` with `other`, if that keeps NaNs.
-    fn count_sign_change(&mut self, op: BinaryOp, bits: Value, other: Value) {
-        let keeps_nan = match op {
-            BinaryOp::Xor | BinaryOp::Or => self.is_sign(other),
-            BinaryOp::And => self.constant(other) == Some(!SIGN),
-            _ => false,
-        };
-        if keeps_nan {
-            self.hiding[bits.0 as usize] += 1;
-        }
-    }
-
-    fn constant(&self, value: Value) -> Option<u32> {
+    /// Of what f32 `value` is the bits.
+    fn source(&self, value: Value) -> Option<Value> {
         match self.definitions[value.0 as usize] {
-            Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
-                Some(constant.bits())
+            Some(OpKind::Bitcast(Scalar::I32 | Scalar::U32, source)) => {
+                (self.function.scalar(*source) == Scalar::F32).then_some(*source)
             }
             _ => None,
         }
     }
 
-    /// Whether all bits of an integer but the highest are 0.
-    fn is_sign(&self, value: Value) -> bool {
-        match self.definitions[value.0 as usize] {
-            Some(OpKind::Constant(_)) => self.constant(value).is_some_and(|bits| bits & !SIGN == 0),
-            Some(OpKind::Binary(BinaryOp::And, a, b)) => {
-                [*a, *b].into_iter().any(|operand| self.constant(operand) == Some(SIGN))
-            }
-            Some(OpKind::Binary(BinaryOp::ShiftLeft, _, count)) => {
-                self.constant(*count).is_some_and(|count| count & 31 == 31)
-            }
+    /// Counts the use of `bits` in `op` with `other`, if that keeps NaNs.
+    fn count_sign_change(&mut self, op: BinaryOp, bits: Value, other: Value) {
+        let keeps_nan = match op {
+            BinaryOp::Xor | BinaryOp::Or => is_sign(&self.definitions, other),
+            BinaryOp::And => constant(&self.definitions, other) == Some(!SIGN),
             _ => false,
+        };
+        if keeps_nan {
+            self.hiding[bits.0 as usize] += 1;
         }
     }
 }

@@ -160,6 +160,7 @@ pub(super) fn operate(operation: Operation, operands: &[Constant]) -> Evaluated<
         Operation::Trunc => unary(UnaryOp::Trunc),
         Operation::RoundEven => unary(UnaryOp::RoundEven),
         Operation::Not => unary(UnaryOp::Not),
+        Operation::Seldom => unary(UnaryOp::Seldom),
         Operation::Min => binary(BinaryOp::Min),
         Operation::Max => binary(BinaryOp::Max),
         Operation::MultiplyHigh => binary(BinaryOp::MultiplyHigh),

@@ -178,6 +178,7 @@ fn operation_kind(operation: Operation, operands: &[Value]) -> OpKind {
         Operation::Trunc => unary(UnaryOp::Trunc),
         Operation::RoundEven => unary(UnaryOp::RoundEven),
         Operation::Not => unary(UnaryOp::Not),
+        Operation::Seldom => unary(UnaryOp::Seldom),
         Operation::Fma => OpKind::Fma(operands[0], operands[1], operands[2]),
         Operation::Min => binary(BinaryOp::Min),
         Operation::Max => binary(BinaryOp::Max),

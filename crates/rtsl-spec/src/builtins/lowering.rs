@@ -53,6 +53,8 @@ pub enum Operation {
     NotEqual,
     /// The truth value's opposite
     Not,
+    /// The truth value, said to be seldom true
+    Seldom,
     /// The upper 32 bits of the 64-bit product, on i32 and u32
     MultiplyHigh,
     /// The bits of an f32 as a u32

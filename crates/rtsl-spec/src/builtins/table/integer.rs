@@ -166,6 +166,13 @@ pub(super) static INTRINSIC: &[Builtin] = &[
         &["int rt_multiplyHigh(int x, int y)", "uint rt_multiplyHigh(uint x, uint y)"],
         "The upper 32 bits of the product.",
     ),
+    intrinsic(
+        "rt_seldom",
+        Operation::Seldom,
+        &["bool rt_seldom(bool condition)"],
+        "The condition, which is seldom true: an `if` on it is a branch for all lanes together, however \
+         short.",
+    ),
 ];
 
 const fn function(
