@@ -47,7 +47,7 @@ pub struct Region {
 }
 
 /// Where a yielded value of a function's body goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Output {
     /// A state, member, parameter, scratch or accepted place.
     pub place: PlaceId,

@@ -8,12 +8,14 @@
 
 mod algebra;
 pub mod approximate;
+pub mod bits;
 pub mod budget;
 pub mod contract;
 pub mod dead;
 pub mod fold;
 pub mod hoist;
 pub mod leave;
+pub mod merge;
 pub mod number;
 pub mod promote;
 pub mod range;
@@ -22,6 +24,7 @@ pub mod specialise;
 mod substitution;
 #[cfg(test)]
 mod testing;
+pub mod unchanged;
 pub mod unit;
 pub mod unread;
 pub mod unroll;
@@ -59,15 +62,18 @@ pub type Pass = fn(&mut Function);
 /// The passes that need nothing but the function, by name.
 pub const PASSES: &[(&str, Pass)] = &[
     ("approximate", approximate::run),
+    ("bits", bits::run),
     ("contract", contract::run),
     ("dead", dead::run),
     ("fold", fold::run),
     ("hoist", hoist::run),
     ("leave", leave::run),
+    ("merge", merge::run),
     ("number", number::run),
     ("promote", promote::run),
     ("range", range::run),
     ("select", select::run),
+    ("unchanged", unchanged::run),
     ("unroll", unroll::run),
 ];
 
@@ -92,11 +98,14 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("range", function, range::run);
         run("fold", function, fold::run);
         run("dead", function, dead::run);
+        run("merge", function, merge::run);
         run("select", function, select::run);
+        run("bits", function, bits::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
         run("leave", function, leave::run);
         run("hoist", function, hoist::run);
+        run("unchanged", function, unchanged::run);
         run("dead", function, dead::run);
     }
     if let Some(limit) = options.budget {
@@ -138,7 +147,9 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         run("range", function, |function| range::run_knowing(function, &caller.known));
         run("fold", function, fold::run);
         run("dead", function, dead::run);
+        run("merge", function, merge::run);
         run("select", function, select::run);
+        run("bits", function, bits::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
         run("leave", function, leave::run);

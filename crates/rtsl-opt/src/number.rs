@@ -32,7 +32,7 @@ pub fn run(function: &mut Function) {
 
 /// What an operation computes: equal keys, equal results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Key {
+pub(crate) enum Key {
     Unary(UnaryOp, Value),
     Binary(BinaryOp, Value, Value),
     Compare(CompareOp, Value, Value),
@@ -129,7 +129,7 @@ fn is_commutative(op: BinaryOp) -> bool {
 }
 
 /// `None` for what is not numbered: regions, and what an effect keeps apart.
-fn key(kind: &OpKind) -> Option<Key> {
+pub(crate) fn key(kind: &OpKind) -> Option<Key> {
     match *kind {
         OpKind::Unary(op, a) => Some(Key::Unary(op, a)),
         OpKind::Binary(op, a, b) => Some(Key::Binary(op, a, b)),

@@ -1,0 +1,54 @@
+//! Outputs that leave a place as it was are no outputs: the caller need not store what it has there.
+//!
+//! A camera that does not touch the ray's greatest distance, say, is lowered to yield what it loaded.
+
+use std::collections::HashSet;
+
+use rtsl_ir::{Function, Index, OpKind, Output, PlaceKind, Value};
+
+/// Removes such outputs of state and scratch.
+pub fn run(function: &mut Function) {
+    let mut loaded: HashSet<(Value, Output)> = HashSet::new();
+    function.body.for_each_op(&mut |op| {
+        if let OpKind::Load(place, Index::Constant(component)) = op.kind {
+            loaded.insert((op.results.get(0), Output { place, component }));
+        }
+    });
+    let yields = std::mem::take(&mut function.body.yields);
+    let outputs = std::mem::take(&mut function.outputs);
+    let (outputs, yields) = outputs
+        .into_iter()
+        .zip(yields)
+        .filter(|(output, value)| {
+            let kind = function.place(output.place).kind;
+            let is_kept = matches!(kind, PlaceKind::State | PlaceKind::Scratch);
+            !(is_kept && loaded.contains(&(*value, *output)))
+        })
+        .unzip();
+    function.outputs = outputs;
+    function.body.yields = yields;
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::testing::{check_preserves, transformed};
+
+    #[test]
+    fn only_what_stays_in_its_place_goes() {
+        let text = "
+            %a: f32 = load scratch:f@0 %b: f32 = load scratch:f@1 %m: f32 = load member:m@0
+            return scratch:f@0 = %a, scratch:f@1 = %a, scratch:f@2 = %b, member:m@0 = %m";
+        expect![[r#"
+            %2: f32 = load member:m@0
+            return scratch:f@1 = %0, scratch:f@2 = %1, member:m@0 = %2
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn keeps_results() {
+        check_preserves(super::run);
+    }
+}
