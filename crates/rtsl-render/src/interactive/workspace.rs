@@ -95,15 +95,20 @@ impl CallBlocks {
         scratch: Option<&mut LaneBlock>,
         host: &mut dyn Host,
     ) -> LaneMask {
-        for lane in lanes_of(self.masked ^ lanes) {
-            self.mask.set(lane, lanes >> lane & 1 != 0);
+        let count = LANES - lanes.leading_zeros() as usize;
+        // Without a mask full packets go the way that was made for them.
+        let is_full = lanes.trailing_ones() as usize == count;
+        if !is_full {
+            for lane in lanes_of(self.masked ^ lanes) {
+                self.mask.set(lane, lanes >> lane & 1 != 0);
+            }
+            self.masked = lanes;
         }
-        self.masked = lanes;
         let status = call.kernel.call(CallArguments {
             state: &mut self.state,
             scratch: scratch.unwrap_or(&mut self.scratch),
-            count: LANES - lanes.leading_zeros() as usize,
-            mask: Some(&self.mask),
+            count,
+            mask: (!is_full).then_some(&self.mask),
             accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
             instances: Instances::One(&call.instance.block),
             host,
