@@ -430,7 +430,7 @@ fn bench_prints_a_table() {
     let shapes = lines[2..].iter().map(|line| line.split_whitespace().next().unwrap());
     assert_eq!(
         shapes.collect::<Vec<_>>(),
-        ["packet", "common-origin", "stream", "leaf"],
+        ["packet", "common-origin", "stream", "leaf", "single"],
         "{table}"
     );
     assert!(lines.iter().all(|line| line.len() < 100), "{table}");

@@ -149,7 +149,7 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, Failure> {
         let mut machines = BTreeMap::new();
         for width in Engine::WIDTHS {
-            if width == 1 || is_asked(&arguments.widths, width) {
+            if width == 1 || arguments.widths.is_empty() || arguments.widths.contains(&width) {
                 let options = EngineOptions {
                     backend: Backend::Jit,
                     width: Some(width),
@@ -214,6 +214,12 @@ impl<'a> Bench<'a> {
         Ok(kernels.filter(|(shape, width)| shape.width(*width) == *width).collect())
     }
 
+    /// Whether a kernel was asked for: a shape that has but one width is shown whatever widths are.
+    fn is_width_asked(&self, shape: Shape, width: u32) -> bool {
+        let asked = &self.arguments.widths;
+        asked.is_empty() || asked.iter().any(|asked| shape.width(*asked) == width)
+    }
+
     fn inputs(&self, method: Method, objects: &Objects) -> Result<MethodInputs, Failure> {
         let (program, lanes) = (self.scalar_program(), self.arguments.lanes as usize);
         let packets = program.packet_kernel(method, Shape::Packet)?;
@@ -250,7 +256,7 @@ impl<'a> Bench<'a> {
             if *width == 1 {
                 one = times.median;
             }
-            if !is_asked(&self.arguments.widths, *width) {
+            if !self.is_width_asked(*shape, *width) {
                 continue;
             }
             let row = Row::new(&Measurement {
@@ -268,11 +274,6 @@ impl<'a> Bench<'a> {
         }
         write_result(None, text.as_bytes())
     }
-}
-
-/// Whether `value` is among those asked for; all are where none is named.
-fn is_asked<T: PartialEq>(named: &[T], value: T) -> bool {
-    named.is_empty() || named.contains(&value)
 }
 
 impl MethodInputs {

@@ -9,10 +9,12 @@ use super::inputs::Inputs;
 use super::objects::Objects;
 use super::timing::Subject;
 
-/// The single shape is called for so many rays in turn, each in memory of its own: all of it still
-/// fits the first-level cache.
-const SINGLE_RAYS: usize = 16;
-/// So is the leaf shape, for fewer rays, since each meets many objects.
+/// So many rays are timed together, in several calls if need be, since the clock is too coarse for a
+/// few.
+const RAYS_TOGETHER: usize = 256;
+/// But at most so many calls, each in memory of its own: all of it still fits the first-level cache.
+const MOST_CALLS: usize = 16;
+/// The leaf shape is called for so many rays in turn.
 const LEAF_RAYS: usize = 4;
 
 /// A kernel and its calls.
@@ -66,11 +68,14 @@ fn profile(
     Ok(whole)
 }
 
-/// The inputs of one call, or of one for each of some rays where a call takes no more.
+/// The inputs of calls that are timed together: for all rays, or where a call takes one, for some.
 fn inputs_of_calls(shape: Shape, inputs: &Inputs) -> Vec<Inputs> {
     match shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => vec![inputs.clone()],
-        Shape::Single => some_rays(inputs, SINGLE_RAYS).map(|ray| inputs.lane(ray)).collect(),
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream => {
+            let calls = (RAYS_TOGETHER / inputs.lanes()).clamp(1, MOST_CALLS);
+            vec![inputs.clone(); calls]
+        }
+        Shape::Single => some_rays(inputs, MOST_CALLS).map(|ray| inputs.lane(ray)).collect(),
         Shape::Leaf => {
             let calls = some_rays(inputs, LEAF_RAYS).map(|ray| {
                 // The ray is lane 0; the others are for what comes back.

@@ -135,6 +135,7 @@ fn line<Cell: Display>(cells: [Cell; 12]) -> String {
 /// What stands above the rows of a method.
 pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> String {
     let Coverage { reached, sides } = coverage;
+    let rays = if lanes == 1 { "ray" } else { "rays" };
     let branches = match sides {
         0 => "no branches".to_owned(),
         _ => format!("{reached} of {sides} sides of branches reached"),
@@ -153,5 +154,5 @@ pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> S
         "bytes%",
         "active",
     ];
-    format!("{class}.{method}: {lanes} rays a call, {branches}\n{}", line(names))
+    format!("{class}.{method}: {lanes} {rays} a call, {branches}\n{}", line(names))
 }
