@@ -4,7 +4,7 @@
 //! `cargo bench -p rtsl-bench --bench compile_time`; `RTSL_LLVM` chooses the LLVM.
 
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -33,7 +33,7 @@ fn main() {
     };
     let llvm = engine.llvm().map(|llvm| llvm.version().to_string()).unwrap_or_default();
     println!("LLVM {llvm}, width {}", engine.width());
-    print_library(&measure_library());
+    print_library(&mut measure_library());
     print_cold_start();
 }
 
@@ -44,11 +44,15 @@ fn options() -> EngineOptions {
 /// One kernel's way.
 struct Row {
     name: String,
-    total: Duration,
-    /// The ends of the stages.
+    /// By the clock.
+    clock: Duration,
+    /// What processors did for it: on an idle machine the same.
+    busy: Duration,
+    /// What they did in each of [`STAGES`].
     stages: Vec<Duration>,
 }
 
+/// The stages, and the form that each ends with.
 const STAGES: [(&str, Option<Emit>); 5] = [
     ("check", None),
     ("link, optimise", Some(Emit::Ir)),
@@ -60,31 +64,59 @@ const STAGES: [(&str, Option<Emit>); 5] = [
 fn measure_library() -> Vec<Row> {
     let mut rows = Vec::new();
     for file in library::files() {
-        let classes = classes(file);
-        for class in &classes {
+        for class in classes(file) {
             for method in class.methods.keys() {
-                let best = |work: &dyn Fn()| {
-                    (0..REPETITIONS).map(|_| time(work)).min().unwrap_or_default()
-                };
-                let stages = STAGES.iter().map(|(_, emit)| {
-                    best(&|| match emit {
-                        None => drop(self::classes(file)),
-                        Some(emit) => emit_method(class, *method, *emit),
-                    })
-                });
-                let stages = stages.collect();
-                let total = best(&|| make_kernel(file, &class.name, *method));
-                rows.push(Row { name: format!("{}.{}", class.name, method.name()), total, stages });
+                rows.push(measure(file, &class, *method));
             }
         }
     }
     rows
 }
 
+fn measure(file: &LibraryFile, class: &Arc<Class>, method: Method) -> Row {
+    let best = |measure: fn(&dyn Fn()) -> Duration, work: &dyn Fn()| {
+        (0..REPETITIONS).map(|_| measure(work)).min().unwrap_or_default()
+    };
+    let mut emitted = Duration::ZERO;
+    let stages = STAGES.iter().map(|(_, emit)| match emit {
+        None => best(busy_time, &|| drop(classes(file))),
+        // A form takes what those before it take too.
+        Some(emit) => {
+            let time = best(busy_time, &|| emit_method(class, method, *emit));
+            time.saturating_sub(std::mem::replace(&mut emitted, time))
+        }
+    });
+    let stages = stages.collect();
+    let all = || make_kernel(file, &class.name, method);
+    let (clock, busy) = (best(time, &all), best(busy_time, &all));
+    Row { name: format!("{}.{}", class.name, method.name()), clock, busy, stages }
+}
+
 fn time(work: &dyn Fn()) -> Duration {
     let start = Instant::now();
     work();
     start.elapsed()
+}
+
+/// The time that all threads of this process run for some work; that of the clock where the
+/// system does not tell.
+fn busy_time(work: &dyn Fn()) -> Duration {
+    let before = running_time();
+    let clock = time(work);
+    let running = before.and_then(|before| running_time()?.checked_sub(before));
+    running.unwrap_or(clock)
+}
+
+fn running_time() -> Option<Duration> {
+    // The kernel counts a thread's time when it stops running.
+    std::thread::yield_now();
+    let threads = std::fs::read_dir("/proc/self/task").ok()?;
+    let of_thread = |path: PathBuf| -> Option<u64> {
+        let text = std::fs::read_to_string(path.join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse().ok()
+    };
+    let nanoseconds = threads.map(|thread| of_thread(thread.ok()?.path()));
+    nanoseconds.sum::<Option<u64>>().map(Duration::from_nanos)
 }
 
 fn classes(file: &LibraryFile) -> Vec<Arc<Class>> {
@@ -143,40 +175,27 @@ fn milliseconds(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-fn print_library(rows: &[Row]) {
-    let mut rows: Vec<&Row> = rows.iter().collect();
-    rows.sort_by_key(|row| row.total);
+fn print_library(rows: &mut [Row]) {
+    rows.sort_by_key(|row| row.busy);
     println!("text to kernel, {} methods of the standard library, ms:", rows.len());
-    let print = |label: &str, row: &Row| {
-        let mut last = 0.0;
-        let stages = STAGES.iter().zip(&row.stages).map(|((name, emit), end)| {
-            let end = milliseconds(*end);
-            // Checking is no part of what the later forms take.
-            let own = if emit.is_none() { end } else { end - std::mem::replace(&mut last, end) };
-            format!("{name} {own:.2}")
-        });
-        let stages: Vec<String> = stages.collect();
-        println!(
-            "{label:>8} {:7.2}  {:<36} {}",
-            milliseconds(row.total),
-            row.name,
-            stages.join(", ")
-        );
-    };
+    println!("{:>8} {:>7} {:>7}", "", "clock", "busy");
     let Some(last) = rows.len().checked_sub(1) else { return };
-    print("median", rows[last / 2]);
-    print("90 %", rows[last * 9 / 10]);
-    rows.iter().rev().take(6).rev().for_each(|row| print("worst", row));
-    for (index, (name, emit)) in STAGES.iter().enumerate() {
-        let own = |row: &&Row| {
-            let before =
-                if emit.is_none() || index == 1 { Duration::ZERO } else { row.stages[index - 1] };
-            milliseconds(row.stages[index].saturating_sub(before))
-        };
-        println!("{:>8} {:7.2}  {name}", "sum", rows.iter().map(own).sum::<f64>());
-    }
-    let total = rows.iter().map(|row| milliseconds(row.total)).sum::<f64>();
-    println!("{:>8} {total:7.2}", "sum");
+    print_row("median", &rows[last / 2]);
+    print_row("90 %", &rows[last * 9 / 10]);
+    rows[last.saturating_sub(4)..].iter().for_each(|row| print_row("worst", row));
+    let sum = |value: &dyn Fn(&Row) -> Duration| rows.iter().map(value).sum();
+    let stages = (0..STAGES.len()).map(|stage| sum(&|row| row.stages[stage])).collect();
+    let (clock, busy) = (sum(&|row| row.clock), sum(&|row| row.busy));
+    print_row("sum", &Row { name: "all".to_owned(), clock, busy, stages });
+}
+
+fn print_row(label: &str, row: &Row) {
+    let Row { name, clock, busy, stages } = row;
+    let stages = STAGES.iter().zip(stages);
+    let stages = stages.map(|((name, _), time)| format!("{name} {:.2}", milliseconds(*time)));
+    let stages: Vec<String> = stages.collect();
+    let (clock, busy) = (milliseconds(*clock), milliseconds(*busy));
+    println!("{label:>8} {clock:7.2} {busy:7.2}  {name:<30} {}", stages.join(", "));
 }
 
 /// Renders the scene as this process's only work and prints a line at the first tile.
