@@ -165,8 +165,8 @@ struct Machine {
 }
 
 thread_local! {
-    /// The machine of the last work of this thread. To make one, with all that LLVM hangs on it when
-    /// it first generates code, takes up to two milliseconds.
+    /// The machine of the last work of this thread, with all that LLVM hangs on it when it first
+    /// generates code.
     static KEPT: RefCell<Option<Machine>> = const { RefCell::new(None) };
 }
 

