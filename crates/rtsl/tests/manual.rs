@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use rtsl_spec::builtins::{self, Chapter};
+use rtsl_spec::builtins::{self, AccuracyDomain, Chapter};
 use rtsl_spec::{Default, Method, Origin, Role, Row};
 
 const NOTICE: &str = "<!-- Printed from the compiler's tables by `UPDATE_EXPECT=1 cargo test -p rtsl \
@@ -139,7 +139,31 @@ fn builtin_functions() -> String {
         }
         let _ = write!(page, "```\n\n{}\n", builtin.doc);
     }
+    errors(&mut page);
     page
+}
+
+fn errors(page: &mut String) {
+    page.push_str(
+        "\n## Errors\n\nIn units in the last place of the exact result: what is promised, and the greatest error \
+         found where all floats have been tried.\n\n\
+         | function | error at most | for | greatest error found | at |\n|---|---|---|---|---|\n",
+    );
+    for accuracy in builtins::ACCURACY {
+        let domain = match accuracy.domain {
+            AccuracyDomain::Everywhere => "all arguments".to_string(),
+            AccuracyDomain::UpTo(largest) => format!("\\|x\\| <= {largest}"),
+            AccuracyDomain::Positive => "x > 0".to_string(),
+        };
+        let (ulp, at) = match accuracy.greatest {
+            Some(greatest) => (format!("{:.2}", greatest.ulp), format!("{:?}", greatest.at)),
+            None => (String::new(), String::new()),
+        };
+        let arguments = if accuracy.arguments == 1 { "x" } else { "y, x" };
+        let arguments = if accuracy.name == "pow" { "x, y" } else { arguments };
+        let (name, bound) = (accuracy.name, accuracy.bound);
+        let _ = writeln!(page, "| `{name}({arguments})` | {bound} | {domain} | {ulp} | {at} |");
+    }
 }
 
 fn diagnostics() -> String {

@@ -4,6 +4,7 @@
 //! chapter on built-in functions is printed from it. To add a function, add an entry to the table
 //! of its chapter and, where the lowering says so, the text to the prelude.
 
+mod accuracy;
 mod lowering;
 mod reference_methods;
 mod signature;
@@ -15,6 +16,7 @@ use std::sync::LazyLock;
 
 use crate::Method;
 
+pub use accuracy::{ACCURACY, Accuracy, AccuracyDomain, GreatestError, accuracy};
 pub use lowering::{Lowering, Operation, Special};
 pub use reference_methods::{REFERENCE_METHODS, ReferenceMethod, reference_method};
 pub use signature::{Overload, Parameter};

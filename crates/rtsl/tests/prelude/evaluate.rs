@@ -1,10 +1,10 @@
 //! Runs an expression of RTSL for many pairs of numbers.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Math,
-    Method, Shape, host, lookup_state, new_state,
+    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Kernel,
+    Math, Method, Program, Shape, host, lookup_state, new_state,
 };
 
 /// The values of `expression`, a float in terms of the floats x and y, for each pair of these.
@@ -29,38 +29,56 @@ pub fn evaluate_in_with(
     expression: &str,
     inputs: &[[f32; 2]],
 ) -> Vec<f32> {
-    let text = format!(
-        "{declarations}\nclass Probe : rt_Texture;\nvoid lookup() {{\n    float x = rt_TextureUV.x;\n    \
-         float y = rt_TextureUV.y;\n    rt_FloatTextureValue = {expression};\n}}\n"
-    );
-    let compilation = Compiler::new(CompilerOptions::default()).compile("probe.rtsl", &text);
-    let report = compilation.report(false);
-    let unit = compilation.unit.unwrap_or_else(|| panic!("{expression}: {report}"));
-    let class = unit.class("Probe").expect("the class is there");
-    let instance = Instance::new(class, []).expect("it has no parameters");
-    let program = engine(math).program(&instance);
-    let kernel = program
-        .kernel(Method::Lookup, Shape::Packet)
-        .unwrap_or_else(|diagnostic| panic!("{expression}: {}", diagnostic.message));
+    Probe::new(math, declarations, expression).values(inputs)
+}
 
-    let mut state = new_state(inputs.len());
-    for component in 0..2 {
-        let array = state.floats_mut(component_of("rt_TextureUV") + component);
-        for (lane, input) in array.iter_mut().zip(inputs) {
-            *lane = input[component];
-        }
+/// An expression of RTSL, compiled.
+pub struct Probe {
+    instance: Arc<Instance>,
+    program: Arc<Program>,
+    kernel: Arc<Kernel>,
+}
+
+impl Probe {
+    /// Compiles it, with functions that it may call.
+    pub fn new(math: Math, declarations: &str, expression: &str) -> Probe {
+        let text = format!(
+            "{declarations}\nclass Probe : rt_Texture;\nvoid lookup() {{\n    float x = rt_TextureUV.x;\n    \
+             float y = rt_TextureUV.y;\n    rt_FloatTextureValue = {expression};\n}}\n"
+        );
+        let compilation = Compiler::new(CompilerOptions::default()).compile("probe.rtsl", &text);
+        let report = compilation.report(false);
+        let unit = compilation.unit.unwrap_or_else(|| panic!("{expression}: {report}"));
+        let class = unit.class("Probe").expect("the class is there");
+        let instance = Instance::new(class, []).expect("it has no parameters");
+        let program = engine(math).program(&instance);
+        let kernel = program
+            .kernel(Method::Lookup, Shape::Packet)
+            .unwrap_or_else(|diagnostic| panic!("{expression}: {}", diagnostic.message));
+        Probe { instance, program, kernel }
     }
-    let status = kernel.call(CallArguments {
-        state: &mut state,
-        scratch: &mut program.new_scratch(inputs.len()),
-        count: inputs.len(),
-        mask: None,
-        accepted: None,
-        instances: Instances::One(&program.block(&instance)),
-        host: &mut host::NoHost,
-    });
-    assert!(!status.budget_exhausted);
-    state.floats(component_of("rt_FloatTextureValue")).to_vec()
+
+    /// Its values for these x and y.
+    pub fn values(&self, inputs: &[[f32; 2]]) -> Vec<f32> {
+        let mut state = new_state(inputs.len());
+        for component in 0..2 {
+            let array = state.floats_mut(component_of("rt_TextureUV") + component);
+            for (lane, input) in array.iter_mut().zip(inputs) {
+                *lane = input[component];
+            }
+        }
+        let status = self.kernel.call(CallArguments {
+            state: &mut state,
+            scratch: &mut self.program.new_scratch(inputs.len()),
+            count: inputs.len(),
+            mask: None,
+            accepted: None,
+            instances: Instances::One(&self.program.block(&self.instance)),
+            host: &mut host::NoHost,
+        });
+        assert!(!status.budget_exhausted);
+        state.floats(component_of("rt_FloatTextureValue")).to_vec()
+    }
 }
 
 /// The value of an expression without variables, computed at run time.

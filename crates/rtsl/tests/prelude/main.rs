@@ -4,6 +4,7 @@
 mod approximation;
 mod errors;
 mod evaluate;
+mod exhaustive;
 mod formulas;
 mod noise;
 mod registry;

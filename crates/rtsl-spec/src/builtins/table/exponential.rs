@@ -6,28 +6,28 @@ pub(super) static EXPONENTIAL: &[Builtin] = &[
     function(
         "pow",
         &["genF pow(genF x, genF y)", "color pow(color x, genC y)"],
-        "x to the power of y; 4 ulp for x > 0. pow(0, y) is 0 for y > 0, 1 for y = 0, +infinity \
+        "x to the power of y. pow(0, y) is 0 for y > 0, 1 for y = 0, +infinity \
          for y < 0; NaN for x < 0. Results below the smallest normal number are 0.",
     ),
     function(
         "exp",
         &["genF exp(genF x)", "color exp(color x)"],
-        "e to the power of x; 2 ulp. Results below the smallest normal number are 0.",
+        "e to the power of x. Results below the smallest normal number are 0.",
     ),
     function(
         "log",
         &["genF log(genF x)", "color log(color x)"],
-        "The natural logarithm; 2 ulp; -infinity for 0, NaN for x < 0.",
+        "The natural logarithm; -infinity for 0, NaN for x < 0.",
     ),
     function(
         "exp2",
         &["genF exp2(genF x)"],
-        "2 to the power of x; 2 ulp, exact for integers. Results below the smallest normal number are 0.",
+        "2 to the power of x, exact for integers. Results below the smallest normal number are 0.",
     ),
     function(
         "log2",
         &["genF log2(genF x)"],
-        "The logarithm to base 2; 2 ulp, exact for powers of 2; -infinity for 0, NaN for x < 0.",
+        "The logarithm to base 2, exact for powers of 2; -infinity for 0, NaN for x < 0.",
     ),
     Builtin::operation(
         Chapter::Exponential,

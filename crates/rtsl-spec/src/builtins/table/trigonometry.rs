@@ -16,35 +16,35 @@ pub(super) static TRIGONOMETRY: &[Builtin] = &[
     function(
         "sin",
         &["genF sin(genF angle)"],
-        "The sine of an angle in radians; 2 ulp for |angle| <= 2^20, beyond that in [-1, 1] with \
-         an error that grows; NaN for infinities.",
+        "The sine of an angle in radians; for |angle| > 2^20 in [-1, 1] with an error that \
+         grows; NaN for infinities.",
     ),
     function(
         "cos",
         &["genF cos(genF angle)"],
-        "The cosine of an angle in radians; 2 ulp for |angle| <= 2^20, beyond that in [-1, 1] \
-         with an error that grows; NaN for infinities.",
+        "The cosine of an angle in radians; for |angle| > 2^20 in [-1, 1] with an error that \
+         grows; NaN for infinities.",
     ),
     function(
         "tan",
         &["genF tan(genF angle)"],
-        "The tangent of an angle in radians; 2 ulp for |angle| <= 2^20; NaN for infinities.",
+        "The tangent of an angle in radians; NaN for infinities.",
     ),
     function(
         "asin",
         &["genF asin(genF x)"],
-        "The angle in [-pi/2, pi/2] whose sine is x; 3 ulp; NaN for |x| > 1.",
+        "The angle in [-pi/2, pi/2] whose sine is x; NaN for |x| > 1.",
     ),
     function(
         "acos",
         &["genF acos(genF x)"],
-        "The angle in [0, pi] whose cosine is x; 3 ulp; NaN for |x| > 1.",
+        "The angle in [0, pi] whose cosine is x; NaN for |x| > 1.",
     ),
     function(
         "atan",
         &["genF atan(genF y, genF x)", "genF atan(genF yOverX)"],
         "The angle in [-pi, pi] of the point (x, y), or the angle in [-pi/2, pi/2] whose tangent \
-         is yOverX; 3 ulp. For x = y = 0 it is 0 or pi with the sign of y, as in C.",
+         is yOverX. For x = y = 0 it is 0 or pi with the sign of y, as in C.",
     ),
     function("sinh", &["genF sinh(genF x)"], "The hyperbolic sine, (exp(x) - exp(-x)) / 2."),
     function("cosh", &["genF cosh(genF x)"], "The hyperbolic cosine, (exp(x) + exp(-x)) / 2."),

@@ -1,0 +1,96 @@
+//! How exact the mathematics is: what is promised of each function, and what was found
+//!
+//! Errors are in units in the last place (ulp) of the exact result. The manual is printed from this
+//! table and the tests of the prelude read their bounds from it.
+
+/// The error of one function
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// The function
+    pub name: &'static str,
+    /// How many arguments this is said of
+    pub arguments: usize,
+    /// The greatest error that is promised, in ulp
+    pub bound: f64,
+    /// For what arguments
+    pub domain: AccuracyDomain,
+    /// The greatest error over all arguments, found by trying them all
+    pub greatest: Option<GreatestError>,
+}
+
+/// The arguments that a bound holds for
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AccuracyDomain {
+    /// All floats
+    Everywhere,
+    /// |x| at most this, and no infinity
+    UpTo(f32),
+    /// x > 0
+    Positive,
+}
+
+/// Where a function is least exact
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GreatestError {
+    /// In ulp, rounded up
+    pub ulp: f64,
+    /// The argument
+    pub at: f32,
+}
+
+/// Every function that has a bound
+pub static ACCURACY: &[Accuracy] = &[
+    tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.67, 931_878.1)),
+    untried("cos", 1, 2.0, AccuracyDomain::UpTo(1_048_576.0)),
+    untried("tan", 1, 2.0, AccuracyDomain::UpTo(1_048_576.0)),
+    untried("asin", 1, 3.0, AccuracyDomain::Everywhere),
+    untried("acos", 1, 3.0, AccuracyDomain::Everywhere),
+    untried("atan", 1, 3.0, AccuracyDomain::Everywhere),
+    untried("atan", 2, 3.0, AccuracyDomain::Everywhere),
+    untried("sinh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("cosh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("tanh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("asinh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("acosh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("atanh", 1, 4.0, AccuracyDomain::Everywhere),
+    untried("pow", 2, 4.0, AccuracyDomain::Positive),
+    tried("exp", 2.0, AccuracyDomain::Everywhere, (1.78, -0.017543346)),
+    untried("log", 1, 2.0, AccuracyDomain::Everywhere),
+    untried("exp2", 1, 2.0, AccuracyDomain::Everywhere),
+    untried("log2", 1, 2.0, AccuracyDomain::Everywhere),
+    untried("inversesqrt", 1, 2.0, AccuracyDomain::Everywhere),
+];
+
+/// What is promised of the function of that name with that many arguments
+pub fn accuracy(name: &str, arguments: usize) -> Option<&'static Accuracy> {
+    ACCURACY.iter().find(|each| each.name == name && each.arguments == arguments)
+}
+
+impl AccuracyDomain {
+    /// Whether the bound holds for this argument; NaN gives NaN everywhere
+    pub fn contains(self, x: f32) -> bool {
+        match self {
+            AccuracyDomain::Everywhere => true,
+            AccuracyDomain::UpTo(largest) => x.is_nan() || x.abs() <= largest,
+            AccuracyDomain::Positive => x > 0.0,
+        }
+    }
+}
+
+const fn tried(
+    name: &'static str,
+    bound: f64,
+    domain: AccuracyDomain,
+    (ulp, at): (f64, f32),
+) -> Accuracy {
+    Accuracy { name, arguments: 1, bound, domain, greatest: Some(GreatestError { ulp, at }) }
+}
+
+const fn untried(
+    name: &'static str,
+    arguments: usize,
+    bound: f64,
+    domain: AccuracyDomain,
+) -> Accuracy {
+    Accuracy { name, arguments, bound, domain, greatest: None }
+}
