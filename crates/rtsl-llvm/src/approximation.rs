@@ -46,11 +46,12 @@ impl Emitter<'_, '_> {
             let one = self.float(ty, 1.0);
             return self.binary("fdiv", ty, one, root);
         };
-        // r/2 (3 - a r r), and 3 - a r r is about 2.
+        // r/2 (3 - a r r), and 3 - a r r is about 2. (At least 1 would do too, but of a choice between a
+        // factor and 1 LLVM makes a product under a mask.)
         let product = self.binary("fmul", ty, a, estimate);
         let three = self.float(ty, 3.0);
         let correction = self.minus_product(ty, three, product, estimate);
-        let correction = self.at_least(ty, correction, 1.0);
+        let correction = self.at_least(ty, correction, 0.5);
         let half = self.float(ty, 0.5);
         let half = self.binary("fmul", ty, estimate, half);
         self.binary("fmul", ty, half, correction)
