@@ -119,7 +119,7 @@ fn vectors() {
             }
 
 
-            attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }
         "#]],
     );
@@ -132,57 +132,57 @@ fn scalars_for_one_ray() {
         "x86-64-v3",
         1,
         expect![[r#"
-        target triple = "x86_64-unknown-linux-gnu"
+            target triple = "x86_64-unknown-linux-gnu"
 
-        define void @"kernel"(ptr noalias %call) #0 {
-        entry:
-          %count.at = getelementptr i8, ptr %call, i64 72
-          %count.word = load i32, ptr %count.at, align 4
-          %count = zext i32 %count.word to i64
-          %none = icmp eq i64 %count, 0
-          br i1 %none, label %b1, label %b2
-        b2:
-          %t1 = getelementptr i8, ptr %call, i64 32
-          %t2 = load ptr, ptr %t1, align 8
-          %t7 = getelementptr i8, ptr %call, i64 16
-          %t8 = load ptr, ptr %t7, align 8
-          %t9 = icmp eq ptr %t8, null
-          %t13 = getelementptr i8, ptr %call, i64 0
-          %t14 = load ptr, ptr %t13, align 8
-          %t15 = getelementptr i8, ptr %t14, i64 136
-          %t16 = load ptr, ptr %t15, align 8
-          %t3 = load float, ptr %t2, align 4
-          %t4 = fmul float %t3, 0x3FE0000000000000
-          br label %b3
-        b3:
-          %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
-          br i1 %t9, label %b4, label %b7
-        b7:
-          %t10 = getelementptr i32, ptr %t8, i64 %t5
-          %t11 = load i32, ptr %t10, align 4
-          %t12 = icmp ne i32 %t11, 0
-          br i1 %t12, label %b4, label %b5
-        b4:
-          %t17 = getelementptr i32, ptr %t16, i64 %t5
-          %t18 = load float, ptr %t17, align 4
-          %t19 = fmul float %t18, %t4
-          %t20 = getelementptr i32, ptr %t16, i64 %t5
-          store float %t19, ptr %t20, align 4
-          br label %b6
-        b5:
-          br label %b6
-        b6:
-          %t6 = add nuw i64 %t5, 1
-          %t21 = icmp ult i64 %t6, %count
-          br i1 %t21, label %b3, label %b1
-        b1:
-          ret void
-        }
+            define void @"kernel"(ptr noalias %call) #0 {
+            entry:
+              %count.at = getelementptr i8, ptr %call, i64 72
+              %count.word = load i32, ptr %count.at, align 4
+              %count = zext i32 %count.word to i64
+              %none = icmp eq i64 %count, 0
+              br i1 %none, label %b1, label %b2
+            b2:
+              %t1 = getelementptr i8, ptr %call, i64 32
+              %t2 = load ptr, ptr %t1, align 8
+              %t7 = getelementptr i8, ptr %call, i64 16
+              %t8 = load ptr, ptr %t7, align 8
+              %t9 = icmp eq ptr %t8, null
+              %t13 = getelementptr i8, ptr %call, i64 0
+              %t14 = load ptr, ptr %t13, align 8
+              %t15 = getelementptr i8, ptr %t14, i64 136
+              %t16 = load ptr, ptr %t15, align 8
+              %t3 = load float, ptr %t2, align 4
+              %t4 = fmul float %t3, 0x3FE0000000000000
+              br label %b3
+            b3:
+              %t5 = phi i64 [ 0, %b2 ], [ %t6, %b6 ]
+              br i1 %t9, label %b4, label %b7
+            b7:
+              %t10 = getelementptr i32, ptr %t8, i64 %t5
+              %t11 = load i32, ptr %t10, align 4
+              %t12 = icmp ne i32 %t11, 0
+              br i1 %t12, label %b4, label %b5
+            b4:
+              %t17 = getelementptr i32, ptr %t16, i64 %t5
+              %t18 = load float, ptr %t17, align 4
+              %t19 = fmul float %t18, %t4
+              %t20 = getelementptr i32, ptr %t16, i64 %t5
+              store float %t19, ptr %t20, align 4
+              br label %b6
+            b5:
+              br label %b6
+            b6:
+              %t6 = add nuw i64 %t5, 1
+              %t21 = icmp ult i64 %t6, %count
+              br i1 %t21, label %b3, label %b1
+            b1:
+              ret void
+            }
 
 
-        attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
-        attributes #1 = { nounwind }
-    "#]],
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
+            attributes #1 = { nounwind }
+        "#]],
     );
 }
 
@@ -224,8 +224,8 @@ fn masks_cross_blocks_as_words() {
               %t27 = load ptr, ptr %t26, align 8
               %t28 = getelementptr i8, ptr %t27, i64 136
               %t29 = load ptr, ptr %t28, align 8
-              %t60 = getelementptr i8, ptr %call, i64 24
-              %t61 = load ptr, ptr %t60, align 8
+              %t56 = getelementptr i8, ptr %call, i64 24
+              %t57 = load ptr, ptr %t56, align 8
               %t23 = insertelement <8 x i32> poison, i32 -1, i64 0
               %t24 = shufflevector <8 x i32> %t23, <8 x i32> poison, <8 x i32> zeroinitializer
               %t32 = insertelement <8 x float> poison, float 0x3FF0000000000000, i64 0
@@ -275,66 +275,62 @@ fn masks_cross_blocks_as_words() {
               %t45 = fcmp olt <8 x float> %t44, %t33
               %t46 = zext <8 x i1> %t45 to <8 x i32>
               %t47 = sub <8 x i32> zeroinitializer, %t46
-              %t48 = icmp slt <8 x i32> %t36, zeroinitializer
-              %t49 = select <8 x i1> %t48, <8 x float> %t44, <8 x float> %t31
-              %t50 = and <8 x i1> %t48, %t45
-              %t51 = zext <8 x i1> %t50 to <8 x i32>
-              %t52 = sub <8 x i32> zeroinitializer, %t51
+              %t48 = and <8 x i32> %t36, %t47
               br label %b9
             b9:
-              %t53 = phi <8 x float> [ %t49, %b10 ], [ %t31, %b4 ]
-              %t54 = phi <8 x i32> [ %t52, %b10 ], [ %t36, %b4 ]
-              %t55 = and <8 x i32> %t54, %t25
-              %t56 = icmp slt <8 x i32> %t55, zeroinitializer
-              %t57 = icmp slt <8 x i32> %t55, zeroinitializer
-              %t58 = bitcast <8 x i1> %t57 to i8
-              %t59 = icmp ne i8 %t58, 0
-              %t62 = getelementptr i32, ptr %t61, i64 %t1
+              %t49 = phi <8 x float> [ %t44, %b10 ], [ %t31, %b4 ]
+              %t50 = phi <8 x i32> [ %t48, %b10 ], [ %t36, %b4 ]
+              %t51 = and <8 x i32> %t50, %t25
+              %t52 = icmp slt <8 x i32> %t51, zeroinitializer
+              %t53 = icmp slt <8 x i32> %t51, zeroinitializer
+              %t54 = bitcast <8 x i1> %t53 to i8
+              %t55 = icmp ne i8 %t54, 0
+              %t58 = getelementptr i32, ptr %t57, i64 %t1
               br i1 %t8, label %b13, label %b14
             b13:
-              store <8 x i32> %t55, ptr %t62, align 4
+              store <8 x i32> %t51, ptr %t58, align 4
               br label %b15
             b14:
-              %t63 = trunc i64 %t6 to i32
-              %t64 = insertelement <8 x i32> poison, i32 %t63, i64 0
-              %t65 = shufflevector <8 x i32> %t64, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t66 = icmp ugt <8 x i32> %t65, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t67 = load volatile <8 x i32>, ptr %t62, align 4
-              %t68 = select <8 x i1> %t66, <8 x i32> %t55, <8 x i32> %t67
-              store <8 x i32> %t68, ptr %t62, align 4
+              %t59 = trunc i64 %t6 to i32
+              %t60 = insertelement <8 x i32> poison, i32 %t59, i64 0
+              %t61 = shufflevector <8 x i32> %t60, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t62 = icmp ugt <8 x i32> %t61, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t63 = load volatile <8 x i32>, ptr %t58, align 4
+              %t64 = select <8 x i1> %t62, <8 x i32> %t51, <8 x i32> %t63
+              store <8 x i32> %t64, ptr %t58, align 4
               br label %b15
             b15:
-              br i1 %t59, label %b11, label %b12
+              br i1 %t55, label %b11, label %b12
             b11:
-              %t69 = icmp slt <8 x i32> %t55, zeroinitializer
-              %t70 = getelementptr i32, ptr %t29, i64 %t1
-              %t71 = load volatile <8 x float>, ptr %t70, align 4
-              %t72 = select <8 x i1> %t69, <8 x float> %t53, <8 x float> %t71
-              store <8 x float> %t72, ptr %t70, align 4
+              %t65 = icmp slt <8 x i32> %t51, zeroinitializer
+              %t66 = getelementptr i32, ptr %t29, i64 %t1
+              %t67 = load volatile <8 x float>, ptr %t66, align 4
+              %t68 = select <8 x i1> %t65, <8 x float> %t49, <8 x float> %t67
+              store <8 x float> %t68, ptr %t66, align 4
               br label %b12
             b12:
               br label %b6
             b5:
-              %t73 = getelementptr i32, ptr %t61, i64 %t1
-              %t74 = trunc i64 %t6 to i32
-              %t75 = insertelement <8 x i32> poison, i32 %t74, i64 0
-              %t76 = shufflevector <8 x i32> %t75, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t77 = icmp ugt <8 x i32> %t76, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t78 = load volatile <8 x i32>, ptr %t73, align 4
-              %t79 = select <8 x i1> %t77, <8 x i32> zeroinitializer, <8 x i32> %t78
-              store <8 x i32> %t79, ptr %t73, align 4
+              %t69 = getelementptr i32, ptr %t57, i64 %t1
+              %t70 = trunc i64 %t6 to i32
+              %t71 = insertelement <8 x i32> poison, i32 %t70, i64 0
+              %t72 = shufflevector <8 x i32> %t71, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t73 = icmp ugt <8 x i32> %t72, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t74 = load volatile <8 x i32>, ptr %t69, align 4
+              %t75 = select <8 x i1> %t73, <8 x i32> zeroinitializer, <8 x i32> %t74
+              store <8 x i32> %t75, ptr %t69, align 4
               br label %b6
             b6:
               %t2 = add nuw i64 %t1, 8
-              %t80 = icmp ult i64 %t2, %count
-              br i1 %t80, label %b3, label %b1
+              %t76 = icmp ult i64 %t2, %count
+              br i1 %t76, label %b3, label %b1
             b1:
               ret void
             }
 
             declare <8 x float> @llvm.sqrt.v8f32(<8 x float>)
 
-            attributes #0 = { nounwind "frame-pointer"="none" "target-cpu"="x86-64-v3" }
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }
         "#]],
     );
