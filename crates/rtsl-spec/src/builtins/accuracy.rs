@@ -41,7 +41,7 @@ pub struct GreatestError {
 /// Every function that has a bound
 pub static ACCURACY: &[Accuracy] = &[
     tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.67, 931_878.1)),
-    untried("cos", 1, 2.0, AccuracyDomain::UpTo(1_048_576.0)),
+    tried("cos", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.81, 993_335.5)),
     untried("tan", 1, 2.0, AccuracyDomain::UpTo(1_048_576.0)),
     untried("asin", 1, 3.0, AccuracyDomain::Everywhere),
     untried("acos", 1, 3.0, AccuracyDomain::Everywhere),
@@ -55,8 +55,8 @@ pub static ACCURACY: &[Accuracy] = &[
     untried("atanh", 1, 4.0, AccuracyDomain::Everywhere),
     untried("pow", 2, 4.0, AccuracyDomain::Positive),
     tried("exp", 2.0, AccuracyDomain::Everywhere, (1.78, -0.017543346)),
-    untried("log", 1, 2.0, AccuracyDomain::Everywhere),
-    untried("exp2", 1, 2.0, AccuracyDomain::Everywhere),
+    tried("log", 2.0, AccuracyDomain::Everywhere, (1.15, 1.4139355)),
+    tried("exp2", 2.0, AccuracyDomain::Everywhere, (1.4, -0.0015677513)),
     untried("log2", 1, 2.0, AccuracyDomain::Everywhere),
     untried("inversesqrt", 1, 2.0, AccuracyDomain::Everywhere),
 ];
