@@ -43,8 +43,8 @@ pub static ACCURACY: &[Accuracy] = &[
     tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.67, 931_878.1)),
     tried("cos", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.81, 993_335.5)),
     untried("tan", 1, 2.0, AccuracyDomain::UpTo(1_048_576.0)),
-    untried("asin", 1, 3.0, AccuracyDomain::Everywhere),
-    untried("acos", 1, 3.0, AccuracyDomain::Everywhere),
+    tried("asin", 3.0, AccuracyDomain::Everywhere, (2.36, 0.5002491)),
+    tried("acos", 3.0, AccuracyDomain::Everywhere, (1.27, -0.50042796)),
     untried("atan", 1, 3.0, AccuracyDomain::Everywhere),
     untried("atan", 2, 3.0, AccuracyDomain::Everywhere),
     untried("sinh", 1, 4.0, AccuracyDomain::Everywhere),
@@ -57,7 +57,7 @@ pub static ACCURACY: &[Accuracy] = &[
     tried("exp", 2.0, AccuracyDomain::Everywhere, (1.78, -0.017543346)),
     tried("log", 2.0, AccuracyDomain::Everywhere, (1.15, 1.4139355)),
     tried("exp2", 2.0, AccuracyDomain::Everywhere, (1.4, -0.0015677513)),
-    untried("log2", 1, 2.0, AccuracyDomain::Everywhere),
+    tried("log2", 2.0, AccuracyDomain::Everywhere, (1.78, 1.0904927)),
     untried("inversesqrt", 1, 2.0, AccuracyDomain::Everywhere),
 ];
 
