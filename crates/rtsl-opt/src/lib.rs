@@ -1,6 +1,6 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
-//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`] and [`unit`] keep its
+//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`] and [`mod@unit`] keep its
 //! results to the bit (NaN payloads aside) and its requests to the host in number and order.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
