@@ -1,9 +1,10 @@
 //! Which integers an index can be: what is known to lie inside a place need not be clamped again.
 //!
 //! A forward analysis in one pass, for values are defined before their uses; what loops carry is
-//! unknown. Integers of both types are followed as i32: a u32 is known only while it is less than 2^31.
+//! unknown. It follows [`Interval`]s, and which values are less than the length of which buffer. Masks
+//! play no part in it, so that what it finds holds in lanes that are off too.
 
-use rtsl_ir::{BinaryOp, Constant, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{BinaryOp, Interval, PlaceId, PlaceKind, Scalar, Value};
 
 use crate::Kernel;
 use crate::kernel::{OpKind, Region};
@@ -11,8 +12,7 @@ use crate::kernel::{OpKind, Region};
 /// What is known of an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Range {
-    low: i32,
-    high: i32,
+    interval: Interval,
     /// It is at most the length of this buffer.
     within: Option<Bound>,
 }
@@ -21,34 +21,26 @@ struct Range {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Bound {
     buffer: PlaceId,
-    below: i32,
+    below: i64,
 }
 
-impl Range {
-    const UNKNOWN: Range = Range::new(i32::MIN, i32::MAX);
-
-    const fn new(low: i32, high: i32) -> Range {
-        Range { low, high, within: None }
-    }
-
-    /// Bounds that fit an i32, else nothing: the operation may wrap.
-    fn fitting(low: i64, high: i64) -> Range {
-        match (i32::try_from(low), i32::try_from(high)) {
-            (Ok(low), Ok(high)) => Range::new(low, high),
-            _ => Range::UNKNOWN,
-        }
+impl From<Interval> for Range {
+    fn from(interval: Interval) -> Range {
+        Range { interval, within: None }
     }
 }
 
 /// The integers that the values of a kernel can be.
 pub struct Ranges {
-    of: Vec<Range>,
+    /// By value; `None` for f32.
+    of: Vec<Option<Range>>,
 }
 
 impl Ranges {
     /// Analyses `kernel`.
     pub fn new(kernel: &Kernel) -> Ranges {
-        let mut ranges = Ranges { of: vec![Range::UNKNOWN; kernel.values.len()] };
+        let unknown = kernel.values.iter().map(|ty| Interval::all(ty.scalar).map(Range::from));
+        let mut ranges = Ranges { of: unknown.collect() };
         ranges.region(kernel, &kernel.prologue);
         ranges.region(kernel, &kernel.body);
         ranges
@@ -57,94 +49,73 @@ impl Ranges {
     /// Whether `index` is an index of a scalar of the place. For a buffer it may be -1 where that is
     /// empty.
     pub fn is_inside(&self, kernel: &Kernel, index: Value, place: PlaceId) -> bool {
-        let (range, declared) = (self.get(index), &kernel.place(place).place);
+        let Some(Range { interval, within }) = self.get(index) else { return false };
+        let declared = &kernel.place(place).place;
         match declared.kind {
             // An index of an element is one of a scalar only where they are the same.
             PlaceKind::Buffer => {
-                let below = range.within.is_some_and(|it| it.buffer == place && it.below >= 1);
-                below && declared.len == 1 && range.low >= -1
+                let below = within.is_some_and(|it| it.buffer == place && it.below >= 1);
+                below && declared.len == 1 && interval.low >= -1
             }
             PlaceKind::State
             | PlaceKind::Scratch
             | PlaceKind::Member
             | PlaceKind::Parameter
             | PlaceKind::Slot
-            | PlaceKind::Accepted => range.low >= 0 && (range.high as u32) < declared.len,
+            | PlaceKind::Accepted => interval.low >= 0 && interval.high < i64::from(declared.len),
         }
     }
 
-    fn get(&self, value: Value) -> Range {
+    fn get(&self, value: Value) -> Option<Range> {
         self.of[value.0 as usize]
     }
 
     fn region(&mut self, kernel: &Kernel, region: &Region) {
         for op in &region.ops {
             op.kind.regions().for_each(|region| self.region(kernel, region));
-            if op.results.count == 1 {
-                let result = op.results.get(0);
-                self.of[result.0 as usize] = self.result(kernel, &op.kind, result);
+            if op.results.count == 1
+                && let result = op.results.get(0)
+                && let Some(range) = self.result(kernel, &op.kind)
+            {
+                self.of[result.0 as usize] = Some(range);
             }
         }
     }
 
-    fn result(&self, kernel: &Kernel, kind: &OpKind, result: Value) -> Range {
-        let signed = kernel.ty(result).scalar == Scalar::I32;
+    /// What is known of the result of an operation besides its type.
+    fn result(&self, kernel: &Kernel, kind: &OpKind) -> Option<Range> {
+        let scalar = |value: Value| kernel.ty(value).scalar;
         match kind {
-            OpKind::Constant(Constant::I32(value)) => Range::new(*value, *value),
-            OpKind::Constant(Constant::U32(value)) => {
-                Range::fitting(i64::from(*value), i64::from(*value))
-            }
-            OpKind::Length(buffer) => Range {
+            OpKind::Constant(constant) => Interval::of(*constant).map(Range::from),
+            OpKind::Length(buffer) => Some(Range {
+                interval: Interval { low: 0, high: i64::from(i32::MAX) },
                 within: Some(Bound { buffer: *buffer, below: 0 }),
-                ..Range::new(0, i32::MAX)
-            },
-            OpKind::Binary(op, a, b) => self.binary(*op, *a, *b, signed),
-            OpKind::Select(_, a, b) => self.join(*a, *b),
-            OpKind::Convert(Scalar::I32 | Scalar::U32, a) => self.same_bits(kernel, *a),
-            _ => Range::UNKNOWN,
+            }),
+            OpKind::Binary(op, a, b) => self.binary(*op, *a, *b, scalar(*a)),
+            OpKind::Select(_, a, b) => {
+                Some(self.get(*a)?.interval.hull(self.get(*b)?.interval).into())
+            }
+            OpKind::Convert(to, a) => {
+                let a = (scalar(*a), self.get(*a));
+                let interval = Interval::convert(a.0, *to, a.1.map(|range| range.interval))?;
+                let within = a.1.filter(|range| range.interval == interval);
+                Some(Range { interval, within: within.and_then(|range| range.within) })
+            }
+            _ => None,
         }
     }
 
-    /// What is known of an integer of the other type with the bits of `a`.
-    fn same_bits(&self, kernel: &Kernel, a: Value) -> Range {
-        let from_integer = matches!(kernel.ty(a).scalar, Scalar::I32 | Scalar::U32);
-        let range = self.get(a);
-        if from_integer && range.low >= 0 { range } else { Range::UNKNOWN }
-    }
-
-    fn join(&self, a: Value, b: Value) -> Range {
-        let (a, b) = (self.get(a), self.get(b));
-        Range::new(a.low.min(b.low), a.high.max(b.high))
-    }
-
-    fn binary(&self, op: BinaryOp, a: Value, b: Value, signed: bool) -> Range {
-        let (x, y) = (self.get(a), self.get(b));
-        // A u32 of which nothing is known compares as a large number, not as a negative one.
-        let ordered = signed || (x.low >= 0 && y.low >= 0);
-        match op {
-            BinaryOp::Add => Range::fitting(
-                i64::from(x.low) + i64::from(y.low),
-                i64::from(x.high) + i64::from(y.high),
-            ),
-            BinaryOp::Subtract => {
-                let fitting = Range::fitting(
-                    i64::from(x.low) - i64::from(y.high),
-                    i64::from(x.high) - i64::from(y.low),
-                );
-                let within = x.within.filter(|_| y.low > 0 && fitting != Range::UNKNOWN);
-                Range { within: within.map(|it| Bound { below: y.low, ..it }), ..fitting }
+    fn binary(&self, op: BinaryOp, a: Value, b: Value, scalar: Scalar) -> Option<Range> {
+        let (a, b) = (self.get(a)?, self.get(b)?);
+        let interval = Interval::binary(op, scalar, a.interval, b.interval)?;
+        let within = match op {
+            BinaryOp::Min => a.within.or(b.within),
+            BinaryOp::Subtract if b.interval.low > 0 && Some(interval) != Interval::all(scalar) => {
+                a.within.map(|bound| Bound { below: b.interval.low, ..bound })
             }
-            BinaryOp::And if x.low >= 0 || y.low >= 0 => {
-                let known = [x, y].into_iter().filter(|range| range.low >= 0);
-                Range::new(0, known.map(|range| range.high).min().unwrap_or(i32::MAX))
-            }
-            BinaryOp::Min if ordered => Range {
-                within: x.within.or(y.within),
-                ..Range::new(x.low.min(y.low), x.high.min(y.high))
-            },
-            BinaryOp::Max if ordered => Range::new(x.low.max(y.low), x.high.max(y.high)),
-            _ => Range::UNKNOWN,
-        }
+            _ => None,
+        };
+        Some(Range { interval, within })
     }
 }
 

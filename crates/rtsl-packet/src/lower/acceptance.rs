@@ -200,12 +200,20 @@ mod tests {
 
     use crate::{Layout, Shape};
 
-    fn lowered(body: &str) -> String {
+    /// The chunk of a function that offers a hit in a branch, and ends like this.
+    fn lowered(end: &str) -> String {
         let text = format!(
             "function f state rt_HitDistance: f32[1] state rt_Epsilon: f32[1] accepted a: bool[1] {{
                 %t: f32 = load state:rt_HitDistance@0 %x: f32 = load state:rt_Epsilon@0
                 %false: bool = constant false %zero: f32 = constant 0.0
-                {body}
+                %hits: bool = less %zero, %x
+                %hit: bool, %d: f32 = if %hits {{
+                    %a: f32 = sqrt %x %b: f32 = divide %t, %a %c: f32 = sqrt %b %e: f32 = sqrt %c
+                    %near: bool = less %e, %t
+                    %new: f32 = select %near, %e, %t
+                    yield %near, %new
+                }} else {{ yield %false, %t }}
+                {end}
             }}"
         );
         let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
@@ -217,16 +225,7 @@ mod tests {
 
     #[test]
     fn selects_of_old_values_go_on_every_level() {
-        let text = lowered(
-            "%hits: bool = less %zero, %x
-            %hit: bool, %d: f32 = if %hits {
-                %a: f32 = sqrt %x %b: f32 = divide %t, %a %c: f32 = sqrt %b %e: f32 = sqrt %c
-                %near: bool = less %e, %t
-                %new: f32 = select %near, %e, %t
-                yield %near, %new
-            } else { yield %false, %t }
-            return accepted:a@0 = %hit, state:rt_HitDistance@0 = %d",
-        );
+        let text = lowered("return accepted:a@0 = %hit, state:rt_HitDistance@0 = %d");
         expect![[r#"
               chunk (%0: mask) {
                 %1 = load rt_HitDistance[0] : f32xW
@@ -256,14 +255,7 @@ mod tests {
     #[test]
     fn values_that_are_used_otherwise_stay() {
         let text = lowered(
-            "%hits: bool = less %zero, %x
-            %hit: bool, %d: f32 = if %hits {
-                %a: f32 = sqrt %x %b: f32 = divide %t, %a %c: f32 = sqrt %b %e: f32 = sqrt %c
-                %near: bool = less %e, %t
-                %new: f32 = select %near, %e, %t
-                yield %near, %new
-            } else { yield %false, %t }
-            %far: bool = less %d, %x
+            "%far: bool = less %d, %x
             %both: bool = and %far, %hit
             return accepted:a@0 = %both, state:rt_HitDistance@0 = %d",
         );

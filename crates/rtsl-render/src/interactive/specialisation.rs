@@ -1,9 +1,8 @@
 //! Kernels for the values of a scene's camera, lights and materials, made while a long render goes
 //! on. The image does not depend on when they come: their bits are those of the general kernels.
 //!
-//! Measured on two processors: three-spheres takes 5 % less time with them, the scenes of
-//! textures and lamps as long as without. Shapes are left alone: there are many, and knowing their
-//! few members gains nothing.
+//! Measured on two processors: three-spheres takes 22.2 s with them and 23.4 s without, little more
+//! than runs differ by. Shapes are left alone: there are many, and each has few members.
 
 use std::sync::{Arc, Once, OnceLock};
 use std::time::Duration;
