@@ -6,37 +6,58 @@ use rtsl::Math;
 use rtsl_spec::builtins::{self, Accuracy};
 
 use crate::evaluate::{evaluate_in, thinning};
+use crate::references;
 
 /// A function of one argument and what is promised of it.
 pub struct Promise {
     pub name: &'static str,
     pub reference: fn(f64) -> f64,
+    pub symmetry: Symmetry,
     /// Results below the smallest normal number are 0.
     pub flushed: bool,
 }
 
+/// What a function makes of -x, by what it makes of x.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Symmetry {
+    None,
+    Odd,
+    Even,
+}
+
 pub const PROMISES: &[Promise] = &[
-    promise("sin", f64::sin),
-    promise("cos", f64::cos),
-    promise("tan", f64::tan),
-    promise("asin", f64::asin),
-    promise("acos", f64::acos),
-    promise("atan", f64::atan),
-    Promise { flushed: true, ..promise("exp", f64::exp) },
-    Promise { flushed: true, ..promise("exp2", f64::exp2) },
-    promise("log", f64::ln),
-    promise("log2", f64::log2),
-    promise("inversesqrt", |x| 1.0 / x.sqrt()),
-    promise("sinh", f64::sinh),
-    promise("cosh", f64::cosh),
-    promise("tanh", f64::tanh),
-    promise("asinh", f64::asinh),
-    promise("acosh", f64::acosh),
-    promise("atanh", f64::atanh),
+    promise("sin", references::sin, Symmetry::Odd),
+    promise("cos", references::cos, Symmetry::Even),
+    promise("tan", references::tan, Symmetry::Odd),
+    promise("asin", references::asin, Symmetry::Odd),
+    promise("acos", f64::acos, Symmetry::None),
+    promise("atan", references::atan, Symmetry::Odd),
+    Promise { flushed: true, ..promise("exp", references::exp, Symmetry::None) },
+    Promise { flushed: true, ..promise("exp2", references::exp2, Symmetry::None) },
+    promise("log", f64::ln, Symmetry::None),
+    promise("log2", f64::log2, Symmetry::None),
+    promise("inversesqrt", references::inversesqrt, Symmetry::None),
+    promise("sinh", references::sinh, Symmetry::Odd),
+    promise("cosh", references::cosh, Symmetry::Even),
+    promise("tanh", references::tanh, Symmetry::Odd),
+    promise("asinh", references::asinh, Symmetry::Odd),
+    promise("acosh", references::acosh, Symmetry::None),
+    promise("atanh", references::atanh, Symmetry::Odd),
 ];
 
-const fn promise(name: &'static str, reference: fn(f64) -> f64) -> Promise {
-    Promise { name, reference, flushed: false }
+const fn promise(name: &'static str, reference: fn(f64) -> f64, symmetry: Symmetry) -> Promise {
+    Promise { name, reference, symmetry, flushed: false }
+}
+
+impl Symmetry {
+    /// The value of -x, where x has the value `found`.
+    pub fn mirror(self, found: f32) -> Option<f32> {
+        match self {
+            Symmetry::None => None,
+            Symmetry::Odd => Some(-found),
+            Symmetry::Even => Some(found),
+        }
+    }
 }
 
 impl Promise {

@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances, Kernel,
-    Math, Method, Program, Shape, host, lookup_state, new_state,
+    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, InstanceBlock,
+    Instances, Kernel, LaneBlock, Math, Method, Program, Shape, host, lookup_state, new_state,
 };
 
 /// The values of `expression`, a float in terms of the floats x and y, for each pair of these.
@@ -60,24 +60,46 @@ impl Probe {
 
     /// Its values for these x and y.
     pub fn values(&self, inputs: &[[f32; 2]]) -> Vec<f32> {
-        let mut state = new_state(inputs.len());
+        Run::new(self, inputs.len()).values(inputs.iter().copied()).to_vec()
+    }
+}
+
+/// A probe with the memory of its calls.
+pub struct Run<'a> {
+    probe: &'a Probe,
+    block: InstanceBlock,
+    state: LaneBlock,
+    scratch: LaneBlock,
+    count: usize,
+}
+
+impl<'a> Run<'a> {
+    /// For that many x and y a call.
+    pub fn new(probe: &'a Probe, count: usize) -> Run<'a> {
+        let block = probe.program.block(&probe.instance);
+        let scratch = probe.program.new_scratch(count);
+        Run { probe, block, state: new_state(count), scratch, count }
+    }
+
+    /// The values of the probe for these x and y.
+    pub fn values(&mut self, inputs: impl Iterator<Item = [f32; 2]> + Clone) -> &[f32] {
         for component in 0..2 {
-            let array = state.floats_mut(component_of("rt_TextureUV") + component);
-            for (lane, input) in array.iter_mut().zip(inputs) {
+            let array = self.state.floats_mut(component_of("rt_TextureUV") + component);
+            for (lane, input) in array.iter_mut().zip(inputs.clone()) {
                 *lane = input[component];
             }
         }
-        let status = self.kernel.call(CallArguments {
-            state: &mut state,
-            scratch: &mut self.program.new_scratch(inputs.len()),
-            count: inputs.len(),
+        let status = self.probe.kernel.call(CallArguments {
+            state: &mut self.state,
+            scratch: &mut self.scratch,
+            count: self.count,
             mask: None,
             accepted: None,
-            instances: Instances::One(&self.program.block(&self.instance)),
+            instances: Instances::One(&self.block),
             host: &mut host::NoHost,
         });
         assert!(!status.budget_exhausted);
-        state.floats(component_of("rt_FloatTextureValue")).to_vec()
+        self.state.floats(component_of("rt_FloatTextureValue"))
     }
 }
 

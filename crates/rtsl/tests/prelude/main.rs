@@ -7,5 +7,6 @@ mod evaluate;
 mod exhaustive;
 mod formulas;
 mod noise;
+mod references;
 mod registry;
 mod sampling;
