@@ -17,7 +17,8 @@ use crate::report::{self, Entry};
 /// Races kernels compiled from RTSL against the same kernels written by hand.
 ///
 /// `w8` is RTSL with 8 rays at a time, `f8` the same with --math=fast; `h256` and `h512` are
-/// AVX2 and AVX-512 intrinsics, `t` their tuned forms. For steady results run it on one processor:
+/// AVX2 and AVX-512 intrinsics, `t` their tuned forms; `mvec`, `sleef10` and `sleef35` are functions of libraries
+/// that are there. For steady results run it on one processor:
 /// `taskset -c 1 cargo bench`.
 #[derive(Debug, Parser)]
 #[command(name = "races")]
@@ -127,6 +128,6 @@ fn print(entries: &[Entry], json: bool) {
             println!("{}", serde_json::to_string(entry).unwrap_or_default());
         }
     } else {
-        println!("{}\n{}", report::table(entries), report::differences(entries));
+        println!("{}\n{}", report::tables(entries), report::differences(entries));
     }
 }

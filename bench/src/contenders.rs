@@ -18,7 +18,7 @@ use crate::written::Written;
 /// One form of a race's kernel.
 pub struct Contender {
     /// What tables call it: `w8` and the like are RTSL at that width, `f8` with `--math=fast`,
-    /// `h256` to `h512t` hand-written, and `scalar`.
+    /// `h256` to `h512t` hand-written, `mvec` and `sleef10` of vector libraries, and `scalar`.
     pub name: String,
     code: Code,
     parameters: Vec<f32>,

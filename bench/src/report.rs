@@ -63,17 +63,42 @@ const RATIOS: &[Ratio] = &[
     Ratio { title: "w1/w16", own: "w1", others: &["w16"], is_race: false },
 ];
 
+/// A comparison with a library of vector functions.
+const LIBRARY_RATIOS: &[Ratio] = &[
+    Ratio { title: "w8/mvec", own: "w8", others: &["mvec"], is_race: false },
+    Ratio { title: "w8/sleef", own: "w8", others: &["sleef10", "sleef35"], is_race: false },
+];
+
 /// The contenders in the order of the table's columns.
 const CONTENDERS: &[&str] =
     &["scalar", "w1", "w4", "w8", "f8", "h256", "h256t", "w16", "f16", "h512", "h512t"];
 
-/// The results of all races with one number of packets, for people.
-pub fn table(entries: &[Entry]) -> String {
+/// Those of the table of the libraries.
+const LIBRARY_CONTENDERS: &[&str] = &["w8", "f8", "h256", "mvec", "sleef10", "sleef35"];
+
+/// The results of all races with one number of packets, for people: the races, and then those that libraries of
+/// vector functions took part in.
+pub fn tables(entries: &[Entry]) -> String {
+    let is_library =
+        |entry: &Entry| LIBRARY_RATIOS.iter().any(|it| it.others.contains(&&*entry.contender));
+    let with_library: Vec<&str> =
+        entries.iter().filter(|it| is_library(it)).map(|it| it.race).collect();
+    let raced: Vec<Entry> =
+        entries.iter().filter(|it| with_library.contains(&it.race)).cloned().collect();
+    let mut text = table(entries, CONTENDERS, RATIOS);
+    if !raced.is_empty() {
+        let libraries = table(&raced, LIBRARY_CONTENDERS, LIBRARY_RATIOS);
+        let _ = write!(text, "\nWith libraries of vector functions. {libraries}");
+    }
+    text
+}
+
+fn table(entries: &[Entry], contenders: &[&'static str], ratios: &'static [Ratio]) -> String {
     let Some(first) = entries.first() else { return String::new() };
     let present = |name: &str| entries.iter().any(|entry| entry.contender == name);
-    let columns: Vec<&str> = CONTENDERS.iter().copied().filter(|name| present(name)).collect();
-    let comparable = |it: &&Ratio| present(it.own) && it.others.iter().all(|it| present(it));
-    let ratios: Vec<&Ratio> = RATIOS.iter().filter(comparable).collect();
+    let columns: Vec<&str> = contenders.iter().copied().filter(|name| present(name)).collect();
+    let comparable = |it: &&Ratio| present(it.own) && it.others.iter().any(|it| present(it));
+    let ratios: Vec<&Ratio> = ratios.iter().filter(comparable).collect();
 
     let mut text = heading(first.packets, &columns, &ratios);
     races_of(entries).for_each(|race| text += &row(entries, race, &columns, &ratios));
@@ -193,6 +218,6 @@ geometric mean                             1.00
 w8/h256   won  cube
           lost cone
 ";
-        assert_eq!(table(&entries), expected);
+        assert_eq!(tables(&entries), expected);
     }
 }

@@ -2,16 +2,27 @@
 #![allow(unsafe_code, reason = "hand-written kernels read and write arrays without checks")]
 
 use crate::kernels::Kernel;
+#[cfg(target_arch = "x86_64")]
+use crate::packet::Packet;
 use crate::packet::RAYS;
+#[cfg(target_arch = "x86_64")]
+use crate::rivals::libraries::LibraryFunction;
 
 /// A kernel's machine code: state, scratch, parameters. Slices, so that the compiler knows that what is
 /// stored in one is not loaded from another, and does uniform work once.
 pub(crate) type Entry = unsafe fn(&mut [f32], &mut [f32], &[f32]);
 
+#[derive(Clone, Copy, Debug)]
+enum Code {
+    Kernel(Entry),
+    #[cfg(target_arch = "x86_64")]
+    Library(LibraryFunction),
+}
+
 /// A hand-written kernel with the sizes of what it touches.
 #[derive(Clone, Copy, Debug)]
 pub struct Written {
-    entry: Entry,
+    code: Code,
     state: usize,
     scratch: usize,
     parameters: usize,
@@ -20,7 +31,17 @@ pub struct Written {
 impl Written {
     /// `entry` must be code of the kernel `K` that this processor can run.
     pub(crate) const fn new<K: Kernel>(entry: Entry) -> Written {
-        Written { entry, state: K::STATE, scratch: K::SCRATCH, parameters: K::PARAMETERS }
+        Written::of::<K>(Code::Kernel(entry))
+    }
+
+    /// `function` must be the function that `K` is, and this processor must have AVX2.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) const fn library<K: Kernel>(function: LibraryFunction) -> Written {
+        Written::of::<K>(Code::Library(function))
+    }
+
+    const fn of<K: Kernel>(code: Code) -> Written {
+        Written { code, state: K::STATE, scratch: K::SCRATCH, parameters: K::PARAMETERS }
     }
 
     /// Does a packet of [`RAYS`] rays.
@@ -35,6 +56,14 @@ impl Written {
         let is_aligned = |array: &[f32]| array.as_ptr().addr().is_multiple_of(64);
         assert!(is_aligned(state) && is_aligned(scratch), "arrays are aligned for vectors");
         // Safety: the arrays have the sizes that were just checked.
-        unsafe { (self.entry)(state, scratch, parameters) }
+        unsafe {
+            match self.code {
+                Code::Kernel(entry) => entry(state, scratch, parameters),
+                #[cfg(target_arch = "x86_64")]
+                Code::Library(function) => {
+                    function.packet(Packet::new(state, scratch, parameters));
+                }
+            }
+        }
     }
 }

@@ -2,12 +2,15 @@
 
 use super::Chunk;
 use super::lanes::Floats;
+use super::libraries::Function;
 use super::math::{exp, log, pow, sin_cos};
 use super::precision::Precision;
 use crate::kernels::{Exp, InverseSqrt, Log, Pow, SinCos};
 use crate::packet::Packet;
 
 impl Chunk for Exp {
+    const FUNCTION: Option<Function> = Some(Function::Exp);
+
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
         // Safety: the race has these arrays; so for all of this file.
@@ -16,6 +19,8 @@ impl Chunk for Exp {
 }
 
 impl Chunk for Log {
+    const FUNCTION: Option<Function> = Some(Function::Log);
+
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
         unsafe { log(F::load(packet.state(0))).store(packet.state(1)) }
@@ -23,6 +28,8 @@ impl Chunk for Log {
 }
 
 impl Chunk for Pow {
+    const FUNCTION: Option<Function> = Some(Function::Pow);
+
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
         unsafe {
@@ -32,6 +39,8 @@ impl Chunk for Pow {
 }
 
 impl Chunk for SinCos {
+    const FUNCTION: Option<Function> = Some(Function::SinCos);
+
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
         unsafe {

@@ -19,6 +19,7 @@ mod functions;
 mod ggx;
 mod lanes;
 mod lens;
+pub mod libraries;
 mod math;
 mod noise;
 mod precision;
@@ -34,10 +35,14 @@ use crate::kernels::Kernel;
 use crate::packet::{Packet, RAYS};
 use crate::written::Written;
 use lanes::Floats;
+use libraries::Function;
 use precision::{Exact, Precision, Tuned};
 
 /// A kernel for a packet of 64 rays.
 pub trait Rival {
+    /// What it is called in libraries of vector functions that also race.
+    const FUNCTION: Option<Function> = None;
+
     /// Does the packet.
     ///
     /// # Safety
@@ -48,6 +53,9 @@ pub trait Rival {
 
 /// A kernel without work that all rays share.
 pub trait Chunk {
+    /// As for [`Rival`].
+    const FUNCTION: Option<Function> = None;
+
     /// Does the first rays of the packet, as many as there are lanes.
     ///
     /// # Safety
@@ -56,6 +64,8 @@ pub trait Chunk {
 }
 
 impl<C: Chunk> Rival for C {
+    const FUNCTION: Option<Function> = C::FUNCTION;
+
     #[inline(always)]
     unsafe fn packet<F: Floats, P: Precision>(packet: Packet) {
         let mut lane = 0;
@@ -67,12 +77,15 @@ impl<C: Chunk> Rival for C {
     }
 }
 
-/// The hand-written forms of a kernel that this processor can run, by name.
+/// The hand-written forms of a kernel that this processor can run, by name, and the libraries' forms that this
+/// machine has.
 pub fn available<K: Kernel + Rival>() -> Vec<(&'static str, Written)> {
     let mut forms = Vec::new();
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         forms.push(("h256", Written::new::<K>(with_avx2::<K, Exact>)));
         forms.push(("h256t", Written::new::<K>(with_avx2::<K, Tuned>)));
+        let functions = K::FUNCTION.into_iter().flat_map(libraries::available);
+        forms.extend(functions.map(|(name, function)| (name, Written::library::<K>(function))));
     }
     if has_avx512() {
         forms.push(("h512", Written::new::<K>(with_avx512::<K, Exact>)));
