@@ -1,6 +1,7 @@
 //! The arguments of a call, for those who call and as machine code reads them.
 
 use std::ffi::c_void;
+use std::mem::MaybeUninit;
 
 use rtsl_ir::host::Host;
 
@@ -55,22 +56,23 @@ pub struct CallStatus {
     pub nearest: Option<u32>,
 }
 
-/// The call as machine code reads it; see `rtsl_packet::abi`.
+/// The call as machine code reads it; see `rtsl_packet::abi`. What only some shapes read is not
+/// written for the others.
 #[repr(C)]
 pub(crate) struct RawCall {
     pub state: *const *mut u32,
     pub scratch: *const *mut u32,
     pub mask: *const i32,
     pub accepted: *mut i32,
-    pub instance: *const u8,
-    pub instances: *const *const u8,
-    pub index: *const u32,
+    pub instance: MaybeUninit<*const u8>,
+    pub instances: MaybeUninit<*const *const u8>,
+    pub index: MaybeUninit<*const u32>,
     pub host: *const HostTable,
     pub user: *mut c_void,
     pub count: u32,
     pub status: u32,
-    pub members: *const *mut u32,
-    pub first: u32,
+    pub members: MaybeUninit<*const *mut u32>,
+    pub first: MaybeUninit<u32>,
     pub nearest: u32,
 }
 

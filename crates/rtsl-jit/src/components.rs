@@ -28,6 +28,7 @@ impl ComponentSet {
     }
 
     /// Whether all of another set's components are in it.
+    #[inline]
     pub fn contains_all(&self, others: &ComponentSet) -> bool {
         let missing = self.bits.iter().zip(others.bits).map(|(own, other)| other & !own);
         missing.fold(0, |all, word| all | word) == 0

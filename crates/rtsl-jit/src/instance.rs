@@ -44,6 +44,7 @@ impl BufferEntries {
         common
     }
 
+    #[inline]
     pub fn contains(&self, entry: &BufferEntry) -> bool {
         self.0.contains(entry)
     }
@@ -101,10 +102,12 @@ impl InstanceBlock {
         &self.buffers
     }
 
+    #[inline]
     pub(crate) fn entries(&self) -> &BufferEntries {
         &self.entries
     }
 
+    #[inline]
     pub(crate) fn pointer(&self) -> *const u8 {
         self.words.as_ptr().cast()
     }
@@ -137,18 +140,22 @@ impl InstanceTable {
     }
 
     /// The instances.
+    #[inline]
     pub fn blocks(&self) -> &[Arc<InstanceBlock>] {
         &self.blocks
     }
 
+    #[inline]
     pub(crate) fn least_words(&self) -> usize {
         self.least_words
     }
 
+    #[inline]
     pub(crate) fn entries(&self) -> &BufferEntries {
         &self.entries
     }
 
+    #[inline]
     pub(crate) fn pointers(&self) -> *const *const u8 {
         self.pointers.as_ptr()
     }

@@ -1,5 +1,6 @@
 //! A compiled method, safe to call.
 
+use std::mem::MaybeUninit;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
@@ -70,6 +71,9 @@ impl CompiledKernel {
     ///
     /// # Panics
     /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
+    // Always inlined: else the arguments are written to memory and read back at once in pieces of other
+    // sizes, which takes 4 ns, a fifth of what a short kernel takes for 64 rays.
+    #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         self.signature.check(&call);
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
@@ -79,30 +83,32 @@ impl CompiledKernel {
             scratch: scratch.table_mut(),
             mask: mask.map_or(std::ptr::null(), |mask| mask.pointer().cast_const()),
             accepted: accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer()),
-            instance: std::ptr::null(),
-            instances: std::ptr::null(),
-            index: std::ptr::null(),
+            instance: MaybeUninit::uninit(),
+            instances: MaybeUninit::uninit(),
+            index: MaybeUninit::uninit(),
             host: &HOST_TABLE,
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
-            members: std::ptr::null(),
-            first: 0,
+            members: MaybeUninit::uninit(),
+            first: MaybeUninit::uninit(),
             nearest: abi::NO_OBJECT,
         };
         match instances {
-            Instances::One(block) => raw.instance = block.pointer(),
+            Instances::One(block) => {
+                raw.instance.write(block.pointer());
+            }
             Instances::Many(table, indices) => {
-                raw.instances = table.pointers();
-                raw.index = indices.pointer();
+                raw.instances.write(table.pointers());
+                raw.index.write(indices.pointer());
             }
             Instances::Range(members, first) => {
-                raw.members = members.table();
-                raw.first = first;
+                raw.members.write(members.table());
+                raw.first.write(first);
             }
         }
         // Safety: the pointers are to memory that the arguments borrow, of the sizes just
-        // checked; the code keeps to the interface.
+        // checked; what the kernel's shape reads is written; the code keeps to the interface.
         unsafe { (self.entry)(&mut raw) };
         if let Some(panic) = host.panic {
             resume_unwind(panic);

@@ -23,6 +23,7 @@ impl Chunks {
         Chunks { start: Box::into_raw(chunks).cast(), count }
     }
 
+    #[inline]
     pub(crate) fn words(&self) -> *mut u32 {
         self.start.cast()
     }
@@ -101,21 +102,25 @@ impl LaneBlock {
     }
 
     /// The number of components, those without an array too.
+    #[inline]
     pub fn components(&self) -> usize {
         self.table.len()
     }
 
     /// Whether some components have no array.
+    #[inline]
     pub fn is_sparse(&self) -> bool {
         self.sparse
     }
 
     /// Whether each of these components has an array.
+    #[inline]
     pub fn has_all(&self, components: &ComponentSet) -> bool {
         self.present.contains_all(components)
     }
 
     /// The number of rays there is room for.
+    #[inline]
     pub fn lanes(&self) -> usize {
         self.lanes
     }
@@ -180,11 +185,13 @@ impl LaneBlock {
     }
 
     /// The table of arrays for a kernel, which may read each up to the padding's end.
+    #[inline]
     pub(crate) fn table(&self) -> *const *mut u32 {
         self.table.as_ptr()
     }
 
     /// The same for a kernel that may write, too.
+    #[inline]
     pub(crate) fn table_mut(&mut self) -> *const *mut u32 {
         self.table.as_ptr()
     }
@@ -243,6 +250,7 @@ impl LaneMask {
     }
 
     /// The number of lanes.
+    #[inline]
     pub fn lanes(&self) -> usize {
         self.lanes
     }
@@ -278,6 +286,7 @@ impl LaneMask {
         words.filter(|(_, word)| **word != 0).map(|(lane, _)| lane)
     }
 
+    #[inline]
     pub(crate) fn pointer(&self) -> *mut i32 {
         self.words.words().cast()
     }
@@ -301,6 +310,7 @@ impl LaneIndices {
     }
 
     /// The numbers.
+    #[inline]
     pub fn as_slice(&self) -> &[u32] {
         &self.words.all()[..self.lanes]
     }
@@ -311,6 +321,7 @@ impl LaneIndices {
         &mut self.words.all_mut()[..lanes]
     }
 
+    #[inline]
     pub(crate) fn pointer(&self) -> *const u32 {
         self.words.words()
     }

@@ -32,20 +32,24 @@ impl MemberBlock {
     }
 
     /// The instances.
+    #[inline]
     pub fn instances(&self) -> &[Arc<InstanceBlock>] {
         &self.instances
     }
 
     /// Words of the smallest instance.
+    #[inline]
     pub(crate) fn least_words(&self) -> usize {
         self.words.components()
     }
 
+    #[inline]
     pub(crate) fn entries(&self) -> &BufferEntries {
         &self.entries
     }
 
     /// The table of arrays, which kernels only read, up to the padding's end.
+    #[inline]
     pub(crate) fn table(&self) -> *const *mut u32 {
         self.words.table()
     }

@@ -50,50 +50,30 @@ impl Signature {
     ///
     /// # Panics
     /// If they have not: the caller mixed up classes or shapes.
-    #[inline]
+    // Inlined, as is what it calls for one instance: see `CompiledKernel::call`.
+    #[inline(always)]
     pub fn check(&self, call: &CallArguments<'_>) {
-        let CallArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
-        let (count, lanes) = (*count, self.lanes(*count));
-        assert!(count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
-        assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
-        assert!(state.lanes() >= lanes, "the state has room for every ray");
-        if self.scratch_arrays > 0 {
-            let arrays = self.scratch_arrays as usize;
-            let is_of_class = scratch.components() >= arrays && !scratch.is_sparse();
-            assert!(is_of_class, "the scratch is that of the class");
-            assert!(scratch.lanes() >= lanes, "scratch has room for every ray");
-        }
-        assert!(mask.is_none_or(|mask| mask.lanes() >= count), "the mask has every ray");
-        match self.shape {
-            Shape::Leaf => {}
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
-                let room = accepted.as_ref().map(|accepted| accepted.lanes());
-                assert!(!self.accepts || room.is_some(), "`intersect` reports accepted hits");
-                assert!(room.is_none_or(|lanes| lanes >= count), "every ray may be accepted");
+        match (self.shape, call.instances) {
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(block)) => {
+                self.check_rays(call);
+                self.check_blocks(block.words().len(), block.entries());
+            }
+            (_, Instances::One(_) | Instances::Many(..) | Instances::Range(..)) => {
+                self.check_many(call);
             }
         }
         if self.shape == Shape::Single {
-            assert!(count == 1 && mask.is_none(), "the single shape takes one ray and no mask");
-        }
-        self.check_instances(*instances, count);
-    }
-
-    /// The lanes of state and scratch that a call for `count` rays or objects reads and writes.
-    fn lanes(&self, count: usize) -> usize {
-        match self.shape {
-            Shape::Leaf if self.accepts => 1,
-            Shape::Leaf => count.max(1),
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => count,
+            let is_one = call.count == 1 && call.mask.is_none();
+            assert!(is_one, "the single shape takes one ray and no mask");
         }
     }
 
-    #[inline]
-    fn check_instances(&self, instances: Instances<'_>, count: usize) {
-        match (self.shape, instances) {
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(block)) => {
-                self.check_blocks(block.words().len(), block.entries());
-            }
+    /// Checks calls for many instances.
+    fn check_many(&self, call: &CallArguments<'_>) {
+        let count = call.count;
+        match (self.shape, call.instances) {
             (Shape::Stream, Instances::Many(table, indices)) => {
+                self.check_rays(call);
                 let indices = indices.as_slice();
                 assert!(indices.len() >= count, "every ray has an instance");
                 let number = table.blocks().len();
@@ -104,6 +84,7 @@ impl Signature {
                 self.check_blocks(table.least_words(), table.entries());
             }
             (Shape::Leaf, Instances::Range(members, first)) => {
+                self.check_lanes(call, if self.accepts { 1 } else { count.max(1) });
                 let end = (first as usize).checked_add(count);
                 let number = members.instances().len();
                 assert!(end.is_some_and(|end| end <= number), "the block has all objects");
@@ -116,7 +97,33 @@ impl Signature {
         }
     }
 
+    /// Checks what has a lane for each ray.
+    #[inline(always)]
+    fn check_rays(&self, call: &CallArguments<'_>) {
+        self.check_lanes(call, call.count);
+        let room = call.accepted.as_ref().map(|accepted| accepted.lanes());
+        assert!(!self.accepts || room.is_some(), "`intersect` reports accepted hits");
+        assert!(room.is_none_or(|lanes| lanes >= call.count), "every ray may be accepted");
+    }
+
+    /// Checks state and scratch for so many lanes, and the mask.
+    #[inline(always)]
+    fn check_lanes(&self, call: &CallArguments<'_>, lanes: usize) {
+        let CallArguments { state, scratch, count, mask, .. } = call;
+        assert!(*count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
+        assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
+        assert!(state.lanes() >= lanes, "the state has room for every ray");
+        if self.scratch_arrays > 0 {
+            let arrays = self.scratch_arrays as usize;
+            let is_of_class = scratch.components() >= arrays && !scratch.is_sparse();
+            assert!(is_of_class, "the scratch is that of the class");
+            assert!(scratch.lanes() >= lanes, "scratch has room for every ray");
+        }
+        assert!(mask.is_none_or(|mask| mask.lanes() >= *count), "the mask has every ray");
+    }
+
     /// Checks blocks by the size of the smallest and the buffers that all have.
+    #[inline(always)]
     fn check_blocks(&self, words: usize, entries: &BufferEntries) {
         assert!(words >= self.block_words as usize, "the instance is one of the class");
         let has_all = self.buffers.iter().all(|buffer| entries.contains(buffer));

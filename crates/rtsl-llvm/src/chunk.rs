@@ -4,14 +4,14 @@
 //! per chunk; a full chunk's mask is a constant and its outputs are stored as they are. Else
 //! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
 //!
-//! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has a second function, for full
-//! chunks alone and several at a time; the first calls it and does what is left.
+//! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first does
+//! full chunks alone, several at a time, and leaves what remains to the second.
 
 use rtsl_ir::{PlaceKind, Value};
 use rtsl_packet::kernel::KernelOutput;
 use rtsl_packet::{Shape, abi};
 
-use crate::emitter::{Emitter, PointerSource};
+use crate::emitter::{Emitter, Part, PointerSource};
 use crate::operand::{Label, LlvmType, Operand, memory_element};
 
 /// What is known of the chunk being worked on.
@@ -31,10 +31,15 @@ impl Emitter<'_, '_> {
         self.chunk.base.expect("inside the loop over chunks")
     }
 
+    /// Whether all rays of all the function's chunks take part.
+    pub fn is_full(&self) -> bool {
+        self.part == Part::Full
+    }
+
     /// All chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
         match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream if self.full => {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
             }
             Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
@@ -213,7 +218,7 @@ impl Emitter<'_, '_> {
             Some(accepted) if self.kernel.keeps_nearest() => self.keep_nearest(mask, accepted),
             Some(accepted) => self.emit_hit_outputs(mask, accepted),
             None if self.kernel.outputs.is_empty() => {}
-            None if self.width == 1 || self.full => self.store_outputs(None),
+            None if self.width == 1 || self.is_full() => self.store_outputs(None),
             None => {
                 let (all, some, stored) = (self.new_label(), self.new_label(), self.new_label());
                 let full = self.chunk.full.expect("the chunk is begun");

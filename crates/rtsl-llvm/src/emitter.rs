@@ -23,8 +23,7 @@ pub struct Emitter<'a, 'm> {
     pub kernel: &'a Kernel,
     /// Rays in a chunk of this function.
     pub width: u32,
-    /// All rays of all its chunks take part.
-    pub full: bool,
+    pub part: Part,
     /// The first ray of its first chunk, i64.
     pub begun: Operand,
     pub ranges: Ranges,
@@ -64,24 +63,31 @@ pub enum PointerSource {
     Host,
 }
 
+/// Which chunks of a call a function does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All.
+    All,
+    /// Full ones, as many at a time as the kernel interleaves.
+    Full,
+    /// Those that are not full, after the full ones.
+    Rest,
+}
+
 impl<'a, 'm> Emitter<'a, 'm> {
-    /// For all calls of the kernel.
-    pub fn new(module: &'a mut Module<'m>, kernel: &'a Kernel) -> Self {
-        Emitter::for_chunks(module, kernel, kernel.width, false)
-    }
-
-    /// For `interleave` chunks at a time, in all of which all rays take part.
-    pub fn full(module: &'a mut Module<'m>, kernel: &'a Kernel, interleave: u32) -> Self {
-        Emitter::for_chunks(module, kernel, kernel.width * interleave, true)
-    }
-
-    fn for_chunks(module: &'a mut Module<'m>, kernel: &'a Kernel, width: u32, full: bool) -> Self {
+    /// For some chunks of a kernel.
+    pub fn new(module: &'a mut Module<'m>, kernel: &'a Kernel, part: Part) -> Self {
+        let interleave = match part {
+            Part::All | Part::Rest => 1,
+            Part::Full => kernel.interleave.unwrap_or(1),
+        };
+        let width = kernel.width * interleave;
         let masks_in_lanes = width > 1 && !module.target.mask_registers;
         Emitter {
             module,
             kernel,
             width,
-            full,
+            part,
             begun: Operand::Int(0),
             ranges: Ranges::new(kernel),
             values: Values::new(kernel, masks_in_lanes),
@@ -101,8 +107,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
     /// The function's text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
-        let interleave = self.kernel.interleave.filter(|_| !self.full);
-        if interleave.is_some() {
+        if self.part == Part::Rest {
             self.begun = self.new_local();
         }
         self.begin_block(start);
@@ -115,26 +120,24 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
         let single = self.kernel.shape == Shape::Single;
-        let enter = match interleave {
-            Some(interleave) => {
-                let (full, chunk) = (full_symbol(symbol), self.kernel.width * interleave);
-                enter_after_full_chunks(&full, chunk, self.begun, start, done)
-            }
-            None if self.full || single => format!("  br label %{start}\n"),
-            None => enter_unless_empty(start, done),
+        let (enter, leave) = match self.part {
+            Part::All if single => (format!("  br label %{start}\n"), String::new()),
+            Part::All => (enter_unless_empty(Operand::Int(0), start, done), String::new()),
+            Part::Full => (enter_full_chunks(self.width, start), leave_full_chunks(symbol)),
+            Part::Rest => (enter_unless_empty(self.begun, start, done), String::new()),
         };
-        let header = match self.full {
-            true => {
-                format!("internal void @\"{}\"(ptr noalias %call, i64 %count)", full_symbol(symbol))
+        let header = match self.part {
+            Part::All | Part::Full => format!("void @\"{symbol}\"(ptr noalias %call)"),
+            Part::Rest => {
+                format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {})", self.begun)
             }
-            false => format!("void @\"{symbol}\"(ptr noalias %call)"),
         };
         format!(
             "define {header} #0 {{
 entry:
 {allocas}{enter}{start}:
 {setup}{prologue}{splats}{chunks}{done}:
-  ret void
+{leave}  ret void
 }}
 
 "
@@ -301,56 +304,52 @@ entry:
     }
 }
 
-/// The function of a kernel that does full chunks.
-fn full_symbol(symbol: &str) -> String {
-    format!("{symbol}.full")
-}
-
-/// The number of the call's rays.
-fn load_count() -> String {
+/// The number of the call's rays, in a local of this name.
+fn load_count(name: &str) -> String {
     let count = rtsl_packet::abi::CALL_COUNT;
     format!(
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
   %count.word = load i32, ptr %count.at, align 4
-  %count = zext i32 %count.word to i64
+  {name} = zext i32 %count.word to i64
 "
     )
 }
 
-/// The way into the function: past the full chunks of `chunk` rays, which another function does if
-/// the call has no mask, and past all of it where nothing is left.
-fn enter_after_full_chunks(
-    full: &str,
-    chunk: u32,
-    begun: Operand,
-    start: Label,
-    done: Label,
-) -> String {
-    let (count, mask) = (load_count(), rtsl_packet::abi::CALL_MASK);
+/// The way into the function, or past all of it where the call has no lanes from `begun` on.
+fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
+    let count = load_count("%count");
+    format!(
+        "{count}  %none = icmp eq i64 %count, {begun}
+  br i1 %none, label %{done}, label %{start}
+"
+    )
+}
+
+/// The way into a function for full chunks of `chunk` rays; past it where the call has none, or a
+/// mask.
+fn enter_full_chunks(chunk: u32, start: Label) -> String {
+    let (count, mask) = (load_count("%count.all"), rtsl_packet::abi::CALL_MASK);
     format!(
         "{count}  %mask.at = getelementptr i8, ptr %call, i64 {mask}
   %mask = load ptr, ptr %mask.at, align 8
   %unmasked = icmp eq ptr %mask, null
-  %whole = and i64 %count, -{chunk}
-  {begun} = select i1 %unmasked, i64 %whole, i64 0
-  %none = icmp eq i64 {begun}, 0
-  br i1 %none, label %rest, label %full
-full:
-  call void @\"{full}\"(ptr %call, i64 {begun})
-  br label %rest
-rest:
-  %all = icmp eq i64 {begun}, %count
-  br i1 %all, label %{done}, label %{start}
+  %whole = and i64 %count.all, -{chunk}
+  %count = select i1 %unmasked, i64 %whole, i64 0
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %rest, label %{start}
 "
     )
 }
 
-/// The way into the function: past all of it where the call has no lanes.
-fn enter_unless_empty(start: Label, done: Label) -> String {
-    let count = load_count();
+/// The way out of it: what is left is another function's, entered with the number of its first ray.
+fn leave_full_chunks(symbol: &str) -> String {
     format!(
-        "{count}  %none = icmp eq i64 %count, 0
-  br i1 %none, label %{done}, label %{start}
+        "  %all = icmp eq i64 %count, %count.all
+  br i1 %all, label %end, label %rest
+rest:
+  tail call void @\"{symbol}.rest\"(ptr %call, i64 %count)
+  br label %end
+end:
 "
     )
 }

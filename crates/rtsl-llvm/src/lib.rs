@@ -26,7 +26,7 @@ mod values;
 
 use rtsl_packet::Kernel;
 
-use crate::emitter::Emitter;
+use crate::emitter::{Emitter, Part};
 use crate::module::Module;
 
 pub use target::{Estimates, TargetFeatures};
@@ -38,12 +38,14 @@ pub fn emit<'a>(
 ) -> String {
     let mut module = Module::new(target);
     for (symbol, kernel) in kernels {
-        if let Some(interleave) = kernel.interleave {
-            let function = Emitter::full(&mut module, kernel, interleave).emit(symbol);
+        let parts: &[Part] = match kernel.interleave {
+            None => &[Part::All],
+            Some(_) => &[Part::Full, Part::Rest],
+        };
+        for part in parts {
+            let function = Emitter::new(&mut module, kernel, *part).emit(symbol);
             module.add_function(&function);
         }
-        let function = Emitter::new(&mut module, kernel).emit(symbol);
-        module.add_function(&function);
     }
     module.finish()
 }

@@ -369,7 +369,7 @@ impl Emitter<'_, '_> {
     /// Instance numbers in which lanes that are off have that of one that is on: theirs
     /// may be anything.
     fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
-        if !ty.is_vector() || self.full {
+        if !ty.is_vector() || self.is_full() {
             return numbers;
         }
         let mask = self.kernel.body.params[0];

@@ -24,13 +24,15 @@ const ROUNDS: f32 = 8.0;
 pub struct Estimate {
     /// Operations on lanes in the text of the body.
     pub operations: u32,
-    /// Cycles for which the execution units are busy.
-    pub busy: f32,
+    /// Cycles in which operations begin.
+    pub issue: f32,
+    /// Cycles of the unit that divides and takes roots.
+    pub divider: f32,
     /// Cycles until results are there, less those in which the processor does later chunks, or rounds
     /// of loops, as far as it looks ahead.
     pub waiting: f32,
-    /// It divides or takes roots.
-    pub uses_divider: bool,
+    /// It has a loop.
+    pub loops: bool,
 }
 
 impl Estimate {
@@ -42,14 +44,21 @@ impl Estimate {
             operations: 0,
             done: Work::default(),
             waiting: 0.0,
+            loops: false,
         };
         let end = walk.region(&kernel.body, 0.0);
         Estimate {
             operations: walk.operations,
-            busy: (walk.done.operations / RATE).max(walk.done.divider),
+            issue: walk.done.operations / RATE,
+            divider: walk.done.divider,
             waiting: walk.waiting + beyond_window(end, walk.done.operations),
-            uses_divider: walk.done.divider > 0.0,
+            loops: walk.loops,
         }
+    }
+
+    /// Cycles for which the execution units are busy.
+    pub fn busy(&self) -> f32 {
+        self.issue.max(self.divider)
     }
 }
 
@@ -85,6 +94,7 @@ struct Walk<'a> {
     done: Work,
     /// In loops.
     waiting: f32,
+    loops: bool,
 }
 
 impl Walk<'_> {
@@ -115,6 +125,7 @@ impl Walk<'_> {
     }
 
     fn run_loop(&mut self, body: &Region, begin: f32) -> f32 {
+        self.loops = true;
         let before = self.done;
         body.params.iter().for_each(|param| self.ready[param.0 as usize] = begin);
         let end = self.region(body, begin);

@@ -10,14 +10,21 @@
 //!
 //! | kernel | waiting | 1 | 2 | 4 |
 //! |---|---|---|---|---|
-//! | torus, by sphere tracing | 3.7 | 58.2 | 41.8 | 32.0 |
-//! | thin lens | 1.4 | 2.98 | 2.57 | 2.23 |
-//! | Ward | 1.1 | 2.22 | 2.13 | 2.08 |
-//! | dielectric | 1.0 | 3.04 | 3.01 | 3.28 |
-//! | triangle | 1.0 | 1.52 | 1.57 | 1.91 |
-//! | sphere | 0.7 | 1.12 | 1.05 | 1.05 |
-//! | noise, hashed | 0.6 | 22.2 | 19.7 | 20.2 |
-//! | noise, from a table | 0.5 | 46.1 | 44.3 | 48.8 |
+//! | torus, by sphere tracing | 3.7 | 38.0 | 24.4 | 17.9 |
+//! | thin lens | 1.4 | 2.95 | 2.57 | 2.17 |
+//! | pow | 1.2 | 1.62 | 1.42 | 1.26 |
+//! | Ward | 1.1 | 2.21 | 2.09 | 2.04 |
+//! | GGX, of which the divider does most | 1.0 | 6.79 | 5.09 | 4.68 |
+//! | dielectric | 1.0 | 2.92 | 3.12 | 3.25 |
+//! | triangle | 1.0 | 1.36 | 1.43 | 1.45 |
+//! | log | 0.8 | 0.53 | 0.52 | 0.42 |
+//! | sphere | 0.7 | 0.98 | 0.94 | 0.99 |
+//! | exp | 0.6 | 0.37 | 0.36 | 0.33 |
+//! | noise, hashed, a loop | 0.6 | 19.8 | 17.5 | 20.9 |
+//! | noise, from a table, a loop | 0.5 | 41.5 | 37.3 | 45.4 |
+//!
+//! Full chunks have a function of their own even where they are done one by one: without it, each
+//! tests whether it is full, which takes a tenth of a short kernel's time.
 
 use rtsl_ir::PlaceKind;
 
@@ -31,14 +38,20 @@ pub const FACTORS: [u32; 3] = [1, 2, 4];
 const WAITING_FOR_TWO: f32 = 1.05;
 
 /// The same for four.
-const WAITING_FOR_FOUR: f32 = 1.35;
+const WAITING_FOR_FOUR: f32 = 1.2;
 
-/// Up to so many operations, with a division or a root among them, two chunks at a time pay because the
-/// loop over chunks itself is a good part of the work.
+/// The same for four where the divider does half more cycles than all else: what the registers
+/// do not hold then costs nothing.
+const WAITING_FOR_DIVIDER: f32 = 0.9;
+
+/// Up to so many operations, the loop over chunks itself is a good part of the work.
 const SHORT: u32 = 50;
 
 /// The most operations, those of all chunks that are done at a time: they have to be compiled.
 const MOST_OPERATIONS: u32 = 800;
+
+/// The most where chunks are done one by one, and a full one saves no more than the tests of its mask.
+const MOST_ALONE: u32 = 200;
 
 /// How many full chunks `kernel` does at a time: `forced` of them where that is possible, else what suits
 /// its code; `None` where it treats them as all others.
@@ -51,15 +64,27 @@ pub fn choose(kernel: &Kernel, forced: Option<u32>) -> Option<u32> {
 
 fn suitable(kernel: &Kernel) -> Option<u32> {
     let estimate = Estimate::new(kernel);
-    let waiting = estimate.waiting / estimate.busy.max(1.0);
-    let is_short = estimate.uses_divider && estimate.operations <= SHORT;
-    let wanted = match waiting {
-        _ if waiting >= WAITING_FOR_FOUR => 4,
-        _ if waiting >= WAITING_FOR_TWO || is_short => 2,
-        _ => 1,
+    let wanted = wanted(kernel, &estimate);
+    let fits = |factor: &u32| match factor {
+        1 => estimate.operations <= MOST_ALONE,
+        _ => factor * estimate.operations <= MOST_OPERATIONS,
     };
-    let fits = |factor: &u32| *factor > 1 && factor * estimate.operations <= MOST_OPERATIONS;
-    [wanted, wanted / 2].into_iter().find(fits)
+    FACTORS.into_iter().rev().filter(|factor| *factor <= wanted).find(fits)
+}
+
+fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
+    let waiting = estimate.waiting / estimate.busy().max(1.0);
+    let divides = estimate.divider > 1.5 * estimate.issue;
+    let is_short = estimate.operations <= SHORT;
+    // What accepts hits stores them only if there are any: the fewer rays are asked, the rarer.
+    let accepts = kernel.accepted_output().is_some();
+    match waiting {
+        _ if waiting >= WAITING_FOR_FOUR => 4,
+        _ if divides && waiting >= WAITING_FOR_DIVIDER => 4,
+        _ if is_short && !accepts => 4,
+        _ if is_short || estimate.loops || waiting >= WAITING_FOR_TWO => 2,
+        _ => 1,
+    }
 }
 
 /// Whether `kernel` may do `factor` full chunks at a time.

@@ -42,22 +42,39 @@ fn chains_of_roots_in_a_loop_are_interleaved_most() {
 }
 
 #[test]
-fn short_code_with_a_division_is_interleaved_and_other_short_code_is_not() {
-    assert_eq!(chosen("%r: f32 = divide %one, %x"), Some(2));
-    assert_eq!(chosen("%r: f32 = multiply %x, %x"), None);
+fn short_code_is_interleaved_for_the_sake_of_its_loop() {
+    assert_eq!(chosen("%r: f32 = divide %one, %x"), Some(4));
+    assert_eq!(chosen("%r: f32 = multiply %x, %x"), Some(4));
+    let accepting = method("%hit: bool = less %one, %x %r: f32 = add %x, %one")
+        .replace("slot s", "accepted rt_Accepted: bool[1] slot s")
+        .replace("return ", "return accepted:rt_Accepted@0 = %hit, ");
+    assert_eq!(choose(&lower(&accepting, Shape::Packet, 8), None), Some(2), "stores if any hit");
+}
+
+/// Sums that do not wait for one another, and a chain of short operations.
+fn wide(sums: u32) -> String {
+    let terms: Vec<String> = (0..sums)
+        .map(|it| format!("%a{it}: f32 = constant {it}.5 %b{it}: f32 = add %x, %a{it}"))
+        .collect();
+    let chain = (1..sums).fold("%c0: f32 = multiply %b0, %b0 ".to_owned(), |text, it| {
+        text + &format!("%c{it}: f32 = min %c{}, %b{it} ", it - 1)
+    });
+    format!("{} {chain} %r: f32 = add %c{}, %x", terms.join(" "), sums - 1)
 }
 
 #[test]
 fn wide_code_is_not_interleaved() {
-    // Eighty sums that do not wait for one another, and a chain of short operations.
-    let sums: Vec<String> = (0..80)
-        .map(|it| format!("%a{it}: f32 = constant {it}.5 %b{it}: f32 = add %x, %a{it}"))
-        .collect();
-    let chain = (1..80).fold("%c0: f32 = multiply %b0, %b0 ".to_owned(), |text, it| {
-        text + &format!("%c{it}: f32 = min %c{}, %b{it} ", it - 1)
-    });
-    let text = format!("{} {chain} %r: f32 = add %c79, %x", sums.join(" "));
-    assert_eq!(chosen(&text), None);
+    assert_eq!(chosen(&wide(80)), Some(1));
+    assert_eq!(chosen(&wide(120)), None, "too long for a function of its own");
+}
+
+#[test]
+fn loops_are_interleaved_though_they_keep_the_machine_busy() {
+    let wide = wide(60).replace("%r:", "%sum:");
+    let body = format!(
+        "%r: f32 = loop (%y: f32 = %x) {{ {wide} %again: bool = less %y, %one repeat %again, %sum }}"
+    );
+    assert_eq!(chosen(&body), Some(2));
 }
 
 #[test]

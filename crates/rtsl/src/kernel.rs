@@ -30,7 +30,8 @@ impl Kernel {
     ///
     /// # Panics
     /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
-    #[inline]
+    // Inlined for the same reason as that of `CompiledKernel`.
+    #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call(call),
