@@ -209,10 +209,10 @@ fn short_sides_are_selected() {
 }
 
 /// A side that is too long to be done in vain.
-const LONG: &str = "%q: f32 = divide %t, %t %a: f32 = sqrt %q %b: f32 = divide %a, %t
-    %c: f32 = sqrt %b %d: f32 = divide %c, %b";
-const LONG_TOO: &str = "%k: f32 = divide %0, %t %l: f32 = sqrt %k %m: f32 = divide %l, %t
-    %o: f32 = sqrt %m %p: f32 = divide %o, %m";
+const LONG: &str = "%q: f32 = divide %t, %t %a: f32 = sqrt %q %b: f32 = sqrt %a
+    %c: f32 = sqrt %b %e: f32 = sqrt %c %f: f32 = sqrt %e %d: f32 = divide %f, %b";
+const LONG_TOO: &str = "%k: f32 = divide %0, %t %l: f32 = sqrt %k %m: f32 = sqrt %l
+    %o: f32 = sqrt %m %g: f32 = sqrt %o %i: f32 = sqrt %g %p: f32 = divide %i, %m";
 
 #[test]
 fn long_sides_are_branched_over() {
@@ -228,76 +228,102 @@ fn long_sides_are_branched_over() {
     check(
         &one,
         expect![[r#"
-        kernel f packet W=8 {
-          state rt_HitDistance: f32xW[1] at 17
-          prologue {
-            %2 = 0.0 : f32
-          }
-          chunk (%0: mask) {
-            %1 = load rt_HitDistance[0] : f32xW
-            %3 = less %1, %2 : mask
-            %4 = and %0, %3 : mask
-            %5 = any %4 : bool
-            %12 = if %5 {
-              %6 = divide %1, %1 : f32xW
-              %7 = sqrt %6 : f32xW
-              %8 = divide %7, %1 : f32xW
-              %9 = sqrt %8 : f32xW
-              %10 = divide %9, %8 : f32xW
-              %11 = select %3, %10, %1 : f32xW
-              yield %11
-            } else {
-              yield %1
-            } : f32xW
-          }
-          rt_HitDistance[0] = %12
-        }
-    "#]],
+            kernel f packet W=8 {
+              state rt_HitDistance: f32xW[1] at 17
+              prologue {
+                %2 = 0.0 : f32
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %3 = less %1, %2 : mask
+                %4 = and %0, %3 : mask
+                %5 = any %4 : bool
+                %14 = if %5 {
+                  %6 = divide %1, %1 : f32xW
+                  %7 = sqrt %6 : f32xW
+                  %8 = sqrt %7 : f32xW
+                  %9 = sqrt %8 : f32xW
+                  %10 = sqrt %9 : f32xW
+                  %11 = sqrt %10 : f32xW
+                  %12 = divide %11, %8 : f32xW
+                  %13 = select %3, %12, %1 : f32xW
+                  yield %13
+                } else {
+                  yield %1
+                } : f32xW
+              }
+              rt_HitDistance[0] = %14
+            }
+        "#]],
     );
     let both = one.replace("{ yield %t }", &format!("{{ {LONG_TOO} yield %p }}"));
     check(
         &both,
         expect![[r#"
-        kernel f packet W=8 {
-          state rt_HitDistance: f32xW[1] at 17
-          prologue {
-            %2 = 0.0 : f32
-          }
-          chunk (%0: mask) {
-            %1 = load rt_HitDistance[0] : f32xW
-            %3 = less %1, %2 : mask
-            %4 = unspecified : f32xW
-            %5 = and %0, %3 : mask
-            %6 = any %5 : bool
-            %12 = if %6 {
-              %7 = divide %1, %1 : f32xW
-              %8 = sqrt %7 : f32xW
-              %9 = divide %8, %1 : f32xW
-              %10 = sqrt %9 : f32xW
-              %11 = divide %10, %9 : f32xW
-              yield %11
-            } else {
-              yield %4
-            } : f32xW
-            %13 = not %3 : mask
-            %14 = and %0, %13 : mask
-            %15 = any %14 : bool
-            %22 = if %15 {
-              %16 = divide %2, %1 : f32xW
-              %17 = sqrt %16 : f32xW
-              %18 = divide %17, %1 : f32xW
-              %19 = sqrt %18 : f32xW
-              %20 = divide %19, %18 : f32xW
-              %21 = select %3, %12, %20 : f32xW
-              yield %21
-            } else {
-              yield %12
-            } : f32xW
-          }
-          rt_HitDistance[0] = %22
-        }
-    "#]],
+            kernel f packet W=8 {
+              state rt_HitDistance: f32xW[1] at 17
+              prologue {
+                %2 = 0.0 : f32
+              }
+              chunk (%0: mask) {
+                %1 = load rt_HitDistance[0] : f32xW
+                %3 = less %1, %2 : mask
+                %4 = unspecified : f32xW
+                %5 = and %0, %3 : mask
+                %6 = any %5 : bool
+                %14 = if %6 {
+                  %7 = divide %1, %1 : f32xW
+                  %8 = sqrt %7 : f32xW
+                  %9 = sqrt %8 : f32xW
+                  %10 = sqrt %9 : f32xW
+                  %11 = sqrt %10 : f32xW
+                  %12 = sqrt %11 : f32xW
+                  %13 = divide %12, %9 : f32xW
+                  yield %13
+                } else {
+                  yield %4
+                } : f32xW
+                %15 = not %3 : mask
+                %16 = and %0, %15 : mask
+                %17 = any %16 : bool
+                %26 = if %17 {
+                  %18 = divide %2, %1 : f32xW
+                  %19 = sqrt %18 : f32xW
+                  %20 = sqrt %19 : f32xW
+                  %21 = sqrt %20 : f32xW
+                  %22 = sqrt %21 : f32xW
+                  %23 = sqrt %22 : f32xW
+                  %24 = divide %23, %20 : f32xW
+                  %25 = select %3, %14, %24 : f32xW
+                  yield %25
+                } else {
+                  yield %14
+                } : f32xW
+              }
+              rt_HitDistance[0] = %26
+            }
+        "#]],
     );
+}
+
+#[test]
+fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
+    // An early out whose rest costs 42 units, with another in it whose rest costs 20.
+    let text = "function f state rt_HitDistance: f32[1] {
+        %t: f32 = load state:rt_HitDistance@0
+        %0: f32 = constant 0.0
+        %below: bool = less %t, %0
+        %r: f32 = if %below { yield %t } else {
+            %a: f32 = divide %0, %t %b: f32 = sqrt %a %c: bool = less %b, %t
+            %s: f32 = if %c { yield %b } else { %d: f32 = sqrt %b %e: f32 = divide %d, %a yield %e }
+            yield %s
+        }
+        return state:rt_HitDistance@0 = %r
+    }";
+    for (width, branches) in [(1, 2), (2, 2), (4, 1), (8, 0), (16, 0)] {
+        let kernel = lower(text, Shape::Packet, width).unwrap().to_string();
+        assert_eq!(kernel.matches("= if").count(), branches, "{width}: {kernel}");
+    }
 }
 
 #[test]
@@ -320,24 +346,28 @@ fn one_ray_branches() {
           chunk (%0: mask) {
             %1 = load rt_HitDistance[0] : f32xW
             %3 = less %1, %2 : mask
-            %14 = any %3 : bool
-            %15 = if %14 {
+            %18 = any %3 : bool
+            %19 = if %18 {
               %4 = divide %1, %1 : f32xW
               %5 = sqrt %4 : f32xW
-              %6 = divide %5, %1 : f32xW
+              %6 = sqrt %5 : f32xW
               %7 = sqrt %6 : f32xW
-              %8 = divide %7, %6 : f32xW
-              yield %8
+              %8 = sqrt %7 : f32xW
+              %9 = sqrt %8 : f32xW
+              %10 = divide %9, %6 : f32xW
+              yield %10
             } else {
-              %9 = divide %2, %1 : f32xW
-              %10 = sqrt %9 : f32xW
-              %11 = divide %10, %1 : f32xW
+              %11 = divide %2, %1 : f32xW
               %12 = sqrt %11 : f32xW
-              %13 = divide %12, %11 : f32xW
-              yield %13
+              %13 = sqrt %12 : f32xW
+              %14 = sqrt %13 : f32xW
+              %15 = sqrt %14 : f32xW
+              %16 = sqrt %15 : f32xW
+              %17 = divide %16, %13 : f32xW
+              yield %17
             } : f32xW
           }
-          rt_HitDistance[0] = %15
+          rt_HitDistance[0] = %19
         }
     "#]]
     .assert_eq(&lower(&text, Shape::Packet, 1).unwrap().to_string());

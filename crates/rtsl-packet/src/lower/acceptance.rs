@@ -208,7 +208,8 @@ mod tests {
                 %false: bool = constant false %zero: f32 = constant 0.0
                 %hits: bool = less %zero, %x
                 %hit: bool, %d: f32 = if %hits {{
-                    %a: f32 = sqrt %x %b: f32 = divide %t, %a %c: f32 = sqrt %b %e: f32 = sqrt %c
+                    %a: f32 = sqrt %x %b: f32 = divide %t, %a %c: f32 = sqrt %b
+                    %f: f32 = sqrt %c %g: f32 = sqrt %f %h: f32 = sqrt %g %e: f32 = sqrt %h
                     %near: bool = less %e, %t
                     %new: f32 = select %near, %e, %t
                     yield %near, %new
@@ -233,20 +234,23 @@ mod tests {
                 %5 = less %4, %2 : mask
                 %6 = and %0, %5 : mask
                 %7 = any %6 : bool
-                %16, %17 = if %7 {
+                %19, %20 = if %7 {
                   %8 = sqrt %2 : f32xW
                   %9 = divide %1, %8 : f32xW
                   %10 = sqrt %9 : f32xW
                   %11 = sqrt %10 : f32xW
-                  %12 = less %11, %1 : mask
-                  %14 = and %5, %12 : mask
-                  yield %14, %11
+                  %12 = sqrt %11 : f32xW
+                  %13 = sqrt %12 : f32xW
+                  %14 = sqrt %13 : f32xW
+                  %15 = less %14, %1 : mask
+                  %17 = and %5, %15 : mask
+                  yield %17, %14
                 } else {
                   yield %3, %1
                 } : mask, f32xW
               }
-              a[0] = %16
-              rt_HitDistance[0] = %17
+              a[0] = %19
+              rt_HitDistance[0] = %20
             }
         "#]]
         .assert_eq(&text);
@@ -266,24 +270,27 @@ mod tests {
                 %5 = less %4, %2 : mask
                 %6 = and %0, %5 : mask
                 %7 = any %6 : bool
-                %16, %17 = if %7 {
+                %19, %20 = if %7 {
                   %8 = sqrt %2 : f32xW
                   %9 = divide %1, %8 : f32xW
                   %10 = sqrt %9 : f32xW
                   %11 = sqrt %10 : f32xW
-                  %12 = less %11, %1 : mask
-                  %13 = select %12, %11, %1 : f32xW
-                  %14 = and %5, %12 : mask
-                  %15 = select %5, %13, %1 : f32xW
-                  yield %14, %15
+                  %12 = sqrt %11 : f32xW
+                  %13 = sqrt %12 : f32xW
+                  %14 = sqrt %13 : f32xW
+                  %15 = less %14, %1 : mask
+                  %16 = select %15, %14, %1 : f32xW
+                  %17 = and %5, %15 : mask
+                  %18 = select %5, %16, %1 : f32xW
+                  yield %17, %18
                 } else {
                   yield %3, %1
                 } : mask, f32xW
-                %18 = less %17, %2 : mask
-                %19 = and %18, %16 : mask
+                %21 = less %20, %2 : mask
+                %22 = and %21, %19 : mask
               }
-              a[0] = %19
-              rt_HitDistance[0] = %17
+              a[0] = %22
+              rt_HitDistance[0] = %20
             }
         "#]]
         .assert_eq(&text);

@@ -2,7 +2,7 @@
 
 use rtsl_ir::{Constant, Scalar, Value};
 
-use super::cost::{AGREED_SPECULATION_LIMIT, SPECULATION_LIMIT};
+use super::cost::AGREED_SPECULATION_LIMIT;
 use super::{LowerError, Lowering};
 use crate::kernel::{Op, OpKind, Region, Type};
 
@@ -35,7 +35,7 @@ impl Lowering<'_> {
         let diverges = self.diverges(condition);
         let seldom = self.seldom.contains(&condition);
         let condition = self.value(condition);
-        let limit = if diverges { SPECULATION_LIMIT } else { AGREED_SPECULATION_LIMIT };
+        let limit = if diverges { self.speculation_limit() } else { AGREED_SPECULATION_LIMIT };
         let is_short = |side| self.speculation_cost(side).is_some_and(|cost| cost <= limit);
         let mut results = match (is_short(then) && !seldom, is_short(otherwise)) {
             (true, true) => {
