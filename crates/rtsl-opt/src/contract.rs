@@ -10,21 +10,26 @@
 //! a * b - c   fma(a, b, -c)         c - a * b   fma(-a, b, c)
 //! ```
 //!
-//! Where both operands are such multiplies the first is contracted. How often a product
-//! is used and where it stands does not matter.
+//! Where both operands are such multiplies the first is contracted, unless its factors are the
+//! object's alone, constants and members, and those of the second are not: then the second is. A product
+//! of the object's is so computed once for all rays. How often a product is used and where it stands does
+//! not matter.
 //!
 //! This pass comes before all others, so that what is contracted depends on the lowered
 //! function alone: never on what another pass found out, on the backend, or on how much the user
 //! lets the compiler optimise. All passes after it keep results to the bit. With `--math=strict` it
 //! does not run.
 
-use rtsl_ir::{BinaryOp, Function, Op, OpKind, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{
+    BinaryOp, Function, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp, Value,
+};
 
 /// Contracts all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let products = vec![None; function.values.len()];
-    Contraction { function, products }.region(&mut body);
+    let of_object = vec![false; function.values.len()];
+    Contraction { function, products, of_object }.region(&mut body);
     function.body = body;
 }
 
@@ -32,6 +37,8 @@ struct Contraction<'a> {
     function: &'a mut Function,
     /// For each value that is a product its factors.
     products: Vec<Option<(Value, Value)>>,
+    /// The values that are computed from constants and members alone.
+    of_object: Vec<bool>,
 }
 
 impl Contraction<'_> {
@@ -41,10 +48,33 @@ impl Contraction<'_> {
             for region in op.kind.regions_mut() {
                 self.region(region);
             }
+            if self.is_of_object(&op.kind) {
+                self.of_object[op.results.first as usize] = true;
+            }
             self.op(&mut op, &mut ops);
             ops.push(op);
         }
         region.ops = ops;
+    }
+
+    fn is_of_object(&self, kind: &OpKind) -> bool {
+        match kind {
+            OpKind::Constant(_) => true,
+            OpKind::Load(place, Index::Constant(_)) => match self.function.place(*place).kind {
+                PlaceKind::Member | PlaceKind::Parameter => true,
+                PlaceKind::State
+                | PlaceKind::Scratch
+                | PlaceKind::Buffer
+                | PlaceKind::Slot
+                | PlaceKind::Accepted => false,
+            },
+            OpKind::Unary(..) | OpKind::Binary(..) | OpKind::Fma(..) | OpKind::Convert(..) => {
+                let mut all = true;
+                kind.for_each_operand(|value| all &= self.of_object[value.0 as usize]);
+                all
+            }
+            _ => false,
+        }
     }
 
     /// Contracts an operation; `before` gets what must stand before it.
@@ -62,13 +92,20 @@ impl Contraction<'_> {
             BinaryOp::Subtract => true,
             _ => return,
         };
-        if let Some((x, y)) = self.product(a) {
+        let left = self.product(a).filter(|_| !self.second_is_better(a, b));
+        if let Some((x, y)) = left {
             let addend = if subtract { self.negated(b, before) } else { b };
             op.kind = OpKind::Fma(x, y, addend);
         } else if let Some((x, y)) = self.product(b) {
             let factor = if subtract { self.negated(x, before) } else { x };
             op.kind = OpKind::Fma(factor, y, a);
         }
+    }
+
+    /// Whether of two products the first can be computed once for all rays, and the second can't.
+    fn second_is_better(&self, a: Value, b: Value) -> bool {
+        let of_object = |value: Value| self.of_object[value.0 as usize];
+        self.product(b).is_some() && of_object(a) && !of_object(b)
     }
 
     /// The factors; negations that this pass made are no products.
@@ -113,6 +150,33 @@ mod tests {
             %10: f32 = fma %9, %1, %2
             %11: f32 = negate %4
             %12: f32 = fma %0, %1, %11
+            return
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn products_of_the_object_are_added_to_others() {
+        let text = "
+            %a: f32 = load scratch:f@0 %m: f32 = load member:m@0 %n: f32 = load member:m@1
+            %2: f32 = constant 2
+            %object: f32 = multiply %m, %2 %other: f32 = multiply %n, %m
+            %product: f32 = multiply %n, %a
+            %r: f32 = add %object, %product
+            %s: f32 = subtract %object, %product
+            %t: f32 = add %object, %other
+            return";
+        expect![[r#"
+            %1: f32 = load member:m@0
+            %2: f32 = load member:m@1
+            %3: f32 = constant 2.0
+            %4: f32 = multiply %1, %3
+            %5: f32 = multiply %2, %1
+            %6: f32 = multiply %2, %0
+            %7: f32 = fma %2, %0, %4
+            %8: f32 = negate %2
+            %9: f32 = fma %8, %0, %4
+            %10: f32 = fma %1, %3, %5
             return
         "#]]
         .assert_eq(&transformed(text, super::run));

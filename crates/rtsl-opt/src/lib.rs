@@ -14,6 +14,7 @@ pub mod contract;
 pub mod dead;
 pub mod fold;
 pub mod hoist;
+pub mod join;
 pub mod leave;
 pub mod merge;
 pub mod number;
@@ -67,6 +68,7 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("dead", dead::run),
     ("fold", fold::run),
     ("hoist", hoist::run),
+    ("join", join::run),
     ("leave", leave::run),
     ("merge", merge::run),
     ("number", number::run),
@@ -100,6 +102,7 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("dead", function, dead::run);
         run("merge", function, merge::run);
         run("select", function, select::run);
+        run("join", function, join::run);
         run("bits", function, bits::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
@@ -149,6 +152,7 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         run("dead", function, dead::run);
         run("merge", function, merge::run);
         run("select", function, select::run);
+        run("join", function, join::run);
         run("bits", function, bits::run);
         run("fold", function, fold::run);
         run("number", function, number::run);

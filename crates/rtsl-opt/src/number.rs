@@ -93,7 +93,7 @@ impl Numbering<'_> {
             return true;
         }
         let Some(key) = key(&op.kind) else { return true };
-        let key = (key, op.precise);
+        let key = (key, op.precise && precision_matters(&op.kind));
         if let Some(results) = self.seen.get(&key) {
             self.substitution.set_all(op.results, results.iter());
             return false;
@@ -107,6 +107,18 @@ impl Numbering<'_> {
         let value = self.constants.intern(&mut self.function.values, constant);
         self.substitution.set(results.get(0), value);
     }
+}
+
+/// Whether a pass treats the operation in another way where it is precise.
+fn precision_matters(kind: &OpKind) -> bool {
+    matches!(
+        kind,
+        OpKind::Unary(UnaryOp::Sqrt, _)
+            | OpKind::Binary(
+                BinaryOp::Add | BinaryOp::Subtract | BinaryOp::Multiply | BinaryOp::Divide,
+                ..
+            )
+    )
 }
 
 /// `min` and `max` are not: they tell their operands apart where one is a NaN and for zeros.
@@ -191,6 +203,22 @@ mod tests {
             %8: f32 = rand
             %9: f32 = rand
             return scratch:f@0 = %3, scratch:f@1 = %6, scratch:f@2 = %7, scratch:f@3 = %9
+        "#]]
+        .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn precise_tells_only_arithmetic_apart() {
+        let text = "
+            %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
+            %a: f32 = multiply %x, %y %b: f32 = precise multiply %x, %y
+            %c: bool = less %x, %y %d: bool = precise less %x, %y
+            return scratch:f@0 = %a, scratch:f@1 = %b, scratch:b@0 = %c, scratch:b@1 = %d";
+        expect![[r#"
+            %2: f32 = multiply %0, %1
+            %3: f32 = precise multiply %0, %1
+            %4: bool = less %0, %1
+            return scratch:f@0 = %2, scratch:f@1 = %3, scratch:b@0 = %4, scratch:b@1 = %4
         "#]]
         .assert_eq(&transformed(text, super::run));
     }
