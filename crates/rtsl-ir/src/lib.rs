@@ -32,6 +32,7 @@ mod builder;
 pub mod class;
 mod constants;
 pub mod evaluate;
+mod float_interval;
 mod function;
 pub mod generate;
 pub mod host;
@@ -46,6 +47,7 @@ mod visit;
 
 pub use builder::Builder;
 pub use constants::ConstantPool;
+pub use float_interval::FloatInterval;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use interpreter::{Interpreter, Outcome, PrepareError, Storage};
 pub use interval::Interval;

@@ -10,8 +10,10 @@ mod algebra;
 pub mod approximate;
 pub mod bits;
 pub mod budget;
+mod conditions;
 pub mod contract;
 pub mod dead;
+pub mod float_range;
 pub mod fold;
 pub mod hoist;
 pub mod join;
@@ -66,6 +68,7 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("bits", bits::run),
     ("contract", contract::run),
     ("dead", dead::run),
+    ("float_range", float_range::run),
     ("fold", fold::run),
     ("hoist", hoist::run),
     ("join", join::run),
@@ -98,6 +101,7 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("promote", function, promote::run);
         run("fold", function, fold::run);
         run("range", function, range::run);
+        run("float_range", function, float_range::run);
         run("fold", function, fold::run);
         run("dead", function, dead::run);
         run("merge", function, merge::run);
@@ -148,6 +152,7 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         run("promote", function, promote::run);
         run("fold", function, fold::run);
         run("range", function, |function| range::run_knowing(function, &caller.known));
+        run("float_range", function, float_range::run);
         run("fold", function, fold::run);
         run("dead", function, dead::run);
         run("merge", function, merge::run);

@@ -19,6 +19,7 @@ use rtsl_ir::{
     PlaceKind, Region, Scalar, UnaryOp, Value,
 };
 
+use crate::conditions::Conditions;
 use crate::substitution::Substitution;
 
 /// Rounds after which moving bounds are given up.
@@ -57,8 +58,7 @@ struct Ranges {
     stored: Vec<Option<Interval>>,
     /// The carried values of each loop, by its first parameter.
     params: HashMap<Value, Vec<Option<Interval>>>,
-    /// How bools are computed.
-    conditions: HashMap<Value, Condition>,
+    conditions: Conditions,
     phase: Phase,
     changed: bool,
 }
@@ -75,27 +75,6 @@ enum Phase {
     Narrowing,
 }
 
-/// How a bool is computed, as far as it says something about other values.
-#[derive(Clone, Copy)]
-enum Condition {
-    Compare(CompareOp, Value, Value),
-    Not(Value),
-    And(Value, Value),
-    Or(Value, Value),
-}
-
-impl Condition {
-    fn of(kind: &OpKind) -> Option<Condition> {
-        match *kind {
-            OpKind::Compare(op, a, b) => Some(Condition::Compare(op, a, b)),
-            OpKind::Unary(UnaryOp::Not, a) => Some(Condition::Not(a)),
-            OpKind::Binary(BinaryOp::And, a, b) => Some(Condition::And(a, b)),
-            OpKind::Binary(BinaryOp::Or, a, b) => Some(Condition::Or(a, b)),
-            _ => None,
-        }
-    }
-}
-
 impl Ranges {
     fn find(function: &Function, known: &BTreeMap<(PlaceId, u32), Constant>) -> Ranges {
         let places = (0..).map(PlaceId).zip(&function.places);
@@ -110,7 +89,7 @@ impl Ranges {
                 .collect(),
             stored: vec![None; function.places.len()],
             params: HashMap::new(),
-            conditions: HashMap::new(),
+            conditions: Conditions::default(),
             phase: Phase::Growing,
             changed: true,
         };
@@ -177,9 +156,7 @@ impl Ranges {
     /// An operation without regions.
     fn plain(&mut self, op: &Op) {
         let Some(result) = op.results.iter().next() else { return };
-        if let Some(condition) = Condition::of(&op.kind) {
-            self.conditions.insert(result, condition);
-        }
+        self.conditions.remember(op);
         for result in op.results.iter() {
             self.set(result, Interval::all(self.scalar(result)));
         }
@@ -236,29 +213,12 @@ impl Ranges {
     /// The next carried values of a loop that goes round again; `None` for f32.
     fn carried_on(&mut self, body: &Region) -> Vec<Option<Interval>> {
         let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
-        let truths = self.conclusions(*again, true);
+        let truths = self.conditions.conclusions(*again, true);
         let sides: HashMap<Value, Value> =
             body.ops.iter().flat_map(|op| taken(op, &truths)).collect();
         let next: Vec<Value> =
             next.iter().map(|value| *sides.get(value).unwrap_or(value)).collect();
         self.assuming(*again, true, |ranges| next.iter().map(|value| ranges.get(*value)).collect())
-    }
-
-    /// The bools that are decided where `value` is `truth`, no more than [`MAX_CONCLUSIONS`].
-    fn conclusions(&self, value: Value, truth: bool) -> Vec<(Value, bool)> {
-        let mut truths = vec![(value, truth)];
-        let mut next = 0;
-        while let Some((value, truth)) = truths.get(next).copied() {
-            match self.conditions.get(&value).copied() {
-                Some(Condition::Not(a)) => truths.push((a, !truth)),
-                Some(Condition::And(a, b)) if truth => truths.extend([(a, true), (b, true)]),
-                Some(Condition::Or(a, b)) if !truth => truths.extend([(a, false), (b, false)]),
-                _ => {}
-            }
-            truths.truncate(MAX_CONCLUSIONS);
-            next += 1;
-        }
-        truths
     }
 
     /// Does something where a bool is known.
@@ -272,10 +232,10 @@ impl Ranges {
     /// Narrows ranges by what a bool says; returns what they were.
     fn assume(&mut self, value: Value, truth: bool) -> Vec<(Value, Option<Interval>)> {
         let mut before = Vec::new();
-        for (value, truth) in self.conclusions(value, truth) {
+        for (value, truth) in self.conditions.conclusions(value, truth) {
             before.push((value, self.get(value)));
             self.set(value, Some(Interval::point(i64::from(truth))));
-            if let Some(Condition::Compare(op, a, b)) = self.conditions.get(&value).copied() {
+            if let Some((op, a, b)) = self.conditions.comparison(value) {
                 let op = if truth { op } else { opposite(op) };
                 self.narrow(op, a, b, &mut before);
             }
@@ -349,9 +309,6 @@ impl Ranges {
         self.of.push(range);
     }
 }
-
-/// No more bools are concluded from one.
-const MAX_CONCLUSIONS: usize = 32;
 
 /// The comparison of integers that holds where this one does not.
 fn opposite(op: CompareOp) -> CompareOp {

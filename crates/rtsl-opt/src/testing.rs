@@ -7,7 +7,7 @@ use rtsl_ir::{Constant, Interpreter, Outcome, verify::verify};
 /// Places that the bodies of tests may name.
 const PLACES: &str = "
     scratch f: f32[4] scratch i: i32[4] scratch u: u32[4] scratch b: bool[4]
-    member m: f32[3] member n: i32[3] buffer t: f32[3] slot s: f32[4] slot r: i32[4]
+    member m: f32[3] member n: i32[3] buffer t: f32[3] slot s: f32[4] slot q: f32[4] slot r: i32[4]
     accepted hit: bool[1]";
 
 /// The function with these places and this body.
