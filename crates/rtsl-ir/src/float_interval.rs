@@ -319,13 +319,11 @@ mod tests {
     use super::*;
 
     /// Numbers at which something may go wrong, in order.
-    const NUMBERS: [f32; 17] = [
+    const NUMBERS: [f32; 14] = [
         f32::NEG_INFINITY,
         f32::MIN,
-        -3.5,
         -1.0,
         -0.5,
-        -f32::MIN_POSITIVE,
         -1e-45,
         -0.0,
         0.0,
@@ -334,7 +332,6 @@ mod tests {
         0.5,
         1.0,
         2.5,
-        1e20,
         f32::MAX,
         f32::INFINITY,
     ];
@@ -407,8 +404,8 @@ mod tests {
 
     #[test]
     fn sums_of_products_lie_in_their_interval() {
-        // Some: there are 306 intervals.
-        let intervals: Vec<_> = intervals().into_iter().step_by(7).collect();
+        // Some: there are 210 intervals.
+        let intervals: Vec<_> = intervals().into_iter().step_by(5).collect();
         for (a, of_a) in &intervals {
             for (b, of_b) in &intervals {
                 for (c, of_c) in &intervals {
