@@ -3,8 +3,8 @@
 //! Every integer and bool has an [`Interval`], found forward over the structured code by interval
 //! arithmetic (Harrison, "Compiler Analysis of the Value Ranges for Variables", 1977). Inside an `if` the
 //! condition narrows what it compares, and so does "again" for what a loop carries on. Carried values
-//! and slots are followed to a fixpoint: a bound that keeps moving is given up at the type's
-//! limit (widening) and then found again from there (narrowing).
+//! and slots are followed to a fixpoint: a bound that keeps moving is given up at the next constant of the
+//! function or the type's limit (widening) and then found again from there (narrowing).
 //!
 //! Where intervals show it,
 //! - integers and bools of one possible value become constants, `min` and `max` one of their operands, and
@@ -59,6 +59,8 @@ struct Ranges {
     /// The carried values of each loop, by its first parameter.
     params: HashMap<Value, Vec<Option<Interval>>>,
     conditions: Conditions,
+    /// The integer constants of the function, in order: loops mostly end at one of them.
+    limits: Vec<i64>,
     phase: Phase,
     changed: bool,
 }
@@ -90,6 +92,7 @@ impl Ranges {
             stored: vec![None; function.places.len()],
             params: HashMap::new(),
             conditions: Conditions::default(),
+            limits: limits(&function.body),
             phase: Phase::Growing,
             changed: true,
         };
@@ -284,11 +287,23 @@ impl Ranges {
         Some(match self.phase {
             Phase::Growing | Phase::Narrowing => hull,
             Phase::Widening => Interval {
-                low: if hull.low < old.low { all.low } else { old.low },
-                high: if hull.high > old.high { all.high } else { old.high },
+                low: if hull.low < old.low { self.limit_below(hull.low, all) } else { old.low },
+                high: if hull.high > old.high { self.limit_above(hull.high, all) } else { old.high },
             },
             Phase::GivingUp => all,
         })
+    }
+
+    /// The greatest limit that is no greater.
+    fn limit_below(&self, value: i64, all: Interval) -> i64 {
+        let found = self.limits[..self.limits.partition_point(|limit| *limit <= value)].last();
+        found.copied().unwrap_or(all.low).max(all.low)
+    }
+
+    /// The least limit that is no less.
+    fn limit_above(&self, value: i64, all: Interval) -> i64 {
+        let found = self.limits.get(self.limits.partition_point(|limit| *limit < value));
+        found.copied().unwrap_or(all.high).min(all.high)
     }
 
     fn scalar(&self, value: Value) -> Scalar {
@@ -307,6 +322,26 @@ impl Ranges {
     fn add(&mut self, scalar: Scalar, range: Option<Interval>) {
         self.scalars.push(scalar);
         self.of.push(range);
+    }
+}
+
+/// The integer constants in a region, in order.
+fn limits(region: &Region) -> Vec<i64> {
+    let mut limits = Vec::new();
+    collect_limits(region, &mut limits);
+    limits.sort_unstable();
+    limits.dedup();
+    limits
+}
+
+fn collect_limits(region: &Region, limits: &mut Vec<i64>) {
+    for op in &region.ops {
+        if let OpKind::Constant(constant) = op.kind
+            && constant.scalar() != Scalar::Bool
+        {
+            limits.extend(Interval::of(constant).map(|interval| interval.low));
+        }
+        op.kind.regions().for_each(|region| collect_limits(region, limits));
     }
 }
 
@@ -578,6 +613,38 @@ mod tests {
                 return scratch:f@0 = %5, scratch:i@0 = %4
             "#]],
         );
+    }
+
+    #[test]
+    fn counters_of_loops_that_may_be_left_stay_below_their_limit() {
+        let text = "
+            %c: bool = load scratch:b@0 %0: i32 = constant 0 %1: i32 = constant 1
+            %4: i32 = constant 4 %5: i32 = constant 5 %7: i32 = constant 7
+            %i: i32 = loop (%j: i32 = %0) {
+                %low: i32 = max %j, %0 %clamped: i32 = min %low, %5
+                %e: f32 = load buffer:t@%clamped
+                store slot:s@%clamped, %e
+                %next: i32 = add %j, %1 %below: bool = less %next, %5
+                %again: bool = and %c, %below
+                repeat %again, %next
+            }
+            %last: i32 = min %i, %7 %f: f32 = load slot:s@%last
+            return scratch:f@0 = %f, scratch:i@0 = %last";
+        check(text, expect![[r#"
+            %1: i32 = constant 0
+            %2: i32 = constant 1
+            %3: i32 = constant 5
+            %4: i32 = loop (%5: i32 = %1) {
+              %6: f32 = load buffer:t@%5
+              store slot:s@%5, %6
+              %7: i32 = add %5, %2
+              %8: bool = less %7, %3
+              %9: bool = and %0, %8
+              repeat %9, %7
+            }
+            %10: f32 = load slot:s@%4
+            return scratch:f@0 = %10, scratch:i@0 = %4
+        "#]]);
     }
 
     #[test]
