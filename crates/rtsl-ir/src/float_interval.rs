@@ -92,7 +92,8 @@ impl FloatInterval {
             | UnaryOp::Trunc
             | UnaryOp::RoundEven => FloatInterval::around([at(a.low), at(a.high)], a.nan),
             UnaryOp::Abs => {
-                let middle = if a.is_positive() || a.high.is_sign_negative() { None } else { Some(0.0) };
+                let middle =
+                    if a.is_positive() || a.high.is_sign_negative() { None } else { Some(0.0) };
                 FloatInterval::around([at(a.low), at(a.high)].into_iter().chain(middle), a.nan)
             }
             UnaryOp::Sqrt if a.high >= 0.0 => {
@@ -412,7 +413,10 @@ mod tests {
                     let result = FloatInterval::fma(*a, *b, *c);
                     for (x, y) in of_a.iter().flat_map(|x| of_b.iter().map(move |y| (x, y))) {
                         let is_inside = |z: &f32| result.contains(x.mul_add(*y, *z));
-                        assert!(of_c.iter().all(is_inside), "{a:?} {b:?} {c:?}: {x} {y} {result:?}");
+                        assert!(
+                            of_c.iter().all(is_inside),
+                            "{a:?} {b:?} {c:?}: {x} {y} {result:?}"
+                        );
                     }
                 }
             }

@@ -20,9 +20,7 @@
 //! lets the compiler optimise. All passes after it keep results to the bit. With `--math=strict` it
 //! does not run.
 
-use rtsl_ir::{
-    BinaryOp, Function, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp, Value,
-};
+use rtsl_ir::{BinaryOp, Function, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp, Value};
 
 /// Contracts all of `function`.
 pub fn run(function: &mut Function) {

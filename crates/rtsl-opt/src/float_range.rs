@@ -100,7 +100,9 @@ impl Floats {
         match *kind {
             OpKind::Constant(Constant::F32(value)) => FloatInterval::of(value),
             OpKind::Unary(op, a) => FloatInterval::unary(op, self.get(a)),
-            OpKind::Binary(BinaryOp::Multiply, a, b) if a == b => FloatInterval::square(self.get(a)),
+            OpKind::Binary(BinaryOp::Multiply, a, b) if a == b => {
+                FloatInterval::square(self.get(a))
+            }
             OpKind::Binary(op, a, b) => FloatInterval::binary(op, self.get(a), self.get(b)),
             OpKind::Fma(a, b, c) if a == b => {
                 // What has no sign has the same square.
@@ -315,7 +317,9 @@ mod tests {
             %q: f32 = divide %n, %yy
             %low: f32 = max %q, %m %bounded: f32 = min %low, %88 %other: f32 = min %88, %low
             return scratch:f@0 = %bounded, scratch:f@1 = %other";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %2: f32 = constant 88.7
             %3: f32 = constant -88.0
             %4: f32 = multiply %1, %1
@@ -325,7 +329,8 @@ mod tests {
             %8: f32 = max %7, %3
             %9: f32 = min %2, %8
             return scratch:f@0 = %8, scratch:f@1 = %9
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -343,7 +348,9 @@ mod tests {
             }
             %k: f32 = max %s, %0
             return scratch:f@0 = %r, scratch:f@1 = %k";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %0: bool = constant false
             %2: f32 = constant 0.0
             %3: f32 = constant 1.0
@@ -357,7 +364,8 @@ mod tests {
               yield %9, %2
             }
             return scratch:f@0 = %5, scratch:f@1 = %6
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -370,7 +378,9 @@ mod tests {
             %nan: bool = not_equal %z, %z
             %p: f32 = add %x, %0
             return scratch:f@0 = %k, scratch:f@1 = %p, scratch:b@0 = %c, scratch:b@1 = %nan";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %0: bool = constant true
             %2: f32 = constant 0.0
             %3: f32 = constant -0.0
@@ -380,7 +390,8 @@ mod tests {
             %7: bool = not_equal %4, %4
             %8: f32 = add %1, %2
             return scratch:f@0 = %6, scratch:f@1 = %8, scratch:b@0 = %0, scratch:b@1 = %7
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -391,7 +402,9 @@ mod tests {
             %a: f32 = divide %x, %4 %b: f32 = divide %x, %3 %c: f32 = divide %x, %small
             %d: f32 = divide %x, %large
             return scratch:f@0 = %a, scratch:f@1 = %b, scratch:f@2 = %c, scratch:f@3 = %d";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %0: f32 = constant -0.25
             %2: f32 = constant 3.0
             %3: f32 = constant 5.877472e-39
@@ -401,7 +414,8 @@ mod tests {
             %7: f32 = divide %1, %3
             %8: f32 = divide %1, %4
             return scratch:f@0 = %5, scratch:f@1 = %6, scratch:f@2 = %7, scratch:f@3 = %8
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -414,7 +428,9 @@ mod tests {
             store slot:q@0, %2 store slot:q@1, %x
             %d: f32 = load slot:q@%i %e: f32 = min %d, %3
             return scratch:f@0 = %c, scratch:f@1 = %e";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %2: f32 = constant 2.0
             %3: f32 = constant 3.0
             store slot:s@0, %2
@@ -425,7 +441,8 @@ mod tests {
             %5: f32 = load slot:q@%0
             %6: f32 = min %5, %3
             return scratch:f@0 = %4, scratch:f@1 = %6
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

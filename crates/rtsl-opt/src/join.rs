@@ -250,7 +250,8 @@ mod tests {
             %15: f32 = add %10, %3
             %16: f32 = add %11, %15
             return scratch:f@0 = %16, scratch:f@1 = %15
-        "#]].assert_eq(&transformed(text, run));
+        "#]]
+        .assert_eq(&transformed(text, run));
     }
 
     #[test]
@@ -295,7 +296,8 @@ mod tests {
               yield %9, %10
             }
             return scratch:f@0 = %19, scratch:f@1 = %20
-        "#]].assert_eq(&transformed(text, run));
+        "#]]
+        .assert_eq(&transformed(text, run));
     }
 
     #[test]

@@ -288,7 +288,11 @@ impl Ranges {
             Phase::Growing | Phase::Narrowing => hull,
             Phase::Widening => Interval {
                 low: if hull.low < old.low { self.limit_below(hull.low, all) } else { old.low },
-                high: if hull.high > old.high { self.limit_above(hull.high, all) } else { old.high },
+                high: if hull.high > old.high {
+                    self.limit_above(hull.high, all)
+                } else {
+                    old.high
+                },
             },
             Phase::GivingUp => all,
         })
@@ -630,7 +634,9 @@ mod tests {
             }
             %last: i32 = min %i, %7 %f: f32 = load slot:s@%last
             return scratch:f@0 = %f, scratch:i@0 = %last";
-        check(text, expect![[r#"
+        check(
+            text,
+            expect![[r#"
             %1: i32 = constant 0
             %2: i32 = constant 1
             %3: i32 = constant 5
@@ -644,7 +650,8 @@ mod tests {
             }
             %10: f32 = load slot:s@%4
             return scratch:f@0 = %10, scratch:i@0 = %4
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
