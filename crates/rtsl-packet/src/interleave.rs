@@ -11,6 +11,7 @@
 //! | kernel | waiting | 1 | 2 | 4 |
 //! |---|---|---|---|---|
 //! | torus, by sphere tracing | 3.7 | 38.0 | 24.4 | 17.9 |
+//! | torus, zeros of a quartic | 2.2 | 99.8 | 65.3 | 54.2 |
 //! | thin lens | 1.4 | 2.95 | 2.57 | 2.17 |
 //! | pow | 1.2 | 1.62 | 1.42 | 1.26 |
 //! | Ward | 1.1 | 2.21 | 2.09 | 2.04 |
@@ -47,11 +48,15 @@ const WAITING_FOR_DIVIDER: f32 = 0.9;
 /// Up to so many operations, the loop over chunks itself is a good part of the work.
 const SHORT: u32 = 50;
 
-/// The most operations, those of all chunks that are done at a time: they have to be compiled.
-const MOST_OPERATIONS: u32 = 800;
+/// The most operations, those of all chunks that are done at a time: they have to be compiled. The quartic's 235
+/// by two take 30 ms, by four 45.
+const MOST_OPERATIONS: u32 = 700;
 
 /// The most where chunks are done one by one, and a full one saves no more than the tests of its mask.
 const MOST_ALONE: u32 = 200;
+
+/// The most bytes that local arrays may take for all chunks that are done at a time: a part of the first cache.
+const MOST_SLOT_BYTES: u32 = 8192;
 
 /// How many full chunks `kernel` does at a time: `forced` of them where that is possible, else what suits
 /// its code; `None` where it treats them as all others.
@@ -89,9 +94,8 @@ fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
 
 /// Whether `kernel` may do `factor` full chunks at a time.
 fn is_possible(kernel: &Kernel, factor: u32) -> bool {
-    let is_slot_in_lanes = |it: &KernelPlace| it.varies && it.place.kind == PlaceKind::Slot;
-    // The lane sets that hosts take hold one chunk, and slots would need more of the stack.
-    let one_at_a_time = kernel.places.iter().any(is_slot_in_lanes) || asks_host(&kernel.body);
+    // The lane sets that hosts take hold one chunk.
+    let fits = !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MOST_SLOT_BYTES;
     // What all lanes share is read from the first lane before anything is stored: too late for the
     // chunks that are left over.
     let overwrites_shared = kernel.outputs.iter().any(|output| !kernel.place(output.place).varies);
@@ -100,7 +104,14 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
         Shape::Leaf | Shape::Single => false,
     };
     let known = FACTORS.contains(&factor);
-    known && many_rays && !overwrites_shared && (factor == 1 || !one_at_a_time)
+    known && many_rays && !overwrites_shared && (factor == 1 || fits)
+}
+
+/// Bytes of the stack that local arrays take for a chunk.
+fn slot_bytes(kernel: &Kernel) -> u32 {
+    let slots = kernel.places.iter().filter(|it| it.place.kind == PlaceKind::Slot);
+    let lanes = |it: &KernelPlace| if it.varies { kernel.width } else { 1 };
+    slots.map(|it| it.place.len.saturating_mul(4 * lanes(it))).fold(0, u32::saturating_add)
 }
 
 fn asks_host(region: &Region) -> bool {

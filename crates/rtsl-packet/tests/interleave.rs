@@ -88,7 +88,10 @@ fn what_cannot_be_interleaved_is_not() {
     assert_eq!(forced(root, Shape::Packet, 1), [false; 3], "one ray");
     assert_eq!(forced("%r: f32 = rand", Shape::Packet, 8), [true, false, false], "a request");
     let slot = "%n: i32 = convert %x store slot:s@%n, %x %r: f32 = load slot:s@0";
-    assert_eq!(forced(slot, Shape::Packet, 8), [true, false, false], "an array");
+    assert_eq!(forced(slot, Shape::Packet, 8), [true; 3], "a small array");
+    let large = lower(&method(slot).replace("f32[8]", "f32[100]"), Shape::Packet, 8);
+    assert_eq!(choose(&large, Some(2)), Some(2));
+    assert_eq!(choose(&large, Some(4)), None, "a large array");
     let kernel = lower(&method(root), Shape::Packet, 8);
     assert_eq!(choose(&kernel, Some(3)), None);
     let text = method(root).replace("return ", "return state:rt_RayOrigin@0 = %r, ");
