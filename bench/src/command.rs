@@ -29,6 +29,9 @@ struct Arguments {
     /// are predicted well.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 64])]
     packets: Vec<usize>,
+    /// How many vectors RTSL does at a time, 1, 2 or 4; what suits each kernel if not given.
+    #[arg(long)]
+    interleave: Option<u32>,
     /// How often each contender is timed.
     #[arg(long, default_value_t = 61)]
     repetitions: usize,
@@ -55,7 +58,7 @@ pub fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let engines = Engines::new()?;
+    let engines = Engines::new(arguments.interleave)?;
     let named = |race: &Race| arguments.filter.as_ref().is_none_or(|it| race.name.contains(it));
     let races: Vec<Race> = races().into_iter().filter(named).collect();
     if !arguments.json {

@@ -145,15 +145,16 @@ pub struct Engines {
 }
 
 impl Engines {
-    /// Width 1, and the widths of this processor's vectors with default and fast arithmetic.
+    /// Width 1, and the widths of this processor's vectors with default and fast arithmetic, which do so
+    /// many vectors at a time.
     ///
     /// # Errors
-    /// Where there is no LLVM.
-    pub fn new() -> Result<Engines, String> {
-        let mut engines = vec![engine(1, Math::Contract)?];
+    /// Where there is no LLVM, or another number of vectors than it may be.
+    pub fn new(interleave: Option<u32>) -> Result<Engines, String> {
+        let mut engines = vec![engine(1, Math::Contract, None)?];
         for width in vector_widths() {
-            engines.push(engine(*width, Math::Contract)?);
-            engines.push(engine(*width, Math::Fast)?);
+            engines.push(engine(*width, Math::Contract, interleave)?);
+            engines.push(engine(*width, Math::Fast, interleave)?);
         }
         Ok(Engines { engines })
     }
@@ -196,9 +197,14 @@ impl Engines {
     }
 }
 
-fn engine(width: u32, math: Math) -> Result<(String, Engine), String> {
-    let options =
-        EngineOptions { backend: Backend::Jit, width: Some(width), math, ..Default::default() };
+fn engine(width: u32, math: Math, interleave: Option<u32>) -> Result<(String, Engine), String> {
+    let options = EngineOptions {
+        backend: Backend::Jit,
+        width: Some(width),
+        interleave,
+        math,
+        ..Default::default()
+    };
     let (engine, _) = Engine::new(options).map_err(|error| error.message)?;
     let prefix = if math == Math::Fast { "f" } else { "w" };
     Ok((format!("{prefix}{width}"), engine))

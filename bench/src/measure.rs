@@ -18,7 +18,7 @@ pub trait Subject<A> {
 }
 
 /// The times of a contender, nanoseconds a ray.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Timing {
     /// The median.
     pub median: f64,
@@ -26,6 +26,8 @@ pub struct Timing {
     pub least: f64,
     /// A tenth is slower.
     pub slow: f64,
+    /// In the order of the repetitions.
+    samples: Vec<f64>,
 }
 
 /// Times subjects, in turn in every repetition, so that what else the machine does troubles all
@@ -83,9 +85,27 @@ fn time<A>(subject: &impl Subject<A>, arena: &mut A, times: u32) -> Duration {
 }
 
 impl Timing {
-    fn new(mut samples: Vec<f64>) -> Timing {
-        samples.sort_by(f64::total_cmp);
-        let at = |part: f64| samples[((samples.len() - 1) as f64 * part).round() as usize];
-        Timing { median: at(0.5), least: at(0.0), slow: at(0.9) }
+    /// Of one sample for each repetition, at least one.
+    pub fn new(samples: Vec<f64>) -> Timing {
+        let sorted = sorted(samples.iter().copied());
+        let [median, least, slow] = [0.5, 0.0, 0.9].map(|part| quantile(&sorted, part));
+        Timing { median, least, slow, samples }
     }
+
+    /// How much longer than `other` it takes: the median over the repetitions, in which both had the machine
+    /// at the same speed.
+    pub fn ratio(&self, other: &Timing) -> f64 {
+        let pairs = self.samples.iter().zip(&other.samples);
+        quantile(&sorted(pairs.map(|(own, other)| own / other)), 0.5)
+    }
+}
+
+fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut numbers: Vec<f64> = numbers.collect();
+    numbers.sort_by(f64::total_cmp);
+    numbers
+}
+
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    sorted[((sorted.len() - 1) as f64 * part).round() as usize]
 }

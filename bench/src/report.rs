@@ -27,6 +27,8 @@ pub struct Entry {
     pub error: f64,
     /// Rays for which only the contender or only the reference has a result.
     pub unmatched: usize,
+    #[serde(skip)]
+    timing: Timing,
 }
 
 impl Entry {
@@ -38,14 +40,14 @@ impl Entry {
         timing: Timing,
         difference: Difference,
     ) -> Entry {
-        let Timing { median, least, slow } = timing;
+        let Timing { median, least, slow, .. } = timing;
         let Difference { error, unmatched } = difference;
         let contender = contender.to_owned();
-        Entry { race, contender, packets, median, least, slow, error, unmatched }
+        Entry { race, contender, packets, median, least, slow, error, unmatched, timing }
     }
 }
 
-/// A comparison: one contender's time over the best of others.
+/// A comparison: one contender's time over the best of others, [repetition by repetition](Timing::ratio).
 struct Ratio {
     title: &'static str,
     own: &'static str,
@@ -150,8 +152,9 @@ pub fn differences(entries: &[Entry]) -> String {
 
 impl Ratio {
     fn of(&self, entries: &[Entry], race: &str) -> Option<f64> {
-        let others = self.others.iter().filter_map(|name| median(entries, race, name));
-        Some(median(entries, race, self.own)? / others.reduce(f64::min)?)
+        let own = find(entries, race, self.own)?;
+        let others = self.others.iter().filter_map(|name| find(entries, race, name));
+        others.map(|other| own.timing.ratio(&other.timing)).reduce(f64::max)
     }
 
     fn mean(&self, entries: &[Entry]) -> f64 {
@@ -175,8 +178,11 @@ impl Ratio {
 }
 
 fn median(entries: &[Entry], race: &str, contender: &str) -> Option<f64> {
-    let mut entries = entries.iter();
-    entries.find(|it| it.race == race && it.contender == contender).map(|it| it.median)
+    find(entries, race, contender).map(|it| it.median)
+}
+
+fn find<'a>(entries: &'a [Entry], race: &str, contender: &str) -> Option<&'a Entry> {
+    entries.iter().find(|it| it.race == race && it.contender == contender)
 }
 
 /// The races, in order, each once.
@@ -199,21 +205,22 @@ mod tests {
 
     #[test]
     fn races_are_won_by_the_faster() {
-        let entry = |race, contender: &str, median| {
-            let timing = Timing { median, least: median, slow: median };
+        let entry = |race, contender: &str, samples: [f64; 3]| {
+            let timing = Timing::new(samples.to_vec());
             Entry::new(race, contender, 1, timing, Difference::default())
         };
+        // In two of three repetitions of the cone the machine was slow for both.
         let entries = [
-            entry("cube", "w8", 1.0),
-            entry("cube", "h256", 2.0),
-            entry("cone", "w8", 3.0),
-            entry("cone", "h256", 1.5),
+            entry("cube", "w8", [1.0; 3]),
+            entry("cube", "h256", [2.0; 3]),
+            entry("cone", "w8", [6.0, 9.0, 3.0]),
+            entry("cone", "h256", [3.0, 4.5, 1.5]),
         ];
         let expected = "\
 Nanoseconds a ray, 1 packet of 64 rays
                            w8    h256   w8/h256
 cube                    1.000   2.000      0.50
-cone                    3.000   1.500      2.00
+cone                    6.000   3.000      2.00
 geometric mean                             1.00
 w8/h256   won  cube
           lost cone

@@ -11,7 +11,7 @@ use rtsl_bench::races;
 
 #[test]
 fn contenders_agree_with_the_reference() {
-    let Ok(engines) = Engines::new() else {
+    let Ok(engines) = Engines::new(None) else {
         eprintln!("without LLVM there is nothing to race");
         return;
     };
@@ -34,7 +34,7 @@ fn contenders_agree_with_the_reference() {
 
 #[test]
 fn a_leaf_finds_what_single_calls_find() {
-    let Ok(engines) = Engines::new() else { return };
+    let Ok(engines) = Engines::new(None) else { return };
     for leaf in leaves(None) {
         run_leaf(&leaf, &engines, Plan { repetitions: 1, time: Duration::ZERO }).unwrap();
     }

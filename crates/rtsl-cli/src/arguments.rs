@@ -69,21 +69,33 @@ pub struct EngineArguments {
     /// Rays at a time; what suits the machine if not given. Never changes results.
     #[arg(long, value_parser = parse_width)]
     pub width: Option<u32>,
-    /// How many vectors full chunks of rays are done at a time: 1, 2 or 4; what suits each kernel
-    /// if not given. Never changes results.
-    #[arg(long, value_parser = parse_interleave)]
-    pub interleave: Option<u32>,
-    /// How exact arithmetic is.
-    #[arg(long, value_enum, default_value_t = MathName::Contract)]
-    pub math: MathName,
+    #[command(flatten)]
+    pub code: CodeArguments,
 }
 
 impl EngineArguments {
     /// As the embedding API says it.
     pub fn options(self) -> EngineOptions {
+        EngineOptions { backend: self.backend.into(), width: self.width, ..self.code.options() }
+    }
+}
+
+/// What code is like, whatever runs it.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct CodeArguments {
+    /// How many vectors full chunks of rays are done at a time: 1, 2 or 4; what suits each kernel
+    /// if not given. Never changes results.
+    #[arg(long, value_parser = parse_interleave)]
+    interleave: Option<u32>,
+    /// How exact arithmetic is.
+    #[arg(long, value_enum, default_value_t = MathName::Contract)]
+    pub math: MathName,
+}
+
+impl CodeArguments {
+    /// As the embedding API says it.
+    pub fn options(self) -> EngineOptions {
         EngineOptions {
-            backend: self.backend.into(),
-            width: self.width,
             interleave: self.interleave,
             math: self.math.into(),
             ..EngineOptions::default()

@@ -95,7 +95,8 @@ fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
 /// Whether `kernel` may do `factor` full chunks at a time.
 fn is_possible(kernel: &Kernel, factor: u32) -> bool {
     // The lane sets that hosts take hold one chunk.
-    let fits = !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MOST_SLOT_BYTES;
+    let fits =
+        !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MOST_SLOT_BYTES;
     // What all lanes share is read from the first lane before anything is stored: too late for the
     // chunks that are left over.
     let overwrites_shared = kernel.outputs.iter().any(|output| !kernel.place(output.place).varies);

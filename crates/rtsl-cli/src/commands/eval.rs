@@ -84,7 +84,7 @@ fn request(arguments: &EvalArguments) -> Request {
         BackendName::Jit => "jit",
         BackendName::Interp => "interp",
     };
-    let math = match arguments.engine.math {
+    let math = match arguments.engine.code.math {
         MathName::Contract => "contract",
         MathName::Strict => "strict",
         MathName::Fast => "fast",

@@ -24,8 +24,8 @@ use std::time::Duration;
 
 use clap::Args;
 use rtsl::{
-    Backend, Class, Diagnostic, Engine, EngineOptions, Instance, Method, Program, Role, Shape,
-    Variant, diagnostic_codes as codes,
+    Backend, Class, Diagnostic, Engine, EngineOptions, Instance, Math, Method, Program, Role,
+    Shape, Variant, diagnostic_codes as codes,
 };
 use serde_json::Value as JsonValue;
 
@@ -42,7 +42,7 @@ use super::eval::parse_setting;
 use super::{
     CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
 };
-use crate::arguments::{MathName, SearchPath, VariantArguments, parse_shape, parse_width};
+use crate::arguments::{CodeArguments, SearchPath, VariantArguments, parse_shape, parse_width};
 use crate::eval::role_of;
 use crate::files::write_result;
 use crate::names::find_method;
@@ -87,9 +87,8 @@ pub struct BenchArguments {
     /// How long each kernel is measured, in milliseconds.
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 50)]
     time: u32,
-    /// How exact arithmetic is.
-    #[arg(long, value_enum, default_value_t = MathName::Contract)]
-    math: MathName,
+    #[command(flatten)]
+    code: CodeArguments,
     /// Print one JSON object a line for each kernel.
     #[arg(long)]
     json: bool,
@@ -153,11 +152,10 @@ impl<'a> Bench<'a> {
                 let options = EngineOptions {
                     backend: Backend::Jit,
                     width: Some(width),
-                    ..EngineOptions::default()
+                    ..arguments.code.options()
                 };
-                let exact = engine(options.clone(), reporter)?;
-                let peak = Peak::measure(&exact, arguments.lanes as usize)?;
-                let options = EngineOptions { math: arguments.math.into(), ..options };
+                let exact = EngineOptions { math: Math::default(), ..options.clone() };
+                let peak = Peak::measure(&engine(exact, reporter)?, arguments.lanes as usize)?;
                 let engine = engine(options, reporter)?;
                 machines.insert(width, Machine { program: engine.program(&instance), peak });
             }
