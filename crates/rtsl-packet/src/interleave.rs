@@ -35,15 +35,12 @@ use crate::{Estimate, Kernel, Shape};
 /// The numbers of chunks that may be done at a time.
 pub const FACTORS: [u32; 3] = [1, 2, 4];
 
-/// Cycles of waiting for one of work from which two chunks at a time pay.
-const WAITING_FOR_TWO: f32 = 1.05;
+/// Cycles of waiting for one of work from which two chunks at a time pay, and four.
+const WAITING: [f32; 2] = [1.05, 1.2];
 
-/// The same for four.
-const WAITING_FOR_FOUR: f32 = 1.2;
-
-/// The same for four where the divider does half more cycles than all else: what the registers
-/// do not hold then costs nothing.
-const WAITING_FOR_DIVIDER: f32 = 0.9;
+/// The same where the divider does half more cycles than all else: what the registers do not
+/// hold then costs nothing.
+const WAITING_FOR_DIVIDER: [f32; 2] = [0.4, 0.9];
 
 /// Up to so many operations, the loop over chunks itself is a good part of the work.
 const SHORT: u32 = 50;
@@ -80,14 +77,13 @@ fn suitable(kernel: &Kernel) -> Option<u32> {
 fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
     let waiting = estimate.waiting / estimate.busy().max(1.0);
     let divides = estimate.divider > 1.5 * estimate.issue;
+    let [for_two, for_four] = if divides { WAITING_FOR_DIVIDER } else { WAITING };
     let is_short = estimate.operations <= SHORT;
     // What accepts hits stores them only if there are any: the fewer rays are asked, the rarer.
     let accepts = kernel.accepted_output().is_some();
     match waiting {
-        _ if waiting >= WAITING_FOR_FOUR => 4,
-        _ if divides && waiting >= WAITING_FOR_DIVIDER => 4,
-        _ if is_short && !accepts => 4,
-        _ if is_short || estimate.loops || waiting >= WAITING_FOR_TWO => 2,
+        _ if waiting >= for_four || (is_short && !accepts) => 4,
+        _ if waiting >= for_two || is_short || estimate.loops => 2,
         _ => 1,
     }
 }
