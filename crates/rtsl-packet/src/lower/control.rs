@@ -43,7 +43,12 @@ impl Lowering<'_> {
                 let otherwise = self.lower_ops(otherwise)?;
                 self.select_each(condition, &then, &otherwise)
             }
-            _ if !diverges => self.branch_agreed(op, condition, then, otherwise)?,
+            _ if !diverges => {
+                self.rare_sides += u32::from(seldom);
+                let then = self.lower_region(then)?;
+                self.rare_sides -= u32::from(seldom);
+                self.branch_agreed(op, condition, then, otherwise)?
+            }
             (false, true) => {
                 let otherwise = self.lower_ops(otherwise)?;
                 self.branch_over(condition, then, &otherwise, Wanted::True)?
@@ -84,10 +89,9 @@ impl Lowering<'_> {
         &mut self,
         op: &rtsl_ir::Op,
         condition: Value,
-        then: &rtsl_ir::Region,
+        then: Region,
         otherwise: &rtsl_ir::Region,
     ) -> Result<Vec<Value>, LowerError> {
-        let then = self.lower_region(then)?;
         let otherwise = self.lower_region(otherwise)?;
         if then.ops.is_empty() && otherwise.ops.is_empty() {
             return Ok(self.select_each(condition, &then.yields, &otherwise.yields));

@@ -14,9 +14,11 @@ impl Lowering<'_> {
     /// know that every ray comes by.
     ///
     /// Where the chunk is all there is, doing work before it saves none, and takes it out of the
-    /// branches that might have left it out. Constants are no work.
+    /// branches that might have left it out. So it is where a branch is seldom taken, unless it moves as a
+    /// whole. Constants are no work.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
         match self.kernel.shape {
+            _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
             Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())
             }

@@ -159,6 +159,9 @@ struct Lowering<'a> {
     hidden_bitcasts: Vec<bool>,
     /// Conditions of the function that are seldom true.
     seldom: BTreeSet<Value>,
+    /// How many sides that are seldom taken are being lowered, in one another: what they compute stays in
+    /// them, even where it is the same for all rays.
+    rare_sides: u32,
     kernel: Kernel,
     /// The packet value of each value of the function seen so far.
     values: Vec<Option<Value>>,
@@ -185,6 +188,7 @@ impl<'a> Lowering<'a> {
             uses,
             hidden_bitcasts: nan_bits::hidden_bitcasts(function),
             seldom: BTreeSet::new(),
+            rare_sides: 0,
             kernel,
             values: vec![None; function.values.len()],
             hoisted: Vec::new(),
