@@ -230,6 +230,7 @@ impl<'a> Lowering<'a> {
                 return Ok(());
             }
             Ray::Unary(unary, a) => OpKind::Unary(*unary, value(a)),
+            Ray::Binary(BinaryOp::Subtract, a, b) => self.difference(value(a), value(b)),
             Ray::Binary(binary, a, b) => OpKind::Binary(*binary, value(a), value(b)),
             Ray::Compare(compare, a, b) => OpKind::Compare(*compare, value(a), value(b)),
             Ray::Select(condition, a, b) => {
@@ -384,6 +385,29 @@ impl<'a> Lowering<'a> {
 
     fn compare(&mut self, op: CompareOp, a: Value, b: Value) -> Value {
         self.pure(OpKind::Compare(op, a, b), Scalar::Bool)
+    }
+
+    /// `a - b`. Of a float that all rays share the opposite is added, which is the same to the bit:
+    /// instructions read the second operand of a sum from memory, and the first of a difference not.
+    fn difference(&mut self, a: Value, b: Value) -> OpKind {
+        let is_float = self.ty(a).scalar == Scalar::F32;
+        let is_shared = self.ty(a).lanes && !self.ty(b).lanes;
+        let opposite = OpKind::Unary(UnaryOp::Negate, b);
+        if !(is_float && is_shared && self.is_hoistable(&opposite)) {
+            return OpKind::Binary(BinaryOp::Subtract, a, b);
+        }
+        let opposite = match self.known_float(b) {
+            Some(known) => self.constant(Constant::F32(-known)),
+            None => self.pure(opposite, Scalar::F32),
+        };
+        OpKind::Binary(BinaryOp::Add, a, opposite)
+    }
+
+    fn known_float(&self, value: Value) -> Option<f32> {
+        let mut constants = self.constants.iter();
+        let ((_, bits), _) =
+            constants.find(|((scalar, _), known)| *scalar == Scalar::F32 && **known == value)?;
+        Some(f32::from_bits(*bits))
     }
 
     /// `a` where the condition holds, else `b`.
