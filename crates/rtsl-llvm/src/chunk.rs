@@ -25,6 +25,16 @@ pub struct Chunk {
     left: Option<Operand>,
 }
 
+/// The lanes of an output that are stored.
+#[derive(Clone, Copy)]
+enum Stored {
+    All,
+    /// Those whose bits are set.
+    Where(Operand),
+    /// Those whose words are 0.
+    Except(Operand),
+}
+
 impl Emitter<'_, '_> {
     /// The number of the chunk's first ray, i64.
     pub fn chunk_base(&self) -> Operand {
@@ -218,18 +228,18 @@ impl Emitter<'_, '_> {
             Some(accepted) if self.kernel.keeps_nearest() => self.keep_nearest(mask, accepted),
             Some(accepted) => self.emit_hit_outputs(mask, accepted),
             None if self.kernel.outputs.is_empty() => {}
-            None if self.width == 1 || self.is_full() => self.store_outputs(None),
+            None if self.width == 1 || self.is_full() => self.store_outputs(Stored::All),
             None => {
                 let (all, some, stored) = (self.new_label(), self.new_label(), self.new_label());
                 let full = self.chunk.full.expect("the chunk is begun");
                 self.prepare_outputs();
                 self.branch(full, all, some);
                 self.begin_block(all);
-                self.store_outputs(None);
+                self.store_outputs(Stored::All);
                 self.jump(stored);
                 self.begin_block(some);
                 let bits = self.bits(mask);
-                self.store_outputs(Some(bits));
+                self.store_outputs(Stored::Where(bits));
                 self.jump(stored);
                 self.begin_block(stored);
             }
@@ -246,14 +256,21 @@ impl Emitter<'_, '_> {
         };
         self.prepare_outputs();
         self.store_accepted(words);
+        // Before the branch, since in one block LLVM would find the mask behind its inverse.
+        let kept = self.blends_with_memory().then(|| {
+            let ty = self.lanes("i32");
+            let ones = self.literal(ty, Operand::Int(-1));
+            self.binary("xor", ty, words, ones)
+        });
         self.branch(any, store, stored);
         self.begin_block(store);
-        let condition = match self.width {
-            1 => None,
-            _ if self.values.masks_in_lanes => Some(self.bits_of_mask_words(words)),
-            _ => Some(bits),
+        let stored_lanes = match kept {
+            Some(kept) => Stored::Except(kept),
+            None if self.width == 1 => Stored::All,
+            None if self.values.masks_in_lanes => Stored::Where(self.bits_of_mask_words(words)),
+            None => Stored::Where(bits),
         };
-        self.store_outputs(condition);
+        self.store_outputs(stored_lanes);
         self.jump(stored);
         self.begin_block(stored);
     }
@@ -279,8 +296,8 @@ impl Emitter<'_, '_> {
         });
     }
 
-    /// Stores all outputs but the accepted one, where `condition` holds.
-    fn store_outputs(&mut self, condition: Option<Operand>) {
+    /// Stores all outputs but the accepted one.
+    fn store_outputs(&mut self, lanes: Stored) {
         let outputs: Vec<(KernelOutput, Value)> = self.outputs().collect();
         for (output, value) in outputs {
             if self.is_accepted(output) {
@@ -289,11 +306,15 @@ impl Emitter<'_, '_> {
             let ty = self.lanes(memory_element(self.kernel.place(output.place).place.scalar));
             let at = self.output_address(output);
             let new = self.memory_operand(value, true);
-            let merged = match condition {
-                None => new,
-                Some(bits) => {
+            let merged = match lanes {
+                Stored::All => new,
+                Stored::Where(bits) => {
                     let old = self.load_to_merge(ty, at);
                     self.select_lanes(bits, ty, new, old)
+                }
+                Stored::Except(kept) => {
+                    self.store_except(kept, ty, new, at);
+                    continue;
                 }
             };
             self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));

@@ -12,6 +12,7 @@
 
 mod approximation;
 mod arithmetic;
+mod blend;
 mod chunk;
 mod control;
 mod emitter;

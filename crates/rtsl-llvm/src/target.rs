@@ -14,6 +14,9 @@ pub struct TargetFeatures {
     /// Masks have registers of their own, so that they are `<W x i1>`; elsewhere they are lanes of 0
     /// and -1 in vector registers, which LLVM does badly when told `<W x i1>`.
     pub mask_registers: bool,
+    /// There is an instruction that blends a vector of 8 lanes with one in memory, by the signs of a
+    /// third.
+    pub blends: bool,
     /// The 32-bit lanes of a vector register.
     pub vector_lanes: u32,
     /// Gathers are instructions that are worth it: on AMD's processors loads lane by lane take less time.
@@ -80,6 +83,7 @@ impl TargetFeatures {
                 (false, true) => 8,
                 (false, false) => 4,
             },
+            blends: triple.starts_with("x86_64") && has_or("avx2", level >= 3),
             gathers: has_or("avx2", level >= 3) && !cpu.starts_with("znver"),
             estimates: match triple.starts_with("x86_64") {
                 false => Estimates::None,

@@ -224,8 +224,8 @@ fn masks_cross_blocks_as_words() {
               %t27 = load ptr, ptr %t26, align 8
               %t28 = getelementptr i8, ptr %t27, i64 136
               %t29 = load ptr, ptr %t28, align 8
-              %t56 = getelementptr i8, ptr %call, i64 24
-              %t57 = load ptr, ptr %t56, align 8
+              %t52 = getelementptr i8, ptr %call, i64 24
+              %t53 = load ptr, ptr %t52, align 8
               %t23 = insertelement <8 x i32> poison, i32 -1, i64 0
               %t24 = shufflevector <8 x i32> %t23, <8 x i32> poison, <8 x i32> zeroinitializer
               %t32 = insertelement <8 x float> poison, float 0x3FF0000000000000, i64 0
@@ -262,73 +262,67 @@ fn masks_cross_blocks_as_words() {
               %t34 = fcmp olt <8 x float> %t31, %t33
               %t35 = zext <8 x i1> %t34 to <8 x i32>
               %t36 = sub <8 x i32> zeroinitializer, %t35
-              %t37 = and <8 x i32> %t25, %t36
-              %t38 = icmp slt <8 x i32> %t37, zeroinitializer
-              %t39 = bitcast <8 x i1> %t38 to i8
-              %t40 = icmp ne i8 %t39, 0
-              br i1 %t40, label %b10, label %b9
-            b10:
-              %t41 = fdiv <8 x float> %t33, %t31
-              %t42 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t41)
-              %t43 = fdiv <8 x float> %t42, %t31
-              %t44 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t43)
-              %t45 = fcmp olt <8 x float> %t44, %t33
-              %t46 = zext <8 x i1> %t45 to <8 x i32>
-              %t47 = sub <8 x i32> zeroinitializer, %t46
-              %t48 = and <8 x i32> %t36, %t47
-              br label %b9
-            b9:
-              %t49 = phi <8 x float> [ %t44, %b10 ], [ %t31, %b4 ]
-              %t50 = phi <8 x i32> [ %t48, %b10 ], [ %t36, %b4 ]
-              %t51 = and <8 x i32> %t50, %t25
-              %t52 = icmp slt <8 x i32> %t51, zeroinitializer
-              %t53 = icmp slt <8 x i32> %t51, zeroinitializer
-              %t54 = bitcast <8 x i1> %t53 to i8
-              %t55 = icmp ne i8 %t54, 0
-              %t58 = getelementptr i32, ptr %t57, i64 %t1
-              br i1 %t8, label %b13, label %b14
-            b13:
-              store <8 x i32> %t51, ptr %t58, align 4
-              br label %b15
-            b14:
-              %t59 = trunc i64 %t6 to i32
-              %t60 = insertelement <8 x i32> poison, i32 %t59, i64 0
-              %t61 = shufflevector <8 x i32> %t60, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t62 = icmp ugt <8 x i32> %t61, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t63 = load volatile <8 x i32>, ptr %t58, align 4
-              %t64 = select <8 x i1> %t62, <8 x i32> %t51, <8 x i32> %t63
-              store <8 x i32> %t64, ptr %t58, align 4
-              br label %b15
-            b15:
-              br i1 %t55, label %b11, label %b12
+              %t37 = fdiv <8 x float> %t33, %t31
+              %t38 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t37)
+              %t39 = fdiv <8 x float> %t38, %t31
+              %t40 = call <8 x float> @llvm.sqrt.v8f32(<8 x float> %t39)
+              %t41 = fcmp olt <8 x float> %t40, %t33
+              %t42 = zext <8 x i1> %t41 to <8 x i32>
+              %t43 = sub <8 x i32> zeroinitializer, %t42
+              %t44 = and <8 x i1> %t34, %t41
+              %t45 = zext <8 x i1> %t44 to <8 x i32>
+              %t46 = sub <8 x i32> zeroinitializer, %t45
+              %t47 = and <8 x i32> %t46, %t25
+              %t48 = icmp slt <8 x i32> %t47, zeroinitializer
+              %t49 = icmp slt <8 x i32> %t47, zeroinitializer
+              %t50 = bitcast <8 x i1> %t49 to i8
+              %t51 = icmp ne i8 %t50, 0
+              %t54 = getelementptr i32, ptr %t53, i64 %t1
+              br i1 %t8, label %b11, label %b12
             b11:
-              %t65 = icmp slt <8 x i32> %t51, zeroinitializer
-              %t66 = getelementptr i32, ptr %t29, i64 %t1
-              %t67 = load volatile <8 x float>, ptr %t66, align 4
-              %t68 = select <8 x i1> %t65, <8 x float> %t49, <8 x float> %t67
-              store <8 x float> %t68, ptr %t66, align 4
-              br label %b12
+              store <8 x i32> %t47, ptr %t54, align 4
+              br label %b13
             b12:
+              %t55 = trunc i64 %t6 to i32
+              %t56 = insertelement <8 x i32> poison, i32 %t55, i64 0
+              %t57 = shufflevector <8 x i32> %t56, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t58 = icmp ugt <8 x i32> %t57, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t59 = load volatile <8 x i32>, ptr %t54, align 4
+              %t60 = select <8 x i1> %t58, <8 x i32> %t47, <8 x i32> %t59
+              store <8 x i32> %t60, ptr %t54, align 4
+              br label %b13
+            b13:
+              %t61 = xor <8 x i32> %t47, %t24
+              br i1 %t51, label %b9, label %b10
+            b9:
+              %t62 = getelementptr i32, ptr %t29, i64 %t1
+              %t63 = bitcast <8 x i32> %t61 to <8 x float>
+              %t64 = load <8 x float>, ptr %t62, align 4
+              %t65 = call <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float> %t40, <8 x float> %t64, <8 x float> %t63)
+              store <8 x float> %t65, ptr %t62, align 4
+              br label %b10
+            b10:
               br label %b6
             b5:
-              %t69 = getelementptr i32, ptr %t57, i64 %t1
-              %t70 = trunc i64 %t6 to i32
-              %t71 = insertelement <8 x i32> poison, i32 %t70, i64 0
-              %t72 = shufflevector <8 x i32> %t71, <8 x i32> poison, <8 x i32> zeroinitializer
-              %t73 = icmp ugt <8 x i32> %t72, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
-              %t74 = load volatile <8 x i32>, ptr %t69, align 4
-              %t75 = select <8 x i1> %t73, <8 x i32> zeroinitializer, <8 x i32> %t74
-              store <8 x i32> %t75, ptr %t69, align 4
+              %t66 = getelementptr i32, ptr %t53, i64 %t1
+              %t67 = trunc i64 %t6 to i32
+              %t68 = insertelement <8 x i32> poison, i32 %t67, i64 0
+              %t69 = shufflevector <8 x i32> %t68, <8 x i32> poison, <8 x i32> zeroinitializer
+              %t70 = icmp ugt <8 x i32> %t69, <i32 0, i32 1, i32 2, i32 3, i32 4, i32 5, i32 6, i32 7>
+              %t71 = load volatile <8 x i32>, ptr %t66, align 4
+              %t72 = select <8 x i1> %t70, <8 x i32> zeroinitializer, <8 x i32> %t71
+              store <8 x i32> %t72, ptr %t66, align 4
               br label %b6
             b6:
               %t2 = add nuw i64 %t1, 8
-              %t76 = icmp ult i64 %t2, %count
-              br i1 %t76, label %b3, label %b1
+              %t73 = icmp ult i64 %t2, %count
+              br i1 %t73, label %b3, label %b1
             b1:
               ret void
             }
 
             declare <8 x float> @llvm.sqrt.v8f32(<8 x float>)
+            declare <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float>, <8 x float>, <8 x float>)
 
             attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }

@@ -327,6 +327,55 @@ fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
 }
 
 #[test]
+fn to_what_is_loaded_the_opposite_is_added() {
+    let text = "function f state rt_HitDistance: f32[1] member m: f32[1] {
+        %t: f32 = load state:rt_HitDistance@0
+        %m: f32 = load member:m@0
+        %a: f32 = subtract %t, %m
+        %b: f32 = subtract %a, %m
+        %c: f32 = subtract %m, %b
+        %d: f32 = subtract %c, %t
+        return state:rt_HitDistance@0 = %d
+    }";
+    let lowered = |shape| {
+        let text = lower(text, shape, 8).unwrap().to_string();
+        text[text.find("  prologue").unwrap()..].to_owned()
+    };
+    expect![[r#"
+          prologue {
+            %2 = load m[0] : f32
+            %3 = negate %2 : f32
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32xW
+            %4 = add %1, %3 : f32xW
+            %5 = subtract %4, %2 : f32xW
+            %6 = subtract %2, %5 : f32xW
+            %7 = subtract %6, %1 : f32xW
+          }
+          rt_HitDistance[0] = %7
+        }
+    "#]]
+    .assert_eq(&lowered(Shape::Packet));
+    // There the opposite would be work of its own.
+    expect![[r#"
+          prologue {
+          }
+          chunk (%0: mask) {
+            %1 = load rt_HitDistance[0] : f32
+            %2 = load m[0] : f32
+            %3 = subtract %1, %2 : f32
+            %4 = subtract %3, %2 : f32
+            %5 = subtract %2, %4 : f32
+            %6 = subtract %5, %1 : f32
+          }
+          rt_HitDistance[0] = %6
+        }
+    "#]]
+    .assert_eq(&lowered(Shape::Single));
+}
+
+#[test]
 fn one_ray_branches() {
     let text = format!(
         "function f state rt_HitDistance: f32[1] {{
