@@ -146,34 +146,44 @@ impl Rays {
 impl Subject<Rays> for Way {
     fn run(&self, rays: &mut Rays, times: u32) {
         let Rays { states, scratch, accepted, distance, objects, members } = rays;
-        let mut call = |kernel: &Kernel, state: &mut LaneBlock, count, instances| {
-            let status = kernel.call(CallArguments {
-                state,
-                scratch: &mut *scratch,
-                count,
-                mask: None,
-                accepted: Some(&mut *accepted),
-                instances,
-                host: &mut NoHost,
-            });
-            debug_assert!(!status.budget_exhausted, "there is no budget");
-        };
         for _ in 0..times {
             for state in &mut *states {
                 state.floats_mut(*distance)[0] = f32::INFINITY;
                 match self {
                     Way::Single(kernel) => {
                         for object in &*objects {
-                            call(kernel, state, 1, Instances::One(object));
+                            let instances = Instances::One(object);
+                            call(kernel, (state, scratch, accepted), 1, instances);
                         }
                     }
                     Way::Together(kernel) => {
-                        call(kernel, state, OBJECTS, Instances::Range(members, 0));
+                        let instances = Instances::Range(members, 0);
+                        call(kernel, (state, scratch, accepted), OBJECTS, instances);
                     }
                 }
             }
         }
     }
+}
+
+/// Inlined, as `Kernel::call` is: no way is to pay for passing arguments on.
+#[inline(always)]
+fn call(
+    kernel: &Kernel,
+    (state, scratch, accepted): (&mut LaneBlock, &mut LaneBlock, &mut LaneMask),
+    count: usize,
+    instances: Instances<'_>,
+) {
+    let status = kernel.call(CallArguments {
+        state,
+        scratch,
+        count,
+        mask: None,
+        accepted: Some(accepted),
+        instances,
+        host: &mut NoHost,
+    });
+    debug_assert!(!status.budget_exhausted, "there is no budget");
 }
 
 impl Display for LeafResult {

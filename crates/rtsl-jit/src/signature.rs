@@ -50,7 +50,7 @@ impl Signature {
     ///
     /// # Panics
     /// If they have not: the caller mixed up classes or shapes.
-    // Inlined, as is what it calls for one instance: see `CompiledKernel::call`.
+    // Inlined, as is what it calls: see `CompiledKernel::call`.
     #[inline(always)]
     pub fn check(&self, call: &CallArguments<'_>) {
         match (self.shape, call.instances) {
@@ -58,42 +58,26 @@ impl Signature {
                 self.check_rays(call);
                 self.check_blocks(block.words().len(), block.entries());
             }
-            (_, Instances::One(_) | Instances::Many(..) | Instances::Range(..)) => {
-                self.check_many(call);
-            }
-        }
-        if self.shape == Shape::Single {
-            let is_one = call.count == 1 && call.mask.is_none();
-            assert!(is_one, "the single shape takes one ray and no mask");
-        }
-    }
-
-    /// Checks calls for many instances.
-    fn check_many(&self, call: &CallArguments<'_>) {
-        let count = call.count;
-        match (self.shape, call.instances) {
-            (Shape::Stream, Instances::Many(table, indices)) => {
-                self.check_rays(call);
-                let indices = indices.as_slice();
-                assert!(indices.len() >= count, "every ray has an instance");
-                let number = table.blocks().len();
-                assert!(
-                    number > 0 && indices.iter().all(|index| (*index as usize) < number),
-                    "every ray's instance is in the table"
-                );
-                self.check_blocks(table.least_words(), table.entries());
-            }
             (Shape::Leaf, Instances::Range(members, first)) => {
-                self.check_lanes(call, if self.accepts { 1 } else { count.max(1) });
-                let end = (first as usize).checked_add(count);
+                self.check_lanes(call, if self.accepts { 1 } else { call.count.max(1) });
+                let end = (first as usize).checked_add(call.count);
                 let number = members.instances().len();
                 assert!(end.is_some_and(|end| end <= number), "the block has all objects");
                 assert!(number <= abi::NO_OBJECT as usize, "objects have numbers");
                 self.check_blocks(members.least_words(), members.entries());
             }
+            (Shape::Stream, Instances::Many(table, indices)) => {
+                self.check_rays(call);
+                check_indices(indices.as_slice(), call.count, table.blocks().len());
+                self.check_blocks(table.least_words(), table.entries());
+            }
             (shape, Instances::One(_) | Instances::Many(..) | Instances::Range(..)) => {
                 panic!("the {} shape takes its instances in another form", shape.name())
             }
+        }
+        if self.shape == Shape::Single {
+            let is_one = call.count == 1 && call.mask.is_none();
+            assert!(is_one, "the single shape takes one ray and no mask");
         }
     }
 
@@ -129,6 +113,13 @@ impl Signature {
         let has_all = self.buffers.iter().all(|buffer| entries.contains(buffer));
         assert!(has_all, "the instance has the buffers of the class");
     }
+}
+
+/// Checks that so many rays have the number of one of `instances`.
+fn check_indices(indices: &[u32], rays: usize, instances: usize) {
+    assert!(indices.len() >= rays, "every ray has an instance");
+    let are_in_table = indices.iter().all(|index| (*index as usize) < instances);
+    assert!(instances > 0 && are_in_table, "every ray's instance is in the table");
 }
 
 /// The state components that a kernel loads or stores.
