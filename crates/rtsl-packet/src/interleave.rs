@@ -42,6 +42,12 @@ const WAITING: [f32; 2] = [1.04, 1.19];
 /// hold then costs nothing.
 const WAITING_FOR_DIVIDER: [f32; 2] = [0.4, 0.9];
 
+/// The same for two where both fit into what the processor looks ahead.
+const WAITING_IN_SIGHT: f32 = 0.9;
+
+/// So many operations of a chunk fit twice.
+const IN_SIGHT: u32 = 100;
+
 /// Up to so many operations, the loop over chunks itself is a good part of the work.
 const SHORT: u32 = 50;
 
@@ -77,7 +83,11 @@ fn suitable(kernel: &Kernel) -> Option<u32> {
 fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
     let waiting = estimate.waiting / estimate.busy().max(1.0);
     let divides = estimate.divider > 1.5 * estimate.issue;
-    let [for_two, for_four] = if divides { WAITING_FOR_DIVIDER } else { WAITING };
+    let [for_two, for_four] = match (divides, estimate.operations <= IN_SIGHT) {
+        (true, _) => WAITING_FOR_DIVIDER,
+        (false, true) => [WAITING_IN_SIGHT, WAITING[1]],
+        (false, false) => WAITING,
+    };
     let is_short = estimate.operations <= SHORT;
     // What accepts hits stores them only if there are any: the fewer rays are asked, the rarer.
     let accepts = kernel.accepted_output().is_some();
