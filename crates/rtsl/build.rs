@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 fn main() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    // Asked for when it runs: a build folder that was copied may bring a script compiled elsewhere.
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
+    let root = Path::new(&package).join("../..");
     let out = std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
     for folder in ["shaders", "prelude"] {
         let list = Path::new(&out).join(format!("{folder}_files.rs"));

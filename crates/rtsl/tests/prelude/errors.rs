@@ -145,8 +145,8 @@ fn floats(stride: u64, domain: impl Fn(f32) -> bool) -> Vec<[f32; 2]> {
     special.into_iter().chain(dense).filter(|x| domain(*x)).map(|x| [x, 0.0]).collect()
 }
 
-/// Pairs whose power is mostly a finite number: any bases, exponents of the fitting size, and
-/// bases near 1.
+/// Pairs whose power is mostly a finite number: any bases, exponents of the fitting size, bases near 1, and
+/// powers where the range ends.
 fn powers(count: usize) -> Vec<[f32; 2]> {
     let mut random = Random(2);
     (0..count)
@@ -156,7 +156,11 @@ fn powers(count: usize) -> Vec<[f32; 2]> {
             } else {
                 f32::from_bits(random.next() as u32 & 0x7f7f_ffff).max(f32::MIN_POSITIVE)
             };
-            let exponent = random.unit() * 260.0 - 130.0;
+            let exponent = match index % 8 {
+                1 => 128.0 + (random.unit() - 0.5) * 1e-4,
+                2 => -126.0 + (random.unit() - 0.5) * 1e-4,
+                _ => random.unit() * 260.0 - 130.0,
+            };
             [x, (exponent / f64::from(x).log2()).clamp(-1e30, 1e30) as f32]
         })
         .filter(|[x, _]| *x != 1.0)
