@@ -148,10 +148,10 @@ impl<'a> Facts<'a> {
 }
 
 /// How often values are used in a region and those inside.
-struct Uses(HashMap<Value, usize>);
+pub(super) struct Uses(HashMap<Value, usize>);
 
 impl Uses {
-    fn of(region: &Region) -> Uses {
+    pub(super) fn of(region: &Region) -> Uses {
         let mut uses = Uses(HashMap::new());
         uses.region(region);
         uses
@@ -165,19 +165,20 @@ impl Uses {
         region.yields.iter().for_each(|value| *self.0.entry(*value).or_default() += 1);
     }
 
-    fn count(&self, value: Value) -> usize {
+    pub(super) fn count(&self, value: Value) -> usize {
         self.0.get(&value).copied().unwrap_or(0)
     }
 }
 
-/// Removes selects, and the logic of their conditions, that nothing uses.
-fn remove_unused(region: &mut Region) {
+/// Removes selects, and their conditions, that nothing uses.
+pub(super) fn remove_unused(region: &mut Region) {
     let mut uses = Uses::of(region);
     let mut kept = Vec::with_capacity(region.ops.len());
     for op in std::mem::take(&mut region.ops).into_iter().rev() {
         let removable = matches!(
             op.kind,
             OpKind::Select(..)
+                | OpKind::Compare(..)
                 | OpKind::Unary(UnaryOp::Not, _)
                 | OpKind::Binary(BinaryOp::And | BinaryOp::Or, ..)
         );

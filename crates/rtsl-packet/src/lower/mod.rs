@@ -10,6 +10,7 @@ mod control;
 mod cost;
 mod hoist;
 mod host;
+mod implied;
 mod memory;
 mod nan_bits;
 mod nan_shadow;
@@ -83,6 +84,7 @@ pub fn lower(
     lowering.run()?;
     let mut kernel = lowering.kernel;
     acceptance::run(&mut kernel);
+    implied::run(&mut kernel);
     debug_assert_eq!(verify(&kernel), Ok(()), "{kernel}");
     Ok(kernel)
 }
