@@ -296,8 +296,10 @@ fn power_of_two_inverse(value: f32) -> Option<f32> {
 mod tests {
     use expect_test::{Expect, expect};
 
+    use rtsl_ir::generate::Entropy;
+
     use super::*;
-    use crate::testing::{check_preserves, transformed};
+    use crate::testing::{check_preserves, function_of, outcome, transformed};
 
     /// Uses what is known and then removes what is unused.
     fn check(text: &str, expected: Expect) {
@@ -443,6 +445,57 @@ mod tests {
             return scratch:f@0 = %4, scratch:f@1 = %6
         "#]],
         );
+    }
+
+    /// A function of floats alone, with bounds, signs and conditions at every step.
+    fn expression(random: &mut Entropy<'_>) -> String {
+        let constants = ["0", "-0.0", "1", "-1", "88.7", "1e-40", "-3e38"].iter().enumerate();
+        let constants = constants.map(|(i, value)| format!("%{}: f32 = constant {value} ", i + 4));
+        let loads = (0..4).map(|index| format!("%{index}: f32 = load scratch:f@{index} "));
+        let mut text: String = loads.chain(constants).collect();
+        for count in 11..36 {
+            text += &step(random, count);
+        }
+        text + "return scratch:f@0 = %35, scratch:f@1 = %34, scratch:f@2 = %33, scratch:f@3 = %32"
+    }
+
+    /// An operation on some of the first `count` values, and that value.
+    fn step(random: &mut Entropy<'_>, count: usize) -> String {
+        let [a, b, c] = std::array::from_fn(|_| random.below(count));
+        let unary = random.choose(&["abs", "negate", "sqrt", "floor", "ceil", "round_even"]);
+        let binary = random.choose(&["add", "subtract", "multiply", "divide"]);
+        let bound = random.choose(&["min", "max"]);
+        let compare = random.choose(&["less", "less_equal", "greater", "equal", "not_equal"]);
+        let condition = format!("%c{count}: bool = {compare} %{a}, %{b} %{count}: f32 =");
+        match random.below(8) {
+            0 => format!("%{count}: f32 = {unary} %{a} "),
+            1 | 2 => format!("%{count}: f32 = {bound} %{a}, %{b} "),
+            3 => format!("%{count}: f32 = {binary} %{a}, %{b} "),
+            4 => format!("%{count}: f32 = fma %{a}, %{a}, %{b} "),
+            5 => format!("%{count}: f32 = fma %{a}, %{b}, %{c} "),
+            6 => format!("{condition} select %c{count}, %{a}, %{c} "),
+            _ => format!(
+                "{condition} if %c{count} {{ %i{count}: f32 = {unary} %{a} yield %i{count} }}
+                 else {{ %j{count}: f32 = {bound} %{b}, %{a} yield %j{count} }} "
+            ),
+        }
+    }
+
+    #[test]
+    fn expressions_of_floats_keep_their_bits() {
+        let mut changed = 0;
+        for seed in 0..400 {
+            let before = function_of(&expression(&mut Entropy::new(&Entropy::bytes(seed, 800))));
+            let mut after = before.clone();
+            run(&mut after);
+            changed += u32::from(before.to_string() != after.to_string());
+            for inputs in 0..20 {
+                let inputs = Entropy::bytes(seed ^ (inputs << 40), 600);
+                let (expected, found) = (outcome(&before, &inputs), outcome(&after, &inputs));
+                assert_eq!(expected, found, "seed {seed}\n{before}\n{after}");
+            }
+        }
+        assert!(changed > 200, "{changed} changed");
     }
 
     #[test]
