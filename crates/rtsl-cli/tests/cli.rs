@@ -316,7 +316,7 @@ void lookup()
 {
     float x = rt_TextureUV.x;
     if (x > 2.0) x = 1.0 / (1.0 + 2.0 / (1.0 + 3.0 / (1.0 + 4.0 / (1.0 + x))));
-    if (x * x < -1.0) x = sqrt(-x);
+    if (x - x > 1.0) x = sqrt(-x);
     rt_FloatTextureValue = sqrt(x);
 }
 ";
