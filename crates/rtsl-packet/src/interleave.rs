@@ -11,15 +11,15 @@
 //! | kernel | waiting | 1 | 2 | 4 |
 //! |---|---|---|---|---|
 //! | torus, by sphere tracing | 3.7 | 38.0 | 24.4 | 17.9 |
-//! | torus, zeros of a quartic | 2.2 | 99.8 | 65.3 | 54.2 |
+//! | torus, zeros of a quartic | 2.2 | 99.8 | 65.3 | 56.4 |
 //! | thin lens | 1.2 | 2.32 | 2.10 | 1.94 |
-//! | pow | 1.2 | 1.62 | 1.42 | 1.26 |
+//! | pow | 1.1 | 1.41 | 1.22 | 1.11 |
 //! | Ward | 1.05 | 2.55 | 2.17 | 2.21 |
 //! | GGX, of which the divider does most | 1.0 | 6.79 | 5.09 | 4.68 |
 //! | dielectric | 1.0 | 2.45 | 3.15 | 3.39 |
-//! | triangle | 1.0 | 1.36 | 1.43 | 1.45 |
-//! | log | 0.8 | 0.53 | 0.52 | 0.42 |
-//! | sphere | 0.7 | 0.98 | 0.94 | 0.99 |
+//! | triangle | 0.6 | 1.27 | 1.26 | 1.31 |
+//! | log | 0.7 | 0.50 | 0.50 | 0.41 |
+//! | sphere | 0.6 | 0.86 | 0.89 | 0.95 |
 //! | exp | 0.6 | 0.37 | 0.36 | 0.33 |
 //! | noise, hashed, a loop | 0.6 | 19.8 | 17.5 | 20.9 |
 //! | noise, from a table, a loop | 0.5 | 41.5 | 37.3 | 45.4 |
@@ -42,8 +42,8 @@ const WAITING: [f32; 2] = [1.04, 1.19];
 /// hold then costs nothing.
 const WAITING_FOR_DIVIDER: [f32; 2] = [0.4, 0.9];
 
-/// The same for two where both fit into what the processor looks ahead.
-const WAITING_IN_SIGHT: f32 = 0.9;
+/// The same where two chunks fit into what the processor looks ahead.
+const WAITING_IN_SIGHT: [f32; 2] = [0.9, 1.1];
 
 /// So many operations of a chunk fit twice.
 const IN_SIGHT: u32 = 100;
@@ -85,7 +85,7 @@ fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
     let divides = estimate.divider > 1.5 * estimate.issue;
     let [for_two, for_four] = match (divides, estimate.operations <= IN_SIGHT) {
         (true, _) => WAITING_FOR_DIVIDER,
-        (false, true) => [WAITING_IN_SIGHT, WAITING[1]],
+        (false, true) => WAITING_IN_SIGHT,
         (false, false) => WAITING,
     };
     let is_short = estimate.operations <= SHORT;
