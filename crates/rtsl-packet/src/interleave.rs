@@ -56,7 +56,7 @@ const SHORT: u32 = 50;
 const MOST_OPERATIONS: u32 = 700;
 
 /// The most where chunks are done one by one, and a full one saves no more than the tests of its mask.
-const MOST_ALONE: u32 = 200;
+const MOST_ALONE: u32 = 100;
 
 /// The most bytes that local arrays may take for all chunks that are done at a time: a part of the first cache.
 const MOST_SLOT_BYTES: u32 = 8192;

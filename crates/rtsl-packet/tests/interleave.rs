@@ -64,7 +64,7 @@ fn wide(sums: u32) -> String {
 
 #[test]
 fn wide_code_is_not_interleaved() {
-    assert_eq!(chosen(&wide(80)), Some(1));
+    assert_eq!(chosen(&wide(45)), Some(1));
     assert_eq!(chosen(&wide(120)), None, "too long for a function of its own");
 }
 
