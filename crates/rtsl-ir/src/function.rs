@@ -124,6 +124,13 @@ impl Function {
         self.values.extend_from_slice(scalars);
         Values { first, count: scalars.len() as u32 }
     }
+
+    /// Appends an operation with one result, of this type, to `ops`, and gives the result.
+    pub fn push(&mut self, ops: &mut Vec<Op>, scalar: Scalar, kind: OpKind) -> Value {
+        let results = self.new_values(&[scalar]);
+        ops.push(Op { results, precise: false, kind });
+        results.get(0)
+    }
 }
 
 /// Values by their old numbers, and the types by the new ones.

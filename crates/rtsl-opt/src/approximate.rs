@@ -124,9 +124,7 @@ impl Approximation<'_> {
     }
 
     fn push(&mut self, kind: OpKind, before: &mut Vec<Op>) -> Value {
-        let results = self.function.new_values(&[Scalar::F32]);
-        before.push(Op { results, precise: false, kind });
-        results.get(0)
+        self.function.push(before, Scalar::F32, kind)
     }
 }
 

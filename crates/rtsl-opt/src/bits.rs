@@ -199,9 +199,7 @@ impl Choices<'_> {
             OpKind::Binary(_, a, _) => self.function.scalar(a),
             _ => Scalar::U32,
         };
-        let results = self.function.new_values(&[scalar]);
-        before.push(Op { results, precise: false, kind });
-        results.get(0)
+        self.function.push(before, scalar, kind)
     }
 }
 

@@ -74,22 +74,22 @@ impl Instrumentation<'_> {
         let mut start = Vec::new();
         let count = self.load(&mut start);
         let kind = OpKind::Binary(BinaryOp::Add, count, self.one);
-        let next = self.push(&mut start, Scalar::I32, kind);
+        let next = self.function.push(&mut start, Scalar::I32, kind);
         let kind = OpKind::Store(self.counter, Index::Constant(0), next);
         start.push(Op { results: Default::default(), precise: false, kind });
         body.ops.splice(0..0, start);
 
         let count = self.load(&mut body.ops);
         let kind = OpKind::Compare(CompareOp::LessEqual, count, self.limit);
-        let within = self.push(&mut body.ops, Scalar::Bool, kind);
+        let within = self.function.push(&mut body.ops, Scalar::Bool, kind);
         let kind = OpKind::Binary(BinaryOp::And, body.yields[0], within);
-        body.yields[0] = self.push(&mut body.ops, Scalar::Bool, kind);
+        body.yields[0] = self.function.push(&mut body.ops, Scalar::Bool, kind);
     }
 
     fn report(&mut self, body: &mut Region) {
         let count = self.load(&mut body.ops);
         let kind = OpKind::Compare(CompareOp::Greater, count, self.limit);
-        let condition = self.push(&mut body.ops, Scalar::Bool, kind);
+        let condition = self.function.push(&mut body.ops, Scalar::Bool, kind);
         let report = Op { results: Default::default(), precise: false, kind: OpKind::ReportBudget };
         let then = Region { ops: vec![report], ..Region::default() };
         let kind = OpKind::If { condition, then, otherwise: Region::default() };
@@ -97,13 +97,7 @@ impl Instrumentation<'_> {
     }
 
     fn load(&mut self, ops: &mut Vec<Op>) -> Value {
-        self.push(ops, Scalar::I32, OpKind::Load(self.counter, Index::Constant(0)))
-    }
-
-    fn push(&mut self, ops: &mut Vec<Op>, scalar: Scalar, kind: OpKind) -> Value {
-        let results = self.function.new_values(&[scalar]);
-        ops.push(Op { results, precise: false, kind });
-        results.get(0)
+        self.function.push(ops, Scalar::I32, OpKind::Load(self.counter, Index::Constant(0)))
     }
 }
 

@@ -112,10 +112,7 @@ impl Contraction<'_> {
     }
 
     fn negated(&mut self, value: Value, before: &mut Vec<Op>) -> Value {
-        let results = self.function.new_values(&[Scalar::F32]);
-        let kind = OpKind::Unary(UnaryOp::Negate, value);
-        before.push(Op { results, precise: false, kind });
-        results.get(0)
+        self.function.push(before, Scalar::F32, OpKind::Unary(UnaryOp::Negate, value))
     }
 }
 

@@ -135,20 +135,24 @@ impl Joining<'_> {
             let OpKind::If { condition, then, otherwise } = op.kind else { continue };
             let condition = self.seldom[&condition];
             any = Some(match any {
-                Some(any) => self.push(OpKind::Binary(BinaryOp::Or, any, condition), ops),
+                Some(any) => {
+                    let kind = OpKind::Binary(BinaryOp::Or, any, condition);
+                    self.function.push(ops, Scalar::Bool, kind)
+                }
                 None => condition,
             });
             ops.extend(otherwise.ops);
             rare.ops.extend(then.ops);
             for (a, b) in then.yields.into_iter().zip(&otherwise.yields) {
-                let kind = OpKind::Select(condition, a, *b);
-                rare.yields.push(self.push(kind, &mut rare.ops));
+                let (scalar, kind) = (self.function.scalar(a), OpKind::Select(condition, a, *b));
+                rare.yields.push(self.function.push(&mut rare.ops, scalar, kind));
             }
             usual.yields.extend(otherwise.yields);
             replaced.extend(op.results.iter());
         }
         let Some(any) = any else { return };
-        let condition = self.push(OpKind::Unary(UnaryOp::Seldom, any), ops);
+        let kind = OpKind::Unary(UnaryOp::Seldom, any);
+        let condition = self.function.push(ops, Scalar::Bool, kind);
         let scalars: Vec<Scalar> =
             replaced.iter().map(|value| self.function.scalar(*value)).collect();
         let results = self.function.new_values(&scalars);
@@ -157,16 +161,6 @@ impl Joining<'_> {
         }
         let kind = OpKind::If { condition, then: rare, otherwise: usual };
         ops.push(Op { results, precise: false, kind });
-    }
-
-    fn push(&mut self, kind: OpKind, ops: &mut Vec<Op>) -> Value {
-        let scalar = match kind {
-            OpKind::Select(_, a, _) => self.function.scalar(a),
-            _ => Scalar::Bool,
-        };
-        let results = self.function.new_values(&[scalar]);
-        ops.push(Op { results, precise: false, kind });
-        results.get(0)
     }
 }
 
@@ -323,10 +317,8 @@ mod tests {
                 make_rare(function, region);
             }
             if let OpKind::If { condition, .. } = &mut op.kind {
-                let results = function.new_values(&[Scalar::Bool]);
                 let kind = OpKind::Unary(UnaryOp::Seldom, *condition);
-                region.ops.push(Op { results, precise: false, kind });
-                *condition = results.get(0);
+                *condition = function.push(&mut region.ops, Scalar::Bool, kind);
             }
             region.ops.push(op);
         }

@@ -98,10 +98,8 @@ impl Merging<'_> {
         op.kind.for_each_operand_mut(|operand| {
             let other = others.next().unwrap_or(*operand);
             if *operand != other {
-                let results = function.new_values(&[function.scalar(*operand)]);
                 let kind = OpKind::Select(condition, *operand, other);
-                before.push(Op { results, precise: false, kind });
-                *operand = results.get(0);
+                *operand = function.push(before, function.scalar(*operand), kind);
             }
         });
         self.substitution.set_all(other.results, op.results.iter());

@@ -473,11 +473,10 @@ impl Use<'_> {
                 if self.ranges.get(a)?.high > i64::from(i32::MAX) {
                     return None;
                 }
-                let results = self.function.new_values(&[Scalar::I32]);
                 let kind = OpKind::Convert(Scalar::I32, a);
-                before.push(Op { results, precise: false, kind });
+                let signed = self.function.push(before, Scalar::I32, kind);
                 self.ranges.add(Scalar::I32, self.ranges.get(a));
-                Some(Rewritten::Kind(OpKind::Convert(Scalar::F32, results.get(0))))
+                Some(Rewritten::Kind(OpKind::Convert(Scalar::F32, signed)))
             }
             _ => None,
         }
