@@ -16,6 +16,7 @@ mod shaders;
 mod shading;
 mod specialisation;
 mod surface;
+mod tile_sample;
 mod variables;
 mod workspace;
 

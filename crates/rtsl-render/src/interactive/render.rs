@@ -12,10 +12,11 @@ use crate::film::Image;
 use crate::messages::Messages;
 use crate::statistics::RayCounts;
 
-use super::camera::{CameraRays, TILE, Tile, camera_rays};
+use super::camera::{TILE, Tile};
 use super::compiled::CompiledScene;
-use super::shading::{Tracer, radiance};
+use super::shading::Tracer;
 use super::specialisation::SPECIALISE_AFTER;
+use super::tile_sample::sample_tile;
 use super::workspace::{Problems, Workspace};
 
 /// How to render.
@@ -132,11 +133,9 @@ impl<'a> Job<'a> {
     }
 
     fn render_tile(&self, workspace: &mut Workspace, tile: Tile, start: Instant) {
-        let settings = &self.scene.settings;
         let tracer = Tracer { scene: self.scene, problems: &self.problems };
-        let lanes = tile.lanes(settings.width, settings.height);
-        let samples = settings.sampler.samples_per_pixel();
-        let mut sums = [[0.0_f32; 3]; LANES];
+        let samples = self.scene.settings.sampler.samples_per_pixel();
+        let mut sums = [[0.0; 3]; LANES];
         let mut taken = 0;
         let mut dropped = 0;
         for sample in 0..samples {
@@ -146,18 +145,7 @@ impl<'a> Job<'a> {
                 break;
             }
             taken += 1;
-            let CameraRays { rays, mut context, weights } =
-                camera_rays(&tracer, workspace, tile, sample);
-            workspace.rays.camera += u64::from(lanes.count_ones());
-            let colors = radiance(&tracer, workspace, &rays, lanes, &mut context, 0);
-            for lane in lanes_of(lanes) {
-                let color = [0, 1, 2].map(|c: usize| colors[c][lane] * weights[c][lane]);
-                if color.iter().all(|channel| channel.is_finite()) {
-                    (0..3).for_each(|channel| sums[lane][channel] += color[channel]);
-                } else {
-                    dropped += 1;
-                }
-            }
+            dropped += sample_tile(&tracer, workspace, tile, sample).add_to(&mut sums);
         }
         self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / taken as f32)));
         self.dropped.fetch_add(dropped, Ordering::Relaxed);

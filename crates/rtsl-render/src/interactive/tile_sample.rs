@@ -1,0 +1,54 @@
+//! One sample of every pixel of a tile, and the sums of such samples: what a batch render and an
+//! interactive session have in common.
+
+use crate::acceleration::{LANES, LaneMask, lanes_of};
+
+use super::camera::{CameraRays, Tile, camera_rays};
+use super::shading::{PacketColors, Tracer, radiance};
+use super::workspace::Workspace;
+
+/// One sample of every pixel of a tile.
+pub struct TileSample {
+    /// The lanes whose pixels lie inside the image.
+    pub lanes: LaneMask,
+    /// The radiance that each brings back, weighted by the camera; may be infinite or NaN.
+    pub colors: PacketColors,
+}
+
+/// Takes one sample of every pixel of a tile. Its colours depend on the scene, the pixels and the
+/// number of the sample alone.
+pub fn sample_tile(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    tile: Tile,
+    sample: u32,
+) -> TileSample {
+    let settings = &tracer.scene.settings;
+    let lanes = tile.lanes(settings.width, settings.height);
+    let CameraRays { rays, mut context, weights } = camera_rays(tracer, workspace, tile, sample);
+    workspace.rays.camera += u64::from(lanes.count_ones());
+    let mut colors = radiance(tracer, workspace, &rays, lanes, &mut context, 0);
+    for (channel, weights) in colors.iter_mut().zip(&weights) {
+        lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
+    }
+    TileSample { lanes, colors }
+}
+
+/// Sums of the samples of a tile's pixels.
+pub type TileSums = [[f32; 3]; LANES];
+
+impl TileSample {
+    /// Adds the colours that are finite; returns how many are not, which count as black.
+    pub fn add_to(&self, sums: &mut TileSums) -> u64 {
+        let mut dropped = 0;
+        for lane in lanes_of(self.lanes) {
+            let color = [0, 1, 2].map(|channel: usize| self.colors[channel][lane]);
+            if color.iter().all(|channel| channel.is_finite()) {
+                (0..3).for_each(|channel| sums[lane][channel] += color[channel]);
+            } else {
+                dropped += 1;
+            }
+        }
+        dropped
+    }
+}
