@@ -36,6 +36,45 @@ pub struct Class {
     pub methods: BTreeMap<Method, Function>,
 }
 
+/// The annotation that marks the element parameter, and names its buffer.
+pub const ELEMENT: &str = "element";
+/// The annotation beside it: how many entries of the buffer belong to one object.
+pub const STRIDE: &str = "stride";
+
+/// What tells apart the many objects that hosts make of one instance, such as the triangles of a
+/// mesh: a parameter counts `stride` entries of a buffer at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Element<'a> {
+    /// The parameter: 0 for the first object.
+    pub parameter: &'a str,
+    /// The buffer.
+    pub buffer: &'a str,
+    /// Entries of the buffer for each object, at least 1.
+    pub stride: u32,
+}
+
+impl Class {
+    /// The class's element parameter, if it has one.
+    pub fn element(&self) -> Option<Element<'_>> {
+        self.parameters.iter().find_map(|parameter| {
+            let AnnotationValue::Text(buffer) = parameter.annotation(ELEMENT)? else { return None };
+            let stride = match parameter.annotation(STRIDE) {
+                Some(AnnotationValue::Constant(stride)) => stride.bits().max(1),
+                Some(AnnotationValue::None | AnnotationValue::Text(_)) | None => 1,
+            };
+            Some(Element { parameter: &parameter.name, buffer, stride })
+        })
+    }
+}
+
+impl Parameter {
+    /// The value of an annotation.
+    pub fn annotation(&self, key: &str) -> Option<&AnnotationValue> {
+        let annotation = self.annotations.iter().find(|annotation| annotation.key == key);
+        annotation.map(|annotation| &annotation.value)
+    }
+}
+
 /// What a host may set when it makes an instance.
 #[derive(Clone, Debug)]
 pub struct Parameter {

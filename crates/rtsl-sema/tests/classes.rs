@@ -93,6 +93,15 @@ fn wrong_declarations() {
         ("W0332", "class A : rt_Texture;\n[[colour 3]] public float x = 1.0;"),
         ("E0316", "class A : rt_Texture;\n[[min \"a\"]] public float x = 1.0;"),
         ("E0309", "class A : rt_Texture;\n[[min rand()]] public float x = 1.0;"),
+        ("E0318", "class A : rt_Texture;\n[[element \"b\"]] public int i;"),
+        ("E0318", "class A : rt_Texture;\npublic int b[];\n[[element \"b\"]] public float i;"),
+        ("E0318", "class A : rt_Texture;\npublic int b[];\n[[element \"b\"]] private int i;"),
+        ("E0318", "class A : rt_Texture;\npublic int b[];\n[[element \"b\"]] public int i, j;"),
+        (
+            "E0318",
+            "class A : rt_Texture;\npublic int b[];\n[[element \"b\", stride 0]] public int i;",
+        ),
+        ("E0318", "class A : rt_Texture;\n[[stride 3]] public int i = 0;"),
         (
             "E0221",
             "class A : rt_Texture;\nfloat f();\nvoid lookup() { rt_FloatTextureValue = f(); }",

@@ -148,6 +148,7 @@ diagnostics! {
     E0315 ILLUMINANCE_ARGUMENTS "an `illuminance` with the wrong number of arguments";
     E0316 ANNOTATION_VALUE "an annotation with a value of the wrong kind";
     E0317 PRIVATE_REFERENCE "a reference that no host can set";
+    E0318 BAD_ELEMENT "an element parameter that fits no buffer";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";

@@ -84,6 +84,21 @@ impl Instance {
         Some(&self.members[index])
     }
 
+    /// How many objects hosts make of this instance, where its class has an
+    /// [element parameter](Class::element): as many as its buffer has whole strides.
+    pub fn element_count(&self) -> Option<u32> {
+        let element = self.class.element()?;
+        let is_buffer = |name: &str| {
+            let rest = name.strip_prefix(element.buffer);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let index = self.class.buffers.iter().position(|place| is_buffer(&place.name))?;
+        let entry_words = self.class.buffers[index].len.max(1) as usize;
+        let entries = self.buffers[index].len() / entry_words;
+        // Element parameters are i32 or u32, and indices i32.
+        Some((entries / element.stride as usize).min(i32::MAX as usize) as u32)
+    }
+
     /// The instance's data, with that of all it refers to, as kernels read it.
     pub(crate) fn block(&self, layout: &Layout) -> InstanceBlock {
         let mut words = vec![0; layout.block_words as usize];

@@ -65,7 +65,8 @@ pub use value::{Numbers, Value};
 pub use variant::{KnownMembers, Outputs, Variant};
 
 pub use rtsl_ir::class::{
-    Annotation, AnnotationValue, Class, Parameter, ParameterTarget, ParameterType, Reference,
+    Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
+    Reference,
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{

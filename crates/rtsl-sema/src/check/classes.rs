@@ -42,7 +42,7 @@ pub(super) struct ClassContext {
     pub(super) roles_unknown: bool,
     pub(super) names: Level,
     pub(super) members: Vec<Member>,
-    constructor: Option<Constructor>,
+    pub(super) constructor: Option<Constructor>,
     methods: Vec<(Method, FunctionId)>,
 }
 
@@ -62,6 +62,7 @@ impl<'a> Checker<'a> {
         let mut functions = self.declare_functions(&items);
         self.declare_members(&items);
         functions.extend(self.declare_constructors(&items));
+        self.check_elements();
         self.check_bodies(&functions);
         self.check_misspelled_methods(&functions);
         self.add_implied_methods(class);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::Constant;
-use rtsl_ir::class::{Annotation, AnnotationValue};
+use rtsl_ir::class::{Annotation, AnnotationValue, ELEMENT, STRIDE};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, Qualifier};
 
@@ -16,7 +16,7 @@ use super::types::TypePlace;
 use crate::hir::{Expression, Member, MemberId, Storage, Type};
 
 /// The keys of annotations that hosts know, and what each takes.
-const ANNOTATIONS: [(&str, AnnotationKind); 11] = [
+const ANNOTATIONS: [(&str, AnnotationKind); 13] = [
     ("label", AnnotationKind::Text),
     ("doc", AnnotationKind::Text),
     ("unit", AnnotationKind::Text),
@@ -28,6 +28,8 @@ const ANNOTATIONS: [(&str, AnnotationKind); 11] = [
     ("softmax", AnnotationKind::Number),
     ("step", AnnotationKind::Number),
     ("hidden", AnnotationKind::Flag),
+    (ELEMENT, AnnotationKind::Text),
+    (STRIDE, AnnotationKind::Number),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

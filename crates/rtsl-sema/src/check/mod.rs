@@ -30,6 +30,7 @@ mod constants;
 mod constructors;
 mod control;
 mod declarations;
+mod elements;
 mod evaluator;
 mod expressions;
 mod facts;

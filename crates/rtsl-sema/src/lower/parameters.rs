@@ -1,6 +1,6 @@
 //! What hosts may set.
 
-use rtsl_ir::class::{Parameter, ParameterTarget, ParameterType};
+use rtsl_ir::class::{self, Annotation, Parameter, ParameterTarget, ParameterType};
 
 use super::layout::Layouts;
 use crate::hir::{Class, Module, Storage, Type};
@@ -20,7 +20,10 @@ pub(super) fn parameters_of(module: &Module, layouts: &Layouts, class: &Class) -
             name: member.name.clone(),
             ty: parameter_type(layouts, &member.ty),
             target: ParameterTarget::Member,
-            required: of_constructor == 0 && member.initializer.is_none() && !reference,
+            required: of_constructor == 0
+                && member.initializer.is_none()
+                && !reference
+                && !is_element(&member.annotations),
             annotations: member.annotations.clone(),
         });
     }
@@ -42,10 +45,15 @@ fn constructor_parameters(module: &Module, layouts: &Layouts, class: &Class) -> 
             name: local.name.clone(),
             ty: parameter_type(layouts, &local.ty),
             target: ParameterTarget::Constructor,
-            required: parameter.default.is_none(),
+            required: parameter.default.is_none() && !is_element(&parameter.annotations),
             annotations: parameter.annotations.clone(),
         })
         .collect()
+}
+
+/// Whether hosts make an object for each value, so that a single instance can do without one.
+fn is_element(annotations: &[Annotation]) -> bool {
+    annotations.iter().any(|annotation| annotation.key == class::ELEMENT)
 }
 
 /// The role of a reference, or of the references in an array.

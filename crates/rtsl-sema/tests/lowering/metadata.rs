@@ -2,6 +2,7 @@
 
 use expect_test::{Expect, expect};
 use rtsl_ir::PlaceKind;
+use rtsl_ir::class::Element;
 
 use crate::harness::{Machine, class};
 
@@ -68,6 +69,22 @@ fn public_members_are_parameters() {
             Reference { name: "maps", role: Texture, count: Some(4), tested: true }
         "#]],
     );
+}
+
+#[test]
+fn the_element_parameter_names_its_buffer() {
+    let text = r#"class Mesh : rt_Primitive;
+        public vec3 positions[];
+        public int indices[];
+        [[element "indices", stride 3]] public int face;
+        private vec3 corner;
+        constructor() { corner = positions[indices[3 * face]]; }
+        void intersect() { hit(corner.x); }"#;
+    let class = class(text);
+    let element = Element { parameter: "face", buffer: "indices", stride: 3 };
+    assert_eq!(class.element(), Some(element));
+    let is_required = |name: &str| class.parameters.iter().any(|it| it.name == name && it.required);
+    assert!(is_required("indices") && !is_required("face"));
 }
 
 #[test]
