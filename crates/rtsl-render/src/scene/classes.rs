@@ -3,19 +3,22 @@
 //! `Torus` is looked for in the folder of the scene, first in the file `torus.rtsl`, then in
 //! every other `.rtsl` file there that declares a class of this name, in the order of their names;
 //! then in the standard library. So a file beside the scene wins over the library.
+//!
+//! After [`Classes::refresh`] files are read again, but a class whose text is as it was stays the same
+//! object: an engine knows it by its address and has its kernels already.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rtsl::{Class, Compiler, Diagnostics, Unit};
+use rtsl::{Class, Compilation, Compiler, Diagnostics, SourceMap, Unit};
 
 use crate::messages::Messages;
 use crate::reader::FileSource;
 
 /// Classes by name, compiled when they are asked for.
 pub struct Classes<'a> {
-    compiler: &'a Compiler,
+    compiler: Compiler,
     files: &'a dyn FileSource,
     folder: PathBuf,
     /// The shader files beside the scene that can be read.
@@ -24,6 +27,8 @@ pub struct Classes<'a> {
     units: BTreeMap<PathBuf, Option<Unit>>,
     /// What was looked for before: scenes name few classes, often.
     found: BTreeMap<String, Found>,
+    /// What compiled without errors, with the texts that it was made of.
+    compiled: BTreeMap<PathBuf, Compilation>,
     messages: Messages,
 }
 
@@ -47,7 +52,7 @@ pub enum Found {
 
 impl<'a> Classes<'a> {
     /// The classes that a scene in `folder` sees.
-    pub fn new(compiler: &'a Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
+    pub fn new(compiler: Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
         Classes {
             compiler,
             files,
@@ -55,8 +60,36 @@ impl<'a> Classes<'a> {
             beside: None,
             units: BTreeMap::new(),
             found: BTreeMap::new(),
+            compiled: BTreeMap::new(),
             messages: Messages::default(),
         }
+    }
+
+    /// Forgets what the files said, so that the next search reads them again.
+    pub fn refresh(&mut self) {
+        self.beside = None;
+        self.units.clear();
+        self.found.clear();
+        self.messages = Messages::default();
+    }
+
+    /// Takes another compiler; what the one before compiled counts no longer if it had other options.
+    pub fn set_compiler(&mut self, compiler: Compiler) {
+        if compiler.options() != self.compiler.options() {
+            self.refresh();
+            self.compiled.clear();
+            self.compiler = compiler;
+        }
+    }
+
+    /// The files, other than the library's, that classes were compiled from, with what they include;
+    /// those that did not compile included.
+    pub fn source_files(&self) -> impl Iterator<Item = PathBuf> {
+        let included = self.compiled.iter();
+        let included = included.flat_map(|(path, it)| texts(path, &it.sources).skip(1));
+        let included = included.map(|(name, _)| PathBuf::from(name));
+        let beside = self.beside.iter().flatten().map(|file| file.path.clone());
+        beside.chain(included)
     }
 
     /// The class of a name.
@@ -93,8 +126,8 @@ impl<'a> Classes<'a> {
     }
 
     /// What compiling said: errors and warnings.
-    pub fn into_messages(self) -> Messages {
-        self.messages
+    pub fn messages(&self) -> &Messages {
+        &self.messages
     }
 
     fn candidates(&mut self, name: &str) -> Vec<(PathBuf, String)> {
@@ -127,14 +160,48 @@ impl<'a> Classes<'a> {
 
     fn unit(&mut self, path: &Path, text: &str) -> Option<&Unit> {
         if !self.units.contains_key(path) {
-            let compilation = self.compiler.compile(&path.display().to_string(), text);
-            let mut diagnostics = Diagnostics::new();
-            diagnostics.extend(compilation.diagnostics.iter().cloned());
-            self.messages.push(compilation.sources, diagnostics);
-            self.units.insert(path.to_owned(), compilation.unit);
+            let unit = match self.compiled.get(path) {
+                Some(earlier) if is_current(path, text, earlier) => {
+                    self.accept(path, earlier.clone())
+                }
+                Some(_) | None => {
+                    let compilation = self.compiler.compile(&path.display().to_string(), text);
+                    self.accept(path, compilation)
+                }
+            };
+            self.units.insert(path.to_owned(), unit);
         }
         self.units.get(path).and_then(Option::as_ref)
     }
+
+    /// Keeps what compiling a file said and gave; of a file with errors, what it gave before.
+    fn accept(&mut self, path: &Path, compilation: Compilation) -> Option<Unit> {
+        let mut diagnostics = Diagnostics::new();
+        diagnostics.extend(compilation.diagnostics.iter().cloned());
+        self.messages.push(compilation.sources.clone(), diagnostics);
+        let unit = compilation.unit.clone();
+        if unit.is_some() {
+            self.compiled.insert(path.to_owned(), compilation);
+        }
+        unit
+    }
+}
+
+/// Whether a file has this text still, and what it includes its text of then.
+fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
+    let mut texts = texts(path, &compilation.sources);
+    let is_own = texts.next().is_some_and(|(_, own)| own == text);
+    let is_as_it_was =
+        |(name, text): (&str, &str)| std::fs::read(name).is_ok_and(|now| now == text.as_bytes());
+    is_own && texts.all(is_as_it_was)
+}
+
+/// The texts of a compilation by their names: that of the file itself, then those that it includes.
+/// The prelude's stand before them.
+fn texts<'a>(path: &Path, sources: &'a SourceMap) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let own = path.display().to_string();
+    let files = sources.files().map(|(_, file)| (file.name.as_str(), file.text.as_str()));
+    files.skip_while(move |(name, _)| *name != own)
 }
 
 /// The names that follow the word `class` in a text. Comments may add names that are none; the

@@ -1,17 +1,13 @@
-//! From a scene's text to a scene: read, apply definitions, find classes, make instances.
+//! From the description of a scene to a scene: find classes, make instances.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use rtsl::{
-    Class, Compiler, CompilerOptions, Diagnostic, Diagnostics, Instance, Role, SourceMap, Value,
-    diagnostic_codes as codes, most_similar,
+    Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
 };
 
-use crate::messages::Messages;
-use crate::reader::{FileSource, Parameter, ReferenceKind, Values, defines, read_scene};
+use crate::reader::{ReferenceKind, Values};
 
 use super::arguments::{Resolve, argument};
 use super::classes::{Classes, Found};
@@ -20,26 +16,17 @@ use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::standard_names::{class_of, parameter_of};
 
-/// What the command line adds to a scene.
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    /// `name.parameter=value`, in order.
-    pub defines: Vec<String>,
-    /// Folders for `#include` besides the scene's.
-    pub search_path: Vec<PathBuf>,
-}
-
-/// A scene that was loaded.
-#[derive(Debug)]
-pub struct Loaded {
-    /// The scene.
-    pub scene: Scene,
-    /// Warnings.
-    pub warnings: Messages,
-    /// The time that reading took, and that compiling to classes took.
-    pub read_time: Duration,
-    /// The time for finding and checking the classes.
-    pub compile_time: Duration,
+/// The entities that the parts of a scene come from, by the indices of the parts.
+#[derive(Clone, Debug)]
+pub struct Origins {
+    /// The camera's.
+    pub camera: EntityId,
+    /// The materials'; `None` for the default material.
+    pub materials: Vec<Option<EntityId>>,
+    /// The lights'.
+    pub lights: Vec<EntityId>,
+    /// The objects' shapes.
+    pub objects: Vec<EntityId>,
 }
 
 /// The class of shapes without a material.
@@ -52,56 +39,10 @@ const CONSTANT_COLOR: &str = "value";
 /// References behind references nest no deeper.
 const DEEPEST_REFERENCE: usize = 64;
 
-/// Loads the scene in the file `path`.
-///
-/// # Errors
-/// All errors of the scene and its shaders, with the warnings among them.
-pub fn load_scene(
-    path: &Path,
-    files: &dyn FileSource,
-    options: &LoadOptions,
-) -> Result<Loaded, Messages> {
-    let start = Instant::now();
-    let mut map = SourceMap::new();
-    let mut diagnostics = Diagnostics::new();
-    let mut description = read_scene(path, files, &mut map, &mut diagnostics);
-    defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
-    let settings = Settings::read(&description, &mut diagnostics);
-    let read_time = start.elapsed();
-
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let compiler = Compiler::new(CompilerOptions {
-        loop_budget: Some(settings.loop_budget),
-        search_path: std::iter::once(folder.to_owned())
-            .chain(options.search_path.clone())
-            .collect(),
-    });
-    let mut loader = Loader {
-        description: &description,
-        classes: Classes::new(&compiler, files, folder),
-        diagnostics: &mut diagnostics,
-        instances: vec![Slot::Empty; description.entities.len()],
-        names: names_of(&description),
-        depth: 0,
-    };
-    let scene = loader.scene(settings);
-    let mut messages = loader.classes.into_messages();
-    messages.push(map, diagnostics);
-    match scene {
-        Some(scene) if !messages.has_errors() => Ok(Loaded {
-            scene,
-            warnings: messages,
-            read_time,
-            compile_time: start.elapsed() - read_time,
-        }),
-        Some(_) | None => Err(messages),
-    }
-}
-
 /// What can be referred to, by kind and name.
-type Names = BTreeMap<(ReferenceKind, String), EntityId>;
+pub type Names = BTreeMap<(ReferenceKind, String), EntityId>;
 
-fn names_of(description: &Description) -> Names {
+pub fn names_of(description: &Description) -> Names {
     let named = description.entities.iter().enumerate().filter_map(|(index, entity)| {
         let kind = match entity.kind {
             EntityKind::Camera => ReferenceKind::Camera,
@@ -123,25 +64,66 @@ enum Slot {
     Empty,
     /// It is being made: to ask for it now is a cycle.
     Open,
-    Made(Arc<Instance>),
+    Made(Made),
     /// It can't be made, which was reported.
     Failed,
 }
 
-struct Loader<'a> {
+/// An instance, and all that it was made of besides the parameters of its entity.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The instance.
+    pub instance: Arc<Instance>,
+    /// The entities that it refers to, as they were.
+    named: Vec<(EntityId, Arc<Instance>)>,
+    /// The classes of instances that stand for mere numbers.
+    standard: Vec<Arc<Class>>,
+}
+
+/// Makes the instances of a scene.
+pub struct Loader<'a, 'f> {
     description: &'a Description,
-    classes: Classes<'a>,
+    classes: &'a mut Classes<'f>,
     diagnostics: &'a mut Diagnostics,
+    /// The instances of an earlier load, by entity; they are taken where nothing changed.
+    earlier: &'a [Option<Made>],
     instances: Vec<Slot>,
     names: Names,
     depth: usize,
 }
 
-impl Loader<'_> {
+impl<'a, 'f> Loader<'a, 'f> {
+    /// Makes the instances of `description`, or takes them from `earlier`, where they stand by entity.
+    pub fn new(
+        description: &'a Description,
+        classes: &'a mut Classes<'f>,
+        earlier: &'a [Option<Made>],
+        diagnostics: &'a mut Diagnostics,
+    ) -> Self {
+        Loader {
+            description,
+            classes,
+            diagnostics,
+            earlier,
+            instances: vec![Slot::Empty; description.entities.len()],
+            names: names_of(description),
+            depth: 0,
+        }
+    }
+
+    /// The instances by entity, for a later load.
+    pub fn into_made(self) -> Vec<Option<Made>> {
+        let made = self.instances.into_iter().map(|slot| match slot {
+            Slot::Made(made) => Some(made),
+            Slot::Empty | Slot::Open | Slot::Failed => None,
+        });
+        made.collect()
+    }
+
     /// The scene; `None` if an error was reported.
-    fn scene(&mut self, settings: Settings) -> Option<Scene> {
+    pub fn scene(&mut self, settings: Settings) -> Option<(Scene, Origins)> {
         let description = self.description;
-        let Some(camera) = description.camera else {
+        let Some(camera_entity) = description.camera else {
             // Where nothing could be read, that has been said.
             if !(description.entities.is_empty() && self.diagnostics.has_errors()) {
                 self.diagnostics.push(
@@ -151,8 +133,8 @@ impl Loader<'_> {
             }
             return None;
         };
-        let camera_to_world = description.entities[camera.0].transform.inverse();
-        let camera = self.instance(camera);
+        let camera_to_world = description.entities[camera_entity.0].transform.inverse();
+        let camera = self.instance(camera_entity);
         let mut parts = SceneParts::default();
         let world = self.objects(&description.shapes, &mut parts);
         let groups =
@@ -164,7 +146,7 @@ impl Loader<'_> {
             group: use_.object as u32,
             transform: use_.transform,
         };
-        Some(Scene {
+        let scene = Scene {
             settings,
             camera: camera?,
             camera_to_world: camera_to_world?,
@@ -175,7 +157,14 @@ impl Loader<'_> {
             world,
             groups,
             instances: description.instances.iter().map(place).collect(),
-        })
+        };
+        let origins = Origins {
+            camera: camera_entity,
+            materials: parts.material_origins,
+            lights: parts.light_origins,
+            objects: parts.object_origins,
+        };
+        Some((scene, origins))
     }
 
     fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
@@ -191,6 +180,7 @@ impl Loader<'_> {
                 None => None,
             };
             indices.push(parts.objects.len() as u32);
+            parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
                 primitive,
                 transform: self.description.entities[shape.shape.0].transform,
@@ -213,6 +203,7 @@ impl Loader<'_> {
         };
         let index = instance.map(|instance| {
             parts.materials.push(instance);
+            parts.material_origins.push(material);
             parts.materials.len() as u32 - 1
         });
         parts.material_indices.insert(material, index);
@@ -254,6 +245,7 @@ impl Loader<'_> {
                 self.add_ambient(entity, &mut parts.ambient);
             } else if let Some(light) = self.instance(*id) {
                 lights.push(PlacedLight { light, transform: entity.transform });
+                parts.light_origins.push(*id);
             }
         }
         lights
@@ -299,7 +291,7 @@ impl Loader<'_> {
     /// The instance of an entity, made when it is first asked for; `None` if it can't be made.
     fn instance(&mut self, id: EntityId) -> Option<Arc<Instance>> {
         match &self.instances[id.0] {
-            Slot::Made(instance) => return Some(instance.clone()),
+            Slot::Made(made) => return Some(made.instance.clone()),
             Slot::Failed => return None,
             Slot::Open => {
                 let entity = &self.description.entities[id.0];
@@ -317,13 +309,15 @@ impl Loader<'_> {
         }
         self.instances[id.0] = Slot::Open;
         self.depth += 1;
-        let made = self.make(&self.description.entities[id.0]);
+        let made = self.make(id);
         self.depth -= 1;
-        self.instances[id.0] = made.clone().map_or(Slot::Failed, Slot::Made);
-        made
+        let instance = made.as_ref().map(|made| made.instance.clone());
+        self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
+        instance
     }
 
-    fn make(&mut self, entity: &Entity) -> Option<Arc<Instance>> {
+    fn make(&mut self, id: EntityId) -> Option<Made> {
+        let entity = &self.description.entities[id.0];
         if self.depth > DEEPEST_REFERENCE {
             let message = format!("references lead more than {DEEPEST_REFERENCE} deep");
             self.diagnostics
@@ -331,7 +325,11 @@ impl Loader<'_> {
             return None;
         }
         let class = self.class(entity)?;
+        if let Some(made) = self.unchanged(id, &class) {
+            return Some(made.clone());
+        }
         let mut arguments = Vec::with_capacity(entity.parameters.len());
+        let (mut named, mut standard) = (Vec::new(), Vec::new());
         let mut complete = true;
         for parameter in &entity.parameters {
             let mut parameter = std::borrow::Cow::Borrowed(parameter);
@@ -339,11 +337,17 @@ impl Loader<'_> {
             if name != parameter.name {
                 parameter.to_mut().name = name.to_owned();
             }
-            match self.argument(&class, &parameter) {
+            let mut resolver =
+                Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
+            let value = argument(&class, &parameter, &mut resolver);
+            let reported = resolver.reported;
+            named.append(&mut resolver.named);
+            standard.append(&mut resolver.standard);
+            match value {
                 Ok(value) => arguments.push((parameter.name.clone(), value)),
                 Err(diagnostic) => {
                     complete = false;
-                    self.diagnostics.extend(diagnostic.map(|diagnostic| *diagnostic));
+                    self.diagnostics.extend((!reported).then_some(*diagnostic));
                 }
             }
         }
@@ -352,7 +356,7 @@ impl Loader<'_> {
         }
         let given = arguments.iter().map(|(name, value)| (name.as_str(), value.clone()));
         match Instance::new(&class, given) {
-            Ok(instance) => Some(instance),
+            Ok(instance) => Some(Made { instance, named, standard }),
             Err(problems) => {
                 let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
                     None => problem.at(entity.class_span, ""),
@@ -364,16 +368,19 @@ impl Loader<'_> {
         }
     }
 
-    /// The argument for a parameter; the error is empty where it was reported already.
-    fn argument(
-        &mut self,
-        class: &Class,
-        parameter: &Parameter,
-    ) -> Result<Value, Option<Box<Diagnostic>>> {
-        let mut resolver = Resolver { loader: self, reported: false };
-        let value = argument(class, parameter, &mut resolver);
-        let reported = resolver.reported;
-        value.map_err(|diagnostic| (!reported).then_some(diagnostic))
+    /// The instance of an earlier load, if it would come out the same.
+    fn unchanged(&mut self, id: EntityId, class: &Arc<Class>) -> Option<&'a Made> {
+        let made = self.earlier.get(id.0)?.as_ref()?;
+        let same_named = |(entity, earlier): &(EntityId, Arc<Instance>)| {
+            self.instance(*entity).is_some_and(|now| Arc::ptr_eq(&now, earlier))
+        };
+        let unchanged =
+            Arc::ptr_eq(made.instance.class(), class) && made.named.iter().all(same_named);
+        let same_class = |earlier: &Arc<Class>| match self.classes.find(&earlier.name) {
+            Found::Class(now) => Arc::ptr_eq(&now, earlier),
+            Found::Broken | Found::Nothing => false,
+        };
+        (unchanged && made.standard.iter().all(same_class)).then_some(made)
     }
 
     fn unknown_name(&self, kind: ReferenceKind, name: &str) -> Box<Diagnostic> {
@@ -432,13 +439,17 @@ impl Loader<'_> {
 }
 
 /// Looks up references for the arguments of one instance.
-struct Resolver<'a, 'b> {
-    loader: &'a mut Loader<'b>,
+struct Resolver<'l, 'a, 'f> {
+    loader: &'l mut Loader<'a, 'f>,
     /// What went wrong was reported where it happened.
     reported: bool,
+    /// What was asked for.
+    named: Vec<(EntityId, Arc<Instance>)>,
+    /// The classes of constants.
+    standard: Vec<Arc<Class>>,
 }
 
-impl Resolver<'_, '_> {
+impl Resolver<'_, '_, '_> {
     fn report(
         &mut self,
         instance: Option<Arc<Instance>>,
@@ -448,12 +459,13 @@ impl Resolver<'_, '_> {
     }
 }
 
-impl Resolve for Resolver<'_, '_> {
+impl Resolve for Resolver<'_, '_, '_> {
     fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>> {
         let Some(id) = self.loader.names.get(&(kind, name.to_owned())).copied() else {
             return Err(self.loader.unknown_name(kind, name));
         };
         let instance = self.loader.instance(id);
+        self.named.extend(instance.clone().map(|instance| (id, instance)));
         self.report(instance)
     }
 
@@ -461,6 +473,7 @@ impl Resolve for Resolver<'_, '_> {
         let value = Value::from(color);
         let instance =
             self.loader.standard_instance(CONSTANT_TEXTURE, vec![(CONSTANT_COLOR, value)]);
+        self.standard.extend(instance.as_ref().map(|instance| instance.class().clone()));
         self.report(instance)
     }
 }
@@ -484,4 +497,7 @@ struct SceneParts {
     material_indices: BTreeMap<Option<EntityId>, Option<u32>>,
     objects: Vec<SceneObject>,
     ambient: [f32; 3],
+    material_origins: Vec<Option<EntityId>>,
+    light_origins: Vec<EntityId>,
+    object_origins: Vec<EntityId>,
 }

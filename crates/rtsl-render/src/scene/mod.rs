@@ -8,11 +8,13 @@ mod load;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod scene;
 mod settings;
+mod source;
 mod standard_names;
 
 pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
 };
-pub use load::{LoadOptions, Loaded, load_scene};
+pub use load::Origins;
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 pub use settings::Settings;
+pub use source::{LoadOptions, Loaded, SceneSource, load_scene};
