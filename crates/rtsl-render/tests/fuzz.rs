@@ -1,8 +1,10 @@
-//! A short run of the fuzz target for scenes: mutations of the repository's own, the same in
-//! every run.
+//! Short runs of the fuzz targets for scenes and meshes: mutations of the repository's own, the same
+//! in every run.
 
 #[path = "../../../fuzz/entries/mutation.rs"]
 mod mutation;
+#[path = "../../../fuzz/entries/ply.rs"]
+mod ply;
 #[path = "../../../fuzz/entries/scene.rs"]
 mod scene;
 
@@ -10,18 +12,27 @@ use std::path::Path;
 
 use mutation::{Random, mutate, seeds};
 
-#[test]
-fn any_scene_is_read_or_refused() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    let seeds = seeds(&root, "pbrt");
+/// Calls `target` with mutations of the files in `folder` that end in `extension`.
+fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {
+    let seeds = seeds(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), extension);
     let work = move || {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
-        for _ in 0..1000 {
+        for _ in 0..count {
             let (seed, other) = (random.below(seeds.len()), random.below(seeds.len()));
-            scene::scene(&mutate(&mut random, &seeds[seed], &seeds[other]));
+            target(&mutate(&mut random, &seeds[seed], &seeds[other]));
         }
     };
     // The stack that any text must be content with.
     let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(work).unwrap();
     assert!(thread.join().is_ok());
+}
+
+#[test]
+fn any_scene_is_read_or_refused() {
+    run("../../scenes", "pbrt", 1000, scene::scene);
+}
+
+#[test]
+fn any_ply_file_is_read_or_refused() {
+    run("tests/meshes", "ply", 5000, ply::ply);
 }

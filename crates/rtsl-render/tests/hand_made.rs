@@ -256,6 +256,7 @@ fn scene() -> Scene {
     let ball = sphere();
     let object = |center: [f64; 3], scale: f64, material: u32| SceneObject {
         primitive: ball.clone(),
+        elements: None,
         transform: Transform::translate(center).after(Transform::scale([scale, scale, scale])),
         material,
         emitter: None,

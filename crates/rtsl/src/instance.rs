@@ -84,6 +84,12 @@ impl Instance {
         Some(&self.members[index])
     }
 
+    /// The scalars of a buffer, which other instances may share; `None` for an unknown name.
+    pub fn buffer(&self, name: &str) -> Option<&Arc<[u32]>> {
+        let index = self.class.buffers.iter().position(|place| place.name == name)?;
+        Some(&self.buffers[index])
+    }
+
     /// How many objects hosts make of this instance, where its class has an
     /// [element parameter](Class::element): as many as its buffer has whole strides.
     pub fn element_count(&self) -> Option<u32> {

@@ -14,6 +14,7 @@ use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::AreaLight;
+use super::elements::expand_elements;
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
 use super::variables::{variables, vector};
@@ -105,6 +106,10 @@ impl CompiledScene {
     /// If a class lacks a method that its use needs, or a kernel can't be made.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
         let start = Instant::now();
+        let scene = expand_elements(scene).map_err(|problems| {
+            messages.push(SourceMap::new(), problems);
+            std::mem::take(messages)
+        })?;
         let shaders = ShaderTable::new(engine, &scene);
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);

@@ -9,6 +9,7 @@
 mod area_light;
 mod camera;
 mod compiled;
+mod elements;
 mod host;
 mod intersection;
 mod render;

@@ -1,13 +1,19 @@
 //! Where the texts of a scene come from: the disk, or memory in tests.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::fs::{File, Metadata};
+use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 
 /// Reads files.
 pub trait FileSource {
     /// The contents of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// The contents of a file piece by piece, for large ones that nobody keeps.
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        Ok(Box::new(Cursor::new(self.read(path)?)))
+    }
 
     /// The files in a folder, sorted by name.
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
@@ -22,14 +28,15 @@ const LARGEST_FILE: u64 = 1 << 30;
 
 impl FileSource for DiskFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let metadata = std::fs::metadata(path)?;
-        if !metadata.is_file() {
-            return Err(io::Error::other("not a regular file"));
-        }
-        if metadata.len() > LARGEST_FILE {
+        if regular_file(path)?.len() > LARGEST_FILE {
             return Err(io::Error::other("larger than 1 GiB"));
         }
         std::fs::read(path)
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        regular_file(path)?;
+        Ok(Box::new(File::open(path)?))
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
@@ -45,6 +52,28 @@ impl FileSource for DiskFiles {
         files.sort();
         Ok(files)
     }
+}
+
+/// Files as the entities of a scene name them: relative to the folder of the scene.
+#[derive(Clone, Copy)]
+pub struct SceneFiles<'a> {
+    /// The scene's file.
+    pub scene: &'a Path,
+    /// Where files come from.
+    pub files: &'a dyn FileSource,
+}
+
+impl SceneFiles<'_> {
+    /// The path of the file that the scene calls `name`.
+    pub fn path(&self, name: &str) -> PathBuf {
+        resolve(self.scene, name)
+    }
+}
+
+/// What is known of a file that ends: devices and pipes need not.
+fn regular_file(path: &Path) -> io::Result<Metadata> {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_file() { Ok(metadata) } else { Err(io::Error::other("not a regular file")) }
 }
 
 /// Files that exist in memory only.

@@ -28,7 +28,7 @@ mod parameter;
 mod parser;
 mod state;
 
-pub use files::{DiskFiles, FileSource, MemoryFiles, resolve};
+pub use files::{DiskFiles, FileSource, MemoryFiles, SceneFiles, resolve};
 pub use interpreter::read_scene;
 pub use parameter::{
     Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,

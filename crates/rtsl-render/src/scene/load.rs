@@ -7,11 +7,12 @@ use rtsl::{
     Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
 };
 
-use crate::reader::{ReferenceKind, Values};
+use crate::reader::{ReferenceKind, SceneFiles, Values};
 
 use super::arguments::{Resolve, argument};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use super::mesh_shape::MeshShape;
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::standard_names::{class_of, parameter_of};
@@ -58,6 +59,14 @@ pub fn names_of(description: &Description) -> Names {
     named.rev().collect()
 }
 
+/// What an instance is made of, by the names of parameters, and what that comes from.
+#[derive(Default)]
+struct Arguments {
+    values: Vec<(String, Value)>,
+    named: Vec<(EntityId, Arc<Instance>)>,
+    standard: Vec<Arc<Class>>,
+}
+
 /// The instance of an entity.
 #[derive(Clone)]
 enum Slot {
@@ -82,6 +91,7 @@ pub struct Made {
 
 /// Makes the instances of a scene.
 pub struct Loader<'a, 'f> {
+    files: SceneFiles<'a>,
     description: &'a Description,
     classes: &'a mut Classes<'f>,
     diagnostics: &'a mut Diagnostics,
@@ -95,12 +105,14 @@ pub struct Loader<'a, 'f> {
 impl<'a, 'f> Loader<'a, 'f> {
     /// Makes the instances of `description`, or takes them from `earlier`, where they stand by entity.
     pub fn new(
+        files: SceneFiles<'a>,
         description: &'a Description,
         classes: &'a mut Classes<'f>,
         earlier: &'a [Option<Made>],
         diagnostics: &'a mut Diagnostics,
     ) -> Self {
         Loader {
+            files,
             description,
             classes,
             diagnostics,
@@ -182,6 +194,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
+                elements: primitive.element_count(),
                 primitive,
                 transform: self.description.entities[shape.shape.0].transform,
                 material,
@@ -328,33 +341,13 @@ impl<'a, 'f> Loader<'a, 'f> {
         if let Some(made) = self.unchanged(id, &class) {
             return Some(made.clone());
         }
-        let mut arguments = Vec::with_capacity(entity.parameters.len());
-        let (mut named, mut standard) = (Vec::new(), Vec::new());
-        let mut complete = true;
-        for parameter in &entity.parameters {
-            let mut parameter = std::borrow::Cow::Borrowed(parameter);
-            let name = parameter_of(entity.kind, &entity.class, &parameter.name);
-            if name != parameter.name {
-                parameter.to_mut().name = name.to_owned();
-            }
-            let mut resolver =
-                Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
-            let value = argument(&class, &parameter, &mut resolver);
-            let reported = resolver.reported;
-            named.append(&mut resolver.named);
-            standard.append(&mut resolver.standard);
-            match value {
-                Ok(value) => arguments.push((parameter.name.clone(), value)),
-                Err(diagnostic) => {
-                    complete = false;
-                    self.diagnostics.extend((!reported).then_some(*diagnostic));
-                }
-            }
-        }
-        if !complete {
-            return None;
-        }
-        let given = arguments.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        // A class of the scene may have a mesh's name.
+        let mesh = MeshShape::named(&entity.class).filter(|_| class.name != entity.class);
+        let Arguments { values, named, standard } = match mesh {
+            Some(mesh) => self.mesh_arguments(mesh, entity),
+            None => self.arguments(entity, &class),
+        }?;
+        let given = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
         match Instance::new(&class, given) {
             Ok(instance) => Some(Made { instance, named, standard }),
             Err(problems) => {
@@ -381,6 +374,43 @@ impl<'a, 'f> Loader<'a, 'f> {
             Found::Broken | Found::Nothing => false,
         };
         (unchanged && made.standard.iter().all(same_class)).then_some(made)
+    }
+
+    fn mesh_arguments(&mut self, mesh: MeshShape, entity: &Entity) -> Option<Arguments> {
+        match mesh.arguments(entity, self.files) {
+            Ok(values) => Some(Arguments { values, ..Arguments::default() }),
+            Err(diagnostic) => {
+                self.diagnostics.push(*diagnostic);
+                None
+            }
+        }
+    }
+
+    /// The arguments of an entity; `None` if one was reported to be wrong.
+    fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
+        let mut arguments = Arguments::default();
+        let mut complete = true;
+        for parameter in &entity.parameters {
+            let mut parameter = std::borrow::Cow::Borrowed(parameter);
+            let name = parameter_of(entity.kind, &entity.class, &parameter.name);
+            if name != parameter.name {
+                parameter.to_mut().name = name.to_owned();
+            }
+            let mut resolver =
+                Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
+            let value = argument(class, &parameter, &mut resolver);
+            let reported = resolver.reported;
+            arguments.named.append(&mut resolver.named);
+            arguments.standard.append(&mut resolver.standard);
+            match value {
+                Ok(value) => arguments.values.push((parameter.name.clone(), value)),
+                Err(diagnostic) => {
+                    complete = false;
+                    self.diagnostics.extend((!reported).then_some(*diagnostic));
+                }
+            }
+        }
+        complete.then_some(arguments)
     }
 
     fn unknown_name(&self, kind: ReferenceKind, name: &str) -> Box<Diagnostic> {

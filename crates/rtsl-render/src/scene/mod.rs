@@ -5,6 +5,7 @@ mod arguments;
 mod classes;
 mod description;
 mod load;
+mod mesh_shape;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod scene;
 mod settings;

@@ -47,6 +47,8 @@ pub struct PlacedLight {
 pub struct SceneObject {
     /// The shape.
     pub primitive: Arc<Instance>,
+    /// Where the shape stands for many objects, the triangles of a mesh for example: how many.
+    pub elements: Option<u32>,
     /// From its own space to that of its group, or the world's.
     pub transform: Transform,
     /// The index of its material.

@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use rtsl::{Compiler, CompilerOptions, Diagnostics, SourceMap};
 
 use crate::messages::Messages;
-use crate::reader::{FileSource, Parameter, ParameterType, Values, defines, read_scene};
+use crate::reader::{
+    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene,
+};
 
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId};
@@ -121,8 +123,13 @@ impl<'f> SceneSource<'f> {
     pub fn load(&mut self) -> Result<Loaded, Messages> {
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
-        let mut loader =
-            Loader::new(&self.description, &mut self.classes, &self.made, &mut diagnostics);
+        let mut loader = Loader::new(
+            SceneFiles { scene: &self.path, files: self.files },
+            &self.description,
+            &mut self.classes,
+            &self.made,
+            &mut diagnostics,
+        );
         let scene = loader.scene(self.settings.clone());
         let made = loader.into_made();
         let mut messages = self.classes.messages().clone();

@@ -1,6 +1,7 @@
 //! The format's own names, and the classes of the standard library that stand for them.
 
 use super::description::EntityKind;
+use super::mesh_shape::MeshShape;
 
 /// A name of the format.
 struct StandardName {
@@ -80,6 +81,9 @@ const NAMES: &[StandardName] = &[
 /// The class that a name means, and what it calls a parameter. A name that is not the format's is
 /// a class already.
 pub fn class_of(kind: EntityKind, name: &str) -> &str {
+    if kind == EntityKind::Shape && MeshShape::named(name).is_some() {
+        return MeshShape::CLASS;
+    }
     find(kind, name).map_or(name, |standard| standard.class)
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
-use rtsl::{Method, Value};
+use rtsl::{Method, Numbers, Value};
 
 use crate::call::{Rays, Shader, batches, thinning};
 use crate::chart::{Chart, Place};
@@ -164,6 +164,26 @@ fn triangles() {
         let triangle = seen("Triangle", corners.into(), origin);
         let middle = Vec3::new(1.1, 1.3, 0.5) / 3.0;
         triangle.check(&Grid::cap(middle - origin, 0.0), 0.02);
+    }
+}
+
+#[test]
+fn faces_of_meshes() {
+    let list = |numbers: &[f32]| Value::Numbers(Numbers::floats(numbers.iter().copied()));
+    let normals = [[0.0, 0.0, 1.0]; 4].concat();
+    for normals in [&[][..], &normals] {
+        let positions = [0.1, 1.1, 0.4, 9.0, 9.0, 9.0, -0.5, 0.0, 0.2, 1.5, 0.2, -0.1];
+        let parameters = vec![
+            ("positions", list(&positions)),
+            ("normals", list(normals)),
+            ("uvs", list(&[])),
+            ("indices", Value::Numbers(Numbers::ints([0, 1, 2, 0, 3, 2]))),
+            ("face", 1.into()),
+        ];
+        let origin = Vec3::new(0.4, 0.3, 1.2);
+        let face = seen("TriangleMesh", parameters, origin);
+        let middle = Vec3::new(1.1, 1.3, 0.5) / 3.0;
+        face.check(&Grid::cap(middle - origin, 0.0), 0.02);
     }
 }
 

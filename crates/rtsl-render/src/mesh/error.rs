@@ -1,0 +1,73 @@
+//! What is wrong with a mesh.
+
+use std::io;
+
+/// Why a mesh cannot be used. The text is a clause, to be preceded by the name of the mesh.
+#[derive(Debug, thiserror::Error)]
+pub enum MeshError {
+    /// The file, or one that it names, cannot be read.
+    #[error("{0}")]
+    Unreadable(io::Error),
+    /// It is no file of its format, or uses what is not supported.
+    #[error("{0}")]
+    Malformed(String),
+    /// The file ends too soon.
+    #[error("the file ends within {0}")]
+    Truncated(String),
+    /// It has no triangle.
+    #[error("it has no triangle")]
+    Empty,
+    /// Numbers that do not come in groups of a vertex or a triangle.
+    #[error("{0} numbers make no whole {1}")]
+    Incomplete(usize, &'static str),
+    /// A corner that is no vertex.
+    #[error("a face has the corner {index}, but there are {vertices} vertices")]
+    IndexOutOfRange {
+        /// The corner's index.
+        index: i64,
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// A vertex that lies nowhere.
+    #[error("vertex {0} has a coordinate that is not finite")]
+    NotFinite(usize),
+    /// Normals or texture coordinates of some of the vertices only.
+    #[error("it has {vertices} vertices, but {found} {what}")]
+    CountMismatch {
+        /// What there are too few or too many of.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        vertices: usize,
+    },
+    /// More than kernels can address.
+    #[error("it has more than {0} {1}")]
+    TooLarge(usize, &'static str),
+}
+
+impl MeshError {
+    /// What can be done about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            MeshError::Unreadable(_) => "paths are relative to the folder of the scene",
+            MeshError::Malformed(_) => "export it again, for example as binary PLY of triangles",
+            MeshError::Truncated(_) => "it was cut off: copy or export it again",
+            MeshError::Empty => "a mesh needs at least one face with three corners",
+            MeshError::Incomplete(..) => "give three numbers for each of them, two for `uv`",
+            MeshError::IndexOutOfRange { .. } => "indices count vertices from 0",
+            MeshError::NotFinite(_) => "remove what is not a number or infinite",
+            MeshError::CountMismatch { .. } => "give one for each vertex, or none at all",
+            MeshError::TooLarge(..) => "split it into several shapes",
+        }
+    }
+}
+
+impl From<io::Error> for MeshError {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::UnexpectedEof {
+            return MeshError::Truncated("a number".to_owned());
+        }
+        MeshError::Unreadable(error)
+    }
+}

@@ -1,0 +1,188 @@
+//! The format's shapes that are meshes. All of them become instances of the library's class
+//! `TriangleMesh`, whose buffers are the mesh's arrays.
+
+use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
+
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_ply};
+use crate::reader::{Parameter, SceneFiles, Values};
+
+use super::description::Entity;
+
+/// A shape that is a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshShape {
+    /// `trianglemesh`: vertices and triangles in the scene's text.
+    Triangles,
+    /// `bilinearmesh`: vertices and quadrilaterals in the scene's text.
+    Quadrilaterals,
+    /// `plymesh`: a PLY file.
+    Ply,
+}
+
+impl MeshShape {
+    /// The class that they become.
+    pub const CLASS: &str = "TriangleMesh";
+
+    /// The shape that the format calls so.
+    pub fn named(name: &str) -> Option<MeshShape> {
+        match name {
+            "trianglemesh" => Some(MeshShape::Triangles),
+            "bilinearmesh" => Some(MeshShape::Quadrilaterals),
+            "plymesh" => Some(MeshShape::Ply),
+            _ => None,
+        }
+    }
+
+    fn parameters(self) -> &'static [&'static str] {
+        match self {
+            MeshShape::Triangles | MeshShape::Quadrilaterals => &["P", "N", "uv", "indices"],
+            MeshShape::Ply => &["filename"],
+        }
+    }
+
+    /// The arguments that the class takes for `entity`.
+    pub fn arguments(
+        self,
+        entity: &Entity,
+        files: SceneFiles<'_>,
+    ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
+        check_names(entity, self.parameters())?;
+        let mesh = match self {
+            MeshShape::Triangles => triangles(entity),
+            MeshShape::Quadrilaterals => quadrilaterals(entity),
+            MeshShape::Ply => file(entity, files),
+        }?;
+        let Mesh { positions, normals, uvs, indices } = mesh;
+        let buffers =
+            [("positions", positions), ("normals", normals), ("uvs", uvs), ("indices", indices)];
+        Ok(buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers))).into())
+    }
+}
+
+fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
+    let is_unknown = |parameter: &&Parameter| !known.contains(&parameter.name.as_str());
+    let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
+    let name = &parameter.name;
+    let message = format!("`{}` has no parameter `{name}`", entity.class);
+    let diagnostic =
+        Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
+    Err(Box::new(match most_similar(name, known.iter().copied()) {
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None => diagnostic.note(format!("it has {}", known.join(", "))),
+    }))
+}
+
+/// The shape's vertices, without any indices.
+fn vertices(entity: &Entity) -> Result<MeshBuilder, Box<Diagnostic>> {
+    Ok(MeshBuilder {
+        positions: floats(entity, "P")?,
+        normals: floats(entity, "N")?,
+        uvs: floats(entity, "uv")?,
+        indices: Vec::new(),
+    })
+}
+
+fn triangles(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
+    let mut builder = vertices(entity)?;
+    builder.indices = indices(entity, &[0, 1, 2])?;
+    builder.finish().map_err(|error| unusable(entity, entity.class_span, &error))
+}
+
+/// Each quadrilateral as two triangles, with corners of its own, so that their texture coordinates
+/// can be those of the quadrilateral where the shape gives none.
+fn quadrilaterals(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
+    let wrong = |error: MeshError| unusable(entity, entity.class_span, &error);
+    let given = vertices(entity)?;
+    let corners = indices(entity, &[0, 1, 2, 3])?;
+    if !corners.len().is_multiple_of(4) {
+        return Err(wrong(MeshError::Incomplete(corners.len(), "quadrilateral")));
+    }
+    let mut builder = MeshBuilder::default();
+    for (quadrilateral, corners) in (0..).zip(corners.chunks_exact(4)) {
+        for (corner, uv) in corners.iter().zip([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) {
+            let range = |each: usize| *corner as usize * each..(*corner as usize + 1) * each;
+            let position = given.positions.get(range(3)).ok_or_else(|| {
+                let vertices = given.positions.len() / 3;
+                wrong(MeshError::IndexOutOfRange {
+                    index: (*corner).cast_signed().into(),
+                    vertices,
+                })
+            })?;
+            builder.positions.extend_from_slice(position);
+            builder.normals.extend_from_slice(given.normals.get(range(3)).unwrap_or_default());
+            let uv = uv.map(f32::to_bits);
+            builder.uvs.extend_from_slice(given.uvs.get(range(2)).unwrap_or(&uv));
+        }
+        // The third corner lies opposite the second one.
+        let first = 4 * quadrilateral;
+        builder.polygon(&[first, first + 1, first + 3, first + 2]).map_err(wrong)?;
+    }
+    builder.finish().map_err(wrong)
+}
+
+fn file(entity: &Entity, files: SceneFiles<'_>) -> Result<Mesh, Box<Diagnostic>> {
+    let parameter = find(entity, "filename").ok_or_else(|| {
+        let message = format!("`{}` names no file", entity.class);
+        let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
+        diagnostic.at(entity.class_span, "expected `\"string filename\" \"mesh.ply\"`")
+    })?;
+    let Values::Texts(texts) = &parameter.values else { return Err(wrong(parameter, "a string")) };
+    let [name] = texts.as_slice() else { return Err(wrong(parameter, "one string")) };
+    let path = files.path(name);
+    let span = parameter.values_span;
+    let source = files.files.open(&path).map_err(|error| {
+        let message = format!("cannot read `{}`: {error}", path.display());
+        Diagnostic::new(codes::UNREADABLE_FILE, message)
+            .at(span, "named here")
+            .help(MeshError::Unreadable(error).remedy())
+    })?;
+    read_ply(source).map_err(|error| unusable(entity, span, &error))
+}
+
+fn find<'a>(entity: &'a Entity, name: &str) -> Option<&'a Parameter> {
+    entity.parameters.iter().find(|parameter| parameter.name == name)
+}
+
+/// The bits of the floats of a parameter; none where it is not given.
+fn floats(entity: &Entity, name: &str) -> Result<Vec<u32>, Box<Diagnostic>> {
+    let Some(parameter) = find(entity, name) else { return Ok(Vec::new()) };
+    let numbers = numbers(parameter)?;
+    let each = if name == "uv" { 2 } else { 3 };
+    if !numbers.len().is_multiple_of(each) {
+        return Err(wrong(parameter, &format!("{each} numbers for each vertex")));
+    }
+    Ok(numbers.iter().map(|number| (*number as f32).to_bits()).collect())
+}
+
+/// The indices of a shape, which may leave out those of a single face.
+fn indices(entity: &Entity, single: &[u32]) -> Result<Vec<u32>, Box<Diagnostic>> {
+    let Some(parameter) = find(entity, "indices") else { return Ok(single.to_vec()) };
+    let bits = |number: &f64| {
+        let whole = *number as i32;
+        (f64::from(whole) == *number).then_some(whole.cast_unsigned())
+    };
+    let indices: Option<Vec<u32>> = numbers(parameter)?.iter().map(bits).collect();
+    indices.ok_or_else(|| wrong(parameter, "whole numbers"))
+}
+
+fn numbers(parameter: &Parameter) -> Result<&[f64], Box<Diagnostic>> {
+    match &parameter.values {
+        Values::Numbers(numbers) => Ok(numbers),
+        Values::Booleans(_) | Values::Texts(_) => Err(wrong(parameter, "numbers")),
+    }
+}
+
+fn wrong(parameter: &Parameter, expected: &str) -> Box<Diagnostic> {
+    let message = format!(
+        "`{}` takes {expected}, found {} {}",
+        parameter.name,
+        parameter.values.len(),
+        parameter.values.description()
+    );
+    Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""))
+}
+
+fn unusable(entity: &Entity, span: Span, error: &MeshError) -> Box<Diagnostic> {
+    let message = format!("this `{}` cannot be used: {error}", entity.class);
+    Box::new(Diagnostic::new(codes::BAD_MESH, message).at(span, "").help(error.remedy()))
+}

@@ -1,0 +1,265 @@
+//! Shapes that are meshes: what scenes say of them, what becomes of them, and how they look.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use expect_test::{Expect, expect};
+use rtsl_render::film::Image;
+use rtsl_render::reader::FileSource;
+use rtsl_render::request::render_scene_from;
+use rtsl_render::scene::{LoadOptions, Scene, load_scene};
+use rtsl_render::{Messages, RenderRequest};
+
+/// Files in memory, whatever is in them.
+#[derive(Default)]
+struct Files(BTreeMap<PathBuf, Vec<u8>>);
+
+impl Files {
+    /// A scene that sees what `world` says.
+    fn with_world(world: &str) -> Files {
+        let head = "LookAt 3 2 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
+            Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n\
+            Sampler \"independent\" \"integer pixelsamples\" 1\nWorldBegin\n\
+            LightSource \"PointLight\" \"point3 position\" [4 8 -4] \"rgb intensity\" [90 90 90]\n";
+        Files::default().with("scene.pbrt", format!("{head}{world}"))
+    }
+
+    fn with(mut self, path: &str, content: impl Into<Vec<u8>>) -> Files {
+        self.0.insert(path.into(), content.into());
+        self
+    }
+}
+
+impl FileSource for Files {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+
+    fn list(&self, _folder: &Path) -> io::Result<Vec<PathBuf>> {
+        Ok(self.0.keys().cloned().collect())
+    }
+}
+
+fn mesh_file(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    std::fs::read(folder.join(name)).expect("the file is there")
+}
+
+fn load(files: &Files) -> Result<Scene, Messages> {
+    load_scene(Path::new("scene.pbrt"), files, &LoadOptions::default()).map(|loaded| loaded.scene)
+}
+
+fn scene(files: &Files) -> Scene {
+    load(files).unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+fn check_messages(files: &Files, expected: Expect) {
+    let messages = load(files).expect_err("the scene is wrong");
+    expected.assert_eq(&messages.to_text(false));
+}
+
+fn bits(image: &Image) -> Vec<[u32; 3]> {
+    image.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+}
+
+fn picture(files: &Files) -> Vec<[u32; 3]> {
+    let request = RenderRequest { scene: "scene.pbrt".into(), ..RenderRequest::default() };
+    let result = render_scene_from(&request, files);
+    let result = result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+    bits(&result.image)
+}
+
+const SQUARE: &str = "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \
+    \"integer indices\" [0 1 2  0 2 3] \"normal N\" [0 0 -1  0 0 -1  0 0 -1  0 0 -1] \
+    \"point2 uv\" [0 0  1 0  1 1  0 1]\n";
+
+#[test]
+fn a_mesh_is_one_object_with_elements() {
+    let scene = scene(&Files::with_world(SQUARE));
+    let [object] = scene.objects.as_slice() else { panic!("{} objects", scene.objects.len()) };
+    assert_eq!(object.elements, Some(2));
+    assert_eq!(object.primitive.buffer("indices").unwrap()[..], [0, 1, 2, 0, 2, 3]);
+    let uvs = object.primitive.buffer("uvs").unwrap().iter().map(|bits| f32::from_bits(*bits));
+    assert_eq!(uvs.collect::<Vec<_>>(), [0., 0., 1., 0., 1., 1., 0., 1.]);
+}
+
+#[test]
+fn the_three_encodings_of_a_file_are_one_mesh() {
+    let objects = ["text", "little_endian", "big_endian"].map(|encoding| {
+        let files =
+            Files::with_world("Shape \"plymesh\" \"string filename\" \"meshes/../cube.ply\"");
+        let files = files.with("cube.ply", mesh_file(&format!("cube_{encoding}.ply")));
+        scene(&files).objects.remove(0)
+    });
+    for object in &objects {
+        assert_eq!(object.elements, Some(12));
+        for name in ["positions", "normals", "uvs", "indices"] {
+            let buffer = |of: &rtsl_render::scene::SceneObject| of.primitive.buffer(name).cloned();
+            let (first, this): (Option<Arc<[u32]>>, _) = (buffer(&objects[0]), buffer(object));
+            assert!(first.is_some_and(|buffer| !buffer.is_empty()) && buffer(&objects[0]) == this);
+        }
+    }
+}
+
+/// The corners of the square with a texture that shows its coordinates, in single triangles.
+fn single_triangles() -> String {
+    let triangle = |corners: [[i32; 2]; 3]| {
+        let corner = |name: &str, [x, y]: [i32; 2]| {
+            let (u, v) = ((x + 1) / 2, (y + 1) / 2);
+            let upper = name.to_uppercase();
+            format!(
+                "\"point3 {name}\" [{x} {y} 0] \"point2 uv{upper}\" [{u} {v}] \
+                 \"normal normal{upper}\" [0 0 -1] "
+            )
+        };
+        let [a, b, c] = corners;
+        format!("Shape \"Triangle\" {}{}{}\n", corner("a", a), corner("b", b), corner("c", c))
+    };
+    triangle([[-1, -1], [1, -1], [1, 1]]) + &triangle([[-1, -1], [1, 1], [-1, 1]])
+}
+
+const CHECKED: &str = "Texture \"tiles\" \"spectrum\" \"Checker\" \"float scale\" 3\n\
+    Material \"Lambertian\" \"texture kd\" \"tiles\"\n";
+
+#[test]
+fn a_mesh_looks_like_its_triangles() {
+    let mesh = picture(&Files::with_world(&format!("{CHECKED}{SQUARE}")));
+    let single = picture(&Files::with_world(&format!("{CHECKED}{}", single_triangles())));
+    assert!(mesh.iter().any(|pixel| *pixel != mesh[0]), "there is something to see");
+    assert!(mesh == single);
+}
+
+#[test]
+fn a_quadrilateral_has_the_texture_coordinates_of_the_format() {
+    let text = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \
+        \"normal N\" [0 0 -1  0 0 -1  0 0 -1  0 0 -1]";
+    let mesh = picture(&Files::with_world(&format!("{CHECKED}{text}")));
+    assert!(mesh == picture(&Files::with_world(&format!("{CHECKED}{SQUARE}"))));
+}
+
+#[test]
+fn meshes_within_objects_are_placed() {
+    let placed = format!(
+        "ObjectBegin \"pair\"\n{CHECKED}{SQUARE}ObjectEnd\n\
+        ObjectInstance \"pair\"\n"
+    );
+    let placed = picture(&Files::with_world(&placed));
+    assert!(placed == picture(&Files::with_world(&format!("{CHECKED}{SQUARE}"))));
+}
+
+#[test]
+fn degenerate_triangles_are_never_hit() {
+    // A point, a line along no axis, and a triangle that repeats a corner.
+    let degenerate = "Shape \"trianglemesh\" \"point3 P\" [0.1 0.2 0.3  0.7 0.9 1.1  1.3 1.6 1.9] \
+        \"integer indices\" [0 0 0  0 1 2  0 1 0  1 1 2]\n";
+    let with = picture(&Files::with_world(&format!("{SQUARE}{degenerate}")));
+    assert!(with == picture(&Files::with_world(SQUARE)));
+}
+
+#[test]
+fn tiny_and_huge_meshes_are_seen() {
+    let square = |size: &str, scale: &str| {
+        format!(
+            "Scale {scale} {scale} {scale}\nShape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3] \
+             \"point3 P\" [-{size} -{size} 0  {size} -{size} 0  {size} {size} 0  -{size} {size} 0]"
+        )
+    };
+    let seen = |size: &str, scale: &str| {
+        let pixels = picture(&Files::with_world(&square(size, scale)));
+        pixels.iter().filter(|pixel| **pixel != [0; 3]).count()
+    };
+    let usual = seen("1", "1");
+    assert!(usual > 20);
+    assert_eq!(seen("1e-9", "1e9"), usual);
+    assert_eq!(seen("1e9", "1e-9"), usual);
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_said() {
+    let shape = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] \"integer indices\" [0 1 3]\n\
+        Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] \"point2 uv\" [0 0]\n\
+        Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]\n\
+        Shape \"trianglemesh\" \"point3 p\" [0 0 0  1 0 0  0 1 0]\n\
+        Shape \"plymesh\"\n\
+        Shape \"plymesh\" \"string filename\" \"cube.ply\"\n\
+        Shape \"plymesh\" \"string filename\" [\"cut.ply\"]\n\
+        Shape \"plymesh\" \"string filename\" \"scene.pbrt\"\n\
+        Shape \"plymesh\" \"float filename\" 3\n";
+    let mut cut = mesh_file("cube_little_endian.ply");
+    cut.truncate(500);
+    check_messages(
+        &Files::with_world(shape).with("cut.ply", cut),
+        expect![[r#"
+        error[E0620]: this `trianglemesh` cannot be used: a face has the corner 3, but there are 3 vertices
+          ┌─ scene.pbrt:6:7
+          │
+        6 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "integer indices" [0 1 3]
+          │       ^^^^^^^^^^^^^^
+          │
+          = help: indices count vertices from 0
+
+        error[E0620]: this `trianglemesh` cannot be used: it has 3 vertices, but 1 texture coordinates
+          ┌─ scene.pbrt:7:7
+          │
+        7 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "point2 uv" [0 0]
+          │       ^^^^^^^^^^^^^^
+          │
+          = help: give one for each vertex, or none at all
+
+        error[E0620]: this `bilinearmesh` cannot be used: a face has the corner 3, but there are 3 vertices
+          ┌─ scene.pbrt:8:7
+          │
+        8 │ Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0]
+          │       ^^^^^^^^^^^^^^
+          │
+          = help: indices count vertices from 0
+
+        error[E0608]: `trianglemesh` has no parameter `p`
+          ┌─ scene.pbrt:9:22
+          │
+        9 │ Shape "trianglemesh" "point3 p" [0 0 0  1 0 0  0 1 0]
+          │                      ^^^^^^^^^^
+          │
+          = help: did you mean `P`?
+
+        error[E0501]: `plymesh` names no file
+           ┌─ scene.pbrt:10:7
+           │
+        10 │ Shape "plymesh"
+           │       ^^^^^^^^^ expected `"string filename" "mesh.ply"`
+
+        error[E0601]: cannot read `cube.ply`: entity not found
+           ┌─ scene.pbrt:11:35
+           │
+        11 │ Shape "plymesh" "string filename" "cube.ply"
+           │                                   ^^^^^^^^^^ named here
+           │
+           = help: paths are relative to the folder of the scene
+
+        error[E0620]: this `plymesh` cannot be used: the file ends within a number
+           ┌─ scene.pbrt:12:35
+           │
+        12 │ Shape "plymesh" "string filename" ["cut.ply"]
+           │                                   ^^^^^^^^^^^
+           │
+           = help: it was cut off: copy or export it again
+
+        error[E0620]: this `plymesh` cannot be used: it is no PLY file
+           ┌─ scene.pbrt:13:35
+           │
+        13 │ Shape "plymesh" "string filename" "scene.pbrt"
+           │                                   ^^^^^^^^^^^^
+           │
+           = help: export it again, for example as binary PLY of triangles
+
+        error[E0607]: `filename` takes a string, found 1 numbers
+           ┌─ scene.pbrt:14:34
+           │
+        14 │ Shape "plymesh" "float filename" 3
+           │                                  ^
+
+    "#]],
+    );
+}
