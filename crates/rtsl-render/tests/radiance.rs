@@ -208,3 +208,30 @@ fn lamps_look_as_bright_as_they_are() {
     let image = render(&scene, &[]).image;
     assert_eq!(image.pixels[4 * 9 + 4], [3.0, 2.0, 1.0]);
 }
+
+#[test]
+fn names_of_the_format_have_its_space_and_its_defaults() {
+    let seen = |world: &str| {
+        let scene = format!("{HEAD}WorldBegin\n{world}");
+        render(&scene, &[]).image.pixels[4 * 9 + 4][0]
+    };
+    // A disk stands along z, so that this camera sees its face; by the name of its class, its edge.
+    let glow = r#"AreaLightSource "diffuse" "rgb L" 2 "float scale" 3 "bool twosided" true"#;
+    assert_eq!(seen(&format!("{glow}\nShape \"disk\" \"float radius\" 4")), 6.0);
+    assert_eq!(seen(&format!("{glow}\nTranslate 0 0.01 0\nShape \"Disk\"")), 0.0);
+    // Its normal points along +z, and lamps glow in front.
+    let front = r#"AreaLightSource "diffuse""#;
+    assert_eq!(seen(&format!("{front}\nShape \"disk\"")), 0.0);
+    assert_eq!(seen(&format!("{front}\nScale 1 1 -1\nShape \"disk\"")), 1.0);
+    // Without its points, a distant light shines along +z.
+    let matte = seen("LightSource \"distant\"\nMaterial \"diffuse\"\nShape \"disk\"");
+    assert!((matte - 0.5 / std::f32::consts::PI).abs() < 1e-6, "{matte}");
+}
+
+#[test]
+fn a_class_beside_the_scene_wins_over_a_name_of_the_format() {
+    let own = "class disk : rt_Primitive, rt_Material;\nvoid intersect() { hit(1.0); }\n\
+        void shade() { rt_SampleColor = color(rt_RayDirection.z); }";
+    let scene = format!("{HEAD}WorldBegin\nScale 1 1 3\nShape \"disk\"");
+    assert!(render(&scene, &[("disk.rtsl", own)]).image.pixels[4 * 9 + 4][0] > 0.9);
+}

@@ -15,7 +15,7 @@ use crate::scene::{
 
 use super::directive::Keyword;
 use super::files::{FileSource, resolve};
-use super::parameter::{ParameterType, Values};
+use super::parameter::{Parameter, ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
 
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
@@ -201,6 +201,7 @@ impl<'a> Interpreter<'a> {
                 return Err(unsupported(&command, "participating media"));
             }
             Keyword::ColorSpace => self.color_space(&command)?,
+            Keyword::PixelFilter if is_box_filter(&command) => {}
             Keyword::Accelerator | Keyword::PixelFilter | Keyword::Option => self.ignore(&command),
             Keyword::Include => self.include(&command)?,
             Keyword::Import => self.include(&command)?,
@@ -354,7 +355,9 @@ impl<'a> Interpreter<'a> {
     fn ignore(&mut self, command: &Command) {
         let message = format!("`{}` has no effect on this renderer", command.keyword.word());
         let note = match command.keyword {
-            Keyword::PixelFilter => Some("samples are averaged over their pixel (a box filter)"),
+            Keyword::PixelFilter => {
+                Some("samples are averaged over their pixel, as by `\"box\"` of radius 0.5")
+            }
             _ => None,
         };
         let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message).at(command.span, "");
@@ -662,6 +665,15 @@ fn array<const COUNT: usize>(command: &Command) -> [f64; COUNT] {
 /// The first quoted string of a command whose directive has one.
 fn first_text(command: &Command) -> &SpannedText {
     &command.texts[0]
+}
+
+/// Whether a `PixelFilter` asks for what this renderer does: the mean of a pixel's samples.
+fn is_box_filter(command: &Command) -> bool {
+    let is_half = |parameter: &Parameter| {
+        let half = matches!(&parameter.values, Values::Numbers(values) if *values == [0.5]);
+        half && matches!(parameter.name.as_str(), "xradius" | "yradius")
+    };
+    first_text(command).text == "box" && command.parameters.iter().all(is_half)
 }
 
 fn unsupported(command: &Command, what: &str) -> Box<Diagnostic> {

@@ -1,5 +1,6 @@
 //! From the description of a scene to a scene: find classes, make instances.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use rtsl::{
     Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
 };
 
-use crate::reader::{ReferenceKind, SceneFiles, Values};
+use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
 
 use super::arguments::{Resolve, argument};
 use super::classes::{Classes, Found};
@@ -15,7 +16,7 @@ use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use super::mesh_shape::MeshShape;
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
-use super::standard_names::{class_of, parameter_of};
+use super::standard_names::StandardName;
 
 /// The entities that the parts of a scene come from, by the indices of the parts.
 #[derive(Clone, Debug)]
@@ -191,12 +192,14 @@ impl<'a, 'f> Loader<'a, 'f> {
                 Some(emitter) => emitter,
                 None => None,
             };
+            let entity = &self.description.entities[shape.shape.0];
+            let placement = self.standard_name(entity).map(StandardName::placement);
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
                 elements: primitive.element_count(),
                 primitive,
-                transform: self.description.entities[shape.shape.0].transform,
+                transform: placement.map_or(entity.transform, |it| entity.transform.after(it)),
                 material,
                 emitter,
                 reverse_orientation: shape.reverse_orientation,
@@ -341,8 +344,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         if let Some(made) = self.unchanged(id, &class) {
             return Some(made.clone());
         }
-        // A class of the scene may have a mesh's name.
-        let mesh = MeshShape::named(&entity.class).filter(|_| class.name != entity.class);
+        let mesh = self.standard_name(entity).and_then(|_| MeshShape::named(&entity.class));
         let Arguments { values, named, standard } = match mesh {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
@@ -390,12 +392,7 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        for parameter in &entity.parameters {
-            let mut parameter = std::borrow::Cow::Borrowed(parameter);
-            let name = parameter_of(entity.kind, &entity.class, &parameter.name);
-            if name != parameter.name {
-                parameter.to_mut().name = name.to_owned();
-            }
+        for parameter in self.parameters(entity) {
             let mut resolver =
                 Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
             let value = argument(class, &parameter, &mut resolver);
@@ -413,6 +410,41 @@ impl<'a, 'f> Loader<'a, 'f> {
         complete.then_some(arguments)
     }
 
+    /// The parameters as the entity's class calls them.
+    fn parameters<'e>(&mut self, entity: &'e Entity) -> Vec<Cow<'e, Parameter>> {
+        let given = entity.parameters.iter().map(Cow::Borrowed);
+        let Some(standard) = self.standard_name(entity) else { return given.collect() };
+        let mut parameters: Vec<Cow<'e, Parameter>> = given.collect();
+        for parameter in &mut parameters {
+            let name = standard.parameter(&parameter.name);
+            if name != parameter.name {
+                let name = name.to_owned();
+                parameter.to_mut().name = name;
+            }
+        }
+        for (name, values) in standard.defaults() {
+            if parameters.iter().all(|parameter| parameter.name != name) {
+                parameters.push(Cow::Owned(Parameter {
+                    kind: ParameterType::Given,
+                    name: name.to_owned(),
+                    declaration: entity.class_span,
+                    values: Values::Numbers(values.to_vec()),
+                    values_span: entity.class_span,
+                }));
+            }
+        }
+        parameters
+    }
+
+    /// What a name means that is the format's. A class of the scene wins over it.
+    fn standard_name(&mut self, entity: &Entity) -> Option<&'static StandardName> {
+        let standard = StandardName::find(entity.kind, &entity.class)?;
+        match self.classes.find(&entity.class) {
+            Found::Nothing => Some(standard),
+            Found::Class(_) | Found::Broken => None,
+        }
+    }
+
     fn unknown_name(&self, kind: ReferenceKind, name: &str) -> Box<Diagnostic> {
         let message = format!("unknown {} `{name}`", kind.word());
         let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
@@ -424,11 +456,8 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 
     fn class(&mut self, entity: &Entity) -> Option<Arc<Class>> {
-        let class = match self.classes.find(&entity.class) {
-            // A class of the scene wins over the format's own names.
-            Found::Nothing => self.classes.find(class_of(entity.kind, &entity.class)),
-            found => found,
-        };
+        let standard = self.standard_name(entity);
+        let class = self.classes.find(standard.map_or(&entity.class, |standard| standard.class));
         let class = match class {
             Found::Class(class) => class,
             Found::Broken => return None,

@@ -138,7 +138,7 @@ impl Settings {
     }
 
     fn read_integrator(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
-        const KNOWN: [&str; 10] = [
+        const KNOWN: [&str; 15] = [
             "interactive",
             "whitted",
             "batch",
@@ -149,6 +149,11 @@ impl Settings {
             "directlighting",
             "randomwalk",
             "bdpt",
+            "ambientocclusion",
+            "lightpath",
+            "mlt",
+            "sppm",
+            "function",
         ];
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {

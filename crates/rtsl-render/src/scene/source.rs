@@ -16,7 +16,7 @@ use super::description::{Description, Entity, EntityId};
 use super::load::{Loader, Made, Origins};
 use super::scene::Scene;
 use super::settings::Settings;
-use super::standard_names::parameter_of;
+use super::standard_names::StandardName;
 
 /// What the command line adds to a scene.
 #[derive(Clone, Debug, Default)]
@@ -169,7 +169,9 @@ impl<'f> SceneSource<'f> {
         parameter: Option<Parameter>,
     ) -> Option<Parameter> {
         let entity = &mut self.description.entities[index];
-        let named = |it: &Parameter| parameter_of(entity.kind, &entity.class, &it.name) == name;
+        let standard = StandardName::find(entity.kind, &entity.class);
+        let named =
+            |it: &Parameter| standard.map_or(&*it.name, |its| its.parameter(&it.name)) == name;
         let place = entity.parameters.iter().position(named);
         let earlier = place.map(|place| entity.parameters.remove(place));
         entity.parameters.extend(parameter);

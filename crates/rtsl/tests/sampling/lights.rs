@@ -34,16 +34,20 @@ fn emission(light: &Shader, normal: Vec3, directions: &[Vec3]) -> Vec<Vec3> {
 }
 
 #[test]
-fn the_sky_is_sampled_with_its_density_and_shines_as_it_looks() {
-    let light = Shader::library("SkyLight", vec![]);
+fn skies_are_sampled_with_their_density_and_shine_as_they_look() {
+    check_sky(&Shader::library("SkyLight", vec![]));
+    check_sky(&Shader::library("ConstantSky", vec![("strength", 0.7_f32.into())]));
+}
+
+fn check_sky(light: &Shader) {
     for normal in [Vec3::Y, Vec3::NEG_Z, Vec3::new(-0.6, -0.3, 0.2).normalize()] {
         let mut samples = Vec::new();
         for numbers in batches(SAMPLES / thinning()) {
-            let mut rays = rays_at(&light, normal, numbers);
+            let mut rays = rays_at(light, normal, numbers);
             light.call(Method::Illumination, &mut rays);
             let directions = rays.vectors("rt_LightDirection");
-            let densities = density(&light, normal, &directions);
-            let emitted = emission(&light, normal, &directions);
+            let densities = density(light, normal, &directions);
+            let emitted = emission(light, normal, &directions);
             for (ray, color) in rays.vectors("rt_LightColor").into_iter().enumerate() {
                 let (direction, density) = (directions[ray], rays.floats("rt_PDF")[ray]);
                 samples.push(Sample { direction, density });
@@ -51,7 +55,7 @@ fn the_sky_is_sampled_with_its_density_and_shines_as_it_looks() {
                 assert!(color.distance(emitted[ray]) < 1e-3, "{color}, not {}", emitted[ray]);
             }
         }
-        let density = |directions: &[Vec3]| density(&light, normal, directions);
+        let density = |directions: &[Vec3]| density(light, normal, directions);
         compare(&Grid::sphere(normal), &samples, density, 0.003)
             .unwrap_or_else(|problem| panic!("normal {normal}: {problem}"));
     }

@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 use std::ops::Range;
 
 use glam::Vec3;
-use rtsl::Method;
+use rtsl::{Method, Value};
 
 use crate::call::{Rays, Shader, batches, constant, thinning};
 use crate::distribution::{Sample, compare};
@@ -137,6 +137,16 @@ fn ward(kd: f32, ks: f32) -> Shader {
     Shader::library("Ward", reflectances.into_iter().chain(roughness).collect())
 }
 
+fn conductor(reflectance: f32, across: f32, along: f32) -> Shader {
+    let parameters = vec![
+        ("reflectance", constant(reflectance)),
+        ("roughnessU", across.into()),
+        ("roughnessV", along.into()),
+        ("remapRoughness", false.into()),
+    ];
+    Shader::library("Conductor", parameters)
+}
+
 fn mix(first: &Shader, second: &Shader, amount: f32) -> Shader {
     let both = [("first", first.reference()), ("second", second.reference())];
     Shader::library("Mix", both.into_iter().chain([("amount", constant(amount))]).collect())
@@ -157,6 +167,56 @@ fn phong_samples_both_lobes() {
 fn ward_samples_both_lobes() {
     check("Ward, white highlight", &ward(0.0, 1.0), 0.0..1.02);
     check("Ward, white in sum", &ward(0.3, 0.7), 0.2..1.02);
+}
+
+/// What is missing from 1 is light that facets hide from one another.
+#[test]
+fn conductors_sample_their_visible_facets() {
+    check("Conductor, brushed", &conductor(1.0, 0.1, 0.3), 0.8..1.001);
+    check("Conductor, rough", &conductor(1.0, 0.5, 0.5), 0.6..1.001);
+    check("Conductor, grey", &conductor(0.5, 0.2, 0.4), 0.4..0.8);
+}
+
+/// By the Fresnel equations: `((n - 1)^2 + k^2) / ((n + 1)^2 + k^2)` straight on, 1 at grazing.
+#[test]
+fn polished_conductors_reflect_as_their_constants_say() {
+    let constants =
+        vec![("eta", Value::from([0.2, 1.5, 2.0])), ("k", Value::from([3.9, 0.0, 0.0]))];
+    let copper = Shader::library("Conductor", constants);
+    for (part, expected) in [(0.0, 0.951), (0.9999, 1.0)] {
+        let scattered = scatter(&copper, &Meeting::new(part, false));
+        assert!(scattered.samples.iter().all(|sample| sample.density == 0.0));
+        assert!((scattered.albedo - expected).abs() < 1e-3, "{part}: {}", scattered.albedo);
+    }
+}
+
+/// Light takes the same way back: value and cosine aside, viewer and light may change places.
+#[test]
+fn reflection_is_reciprocal() {
+    let materials =
+        [lambertian(), ward(0.3, 0.7), conductor(0.9, 0.1, 0.4), conductor(0.5, 0.6, 0.6)];
+    let meeting = Meeting::new(0.45, false);
+    let view = -meeting.ray.normalize();
+    let random_direction = |ray: usize| {
+        let [x, y, z] = [0, 1, 2].map(|it| 2.0 * random(ray as u64, it) - 1.0);
+        let direction = Vec3::new(x, y, z);
+        direction * direction.dot(meeting.normal).signum()
+    };
+    let lights: Vec<Vec3> = (0..500).map(|ray| random_direction(ray).normalize()).collect();
+    for material in materials {
+        let mut there = meeting.rays(&material, 0..lights.len());
+        there.set_vectors("rt_LightDirection", &lights);
+        material.call(Method::Bsdf, &mut there);
+        let mut back = meeting.rays(&material, 0..lights.len());
+        let rays: Vec<Vec3> = lights.iter().map(|light| -*light).collect();
+        back.set_vectors("rt_RayDirection", &rays);
+        back.fill_vector("rt_LightDirection", view);
+        material.call(Method::Bsdf, &mut back);
+        let pairs = there.vectors("rt_BSDFValue").into_iter().zip(back.vectors("rt_BSDFValue"));
+        for (there, back) in pairs {
+            assert!(there.x > 0.0 && (there.x - back.x).abs() < 1e-3 * there.x, "{there} {back}");
+        }
+    }
 }
 
 #[test]
