@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, MemberBlock, Method,
-    Shape, lookup_state, new_state,
+    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, Method, Objects, Shape,
+    lookup_state, new_state,
 };
 use serde::Serialize;
 
@@ -81,8 +81,8 @@ struct Rays {
     scratch: LaneBlock,
     accepted: LaneMask,
     distance: usize,
-    objects: Vec<Arc<InstanceBlock>>,
-    members: MemberBlock,
+    instances: Vec<InstanceBlock>,
+    objects: Objects,
 }
 
 /// Measures a class, and checks that both ways find the same hits.
@@ -101,15 +101,13 @@ pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult
         kernel.map_err(|error| error.message)
     };
     let ways = [Way::Single(kernel(Shape::Single)?), Way::Together(kernel(Shape::Leaf)?)];
-    let blocks = instances.iter().map(|instance| Arc::new(program.block(instance)));
-    let objects: Vec<_> = blocks.collect();
     let mut rays = Rays {
         states: (0..RAYS).map(|_| ray(&mut random)).collect(),
         scratch: program.new_scratch(OBJECTS),
         accepted: LaneMask::new(OBJECTS),
         distance: component("rt_HitDistance"),
-        members: MemberBlock::new(objects.clone()),
-        objects,
+        objects: program.objects(instances.iter().map(|it| &**it)),
+        instances: instances.iter().map(|instance| program.block(instance)).collect(),
     };
     let hits = ways.iter().map(|way| rays.hits(way)).collect::<Vec<_>>();
     if hits[0] != hits[1] {
@@ -145,19 +143,19 @@ impl Rays {
 
 impl Subject<Rays> for Way {
     fn run(&self, rays: &mut Rays, times: u32) {
-        let Rays { states, scratch, accepted, distance, objects, members } = rays;
+        let Rays { states, scratch, accepted, distance, instances: blocks, objects } = rays;
         for _ in 0..times {
             for state in &mut *states {
                 state.floats_mut(*distance)[0] = f32::INFINITY;
                 match self {
                     Way::Single(kernel) => {
-                        for object in &*objects {
-                            let instances = Instances::One(object);
+                        for block in &*blocks {
+                            let instances = Instances::One(block);
                             call(kernel, (state, scratch, accepted), 1, instances);
                         }
                     }
                     Way::Together(kernel) => {
-                        let instances = Instances::Range(members, 0);
+                        let instances = Instances::Range(objects, 0);
                         call(kernel, (state, scratch, accepted), OBJECTS, instances);
                     }
                 }

@@ -6,9 +6,9 @@ use std::mem::MaybeUninit;
 use rtsl_ir::host::Host;
 
 use crate::callbacks::HostTable;
-use crate::instance::{InstanceBlock, InstanceTable};
+use crate::instance::InstanceBlock;
 use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
-use crate::members::MemberBlock;
+use crate::objects::Objects;
 
 /// The arguments of a call of a kernel for `count` rays.
 pub struct CallArguments<'a> {
@@ -35,14 +35,54 @@ pub struct CallArguments<'a> {
 /// Whose method is called.
 #[derive(Clone, Copy)]
 pub enum Instances<'a> {
-    /// One object for all rays: for the shapes packet, common origin and single.
+    /// One instance for all rays: for kernels of the shapes packet, common origin and single that take no
+    /// objects.
     One(&'a InstanceBlock),
-    /// An object for each ray, by its number in the table: for the stream shape.
-    Many(&'a InstanceTable, &'a LaneIndices),
-    /// Objects in a row, the first with this number: for the leaf shape. The ray is lane 0 of
-    /// state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
+    /// The object of this number for all rays: for kernels of these shapes that take objects.
+    Object(&'a Objects, u32),
+    /// An object for each ray, by its number: for the stream shape.
+    Many(&'a Objects, &'a LaneIndices),
+    /// Objects in a row, the first with this number, a multiple of
+    /// [`OBJECTS_IN_BLOCK`](rtsl_packet::abi::OBJECTS_IN_BLOCK): for the leaf shape. The ray is lane 0 of state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
     /// other methods leave in lane `i` what they gave for the `i`th object.
-    Range(&'a MemberBlock, u32),
+    Range(&'a Objects, u32),
+}
+
+impl<'a> Instances<'a> {
+    /// The block of the one instance, or of what the objects share.
+    #[inline(always)]
+    pub fn block(self) -> &'a InstanceBlock {
+        match self {
+            Instances::One(block) => block,
+            Instances::Object(objects, _)
+            | Instances::Many(objects, _)
+            | Instances::Range(objects, _) => objects.shared(),
+        }
+    }
+
+    /// The objects; `None` for one instance.
+    #[inline(always)]
+    pub fn objects(self) -> Option<&'a Objects> {
+        match self {
+            Instances::One(_) => None,
+            Instances::Object(objects, _)
+            | Instances::Many(objects, _)
+            | Instances::Range(objects, _) => Some(objects),
+        }
+    }
+
+    /// The number of a lane's object; `None` for one instance.
+    ///
+    /// # Panics
+    /// If there is no such lane.
+    pub fn number(self, lane: usize) -> Option<u32> {
+        match self {
+            Instances::One(_) => None,
+            Instances::Object(_, number) => Some(number),
+            Instances::Many(_, indices) => Some(indices.as_slice()[lane]),
+            Instances::Range(_, first) => Some(first + lane as u32),
+        }
+    }
 }
 
 /// How a call ended.
@@ -64,14 +104,13 @@ pub(crate) struct RawCall {
     pub scratch: *const *mut u32,
     pub mask: *const i32,
     pub accepted: *mut i32,
-    pub instance: MaybeUninit<*const u8>,
-    pub instances: MaybeUninit<*const *const u8>,
+    pub instance: *const u8,
+    pub objects: MaybeUninit<*const u8>,
     pub index: MaybeUninit<*const u32>,
     pub host: *const HostTable,
     pub user: *mut c_void,
     pub count: u32,
     pub status: u32,
-    pub members: MaybeUninit<*const *mut u32>,
     pub first: MaybeUninit<u32>,
     pub nearest: u32,
 }
@@ -92,13 +131,12 @@ mod tests {
             ("mask", offset_of!(RawCall, mask), abi::CALL_MASK),
             ("accepted", offset_of!(RawCall, accepted), abi::CALL_ACCEPTED),
             ("instance", offset_of!(RawCall, instance), abi::CALL_INSTANCE),
-            ("instances", offset_of!(RawCall, instances), abi::CALL_INSTANCES),
+            ("objects", offset_of!(RawCall, objects), abi::CALL_OBJECTS),
             ("index", offset_of!(RawCall, index), abi::CALL_INDEX),
             ("host", offset_of!(RawCall, host), abi::CALL_HOST),
             ("user", offset_of!(RawCall, user), abi::CALL_USER),
             ("count", offset_of!(RawCall, count), abi::CALL_COUNT),
             ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
-            ("members", offset_of!(RawCall, members), abi::CALL_MEMBERS),
             ("first", offset_of!(RawCall, first), abi::CALL_FIRST),
             ("nearest", offset_of!(RawCall, nearest), abi::CALL_NEAREST),
             ("size", size_of::<RawCall>(), abi::CALL_SIZE),

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use rtsl_packet::ObjectForm;
 use rtsl_packet::abi::BUFFER_WORDS;
 
 /// The data of one instance in the layout of its class: members, and entries for the
 /// buffers, which the block keeps alive.
+#[derive(Clone, Default)]
 pub struct InstanceBlock {
     /// Two words each, because entries of buffers hold 64-bit addresses.
     words: Vec<[u32; 2]>,
@@ -33,20 +35,31 @@ pub struct BufferEntry {
     pub element_words: u32,
 }
 
-/// The entries of a block, or those that all of several blocks have.
+/// The entries of a block, or those that all of several objects have.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BufferEntries(Vec<BufferEntry>);
 
 impl BufferEntries {
-    pub fn common<'a>(mut blocks: impl Iterator<Item = &'a InstanceBlock>) -> BufferEntries {
-        let mut common = blocks.next().map_or_else(BufferEntries::default, |it| it.entries.clone());
-        blocks.for_each(|block| common.0.retain(|entry| block.entries.contains(entry)));
-        common
+    /// Those that objects of the form have, by words of the objects.
+    pub fn in_objects(&self, form: &ObjectForm) -> BufferEntries {
+        let entries = self.0.iter().filter_map(|entry| {
+            let offset = form.position(entry.offset, BUFFER_WORDS)?;
+            Some(BufferEntry { offset, ..*entry })
+        });
+        BufferEntries(entries.collect())
+    }
+
+    pub fn retain_common(&mut self, others: &BufferEntries) {
+        self.0.retain(|entry| others.contains(entry));
     }
 
     #[inline]
     pub fn contains(&self, entry: &BufferEntry) -> bool {
         self.0.contains(entry)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 }
 
@@ -118,50 +131,3 @@ impl std::fmt::Debug for InstanceBlock {
         write!(f, "InstanceBlock({} words, {} buffers)", self.words().len(), self.buffers.len())
     }
 }
-
-/// Instances of one class, by number: what the stream shape takes.
-#[derive(Default)]
-pub struct InstanceTable {
-    blocks: Vec<Arc<InstanceBlock>>,
-    pointers: Vec<*const u8>,
-    /// The size of the smallest block.
-    least_words: usize,
-    /// What all blocks have.
-    entries: BufferEntries,
-}
-
-impl InstanceTable {
-    /// The instances `blocks`, numbered from 0.
-    pub fn new(blocks: Vec<Arc<InstanceBlock>>) -> InstanceTable {
-        let pointers = blocks.iter().map(|block| block.pointer()).collect();
-        let least_words = blocks.iter().map(|block| block.words().len()).min().unwrap_or(0);
-        let entries = BufferEntries::common(blocks.iter().map(|block| &**block));
-        InstanceTable { blocks, pointers, least_words, entries }
-    }
-
-    /// The instances.
-    #[inline]
-    pub fn blocks(&self) -> &[Arc<InstanceBlock>] {
-        &self.blocks
-    }
-
-    #[inline]
-    pub(crate) fn least_words(&self) -> usize {
-        self.least_words
-    }
-
-    #[inline]
-    pub(crate) fn entries(&self) -> &BufferEntries {
-        &self.entries
-    }
-
-    #[inline]
-    pub(crate) fn pointers(&self) -> *const *const u8 {
-        self.pointers.as_ptr()
-    }
-}
-
-// Safety: the pointers are to blocks that the table keeps alive and nobody writes to.
-unsafe impl Send for InstanceTable {}
-// Safety: as above.
-unsafe impl Sync for InstanceTable {}

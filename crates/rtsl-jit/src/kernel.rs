@@ -83,27 +83,27 @@ impl CompiledKernel {
             scratch: scratch.table_mut(),
             mask: mask.map_or(std::ptr::null(), |mask| mask.pointer().cast_const()),
             accepted: accepted.map_or(std::ptr::null_mut(), |accepted| accepted.pointer()),
-            instance: MaybeUninit::uninit(),
-            instances: MaybeUninit::uninit(),
+            instance: instances.block().pointer(),
+            objects: MaybeUninit::uninit(),
             index: MaybeUninit::uninit(),
             host: &HOST_TABLE,
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
-            members: MaybeUninit::uninit(),
             first: MaybeUninit::uninit(),
             nearest: abi::NO_OBJECT,
         };
         match instances {
-            Instances::One(block) => {
-                raw.instance.write(block.pointer());
+            Instances::One(_) => {}
+            Instances::Object(objects, number) => {
+                raw.objects.write(objects.pointer(number as usize));
             }
-            Instances::Many(table, indices) => {
-                raw.instances.write(table.pointers());
+            Instances::Many(objects, indices) => {
+                raw.objects.write(objects.pointer(0));
                 raw.index.write(indices.pointer());
             }
-            Instances::Range(members, first) => {
-                raw.members.write(members.table());
+            Instances::Range(objects, first) => {
+                raw.objects.write(objects.pointer(first as usize));
                 raw.first.write(first);
             }
         }

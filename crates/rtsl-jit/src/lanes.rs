@@ -184,13 +184,7 @@ impl LaneBlock {
         unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
     }
 
-    /// The table of arrays for a kernel, which may read each up to the padding's end.
-    #[inline]
-    pub(crate) fn table(&self) -> *const *mut u32 {
-        self.table.as_ptr()
-    }
-
-    /// The same for a kernel that may write, too.
+    /// The table of arrays for a kernel, which may read and write each up to the padding's end.
     #[inline]
     pub(crate) fn table_mut(&mut self) -> *const *mut u32 {
         self.table.as_ptr()

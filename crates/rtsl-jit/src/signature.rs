@@ -8,7 +8,8 @@ use rtsl_packet::{Kernel, Shape, abi};
 
 use crate::call::{CallArguments, Instances};
 use crate::components::ComponentSet;
-use crate::instance::{BufferEntries, BufferEntry};
+use crate::instance::{BufferEntry, InstanceBlock};
+use crate::objects::Objects;
 
 /// What a kernel takes; calls are checked against it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,10 +18,14 @@ pub struct Signature {
     pub state: ComponentSet,
     /// Scratch arrays that it needs, counted from the first of the class's layout.
     pub scratch_arrays: u32,
-    /// Words of an instance's block that it needs.
+    /// Words that it needs of the instance's block, or of the one that objects share.
     pub block_words: u32,
-    /// The buffers that it needs.
+    /// The buffers that it needs there.
     pub buffers: Arc<[BufferEntry]>,
+    /// Words of each object, where it takes objects.
+    pub object_words: Option<u32>,
+    /// The buffers that it needs of each object, by words of the object.
+    pub object_buffers: Arc<[BufferEntry]>,
     /// What the lanes of a call have in common.
     pub shape: Shape,
     /// Whether it says which rays it found a hit for.
@@ -32,15 +37,22 @@ impl Signature {
     pub fn of(kernel: &Kernel) -> Signature {
         let places = |kind| kernel.places.iter().filter(move |it| it.place.kind == kind);
         let end = |place: &KernelPlace| place.location.saturating_add(place.place.len);
-        let buffers = places(PlaceKind::Buffer)
-            .map(|buffer| BufferEntry { offset: buffer.location, element_words: buffer.place.len });
-        let buffers: Arc<[BufferEntry]> = buffers.collect();
+        let buffers = |of_objects| -> Arc<[BufferEntry]> {
+            let buffers = places(PlaceKind::Buffer).filter(|it| it.of_objects == of_objects);
+            let entry =
+                |it: &KernelPlace| BufferEntry { offset: it.location, element_words: it.place.len };
+            buffers.map(entry).collect()
+        };
+        let (buffers, object_buffers) = (buffers(false), buffers(true));
         let entry_ends = buffers.iter().map(|it| it.offset.saturating_add(abi::BUFFER_WORDS));
+        let members = places(PlaceKind::Member).filter(|it| !it.of_objects).map(end);
         Signature {
             state: state_components(kernel),
             scratch_arrays: places(PlaceKind::Scratch).map(end).max().unwrap_or(0),
-            block_words: places(PlaceKind::Member).map(end).chain(entry_ends).max().unwrap_or(0),
+            block_words: members.chain(entry_ends).max().unwrap_or(0),
             buffers,
+            object_words: kernel.object_words,
+            object_buffers,
             shape: kernel.shape,
             accepts: kernel.accepted_output().is_some(),
         }
@@ -54,27 +66,42 @@ impl Signature {
     #[inline(always)]
     pub fn check(&self, call: &CallArguments<'_>) {
         match (self.shape, call.instances) {
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(block)) => {
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(_)) => {
                 self.check_rays(call);
-                self.check_blocks(block.words().len(), block.entries());
+                assert!(self.object_words.is_none(), "the kernel takes objects");
             }
-            (Shape::Leaf, Instances::Range(members, first)) => {
+            (
+                Shape::Packet | Shape::CommonOrigin | Shape::Single,
+                Instances::Object(objects, number),
+            ) => {
+                self.check_rays(call);
+                self.check_objects(objects);
+                assert!((number as usize) < objects.len(), "the object is one of these");
+            }
+            (Shape::Leaf, Instances::Range(objects, first)) => {
                 self.check_lanes(call, if self.accepts { 1 } else { call.count.max(1) });
+                self.check_objects(objects);
                 let end = (first as usize).checked_add(call.count);
-                let number = members.instances().len();
-                assert!(end.is_some_and(|end| end <= number), "the block has all objects");
-                assert!(number <= abi::NO_OBJECT as usize, "objects have numbers");
-                self.check_blocks(members.least_words(), members.entries());
+                assert!(end.is_some_and(|end| end <= objects.len()), "all objects are of these");
+                let begins_block = first.is_multiple_of(abi::OBJECTS_IN_BLOCK);
+                assert!(begins_block, "the first object is the first of a block");
             }
-            (Shape::Stream, Instances::Many(table, indices)) => {
+            (Shape::Stream, Instances::Many(objects, indices)) => {
                 self.check_rays(call);
-                check_indices(indices.as_slice(), call.count, table.blocks().len());
-                self.check_blocks(table.least_words(), table.entries());
+                self.check_objects(objects);
+                check_indices(indices.as_slice(), call.count, objects.len());
             }
-            (shape, Instances::One(_) | Instances::Many(..) | Instances::Range(..)) => {
+            (
+                shape,
+                Instances::One(_)
+                | Instances::Object(..)
+                | Instances::Many(..)
+                | Instances::Range(..),
+            ) => {
                 panic!("the {} shape takes its instances in another form", shape.name())
             }
         }
+        self.check_block(call.instances.block());
         if self.shape == Shape::Single {
             let is_one = call.count == 1 && call.mask.is_none();
             assert!(is_one, "the single shape takes one ray and no mask");
@@ -106,12 +133,22 @@ impl Signature {
         assert!(mask.is_none_or(|mask| mask.lanes() >= *count), "the mask has every ray");
     }
 
-    /// Checks blocks by the size of the smallest and the buffers that all have.
+    /// Checks the instance's block, or that which objects share.
     #[inline(always)]
-    fn check_blocks(&self, words: usize, entries: &BufferEntries) {
+    fn check_block(&self, block: &InstanceBlock) {
+        let words = block.words().len();
         assert!(words >= self.block_words as usize, "the instance is one of the class");
-        let has_all = self.buffers.iter().all(|buffer| entries.contains(buffer));
+        let has_all = self.buffers.iter().all(|buffer| block.entries().contains(buffer));
         assert!(has_all, "the instance has the buffers of the class");
+    }
+
+    /// Checks what all objects have.
+    #[inline(always)]
+    fn check_objects(&self, objects: &Objects) {
+        let words = Some(objects.form().words().len() as u32);
+        assert!(self.object_words == words, "objects have the form that the kernel is made for");
+        let has_all = self.object_buffers.iter().all(|it| objects.entries().contains(it));
+        assert!(has_all, "objects have the buffers of the class");
     }
 }
 

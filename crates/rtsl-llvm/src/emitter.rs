@@ -30,6 +30,8 @@ pub struct Emitter<'a, 'm> {
     pub values: Values,
     pub chunk: Chunk,
     pub buffers: Buffers,
+    /// The chunk's objects: the address of the first, in the stream shape of each lane's.
+    pub objects: Option<Operand>,
     pub requests: RequestMemory,
     pub nearest: Nearest,
     /// The address of each slot, by place.
@@ -59,7 +61,6 @@ pub enum PointerSource {
     Call,
     State,
     Scratch,
-    Members,
     Host,
 }
 
@@ -93,6 +94,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             values: Values::new(kernel, masks_in_lanes),
             chunk: Chunk::default(),
             buffers: Buffers::default(),
+            objects: None,
             requests: RequestMemory::default(),
             nearest: Nearest::default(),
             slots: vec![None; kernel.places.len()],
@@ -240,7 +242,6 @@ entry:
             PointerSource::Call => None,
             PointerSource::State => Some(abi::CALL_STATE),
             PointerSource::Scratch => Some(abi::CALL_SCRATCH),
-            PointerSource::Members => Some(abi::CALL_MEMBERS),
             PointerSource::Host => Some(abi::CALL_HOST),
         };
         let base = table.map(|table| self.pointer(PointerSource::Call, table));

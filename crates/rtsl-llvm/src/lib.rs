@@ -21,6 +21,7 @@ mod host;
 mod memory;
 mod module;
 mod nearest;
+mod objects;
 mod operand;
 mod target;
 mod values;

@@ -1,4 +1,4 @@
-//! Loads and stores: lane arrays, instances' blocks, buffers and slots.
+//! Loads and stores: lane arrays, the instance's block, buffers and slots.
 //!
 //! Every dynamic index is inside its place in all lanes, those that are off too, so that any lane may
 //! be loaded: it is clamped here unless packet code shows that it has been. A buffer without
@@ -9,7 +9,6 @@ use rtsl_packet::kernel::{KernelOutput, KernelPlace};
 use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
-use crate::module::ZERO_WORD;
 use crate::operand::{LlvmType, Operand, memory_element};
 
 /// The tables of lane arrays.
@@ -17,8 +16,6 @@ use crate::operand::{LlvmType, Operand, memory_element};
 pub enum LaneTable {
     State,
     Scratch,
-    /// By object, in the leaf shape.
-    Members,
 }
 
 impl LaneTable {
@@ -27,7 +24,6 @@ impl LaneTable {
         match self {
             LaneTable::State => abi::CALL_STATE,
             LaneTable::Scratch => abi::CALL_SCRATCH,
-            LaneTable::Members => abi::CALL_MEMBERS,
         }
     }
 
@@ -35,33 +31,28 @@ impl LaneTable {
         match self {
             LaneTable::State => PointerSource::State,
             LaneTable::Scratch => PointerSource::Scratch,
-            LaneTable::Members => PointerSource::Members,
         }
     }
 }
 
-/// What is known of the instances of the call.
+/// What is known of the data of the call.
 #[derive(Default)]
 pub struct Buffers {
-    /// The blocks of the rays' instances, lanes; only in the stream shape.
-    blocks: Option<Operand>,
-    /// Only in the leaf shape.
-    first_object: Option<Operand>,
     /// Arrays of scratch that all lanes share and outputs overwrite, by location.
     copies: std::collections::BTreeMap<u32, Operand>,
     /// By place.
-    buffers: std::collections::BTreeMap<u32, Buffer>,
+    pub buffers: std::collections::BTreeMap<u32, Buffer>,
 }
 
 /// A buffer as it can be loaded from.
 #[derive(Clone, Copy)]
-struct Buffer {
+pub struct Buffer {
     /// Its first scalar; uniform or lanes, as the rest.
-    address: Operand,
+    pub address: Operand,
     /// The number of its elements, i32.
-    count: Operand,
+    pub count: Operand,
     /// The index of its last scalar, i32; -1 if there is none.
-    last: Operand,
+    pub last: Operand,
 }
 
 impl Emitter<'_, '_> {
@@ -72,13 +63,11 @@ impl Emitter<'_, '_> {
         let loaded = match place.place.kind {
             PlaceKind::State => self.load_lanes(LaneTable::State, id, index),
             PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, id, index),
+            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted if place.of_objects => {
+                self.load_of_objects(id, index)
+            }
             PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
-                match self.kernel.shape {
-                    Shape::Leaf => self.load_lanes(LaneTable::Members, id, index),
-                    Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
-                        self.load_member(id, index)
-                    }
-                }
+                self.load_member(id, index)
             }
             PlaceKind::Buffer => self.load_buffer(id, place, index),
             PlaceKind::Slot => self.load_slot(id, place, index),
@@ -109,12 +98,12 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("sext i1 {condition} to i32"))
     }
 
-    fn load(&mut self, ty: LlvmType, at: Operand) -> Operand {
+    pub fn load(&mut self, ty: LlvmType, at: Operand) -> Operand {
         self.instruction(format_args!("load {ty}, ptr {at}, align 4"))
     }
 
     /// Loads a `ty` from each of the addresses, `ty.count` of them.
-    fn gather(&mut self, ty: LlvmType, addresses: Operand) -> Operand {
+    pub fn gather(&mut self, ty: LlvmType, addresses: Operand) -> Operand {
         let align = if ty.element == "ptr" { 8 } else { 4 };
         if !ty.is_vector() {
             return self.instruction(format_args!("load {ty}, ptr {addresses}, align {align}"));
@@ -154,7 +143,7 @@ impl Emitter<'_, '_> {
 
     /// A dynamic index into the scalars of a place other than a buffer, clamped unless it is known to be
     /// inside.
-    fn clamp_index(&mut self, value: Value, id: PlaceId) -> (Operand, bool) {
+    pub fn clamp_index(&mut self, value: Value, id: PlaceId) -> (Operand, bool) {
         let (index, lanes) = self.index_operand(value);
         if self.ranges.is_inside(self.kernel, value, id) {
             return (index, lanes);
@@ -169,33 +158,8 @@ impl Emitter<'_, '_> {
     /// The address of the chunk in lane array `array`.
     pub fn lane_address(&mut self, table: LaneTable, array: u32) -> Operand {
         let array = self.pointer(table.source(), array * 8);
-        let base = self.lane_base(table);
-        self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
-    }
-
-    /// The position of the chunk's first lane in a lane array.
-    fn lane_base(&mut self, table: LaneTable) -> Operand {
         let base = self.chunk_base();
-        match table {
-            LaneTable::State | LaneTable::Scratch => base,
-            LaneTable::Members => {
-                let first = self.first_object();
-                self.instruction(format_args!("add nuw i64 {base}, {first}"))
-            }
-        }
-    }
-
-    /// The number of the call's first object, i64.
-    fn first_object(&mut self) -> Operand {
-        if let Some(first) = self.buffers.first_object {
-            return first;
-        }
-        let offset = abi::CALL_FIRST;
-        let at = self.setup(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
-        let word = self.setup(format_args!("load i32, ptr {at}, align 4"));
-        let first = self.setup(format_args!("zext i32 {word} to i64"));
-        self.buffers.first_object = Some(first);
-        first
+        self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }
 
     /// The lane array of an output.
@@ -240,7 +204,7 @@ impl Emitter<'_, '_> {
             Index::Dynamic(index) => index,
         };
         let (index, by_lane) = self.clamp_index(index, id);
-        let base = self.lane_base(table);
+        let base = self.chunk_base();
         let table = self.pointer(PointerSource::Call, table.offset());
         let first = self.offset(table, place.location * 8);
         let indices = self.vector("i32", by_lane);
@@ -326,81 +290,12 @@ impl Emitter<'_, '_> {
         format!("<{}>", numbers.collect::<Vec<_>>().join(", "))
     }
 
-    // Instances.
-
-    /// Finds the instances of the rays where each has its own, and their buffers.
-    pub fn emit_instances(&mut self) {
-        let varies = |place: &KernelPlace| {
-            place.varies && matches!(place.place.kind, PlaceKind::Member | PlaceKind::Buffer)
-        };
-        if !self.kernel.places.iter().any(varies) {
-            return;
-        }
-        match self.kernel.shape {
-            Shape::Stream => self.emit_blocks(),
-            Shape::Leaf => {}
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => return,
-        }
-        for (number, place) in self.kernel.places.iter().enumerate() {
-            if place.place.kind == PlaceKind::Buffer {
-                let buffer = self.buffer_of_lanes(place);
-                self.buffers.buffers.insert(number as u32, buffer);
-            }
-        }
-    }
-
-    /// Finds the blocks of the rays' instances.
-    fn emit_blocks(&mut self) {
-        let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);
-        let table = self.pointer(PointerSource::Call, abi::CALL_INSTANCES);
-        let base = self.chunk_base();
-        let ty = self.lanes("i32");
-        let at = self.instruction(format_args!("getelementptr i32, ptr {indices}, i64 {base}"));
-        let numbers = self.load(ty, at);
-        let numbers = self.numbers_of_active(ty, numbers);
-        let wide = self.lanes("i64");
-        let numbers = self.instruction(format_args!("zext {ty} {numbers} to {wide}"));
-        let entries =
-            self.instruction(format_args!("getelementptr ptr, ptr {table}, {wide} {numbers}"));
-        let blocks = self.gather(self.lanes("ptr"), entries);
-        self.buffers.blocks = Some(blocks);
-    }
-
-    /// Instance numbers in which lanes that are off have that of one that is on: theirs
-    /// may be anything.
-    fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
-        if !ty.is_vector() || self.is_full() {
-            return numbers;
-        }
-        let mask = self.kernel.body.params[0];
-        let bits = self.bits(mask);
-        let lane = self.first_lane(bits);
-        let first = self.instruction(format_args!("extractelement {ty} {numbers}, i32 {lane}"));
-        let first = self.splat_here("i32", first);
-        let bit = ty.of("i1");
-        self.instruction(format_args!("select {bit} {bits}, {ty} {numbers}, {ty} {first}"))
-    }
-
-    /// The addresses of a word of the instances: of one, or of each ray's.
-    fn member_address(&mut self, place: &KernelPlace) -> (Operand, LlvmType) {
-        let (blocks, ty) = if place.varies {
-            let blocks = self.buffers.blocks.expect("instances are found first");
-            (blocks, self.lanes("ptr"))
-        } else {
-            (self.pointer(PointerSource::Call, abi::CALL_INSTANCE), self.vector("ptr", false))
-        };
-        let offset = place.location * 4;
-        if offset == 0 {
-            return (blocks, ty);
-        }
-        let text = format_args!("getelementptr i8, {ty} {blocks}, i64 {offset}");
-        (self.instruction(text), ty)
-    }
-
     fn load_member(&mut self, id: PlaceId, index: Index) -> Operand {
         let place = self.kernel.place(id);
         let element = memory_element(place.place.scalar);
-        let (base, pointers) = self.member_address(place);
+        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
+        let (base, pointers) =
+            (self.offset(instance, place.location * 4), self.vector("ptr", false));
         match index {
             Index::Constant(0) => self.gather(pointers.of(element), base),
             Index::Constant(index) => {
@@ -416,7 +311,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Loads scalars at an index from an address, where either may be lanes.
-    fn load_at(
+    pub fn load_at(
         &mut self,
         element: &'static str,
         (base, pointers): (Operand, LlvmType),
@@ -476,87 +371,6 @@ impl Emitter<'_, '_> {
         let buffer = self.buffer_of_call(place);
         self.buffers.buffers.insert(id.0, buffer);
         buffer
-    }
-
-    /// The buffer of the call's one instance, found in the setup.
-    fn buffer_of_call(&mut self, place: &KernelPlace) -> Buffer {
-        self.module.use_zero();
-        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
-        let (entry, len) = (place.location * 4, place.place.len);
-        let at = self.setup(format_args!("getelementptr i8, ptr {instance}, i64 {entry}"));
-        let address = self.setup(format_args!("load ptr, ptr {at}, align 8"));
-        let count_at = self.setup(format_args!("getelementptr i8, ptr {at}, i64 8"));
-        let count = self.setup(format_args!("load i32, ptr {count_at}, align 8"));
-        let wide = self.setup(format_args!("zext i32 {count} to i64"));
-        let total = self.setup(format_args!("mul i64 {wide}, {len}"));
-        let last = self.setup(format_args!("sub i64 {total}, 1"));
-        let fits = self.setup(format_args!("icmp slt i64 {last}, {}", i32::MAX));
-        let reached = self.setup(format_args!("select i1 {fits}, i64 {last}, i64 {}", i32::MAX));
-        let last = self.setup(format_args!("trunc i64 {reached} to i32"));
-        let empty = self.setup(format_args!("icmp eq i32 {count}, 0"));
-        let address = self.setup(format_args!("select i1 {empty}, ptr {ZERO_WORD}, ptr {address}"));
-        Buffer { address, count, last }
-    }
-
-    /// A buffer's entry in the blocks of the rays' instances: its addresses and counts.
-    fn entry_of_blocks(&mut self, place: &KernelPlace) -> (Operand, Operand) {
-        let (blocks, pointers) = self.member_address(place);
-        let address = self.gather(pointers, blocks);
-        let count_at =
-            self.instruction(format_args!("getelementptr i8, {pointers} {blocks}, i64 8"));
-        (address, self.gather(self.lanes("i32"), count_at))
-    }
-
-    /// A buffer's entry in the arrays of members: the words of addresses, low ones first, and
-    /// counts.
-    fn entry_of_members(&mut self, place: &KernelPlace) -> (Operand, Operand) {
-        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
-        let [low, high, count] = [0, 1, 2].map(|word| {
-            let at = self.lane_address(LaneTable::Members, place.location + word);
-            self.load(words, at)
-        });
-        let [low, high] =
-            [low, high].map(|half| self.instruction(format_args!("zext {words} {half} to {wide}")));
-        let shift = self.constant_lanes("i64", Operand::Int(32));
-        let high = self.instruction(format_args!("shl {wide} {high}, {shift}"));
-        let address = self.instruction(format_args!("or {wide} {low}, {high}"));
-        let address = self.instruction(format_args!("inttoptr {wide} {address} to {pointers}"));
-        (address, count)
-    }
-
-    /// The buffers of the lanes' instances, found for each chunk.
-    fn buffer_of_lanes(&mut self, place: &KernelPlace) -> Buffer {
-        self.module.use_zero();
-        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
-        let (address, count) = match self.kernel.shape {
-            Shape::Leaf => self.entry_of_members(place),
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
-                self.entry_of_blocks(place)
-            }
-        };
-        let len = place.place.len;
-        let extended = self.instruction(format_args!("zext {words} {count} to {wide}"));
-        let len = self.constant_lanes("i64", Operand::Int(len as i32));
-        let total = self.instruction(format_args!("mul {wide} {extended}, {len}"));
-        let minus_one = self.constant_lanes("i64", Operand::Int(-1));
-        let last = self.instruction(format_args!("add {wide} {total}, {minus_one}"));
-        let greatest = self.constant_lanes("i64", Operand::Int(i32::MAX));
-        let last = self.clamp_one_side("smin", wide, last, greatest);
-        let last = self.instruction(format_args!("trunc {wide} {last} to {words}"));
-        let zero = if words.is_vector() { Operand::Zero } else { Operand::Int(0) };
-        let bit = self.lanes("i1");
-        let empty = self.instruction(format_args!("icmp eq {words} {count}, {zero}"));
-        let nothing = self.splat_address(ZERO_WORD);
-        let address = self.instruction(format_args!(
-            "select {bit} {empty}, {pointers} {nothing}, {pointers} {address}"
-        ));
-        Buffer { address, count, last }
-    }
-
-    /// A global's address in all lanes.
-    fn splat_address(&mut self, global: &str) -> Operand {
-        let one = self.instruction(format_args!("getelementptr i8, ptr {global}, i64 0"));
-        self.splat_here("ptr", one)
     }
 
     fn load_buffer(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {

@@ -12,24 +12,29 @@
 //! | 8 | `scratch: **u32` | a lane array for each scratch scalar, by the class layout |
 //! | 16 | `mask: *i32` | 0 or -1 a ray; null: all rays |
 //! | 24 | `accepted: *i32` | `intersect` writes 0 or -1 for every ray of the mask, 0 for the others up to the count |
-//! | 32 | `instance: *u8` | packet, common origin, single: the instance's block |
-//! | 40 | `instances: **u8` | stream shape: blocks by instance number |
-//! | 48 | `index: *u32` | stream shape: the instance number of each ray |
+//! | 32 | `instance: *u8` | the block of the instance, or of what objects share |
+//! | 40 | `objects: *u8` | blocks of objects: stream shape from object 0 on, leaf shape from the first object on; else the object's first word |
+//! | 48 | `index: *u32` | stream shape: the object number of each ray |
 //! | 56 | `host: *HostTable` | the functions below |
 //! | 64 | `user: *void` | passed to them |
 //! | 72 | `count: u32` | rays; 1 in the single shape, which looks at neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
-//! | 80 | `members: **u32` | leaf shape: for each word of an instance's block an array of it, by object number |
-//! | 88 | `first: u32` | leaf shape: the number of the object in lane 0 |
-//! | 92 | `nearest: u32` | leaf shape: `intersect` writes the number of the object with the nearest hit, and leaves it as it is where there is none |
+//! | 80 | `first: u32` | leaf shape: the number of the object in lane 0, a multiple of [`OBJECTS_IN_BLOCK`] |
+//! | 84 | `nearest: u32` | leaf shape: `intersect` writes the number of the object with the nearest hit, and leaves it as it is where there is none |
 //!
 //! In the leaf shape lanes are `count` objects in a row, and the ray is lane 0 of `state` and `scratch`.
-//! Arrays of members are readable for [`LANE_PADDING`] objects past the last of the range. `intersect` leaves
+//! Blocks of objects are readable for [`LANE_PADDING`] objects from the first of any block. `intersect` leaves
 //! `accepted` alone and stores to lane 0 only; other methods store to the lanes of the objects.
 //!
 //! An instance's block holds the members at the word offsets of the class layout. A buffer takes
 //! [`BUFFER_WORDS`] words at an even offset: a 64-bit address of its words, the number of elements, and a
 //! word unused. Blocks are 8-byte aligned.
+//!
+//! Objects are many instances of one program by number, in blocks of [`OBJECTS_IN_BLOCK`]. Word `w` of object `n` of
+//! objects with `words` words lies `(n / 8 * words + w) * 32 + n % 8 * 4` bytes after the first block, which is 32-byte
+//! aligned: a vector of objects in a row is one load for each 8, and all words of one object lie near each
+//! other. What is the same for all of them stands in one instance's block beside. Entries of buffers have
+//! no alignment in objects.
 //!
 //! The host table holds C function pointers in the order of the `HOST_` constants. Lane sets are
 //! passed as `(base: u32, active: u32)`; lanes, queries and samples by pointers to structs of
@@ -54,16 +59,18 @@ pub const CALL_SCRATCH: u32 = 8;
 pub const CALL_MASK: u32 = 16;
 pub const CALL_ACCEPTED: u32 = 24;
 pub const CALL_INSTANCE: u32 = 32;
-pub const CALL_INSTANCES: u32 = 40;
+pub const CALL_OBJECTS: u32 = 40;
 pub const CALL_INDEX: u32 = 48;
 pub const CALL_HOST: u32 = 56;
 pub const CALL_USER: u32 = 64;
 pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
-pub const CALL_MEMBERS: u32 = 80;
-pub const CALL_FIRST: u32 = 88;
-pub const CALL_NEAREST: u32 = 92;
-pub const CALL_SIZE: u32 = 96;
+pub const CALL_FIRST: u32 = 80;
+pub const CALL_NEAREST: u32 = 84;
+pub const CALL_SIZE: u32 = 88;
+
+/// Objects in a block: as many as the vectors of most machines have lanes.
+pub const OBJECTS_IN_BLOCK: u32 = 8;
 
 /// No object's number.
 pub const NO_OBJECT: u32 = u32::MAX;

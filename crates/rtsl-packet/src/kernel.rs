@@ -94,9 +94,10 @@ pub struct KernelPlace {
     /// It differs from ray to ray: for a slot, its memory holds lanes.
     pub varies: bool,
     /// State: the index of its first component. Scratch: its first lane array. Members and
-    /// buffers: the word of the instance's block, in the leaf shape the array of such words. Slots and
-    /// accepted: 0.
+    /// buffers: the word of the instance's block, or of each object. Slots and accepted: 0.
     pub location: u32,
+    /// Members and buffers: it stands in blocks of objects, not in the instance's block.
+    pub of_objects: bool,
 }
 
 /// Where a value that the body yields goes.
@@ -124,6 +125,9 @@ pub struct Kernel {
     /// where one ray's chain of operations is long, others fill the time that it waits. Where
     /// `None`, those chunks are done like all others.
     pub interleave: Option<u32>,
+    /// Words of each of the objects that it takes in blocks; `None` where it takes one instance's
+    /// block and nothing else.
+    pub object_words: Option<u32>,
     /// What it reads and stores, by [`PlaceId`].
     pub places: Vec<KernelPlace>,
     /// The type of every value.

@@ -1,10 +1,12 @@
-//! Where a class's data lies in memory: members in the instance's block, scratch in lane arrays.
+//! Where a class's data lies in memory: members in the instance's block or in blocks of objects,
+//! scratch in lane arrays.
 
 use std::collections::BTreeMap;
 
-use rtsl_ir::Place;
+use rtsl_ir::{Place, PlaceKind};
 
 use crate::abi::BUFFER_WORDS;
+use crate::{ObjectForm, Shape};
 
 /// The layout of one class, linked with those it refers to. The methods of the class share it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -19,6 +21,18 @@ pub struct Layout {
     pub block_words: u32,
     /// The number of scratch lane arrays.
     pub scratch_arrays: u32,
+    /// Which words of the block stand in blocks of objects. Where `None`, shapes with many objects have
+    /// all of them there, and others none.
+    pub objects: Option<ObjectForm>,
+}
+
+/// Where a member or buffer stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataLocation {
+    /// At this word of the instance's block.
+    Instance(u32),
+    /// At this word of each object.
+    Objects(u32),
 }
 
 impl Layout {
@@ -43,5 +57,30 @@ impl Layout {
             layout.scratch_arrays += place.len;
         }
         layout
+    }
+
+    /// The words that stand in blocks of objects in calls of this shape; `None` where they have one
+    /// instance's block.
+    pub fn object_form(&self, shape: Shape) -> Option<ObjectForm> {
+        let all = || ObjectForm::new(0..self.block_words);
+        self.objects.clone().or_else(|| shape.has_many_objects().then(all))
+    }
+
+    /// Where a member or buffer stands beside objects of this form; `None` for other places, those
+    /// that the layout lacks, and such of which only a part stands in the blocks.
+    pub fn locate(&self, place: &Place, form: Option<&ObjectForm>) -> Option<DataLocation> {
+        let (first, words) = match place.kind {
+            PlaceKind::Member => (*self.members.get(&place.name)?, place.len),
+            PlaceKind::Buffer => (*self.buffers.get(&place.name)?, BUFFER_WORDS),
+            PlaceKind::State
+            | PlaceKind::Parameter
+            | PlaceKind::Scratch
+            | PlaceKind::Slot
+            | PlaceKind::Accepted => return None,
+        };
+        match form.filter(|form| form.overlaps(first, words)) {
+            None => Some(DataLocation::Instance(first)),
+            Some(form) => form.position(first, words).map(DataLocation::Objects),
+        }
     }
 }

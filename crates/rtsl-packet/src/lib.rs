@@ -11,6 +11,7 @@ pub mod interpreter;
 pub mod kernel;
 mod layout;
 mod lower;
+mod objects;
 mod print;
 pub mod profile;
 mod range;
@@ -20,8 +21,9 @@ mod verify;
 
 pub use estimate::Estimate;
 pub use kernel::Kernel;
-pub use layout::Layout;
+pub use layout::{DataLocation, Layout};
 pub use lower::{LowerError, lower};
+pub use objects::ObjectForm;
 pub use profile::Profile;
 pub use range::Ranges;
 pub use shape::Shape;

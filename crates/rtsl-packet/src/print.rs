@@ -49,11 +49,20 @@ struct KernelPlaceText<'a>(&'a KernelPlace);
 
 impl Display for KernelPlaceText<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let KernelPlace { place, varies, location } = self.0;
+        let KernelPlace { place, varies, location, of_objects } = self.0;
         let ty = Type { scalar: place.scalar, lanes: *varies };
         write!(f, "{} {}: {ty}[{}]", place.kind.name(), place.name, place.len)?;
         match place.kind {
             PlaceKind::Slot | PlaceKind::Accepted => Ok(()),
+            PlaceKind::State
+            | PlaceKind::Member
+            | PlaceKind::Parameter
+            | PlaceKind::Scratch
+            | PlaceKind::Buffer
+                if *of_objects =>
+            {
+                write!(f, " at {location} of objects")
+            }
             PlaceKind::State
             | PlaceKind::Member
             | PlaceKind::Parameter

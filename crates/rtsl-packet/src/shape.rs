@@ -10,7 +10,7 @@ pub enum Shape {
     Packet,
     /// As [`Shape::Packet`], but all rays start where the first one does.
     CommonOrigin,
-    /// Rays vary, and each has its own object.
+    /// Rays vary, and each has its own of many objects.
     Stream,
     /// One ray, objects vary: lane `i` is object `i` of a range. A kernel that accepts hits keeps the
     /// nearest ([`Kernel::keeps_nearest`](crate::Kernel::keeps_nearest)).
@@ -45,12 +45,14 @@ impl Shape {
 
     /// Whether what `place` holds before a call differs from lane to lane; where it does not,
     /// kernels read it in lane 0, before they store anything. This is all that the lowering knows of
-    /// a shape's meaning. Slots are absent from the table: what they hold depends on what is stored.
-    pub fn varies(self, place: &Place) -> bool {
+    /// a shape's meaning. `of_objects`: it stands in blocks of objects, not once for all of them. Slots are
+    /// absent from the table: what they hold depends on what is stored.
+    pub fn varies(self, place: &Place, of_objects: bool) -> bool {
         let of_ray =
             matches!(place.kind, PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted);
-        let of_object =
+        let is_data =
             matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer);
+        let of_object = is_data && of_objects;
         match self {
             Shape::Packet => of_ray,
             Shape::CommonOrigin => {
@@ -59,6 +61,14 @@ impl Shape {
             Shape::Stream => of_ray || of_object,
             Shape::Leaf => of_object || place.kind == PlaceKind::Accepted,
             Shape::Single => false,
+        }
+    }
+
+    /// Whether there are many objects in a call.
+    pub const fn has_many_objects(self) -> bool {
+        match self {
+            Shape::Stream | Shape::Leaf => true,
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => false,
         }
     }
 

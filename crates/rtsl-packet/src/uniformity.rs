@@ -9,7 +9,7 @@
 
 use rtsl_ir::{Function, Index, Op, OpKind, PlaceId, ReferencePath, Region, Value};
 
-use crate::Shape;
+use crate::kernel::KernelPlace;
 
 /// The result of the analysis.
 #[derive(Clone, Debug)]
@@ -19,12 +19,13 @@ pub struct Uniformity {
 }
 
 impl Uniformity {
-    /// Analyses `function` for calls of `shape`.
-    pub fn new(function: &Function, shape: Shape) -> Uniformity {
+    /// Analyses `function` for calls in which what these places, in the function's order, hold varies where
+    /// they say so. Slots begin as what they say.
+    pub fn new(function: &Function, places: &[KernelPlace]) -> Uniformity {
         let mut analysis = Analysis {
             result: Uniformity {
                 values: vec![false; function.values.len()],
-                places: function.places.iter().map(|place| shape.varies(place)).collect(),
+                places: places.iter().map(|place| place.varies).collect(),
             },
             changed: true,
         };

@@ -21,6 +21,7 @@ use rtsl_ir::{BinaryOp, CompareOp, Index, PlaceId, PlaceKind, Scalar, UnaryOp, V
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
+use crate::abi::BUFFER_WORDS;
 use crate::kernel::{KernelPlace, Op, OpKind, Region, Type};
 use crate::lower::{MAX_SLOT_WORDS, local_words};
 
@@ -85,13 +86,32 @@ impl Verifier<'_> {
     }
 
     fn places(&self) -> Checked {
+        let Kernel { shape, object_words, .. } = self.kernel;
+        ensure(!shape.has_many_objects() || object_words.is_some(), || {
+            "the shape has many objects, and there are no blocks of them".to_owned()
+        })?;
         let states = rtsl_spec::state_component_count();
-        for KernelPlace { place, varies, location } in &self.kernel.places {
+        for KernelPlace { place, varies, location, of_objects } in &self.kernel.places {
             let name = &place.name;
-            let as_shape =
-                place.kind == PlaceKind::Slot || *varies == self.kernel.shape.varies(place);
+            let as_shape = place.kind == PlaceKind::Slot
+                || *varies == self.kernel.shape.varies(place, *of_objects);
             ensure(as_shape, || format!("{name} varies otherwise in the shape"))?;
             let end = location.saturating_add(place.len);
+            let is_data = matches!(place.kind, PlaceKind::Member | PlaceKind::Buffer);
+            let words = match place.kind {
+                PlaceKind::Buffer => BUFFER_WORDS,
+                PlaceKind::State
+                | PlaceKind::Member
+                | PlaceKind::Parameter
+                | PlaceKind::Scratch
+                | PlaceKind::Slot
+                | PlaceKind::Accepted => place.len,
+            };
+            let in_objects =
+                location.saturating_add(words) <= self.kernel.object_words.unwrap_or(0);
+            ensure(!of_objects || (is_data && in_objects), || {
+                format!("{name} is not in the blocks of objects")
+            })?;
             let in_table = place.kind != PlaceKind::State || end <= states;
             ensure(in_table, || format!("state {name} is not in the table"))?;
         }

@@ -11,6 +11,7 @@ fn valid() -> Kernel {
         place: Place { kind, name: name.to_owned(), scalar, len },
         varies,
         location: 0,
+        of_objects: false,
     };
     let op = |first, count, kind| Op { results: Values { first, count }, kind };
     Kernel {
@@ -18,6 +19,7 @@ fn valid() -> Kernel {
         shape: Shape::Packet,
         width: 8,
         interleave: None,
+        object_words: None,
         places: vec![
             place(PlaceKind::State, "rt_HitDistance", Scalar::F32, 1, true),
             place(PlaceKind::Member, "radius", Scalar::F32, 1, false),

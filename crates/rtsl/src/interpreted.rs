@@ -5,7 +5,7 @@ use rtsl_jit::{CallArguments, CallStatus, Signature};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_packet::{Layout, Shape};
 
-use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage, number_of};
+use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage};
 
 /// A method, run ray by ray.
 #[derive(Clone, Debug)]
@@ -89,7 +89,7 @@ impl InterpretedKernel {
             for (place, component, bits) in outputs {
                 storage.lane(0).store(place, component, bits);
             }
-            status.nearest = number_of(instances, lane);
+            status.nearest = instances.number(lane);
         }
         status
     }

@@ -1,8 +1,8 @@
 //! The places of a method in the arguments of a call, as interpreters see them.
 
 use rtsl_ir::{Place, PlaceId, PlaceKind, Scalar};
-use rtsl_jit::{InstanceBlock, Instances, LaneBlock, LaneMask};
-use rtsl_packet::{Layout, Shape};
+use rtsl_jit::{InstanceBlock, Instances, LaneBlock, LaneMask, Objects};
+use rtsl_packet::{DataLocation, Layout, ObjectForm, Shape};
 use rtsl_spec::lookup_state;
 
 /// Where a method's places lie in calls of one shape.
@@ -31,6 +31,10 @@ enum Location {
     Member(u32),
     /// The buffer whose entry starts at this word of the block.
     Buffer(u32),
+    /// The words of each object from this one on.
+    ObjectMember(u32),
+    /// The buffer whose entry starts at this word of each object.
+    ObjectBuffer(u32),
     /// The mask of accepted hits.
     Accepted,
     /// Slots are the interpreter's, parameters the constructor's.
@@ -40,10 +44,12 @@ enum Location {
 impl LanePlaces {
     /// The places of a function.
     pub fn new(places: &[Place], layout: &Layout, shape: Shape) -> LanePlaces {
-        let places = places.iter().map(|place| LanePlace {
-            location: Location::of(place, layout).unwrap_or(Location::Nowhere),
-            len: place.len,
-            varies: shape.varies(place),
+        let form = layout.object_form(shape);
+        let places = places.iter().map(|place| {
+            let location = Location::of(place, layout, form.as_ref()).unwrap_or(Location::Nowhere);
+            let of_objects =
+                matches!(location, Location::ObjectMember(_) | Location::ObjectBuffer(_));
+            LanePlace { location, len: place.len, varies: shape.varies(place, of_objects) }
         });
         LanePlaces { places: places.collect() }
     }
@@ -65,6 +71,8 @@ impl LanePlaces {
             | Location::Scratch(..)
             | Location::Member(_)
             | Location::Buffer(_)
+            | Location::ObjectMember(_)
+            | Location::ObjectBuffer(_)
             | Location::Accepted
             | Location::Nowhere => Vec::new(),
         };
@@ -73,7 +81,7 @@ impl LanePlaces {
 }
 
 impl Location {
-    fn of(place: &Place, layout: &Layout) -> Option<Location> {
+    fn of(place: &Place, layout: &Layout, form: Option<&ObjectForm>) -> Option<Location> {
         let name = place.name.as_str();
         match place.kind {
             PlaceKind::State => {
@@ -82,8 +90,14 @@ impl Location {
             PlaceKind::Scratch => {
                 layout.scratch.get(name).map(|first| Location::Scratch(*first, place.scalar))
             }
-            PlaceKind::Member => layout.members.get(name).map(|word| Location::Member(*word)),
-            PlaceKind::Buffer => layout.buffers.get(name).map(|word| Location::Buffer(*word)),
+            PlaceKind::Member => Some(match layout.locate(place, form)? {
+                DataLocation::Instance(word) => Location::Member(word),
+                DataLocation::Objects(word) => Location::ObjectMember(word),
+            }),
+            PlaceKind::Buffer => Some(match layout.locate(place, form)? {
+                DataLocation::Instance(word) => Location::Buffer(word),
+                DataLocation::Objects(word) => Location::ObjectBuffer(word),
+            }),
             PlaceKind::Accepted => Some(Location::Accepted),
             PlaceKind::Parameter | PlaceKind::Slot => None,
         }
@@ -97,7 +111,12 @@ impl Location {
                 let word = scratch.words((first + index) as usize)[lane];
                 if scalar == Scalar::Bool { u32::from(word != 0) } else { word }
             }
-            Location::Member(_) | Location::Buffer(_) | Location::Accepted | Location::Nowhere => 0,
+            Location::Member(_)
+            | Location::Buffer(_)
+            | Location::ObjectMember(_)
+            | Location::ObjectBuffer(_)
+            | Location::Accepted
+            | Location::Nowhere => 0,
         }
     }
 }
@@ -127,7 +146,7 @@ impl<'a> CallStorage<'a> {
 
     /// The places of one lane.
     pub fn lane(&mut self, lane: usize) -> LaneStorage<'a, '_> {
-        LaneStorage { block: block_of(self.instances, lane), call: self, lane }
+        LaneStorage { data: Data::of(self.instances, lane), call: self, lane }
     }
 
     pub fn accept(&mut self, lane: usize, is_accepted: bool) {
@@ -136,7 +155,7 @@ impl<'a> CallStorage<'a> {
         }
     }
 
-    fn load(&self, place: PlaceId, index: u32, lane: usize, block: &InstanceBlock) -> u32 {
+    fn load(&self, place: PlaceId, index: u32, lane: usize, data: Data<'_>) -> u32 {
         if let Some(shared) = self.shared[place.0 as usize].get(index as usize) {
             return *shared;
         }
@@ -144,24 +163,34 @@ impl<'a> CallStorage<'a> {
             location @ (Location::State(_) | Location::Scratch(..)) => {
                 location.lane(index, lane, self.state, self.scratch)
             }
-            Location::Member(first) => block.words()[(first + index) as usize],
+            Location::Member(first) => data.block.words()[(first + index) as usize],
+            Location::ObjectMember(first) => data.object_word(first + index),
+            Location::ObjectBuffer(entry) => {
+                let words = data
+                    .object
+                    .and_then(|(objects, number)| objects.buffer(number as usize, entry as usize));
+                words.and_then(|words| words.get(index as usize)).copied().unwrap_or(0)
+            }
             Location::Buffer(entry) => {
-                let buffer = block.buffers().iter().find(|buffer| buffer.offset == entry);
+                let buffer = data.block.buffers().iter().find(|buffer| buffer.offset == entry);
                 buffer.and_then(|it| it.words.get(index as usize)).copied().unwrap_or(0)
             }
             Location::Accepted | Location::Nowhere => 0,
         }
     }
 
-    fn elements(&self, buffer: PlaceId, block: &InstanceBlock) -> u32 {
+    fn elements(&self, buffer: PlaceId, data: Data<'_>) -> u32 {
         match self.places.get(buffer).location {
             Location::Buffer(entry) => {
-                let buffer = block.buffers().iter().find(|buffer| buffer.offset == entry);
+                let buffer = data.block.buffers().iter().find(|buffer| buffer.offset == entry);
                 buffer.map_or(0, |buffer| buffer.elements())
             }
+            // The entry's third word.
+            Location::ObjectBuffer(entry) => data.object_word(entry + 2),
             Location::State(_)
             | Location::Scratch(..)
             | Location::Member(_)
+            | Location::ObjectMember(_)
             | Location::Accepted
             | Location::Nowhere => 0,
         }
@@ -177,25 +206,31 @@ impl<'a> CallStorage<'a> {
                 self.scratch.words_mut((first + component) as usize)[lane] = word;
             }
             Location::Accepted => self.accept(lane, bits != 0),
-            Location::Member(_) | Location::Buffer(_) | Location::Nowhere => {}
+            Location::Member(_)
+            | Location::Buffer(_)
+            | Location::ObjectMember(_)
+            | Location::ObjectBuffer(_)
+            | Location::Nowhere => {}
         }
     }
 }
 
-fn block_of(instances: Instances<'_>, lane: usize) -> &InstanceBlock {
-    match instances {
-        Instances::One(block) => block,
-        Instances::Many(table, indices) => &table.blocks()[indices.as_slice()[lane] as usize],
-        Instances::Range(members, first) => &members.instances()[first as usize + lane],
-    }
+/// The data of a lane's object.
+#[derive(Clone, Copy)]
+struct Data<'a> {
+    /// The instance, or what objects share.
+    block: &'a InstanceBlock,
+    object: Option<(&'a Objects, u32)>,
 }
 
-/// The number of a lane's object, where objects have numbers.
-pub(crate) fn number_of(instances: Instances<'_>, lane: usize) -> Option<u32> {
-    match instances {
-        Instances::One(_) => None,
-        Instances::Many(_, indices) => Some(indices.as_slice()[lane]),
-        Instances::Range(_, first) => Some(first + lane as u32),
+impl<'a> Data<'a> {
+    fn of(instances: Instances<'a>, lane: usize) -> Data<'a> {
+        let object = instances.objects().zip(instances.number(lane));
+        Data { block: instances.block(), object }
+    }
+
+    fn object_word(self, position: u32) -> u32 {
+        self.object.map_or(0, |(objects, number)| objects.word(number as usize, position as usize))
     }
 }
 
@@ -203,16 +238,16 @@ pub(crate) fn number_of(instances: Instances<'_>, lane: usize) -> Option<u32> {
 pub(crate) struct LaneStorage<'a, 'call> {
     call: &'call mut CallStorage<'a>,
     lane: usize,
-    block: &'a InstanceBlock,
+    data: Data<'a>,
 }
 
 impl rtsl_ir::Storage for LaneStorage<'_, '_> {
     fn load(&self, place: PlaceId, index: u32) -> u32 {
-        self.call.load(place, index, self.lane, self.block)
+        self.call.load(place, index, self.lane, self.data)
     }
 
     fn elements(&self, buffer: PlaceId) -> u32 {
-        self.call.elements(buffer, self.block)
+        self.call.elements(buffer, self.data)
     }
 
     fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
@@ -223,11 +258,11 @@ impl rtsl_ir::Storage for LaneStorage<'_, '_> {
 impl rtsl_packet::interpreter::Storage for CallStorage<'_> {
     fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32 {
         let lane = ray as usize;
-        self.load(place, index, lane, block_of(self.instances, lane))
+        self.load(place, index, lane, Data::of(self.instances, lane))
     }
 
     fn elements(&self, buffer: PlaceId, ray: u32) -> u32 {
-        self.elements(buffer, block_of(self.instances, ray as usize))
+        self.elements(buffer, Data::of(self.instances, ray as usize))
     }
 
     fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32) {

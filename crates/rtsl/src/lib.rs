@@ -70,11 +70,12 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallStatus, ComponentSet, InstanceBlock, InstanceTable, Instances, LaneBlock,
-    LaneIndices, LaneMask, Llvm, LlvmError, MemberBlock, OptLevel, Target,
+    CallArguments, CallStatus, ComponentSet, InstanceBlock, Instances, LaneBlock, LaneIndices,
+    LaneMask, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
 };
+pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
-pub use rtsl_packet::{Layout, Shape};
+pub use rtsl_packet::{Layout, ObjectForm, Shape};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
     code_info, codes, diagnostic_codes, most_similar, render,

@@ -4,7 +4,7 @@ use rtsl_jit::{CallArguments, CallStatus, Signature};
 use rtsl_packet::interpreter::{self, Rays};
 use rtsl_packet::{Layout, Profile};
 
-use crate::lane_storage::{CallStorage, LanePlaces, number_of};
+use crate::lane_storage::{CallStorage, LanePlaces};
 
 /// A method's packet code. It is called as machine code is, gives the same bits, takes far
 /// longer, and says what it did.
@@ -53,7 +53,7 @@ impl PacketKernel {
         PacketRun {
             status: CallStatus {
                 budget_exhausted: outcome.budget_exceeded,
-                nearest: outcome.nearest.and_then(|lane| number_of(instances, lane as usize)),
+                nearest: outcome.nearest.and_then(|lane| instances.number(lane as usize)),
             },
             cut_short: outcome.cut_short,
             profile: outcome.profile,

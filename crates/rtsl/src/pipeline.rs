@@ -17,7 +17,7 @@ use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
 use rtsl_jit::{BufferEntry, CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape, interleave};
+use rtsl_packet::{DataLocation, Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
 use rtsl_sema::lower::lower_class;
@@ -105,7 +105,7 @@ pub(crate) fn specialise(
     layout: &Layout,
     options: &EngineOptions,
 ) -> Arc<Function> {
-    let Variant { shape: _, outputs, known, unit_directions } = variant;
+    let Variant { shape: _, outputs, known, unit_directions, objects: _ } = variant;
     if *outputs == Outputs::ALL && known.is_empty() && !unit_directions {
         return function.clone();
     }
@@ -200,16 +200,28 @@ fn target_features(target: &Target) -> TargetFeatures {
 
 fn signature(job: Job<'_>) -> Signature {
     let kind = |output: &Output| job.function.place(output.place).kind;
-    let buffers = job.function.places.iter().filter(|place| place.kind == PlaceKind::Buffer);
-    let buffers = buffers.filter_map(|place| {
-        let offset = *job.layout.buffers.get(&place.name)?;
-        Some(BufferEntry { offset, element_words: place.len })
-    });
+    let form = job.layout.object_form(job.shape);
+    let places = job.function.places.iter().filter(|place| place.kind == PlaceKind::Buffer);
+    let (mut buffers, mut object_buffers) = (Vec::new(), Vec::new());
+    for place in places {
+        let element_words = place.len;
+        match job.layout.locate(place, form.as_ref()) {
+            Some(DataLocation::Instance(offset)) => {
+                buffers.push(BufferEntry { offset, element_words });
+            }
+            Some(DataLocation::Objects(offset)) => {
+                object_buffers.push(BufferEntry { offset, element_words });
+            }
+            None => {}
+        }
+    }
     Signature {
         state: state_components(job.function),
         scratch_arrays: job.layout.scratch_arrays,
         block_words: job.layout.block_words,
-        buffers: buffers.collect(),
+        buffers: buffers.into(),
+        object_words: form.map(|form| form.words().len() as u32),
+        object_buffers: object_buffers.into(),
         shape: job.shape,
         accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
     }

@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
-use rtsl_jit::{InstanceBlock, LaneBlock, MemberBlock};
-use rtsl_packet::Layout;
+use rtsl_jit::{InstanceBlock, LaneBlock, Objects};
+use rtsl_packet::{Layout, ObjectForm};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
@@ -97,13 +97,19 @@ impl Program {
         instance.block(&self.layout)
     }
 
-    /// The data of instances by number, as this program's kernels of the leaf shape read it.
+    /// The data of instances by number, as this program's kernels for many objects read it. The instances
+    /// share nothing.
     ///
     /// # Panics
     /// If one belongs to another program.
-    pub fn members<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> MemberBlock {
-        let blocks = instances.into_iter().map(|instance| Arc::new(self.block(instance)));
-        MemberBlock::new(blocks.collect())
+    pub fn objects<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> Objects {
+        let blocks = instances.into_iter().map(|instance| self.block(instance));
+        Objects::of_instances(self.separate_objects(), blocks)
+    }
+
+    /// The form of objects that share nothing.
+    fn separate_objects(&self) -> ObjectForm {
+        ObjectForm::new(0..self.layout.block_words)
     }
 
     /// A method, linked.
@@ -151,7 +157,8 @@ impl Program {
         let cell = self.kernels.cell(method, &variant);
         cell.get_or_init(|| {
             let function = self.specialise(&linked, &variant);
-            let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
+            let layout = variant.layout(&self.layout);
+            let job = Job { function: &function, shape: variant.shape, layout: &layout };
             let mut kernels = pipeline::kernels(&[job], &self.shared)?;
             Ok(Arc::new(kernels.remove(0)))
         })
@@ -187,7 +194,9 @@ impl Program {
         let unit_directions = variant.unit_directions
             && self.shared.options.math == Math::Fast
             && pipeline::ray_direction(&method.function).is_some();
-        Variant { shape: variant.shape, outputs, known, unit_directions }
+        let separate = || variant.shape.has_many_objects().then(|| self.separate_objects());
+        let objects = variant.objects.clone().or_else(separate);
+        Variant { shape: variant.shape, outputs, known, unit_directions, objects }
     }
 
     /// The kernel of a variant, or the error, if it has been made and kept.
@@ -208,10 +217,13 @@ impl Program {
             program.method(*method).map(|method| program.specialise(&method, variant))
         });
         let Ok(functions) = functions.collect::<Result<Vec<_>, _>>() else { return };
-        let jobs = requests.iter().zip(&functions).map(|(request, function)| Job {
+        let layouts = requests.iter().map(|it| it.variant.layout(&it.program.layout));
+        let layouts: Vec<Layout> = layouts.collect();
+        let jobs = requests.iter().zip(&functions).zip(&layouts);
+        let jobs = jobs.map(|((request, function), layout)| Job {
             function,
             shape: request.variant.shape,
-            layout: &request.program.layout,
+            layout,
         });
         let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
         for (KernelRequest { program, method, variant }, kernel) in requests.iter().zip(kernels) {

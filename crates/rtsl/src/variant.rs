@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rtsl_ir::{Function, Index, OpKind, PlaceKind};
 use rtsl_packet::kernel::HIT_DISTANCE;
-use rtsl_packet::{Layout, Shape};
+use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_spec::{StateVariable, lookup_state, state_variables};
 
 use crate::program::LinkedMethod;
@@ -23,6 +23,9 @@ pub struct Variant {
     /// `rt_RayDirection` has unit length. Of use with [`Math::Fast`](crate::Math::Fast) only:
     /// otherwise results would depend on who asks.
     pub unit_directions: bool,
+    /// What differs from object to object of the objects of every call; the shapes stream and leaf take
+    /// all for different where `None`, and the others take one instance.
+    pub objects: Option<ObjectForm>,
 }
 
 impl Variant {
@@ -33,6 +36,7 @@ impl Variant {
             outputs: Outputs::ALL,
             known: KnownMembers::default(),
             unit_directions: false,
+            objects: None,
         }
     }
 
@@ -52,6 +56,18 @@ impl Variant {
     #[must_use]
     pub fn with_unit_directions(self) -> Variant {
         Variant { unit_directions: true, ..self }
+    }
+
+    /// The same for objects of this form: in the shapes with one object, too, for one of
+    /// [`Objects`](crate::Objects).
+    #[must_use]
+    pub fn of_objects(self, form: ObjectForm) -> Variant {
+        Variant { objects: Some(form), ..self }
+    }
+
+    /// Where data lies in calls of the kernel.
+    pub(crate) fn layout(&self, layout: &Layout) -> Layout {
+        Layout { objects: self.objects.clone(), ..layout.clone() }
     }
 
     /// What the kernel stores of what its method sets: what the caller reads, and in the leaf

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, CallStatus, Class, Engine, EngineOptions, Instance, InstanceTable,
-    Instances, LaneBlock, LaneIndices, LaneMask, MemberBlock, Method, Numbers, OptLevel, Parameter,
-    ParameterTarget, ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
+    Backend, CallArguments, CallStatus, Class, Engine, EngineOptions, Instance, Instances,
+    LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter, ParameterTarget,
+    ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
 };
 use rtsl_ir::generate::{Entropy, HashHost, seeded_function};
 use rtsl_ir::{Function, PlaceKind};
@@ -14,7 +14,7 @@ use rtsl_ir::{Function, PlaceKind};
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;
 /// The leaf shape takes as many as rays, from this one on.
-const FIRST: u32 = 5;
+const FIRST: u32 = 8;
 const INSTANCES: usize = FIRST as usize + COUNT;
 
 /// A class with the function as its `intersect`, and parameters for all members and buffers.
@@ -141,9 +141,8 @@ fn call_with(
     call: impl FnOnce(CallArguments<'_>) -> CallStatus,
 ) -> Outputs {
     let class = program.class();
-    let blocks: Vec<_> = inputs.instances.iter().map(|it| Arc::new(program.block(it))).collect();
-    let table = InstanceTable::new(blocks.clone());
-    let members = MemberBlock::new(blocks.clone());
+    let block = program.block(&inputs.instances[0]);
+    let objects = program.objects(inputs.instances.iter().map(|it| &**it));
     let (mut state, mut scratch) = (inputs.state.clone(), inputs.scratch.clone());
     let mut accepted = LaneMask::new(COUNT);
     let shape = variant.shape;
@@ -154,9 +153,9 @@ fn call_with(
         mask: inputs.mask.as_ref().filter(|_| shape != Shape::Single),
         accepted: Some(&mut accepted),
         instances: match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&blocks[0]),
-            Shape::Stream => Instances::Many(&table, &inputs.index),
-            Shape::Leaf => Instances::Range(&members, FIRST),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
+            Shape::Stream => Instances::Many(&objects, &inputs.index),
+            Shape::Leaf => Instances::Range(&objects, FIRST),
         },
         host: &mut HashHost::default(),
     });

@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceTable,
-    Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask, MemberBlock, Method, ParameterType,
-    Scalar, Shape, Value, Variant, library, new_state,
+    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances,
+    KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar, Shape, Value,
+    Variant, library, new_state,
 };
 
 const COUNT: usize = 37;
+/// The first object in the leaf shape.
+const FIRST: u32 = 8;
 
 /// Numbers in no order, the same in every run.
 struct Noise(u32);
@@ -167,10 +169,9 @@ fn call(
     fill(&mut scratch);
     let mask = LaneMask::from_fn(COUNT, |_| noise.unit() < 0.7);
     let mut accepted = LaneMask::new(COUNT);
-    let block = Arc::new(program.block(&instance));
-    let table = InstanceTable::new(vec![block.clone()]);
+    let block = program.block(&instance);
     let index = LaneIndices::new(COUNT);
-    let members = MemberBlock::new(vec![block.clone(); 3 + COUNT]);
+    let objects = program.objects(std::iter::repeat_n(&*instance, FIRST as usize + COUNT));
     let arguments = CallArguments {
         state: &mut state,
         scratch: &mut scratch,
@@ -179,8 +180,8 @@ fn call(
         accepted: Some(&mut accepted),
         instances: match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-            Shape::Stream => Instances::Many(&table, &index),
-            Shape::Leaf => Instances::Range(&members, 3),
+            Shape::Stream => Instances::Many(&objects, &index),
+            Shape::Leaf => Instances::Range(&objects, FIRST),
         },
         host: &mut Answers,
     };

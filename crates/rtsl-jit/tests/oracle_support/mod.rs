@@ -6,24 +6,30 @@ use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::generate::{Entropy, HashHost};
 use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_jit::{
-    BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, InstanceTable,
-    Instances, LaneBlock, LaneIndices, LaneMask, Llvm, MemberBlock, OptLevel,
+    BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, Instances, LaneBlock,
+    LaneIndices, LaneMask, Llvm, Objects, OptLevel,
 };
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape, interleave};
+use rtsl_packet::abi::BUFFER_WORDS;
+use rtsl_packet::{DataLocation, Kernel, Layout, ObjectForm, Shape, interleave};
 
 /// Full chunks and a part of one at every width.
 const RAYS: usize = 37;
 /// The leaf shape takes as many as rays, from this one on.
-const FIRST: usize = 3;
+const FIRST: usize = 8;
 const OBJECTS: usize = FIRST + RAYS;
+/// The one that the shapes with one object take.
+const OBJECT: usize = 13;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
 /// A function with data for its places.
 pub struct Case {
     function: Function,
+    /// Without a form of objects: they share nothing, and shapes with one object take an instance.
     layout: Layout,
-    objects: Vec<Arc<InstanceBlock>>,
+    /// With one: some places differ from object to object.
+    sharing: Layout,
+    instances: Vec<InstanceBlock>,
     /// The object of each ray, for the stream shape.
     indices: LaneIndices,
     state: LaneBlock,
@@ -55,19 +61,20 @@ impl Case {
         );
         let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 15);
         let entropy = &mut Entropy::new(&bytes);
-        let objects = (0..OBJECTS).map(|_| Arc::new(object(&function, &layout, entropy)));
-        let objects = objects.collect();
+        let instances = (0..OBJECTS).map(|_| instance(&function, &layout, entropy)).collect();
+        let sharing = Layout { objects: Some(form(&function, &layout, entropy)), ..layout.clone() };
         let mut indices = LaneIndices::new(RAYS);
         indices.as_mut_slice().iter_mut().for_each(|index| *index = entropy.below(OBJECTS) as u32);
         let components = rtsl_spec::state_component_count() as usize;
         let mut case = Case {
-            objects,
+            instances,
             indices,
             state: LaneBlock::new(components, RAYS),
             scratch: LaneBlock::new(layout.scratch_arrays as usize, RAYS),
             mask: LaneMask::from_fn(RAYS, |_| entropy.chance(150)),
             function,
             layout,
+            sharing,
         };
         case.fill_lanes(entropy);
         case
@@ -108,24 +115,37 @@ impl Case {
     }
 
     fn check_code(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
-        let mut kernels = Vec::new();
-        for shape in Shape::ALL {
-            for &width in widths {
-                let mut kernel = rtsl_packet::lower(&self.function, &self.layout, shape, width)
+        // With a form shapes differ less from one another.
+        let of_objects = [Shape::Packet, Shape::Stream, Shape::Leaf];
+        let all = [(&self.layout, Shape::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
+        for (layout, shapes) in all {
+            let mut kernels = Vec::new();
+            for (shape, width) in shapes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
+                let mut kernel = rtsl_packet::lower(&self.function, layout, shape, width)
                     .map_err(|error| error.to_string())?;
                 rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
                 // As many rays as there are allow.
                 kernel.interleave = interleave::choose(&kernel, Some(16 / width.max(4)));
                 kernels.push(kernel);
             }
+            self.check_kernels(layout, &kernels, features)?;
         }
-        let compiled = CompiledKernel::compile(llvm(), &kernels, features, OptLevel::O2)
+        Ok(())
+    }
+
+    fn check_kernels(
+        &self,
+        layout: &Layout,
+        kernels: &[Kernel],
+        features: &TargetFeatures,
+    ) -> Result<(), String> {
+        let compiled = CompiledKernel::compile(llvm(), kernels, features, OptLevel::O2)
             .map_err(|error| error.to_string())?;
         for mask in [None, Some(&self.mask)] {
             for (kernel, compiled) in kernels.iter().zip(&compiled) {
                 let mask = mask.filter(|_| kernel.shape != Shape::Single);
-                let expected = self.interpret(kernel.shape, mask);
-                let found = self.call(compiled, kernel.shape, mask);
+                let expected = self.interpret(kernel.shape, layout, mask);
+                let found = self.call(compiled, kernel.shape, layout, mask);
                 self.compare(&expected, &found).map_err(|difference| {
                     format!("masked: {}: {difference}\n{kernel}", mask.is_some())
                 })?;
@@ -134,16 +154,25 @@ impl Case {
         Ok(())
     }
 
-    fn call(&self, kernel: &CompiledKernel, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
+    fn call(
+        &self,
+        kernel: &CompiledKernel,
+        shape: Shape,
+        layout: &Layout,
+        mask: Option<&LaneMask>,
+    ) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
         let mut accepted =
             LaneMask::from_fn(RAYS, |ray| shape != Shape::Leaf && ray < count(shape));
-        let table = InstanceTable::new(self.objects.clone());
-        let members = MemberBlock::new(self.objects.clone());
-        let instances = match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&self.objects[0]),
-            Shape::Stream => Instances::Many(&table, &self.indices),
-            Shape::Leaf => Instances::Range(&members, FIRST as u32),
+        let form = layout.object_form(shape);
+        let objects = form.map(|form| Objects::of_instances(form, &self.instances));
+        let instances = match (shape, &objects) {
+            (_, None) => Instances::One(&self.instances[0]),
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Some(objects)) => {
+                Instances::Object(objects, OBJECT as u32)
+            }
+            (Shape::Stream, Some(objects)) => Instances::Many(objects, &self.indices),
+            (Shape::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
             state: &mut state,
@@ -158,7 +187,7 @@ impl Case {
         Outcome { state, scratch, accepted, nearest, budget }
     }
 
-    fn interpret(&self, shape: Shape, mask: Option<&LaneMask>) -> Outcome {
+    fn interpret(&self, shape: Shape, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
@@ -170,8 +199,13 @@ impl Case {
             if keeps_nearest {
                 // Its own ray's outputs to begin with, as if it were the only object.
                 let mut alone = self.untouched();
-                let result =
-                    self.interpret_ray(&mut interpreter, shape, FIRST + ray, (ray, 0), &mut alone);
+                let result = self.interpret_ray(
+                    &mut interpreter,
+                    (shape, layout),
+                    FIRST + ray,
+                    (ray, 0),
+                    &mut alone,
+                );
                 outcome.budget |= result.budget_exceeded;
                 let distance = self.distance(&alone);
                 let is_nearer = nearest.as_ref().is_none_or(|(nearest, _)| distance < *nearest);
@@ -182,12 +216,17 @@ impl Case {
                 continue;
             }
             let object = match shape {
-                Shape::Packet | Shape::CommonOrigin | Shape::Single => 0,
+                Shape::Packet | Shape::CommonOrigin | Shape::Single => OBJECT,
                 Shape::Stream => self.indices.as_slice()[ray] as usize,
                 Shape::Leaf => FIRST + ray,
             };
-            let result =
-                self.interpret_ray(&mut interpreter, shape, object, (ray, ray), &mut outcome);
+            let result = self.interpret_ray(
+                &mut interpreter,
+                (shape, layout),
+                object,
+                (ray, ray),
+                &mut outcome,
+            );
             outcome.accepted.set(ray, result.accepted);
             outcome.budget |= result.budget_exceeded;
         }
@@ -212,7 +251,7 @@ impl Case {
     fn interpret_ray(
         &self,
         interpreter: &mut Interpreter,
-        shape: Shape,
+        (shape, layout): (Shape, &Layout),
         object: usize,
         (ray, output): (usize, usize),
         outcome: &mut Outcome,
@@ -220,7 +259,8 @@ impl Case {
         let mut storage = RayStorage {
             case: self,
             shape,
-            object: &self.objects[object],
+            form: layout.object_form(shape),
+            object: &self.instances[object],
             ray,
             output,
             state: &mut outcome.state,
@@ -294,7 +334,7 @@ fn first_component(place: &Place) -> u32 {
 }
 
 /// An instance with members and buffers drawn from `entropy`.
-fn object(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> InstanceBlock {
+fn instance(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> InstanceBlock {
     let mut members = vec![0; layout.block_words as usize];
     let mut buffers = Vec::new();
     for place in &function.places {
@@ -321,6 +361,18 @@ fn object(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> In
     InstanceBlock::new(&members, buffers)
 }
 
+/// Some of the members and buffers.
+fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> ObjectForm {
+    let places = function.places.iter().filter_map(|place| match layout.locate(place, None)? {
+        DataLocation::Instance(first) | DataLocation::Objects(first) => Some((place, first)),
+    });
+    let words = |(place, first): (&Place, u32)| match place.kind {
+        PlaceKind::Buffer => first..first + BUFFER_WORDS,
+        _ => first..first + place.len,
+    };
+    ObjectForm::new(places.filter(|_| entropy.chance(128)).flat_map(words))
+}
+
 /// The rays of a call.
 fn count(shape: Shape) -> usize {
     match shape {
@@ -333,6 +385,7 @@ fn count(shape: Shape) -> usize {
 struct RayStorage<'a> {
     case: &'a Case,
     shape: Shape,
+    form: Option<ObjectForm>,
     object: &'a InstanceBlock,
     ray: usize,
     /// The lane of the outputs.
@@ -342,9 +395,19 @@ struct RayStorage<'a> {
 }
 
 impl RayStorage<'_> {
+    fn is_of_objects(&self, place: &Place) -> bool {
+        let location = self.case.layout.locate(place, self.form.as_ref());
+        matches!(location, Some(DataLocation::Objects(_)))
+    }
+
+    /// The instance in which a place stands: what objects share is the first one's.
+    fn instance(&self, place: &Place) -> &InstanceBlock {
+        if self.is_of_objects(place) { self.object } else { &self.case.instances[0] }
+    }
+
     fn buffer(&self, place: &Place) -> &BoundBuffer {
         let offset = self.case.layout.buffers[&place.name];
-        let mut buffers = self.object.buffers().iter();
+        let mut buffers = self.instance(place).buffers().iter();
         buffers.find(|buffer| buffer.offset == offset).expect("every buffer is bound")
     }
 }
@@ -353,7 +416,7 @@ impl Storage for RayStorage<'_> {
     fn load(&self, id: PlaceId, index: u32) -> u32 {
         let place = self.case.function.place(id);
         // What rays share is what the first one had before the call.
-        let (state, scratch, ray) = match self.shape.varies(place) {
+        let (state, scratch, ray) = match self.shape.varies(place, self.is_of_objects(place)) {
             true => (&*self.state, &*self.scratch, self.ray),
             false => (&self.case.state, &self.case.scratch, 0),
         };
@@ -362,9 +425,8 @@ impl Storage for RayStorage<'_> {
             PlaceKind::Scratch => {
                 scratch.words((self.case.layout.scratch[&place.name] + index) as usize)[ray]
             }
-            PlaceKind::Member => {
-                self.object.words()[(self.case.layout.members[&place.name] + index) as usize]
-            }
+            PlaceKind::Member => self.instance(place).words()
+                [(self.case.layout.members[&place.name] + index) as usize],
             PlaceKind::Buffer => self.buffer(place).words[index as usize],
             PlaceKind::Parameter | PlaceKind::Slot | PlaceKind::Accepted => {
                 unreachable!("not loaded through storage")

@@ -69,9 +69,12 @@ impl Lowering<'_> {
                 5
             }
             OpKind::Load(place, index) => {
-                let in_lanes = match self.function.place(*place).kind {
+                let place = self.kernel.place(*place);
+                let in_lanes = match place.place.kind {
                     PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
-                    PlaceKind::Member | PlaceKind::Parameter => self.kernel.shape == Shape::Leaf,
+                    PlaceKind::Member | PlaceKind::Parameter => {
+                        place.of_objects && self.kernel.shape == Shape::Leaf
+                    }
                     PlaceKind::Buffer | PlaceKind::Accepted => false,
                 };
                 if in_lanes && matches!(index, Index::Constant(_)) { 1 } else { 12 }

@@ -21,14 +21,10 @@ impl Lowering<'_> {
         };
         let chain = match kind {
             PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
-            PlaceKind::Member | PlaceKind::Parameter => match self.kernel.shape {
-                // Members are arrays of lanes, as the state is elsewhere.
-                Shape::Leaf => true,
-                // A gather of members in lanes does not mind an index in lanes.
-                Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
-                    index_lanes && !place.varies
-                }
-            },
+            // A vector of each member's scalars is one load, as of the state elsewhere.
+            PlaceKind::Member if place.of_objects && self.kernel.shape == Shape::Leaf => true,
+            // A gather of members in lanes does not mind an index in lanes.
+            PlaceKind::Member | PlaceKind::Parameter => index_lanes && !place.varies,
             PlaceKind::Buffer | PlaceKind::Accepted => false,
         };
         match index {

@@ -25,7 +25,7 @@ use rtsl_ir::{
 
 use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
 use crate::uniformity::Uniformity;
-use crate::{Layout, Shape, verify};
+use crate::{DataLocation, Layout, ObjectForm, Shape, verify};
 
 /// The most memory that the slots of a kernel of the greatest width may take, in words: they live
 /// on the stack, and kernels call hosts that call kernels. The limit is the same for
@@ -67,13 +67,19 @@ pub fn lower(
         return Err(LowerError::Width(width));
     }
     let width = shape.width(width);
-    let uniformity = Uniformity::new(function, shape);
+    let form = layout.object_form(shape);
+    let mut places = locate_places(function, layout, shape, form.as_ref())?;
+    let uniformity = Uniformity::new(function, &places);
+    for (index, place) in places.iter_mut().enumerate() {
+        place.varies = uniformity.place_varies(PlaceId(index as u32));
+    }
     let kernel = Kernel {
         name: function.name.clone(),
         shape,
         width,
         interleave: None,
-        places: locate_places(function, layout, &uniformity)?,
+        object_words: form.map(|form| form.words().len() as u32),
+        places,
         values: Vec::new(),
         prologue: Region::default(),
         body: Region::default(),
@@ -92,23 +98,29 @@ pub fn lower(
 fn locate_places(
     function: &Function,
     layout: &Layout,
-    uniformity: &Uniformity,
+    shape: Shape,
+    form: Option<&ObjectForm>,
 ) -> Result<Vec<KernelPlace>, LowerError> {
-    let locate = |(index, place): (usize, &rtsl_ir::Place)| {
+    let locate = |place: &rtsl_ir::Place| {
         let name = place.name.as_str();
-        let location = match place.kind {
-            PlaceKind::State => rtsl_spec::lookup_state(name).map(|state| state.first_component),
-            PlaceKind::Scratch => layout.scratch.get(name).copied(),
-            PlaceKind::Member => layout.members.get(name).copied(),
-            PlaceKind::Buffer => layout.buffers.get(name).copied(),
-            PlaceKind::Slot | PlaceKind::Accepted => Some(0),
-            PlaceKind::Parameter => None,
+        let (location, of_objects) = match place.kind {
+            PlaceKind::State => {
+                (rtsl_spec::lookup_state(name).map(|state| state.first_component), false)
+            }
+            PlaceKind::Scratch => (layout.scratch.get(name).copied(), false),
+            PlaceKind::Member | PlaceKind::Buffer => match layout.locate(place, form) {
+                Some(DataLocation::Instance(word)) => (Some(word), false),
+                Some(DataLocation::Objects(word)) => (Some(word), true),
+                None => (None, false),
+            },
+            PlaceKind::Slot | PlaceKind::Accepted => (Some(0), false),
+            PlaceKind::Parameter => (None, false),
         };
         let location = location.ok_or_else(|| LowerError::NoLocation(place.kind, name.into()))?;
-        let varies = uniformity.place_varies(PlaceId(index as u32));
-        Ok(KernelPlace { place: place.clone(), varies, location })
+        let varies = shape.varies(place, of_objects);
+        Ok(KernelPlace { place: place.clone(), varies, location, of_objects })
     };
-    function.places.iter().enumerate().map(locate).collect()
+    function.places.iter().map(locate).collect()
 }
 
 fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> {

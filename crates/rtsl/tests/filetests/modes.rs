@@ -7,8 +7,8 @@ use libtest_mimic::Failed;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, Class, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions,
-    Instance, InstanceTable, Instances, LaneIndices, LaneMask, MemberBlock, Method, Outputs, Shape,
-    Target, Variant, lookup_state, new_state, set_defaults,
+    Instance, Instances, LaneIndices, LaneMask, Method, Outputs, Shape, Target, Variant,
+    lookup_state, new_state, set_defaults,
 };
 use rtsl_ir::Function;
 use rtsl_source::{Diagnostics, SourceMap, render};
@@ -150,10 +150,9 @@ fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
     let instance = Instance::new(&class, []).map_err(|_| "the class needs parameters")?;
     let program = engine.program(&instance);
     let kernel = program.packet_kernel(method, shape).map_err(|error| error.message)?;
-    let block = Arc::new(program.block(&instance));
-    let table = InstanceTable::new(vec![block.clone()]);
+    let block = program.block(&instance);
     let indices = LaneIndices::new(count);
-    let members = MemberBlock::new(vec![block.clone(); count]);
+    let objects = program.objects(std::iter::repeat_n(&*instance, count.max(1)));
     let mut state = new_state(count);
     let mut roles = class.roles.iter().filter(|role| method.roles().contains(role));
     set_defaults(&mut state, *roles.next().ok_or("the class lacks the method's role")?);
@@ -169,8 +168,8 @@ fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
         accepted: Some(&mut LaneMask::new(count)),
         instances: match shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-            Shape::Stream => Instances::Many(&table, &indices),
-            Shape::Leaf => Instances::Range(&members, 0),
+            Shape::Stream => Instances::Many(&objects, &indices),
+            Shape::Leaf => Instances::Range(&objects, 0),
         },
         host: &mut NoHost,
     };

@@ -1,8 +1,6 @@
 //! The objects of calls, in the form that each shape takes.
 
-use std::sync::Arc;
-
-use rtsl::{Instance, InstanceTable, Instances, LaneIndices, MemberBlock, Program, Shape};
+use rtsl::{Instance, InstanceBlock, Instances, LaneIndices, Program, Shape};
 
 use super::random::Random;
 
@@ -12,32 +10,26 @@ const COPIES: usize = 16;
 
 /// An object in all forms.
 pub struct Objects {
-    table: InstanceTable,
+    block: InstanceBlock,
+    copies: rtsl::Objects,
     indices: LaneIndices,
-    members: MemberBlock,
 }
 
 impl Objects {
-    /// Copies of `instance`: one for each lane, or fewer where lanes may share them.
+    /// Copies of `instance`: one for each lane, and enough for rays that share them.
     pub fn new(program: &Program, instance: &Instance, lanes: usize) -> Objects {
-        let copies = |count: usize| -> Vec<_> {
-            (0..count).map(|_| Arc::new(program.block(instance))).collect()
-        };
+        let copies = program.objects(std::iter::repeat_n(instance, lanes.max(COPIES)));
         let (mut indices, mut random) = (LaneIndices::new(lanes), Random::new(lanes as u64));
         indices.as_mut_slice().iter_mut().for_each(|it| *it = random.below(COPIES) as u32);
-        let (table, members) =
-            (InstanceTable::new(copies(COPIES)), MemberBlock::new(copies(lanes)));
-        Objects { table, indices, members }
+        Objects { block: program.block(instance), copies, indices }
     }
 
     /// The form that kernels of the shape take.
     pub fn of_shape(&self, shape: Shape) -> Instances<'_> {
         match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => {
-                Instances::One(&self.table.blocks()[0])
-            }
-            Shape::Stream => Instances::Many(&self.table, &self.indices),
-            Shape::Leaf => Instances::Range(&self.members, 0),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&self.block),
+            Shape::Stream => Instances::Many(&self.copies, &self.indices),
+            Shape::Leaf => Instances::Range(&self.copies, 0),
         }
     }
 }

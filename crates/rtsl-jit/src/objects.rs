@@ -1,0 +1,252 @@
+//! Many objects of one program, in blocks.
+
+use std::borrow::Borrow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl_packet::ObjectForm;
+use rtsl_packet::abi::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
+
+use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
+
+const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
+
+/// One word of the objects of a block.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ObjectRow(pub [u32; IN_BLOCK]);
+
+/// Objects of one program by number: what differs from object to object in blocks, the rest once in
+/// [`Objects::shared`]. A [form](ObjectForm) says which is which; a kernel is made for one.
+///
+/// A block has a row for each word of the form, with that word of [`OBJECTS_IN_BLOCK`] objects. Objects have
+/// no memory of their own beside it, but the buffers that they bind are kept alive, each once.
+pub struct Objects {
+    form: ObjectForm,
+    shared: Arc<InstanceBlock>,
+    count: usize,
+    /// Block by block, with as many more blocks of zeros as the widest vector reaches.
+    rows: Vec<ObjectRow>,
+    /// Buffers whose entries are in blocks, by address.
+    buffers: Arc<BTreeMap<usize, Arc<[u32]>>>,
+    /// The entries that are in blocks of all objects, by words of the blocks.
+    entries: BufferEntries,
+}
+
+impl Objects {
+    /// `count` objects of zeros that share what `shared` has, its buffers too. It has a place for every
+    /// word of the form, which nobody reads.
+    ///
+    /// # Panics
+    /// If a buffer's entry is among the words that differ, or there are [`NO_OBJECT`] objects or more.
+    pub fn new(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
+        let overlaps = |it: &BoundBuffer| form.overlaps(it.offset, BUFFER_WORDS);
+        assert!(!shared.buffers().iter().any(overlaps), "buffers are shared");
+        Objects::zeros(form, shared, count)
+    }
+
+    fn zeros(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
+        assert!(count < NO_OBJECT as usize, "objects have numbers");
+        let rows = vec![ObjectRow::default(); blocks(count) * form.words().len()];
+        let (buffers, entries) = (Arc::default(), BufferEntries::default());
+        Objects { form, shared, count, rows, buffers, entries }
+    }
+
+    /// Instances of one layout, numbered from 0. What is not in the form they share with the first.
+    ///
+    /// # Panics
+    /// If one lacks words of the form, or there are [`NO_OBJECT`] or more.
+    pub fn of_instances<B: Borrow<InstanceBlock>>(
+        form: ObjectForm,
+        instances: impl IntoIterator<Item = B>,
+    ) -> Objects {
+        let mut instances = instances.into_iter().peekable();
+        let shared = instances.peek().map_or_else(InstanceBlock::default, |it| it.borrow().clone());
+        let mut objects = Objects::zeros(form.clone(), Arc::new(shared), 0);
+        objects.entries = objects.shared.entries().in_objects(&form);
+        let (words, mut buffers) = (form.words().len(), BTreeMap::new());
+        for instance in instances {
+            let instance: &InstanceBlock = instance.borrow();
+            let number = objects.push();
+            for (position, word) in form.words().iter().enumerate() {
+                objects.set(number, position, instance.words()[*word as usize]);
+            }
+            objects.entries.retain_common(&instance.entries().in_objects(&form));
+            let of_object =
+                |it: &&BoundBuffer| words > 0 && form.position(it.offset, BUFFER_WORDS).is_some();
+            for BoundBuffer { words, .. } in instance.buffers().iter().filter(of_object) {
+                buffers.entry(words.as_ptr().addr()).or_insert_with(|| words.clone());
+            }
+        }
+        objects.buffers = Arc::new(buffers);
+        objects
+    }
+
+    /// One more object of zeros; its number.
+    fn push(&mut self) -> usize {
+        let number = self.count;
+        assert!(number + 1 < NO_OBJECT as usize, "objects have numbers");
+        self.count += 1;
+        let rows = blocks(self.count) * self.form.words().len();
+        self.rows.resize(rows, ObjectRow::default());
+        number
+    }
+
+    /// The objects in another order: object `i` is what `order[i]` was, or zeros where that is
+    /// [`NO_OBJECT`], such as in the gaps of an order in which groups begin with blocks.
+    ///
+    /// # Panics
+    /// If the order names an object that there is not.
+    pub fn in_order(&self, order: &[u32]) -> Objects {
+        let Objects { form, shared, buffers, entries, .. } = self;
+        let mut objects = Objects::zeros(form.clone(), shared.clone(), order.len());
+        let words = form.words().len();
+        if words > 0 {
+            let blocks = objects.rows.chunks_exact_mut(words).zip(order.chunks(IN_BLOCK));
+            for (rows, order) in blocks {
+                for (lane, number) in order.iter().enumerate().filter(|(_, it)| **it != NO_OBJECT) {
+                    let number = *number as usize;
+                    assert!(number < self.count, "object {number} of {}", self.count);
+                    let from = &self.rows[number / IN_BLOCK * words..][..words];
+                    let from = from.iter().map(|row| row.0[number % IN_BLOCK]);
+                    rows.iter_mut().zip(from).for_each(|(row, word)| row.0[lane] = word);
+                }
+            }
+        }
+        Objects { buffers: buffers.clone(), entries: entries.clone(), ..objects }
+    }
+
+    /// Which words differ.
+    pub fn form(&self) -> &ObjectForm {
+        &self.form
+    }
+
+    /// What all objects share: an instance of the layout in which the words of the form mean nothing.
+    pub fn shared(&self) -> &Arc<InstanceBlock> {
+        &self.shared
+    }
+
+    /// The number of objects.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Memory of the blocks, in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.rows.as_slice())
+    }
+
+    /// The word of an object at a position of the form.
+    ///
+    /// # Panics
+    /// If there is no such object or word.
+    pub fn word(&self, object: usize, position: usize) -> u32 {
+        self.rows[self.row(object, position)].0[object % IN_BLOCK]
+    }
+
+    /// The words of objects block by block, a row for each word of the form, to write: those past the last
+    /// object too, which nobody reads the results of.
+    ///
+    /// # Panics
+    /// If objects bind buffers of their own: what kernels take for addresses is not for hosts to
+    /// write.
+    pub fn rows_mut(&mut self) -> &mut [ObjectRow] {
+        assert!(self.entries.is_empty(), "objects with buffers of their own do not change");
+        let blocks = self.count.div_ceil(IN_BLOCK) * self.form.words().len();
+        &mut self.rows[..blocks]
+    }
+
+    /// The scalars of an object's own buffer whose entry is at a position of the form.
+    pub fn buffer(&self, object: usize, position: usize) -> Option<&[u32]> {
+        let [low, high] = [0, 1].map(|word| self.word(object, position + word).to_ne_bytes());
+        let address = u64::from_ne_bytes([low, high].concat().try_into().ok()?);
+        Some(self.buffers.get(&usize::try_from(address).ok()?)?)
+    }
+
+    fn set(&mut self, object: usize, position: usize, word: u32) {
+        let row = self.row(object, position);
+        self.rows[row].0[object % IN_BLOCK] = word;
+    }
+
+    fn row(&self, object: usize, position: usize) -> usize {
+        let words = self.form.words().len();
+        assert!(object < self.count && position < words, "word {position} of object {object}");
+        object / IN_BLOCK * words + position
+    }
+
+    #[inline]
+    pub(crate) fn entries(&self) -> &BufferEntries {
+        &self.entries
+    }
+
+    /// Where an object's first word is, or the first object's where there are none.
+    #[inline]
+    pub(crate) fn pointer(&self, object: usize) -> *const u8 {
+        let words = self.form.words().len();
+        let bytes = object / IN_BLOCK * words * size_of::<ObjectRow>();
+        let start = self.rows.as_ptr().cast::<u8>();
+        start.wrapping_add(bytes + object % IN_BLOCK * size_of::<u32>())
+    }
+}
+
+/// Blocks of so many objects, and those that vectors reach past them.
+fn blocks(count: usize) -> usize {
+    count.div_ceil(IN_BLOCK) + LANE_PADDING as usize / IN_BLOCK - 1
+}
+
+impl std::fmt::Debug for Objects {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Objects({} of {} words)", self.count, self.form.words().len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn instance(first: u32) -> InstanceBlock {
+        InstanceBlock::new(&[first, first + 1], Vec::new())
+    }
+
+    #[test]
+    fn words_of_a_block_stand_in_rows() {
+        let instances: Vec<_> = (0..20).map(|number| instance(10 * number)).collect();
+        let objects = Objects::of_instances(ObjectForm::new(0..2), &instances);
+        assert_eq!(objects.rows[5].0, [161, 171, 181, 191, 0, 0, 0, 0]);
+        assert_eq!(objects.word(19, 1), 191);
+        let order: Vec<u32> = [3, NO_OBJECT, 19].into_iter().chain(4..12).collect();
+        let ordered = objects.in_order(&order);
+        assert_eq!(ordered.rows[0].0, [30, 0, 190, 40, 50, 60, 70, 80]);
+        assert_eq!(ordered.rows[3].0, [91, 101, 111, 0, 0, 0, 0, 0]);
+        assert_eq!((ordered.len(), ordered.bytes()), (11, 6 * 32));
+        let one = Objects::of_instances(ObjectForm::new([1]), &instances);
+        assert_eq!((one.word(7, 0), one.shared().words()), (71, [0, 1].as_slice()));
+        assert!(Objects::of_instances::<InstanceBlock>(ObjectForm::new([]), []).is_empty());
+    }
+
+    #[test]
+    fn buffers_are_kept_once_and_found_again() {
+        let words: Arc<[u32]> = Arc::from([1, 2, 3]);
+        let bound = || BoundBuffer { offset: 0, words: words.clone(), element_words: 1 };
+        let instances = [0; 9].map(|_| InstanceBlock::new(&[0; 4], vec![bound()]));
+        let objects = Objects::of_instances(ObjectForm::new(0..4), instances);
+        // The other one is that of the block that objects share.
+        assert_eq!(Arc::strong_count(&words), 3);
+        assert_eq!(objects.buffer(8, 0), Some([1, 2, 3].as_slice()));
+        assert_eq!(objects.word(8, 2), 3);
+    }
+
+    #[test]
+    #[should_panic(expected = "do not change")]
+    fn addresses_are_not_for_hosts() {
+        let buffer = BoundBuffer { offset: 0, words: Arc::from([1]), element_words: 1 };
+        let instance = InstanceBlock::new(&[0; 4], vec![buffer]);
+        Objects::of_instances(ObjectForm::new(0..4), [&instance]).rows_mut();
+    }
+}

@@ -1,0 +1,299 @@
+//! Objects in blocks: where they lie, loads of their words, and the entries of buffers.
+//!
+//! In the shapes packet, common origin and single the call has the address of its one object. In the leaf
+//! shape a chunk's objects lie in a row: a vector of a word is one load for each block. In the stream shape
+//! each lane has an address of its own.
+
+use rtsl_ir::{Index, PlaceId, PlaceKind};
+use rtsl_packet::kernel::KernelPlace;
+use rtsl_packet::{Shape, abi};
+
+use crate::emitter::{Emitter, PointerSource};
+use crate::memory::Buffer;
+use crate::module::ZERO_WORD;
+use crate::operand::{LlvmType, Operand, memory_element};
+
+/// Bytes from one word of an object to the next.
+const ROW: u32 = abi::OBJECTS_IN_BLOCK * 4;
+
+impl Emitter<'_, '_> {
+    // The objects of a chunk.
+
+    /// Finds the objects of the chunk where they differ from lane to lane, and their buffers.
+    pub fn emit_instances(&mut self) {
+        if !self.kernel.places.iter().any(|place| place.varies && place.of_objects) {
+            return;
+        }
+        self.objects = match self.kernel.shape {
+            Shape::Stream => Some(self.objects_of_lanes()),
+            Shape::Leaf => Some(self.objects_of_chunk()),
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => return,
+        };
+        for (number, place) in self.kernel.places.iter().enumerate() {
+            if place.place.kind == PlaceKind::Buffer && place.varies {
+                let buffer = self.buffer_of_lanes(place);
+                self.buffers.buffers.insert(number as u32, buffer);
+            }
+        }
+    }
+
+    /// Bytes of a block of objects.
+    fn block_bytes(&self) -> u32 {
+        self.kernel.object_words.unwrap_or(0) * ROW
+    }
+
+    /// The addresses of the rays' objects.
+    fn objects_of_lanes(&mut self) -> Operand {
+        let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);
+        let objects = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let base = self.chunk_base();
+        let ty = self.lanes("i32");
+        let at = self.instruction(format_args!("getelementptr i32, ptr {indices}, i64 {base}"));
+        let numbers = self.load(ty, at);
+        let numbers = self.numbers_of_active(ty, numbers);
+        let wide = self.lanes("i64");
+        let numbers = self.instruction(format_args!("zext {ty} {numbers} to {wide}"));
+        let offsets = self.object_offsets(wide, numbers);
+        self.instruction(format_args!("getelementptr i8, ptr {objects}, {wide} {offsets}"))
+    }
+
+    /// The address of the chunk's first object.
+    fn objects_of_chunk(&mut self) -> Operand {
+        let objects = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let (index, base) = (LlvmType { element: "i64", count: 1 }, self.chunk_base());
+        let offset = if self.width.is_multiple_of(abi::OBJECTS_IN_BLOCK) {
+            let bytes = self.block_bytes() / abi::OBJECTS_IN_BLOCK;
+            self.instruction(format_args!("mul nuw {index} {base}, {bytes}"))
+        } else {
+            self.object_offsets(index, base)
+        };
+        self.instruction(format_args!("getelementptr i8, ptr {objects}, i64 {offset}"))
+    }
+
+    /// How many bytes after the first objects of these numbers lie.
+    fn object_offsets(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
+        let shift = abi::OBJECTS_IN_BLOCK.trailing_zeros();
+        let [shift, last, bytes, two] = [shift, abi::OBJECTS_IN_BLOCK - 1, self.block_bytes(), 2]
+            .map(|number| self.same(ty, number));
+        let blocks = self.instruction(format_args!("lshr {ty} {numbers}, {shift}"));
+        let blocks = self.instruction(format_args!("mul nuw {ty} {blocks}, {bytes}"));
+        let places = self.instruction(format_args!("and {ty} {numbers}, {last}"));
+        let places = self.instruction(format_args!("shl {ty} {places}, {two}"));
+        self.instruction(format_args!("add {ty} {blocks}, {places}"))
+    }
+
+    /// Object numbers in which lanes that are off have that of one that is on: theirs may be
+    /// anything.
+    fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
+        if !ty.is_vector() || self.is_full() {
+            return numbers;
+        }
+        let mask = self.kernel.body.params[0];
+        let bits = self.bits(mask);
+        let lane = self.first_lane(bits);
+        let first = self.instruction(format_args!("extractelement {ty} {numbers}, i32 {lane}"));
+        let first = self.splat_here("i32", first);
+        let bit = ty.of("i1");
+        self.instruction(format_args!("select {bit} {bits}, {ty} {numbers}, {ty} {first}"))
+    }
+
+    // Words.
+
+    /// The address of a word of the objects: of one, of each lane's, or of the chunk's first.
+    fn object_word(&mut self, word: u32) -> (Operand, LlvmType) {
+        let (objects, ty) = match self.kernel.shape {
+            Shape::Packet | Shape::CommonOrigin | Shape::Single => {
+                let object = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+                (object, self.vector("ptr", false))
+            }
+            Shape::Leaf => (self.found_objects(), self.vector("ptr", false)),
+            Shape::Stream => (self.found_objects(), self.lanes("ptr")),
+        };
+        let offset = word * ROW;
+        if offset == 0 {
+            return (objects, ty);
+        }
+        (self.instruction(format_args!("getelementptr i8, {ty} {objects}, i64 {offset}")), ty)
+    }
+
+    fn found_objects(&self) -> Operand {
+        self.objects.expect("objects are found at the chunk's start")
+    }
+
+    /// A word of the objects, as it is in memory.
+    fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
+        let (at, pointers) = self.object_word(word);
+        match self.kernel.shape {
+            Shape::Leaf => self.load_row(element, at),
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                self.gather(pointers.of(element), at)
+            }
+        }
+    }
+
+    /// A word of the chunk's objects, from its place in the first one on: one load for each block.
+    fn load_row(&mut self, element: &'static str, at: Operand) -> Operand {
+        let ty = self.lanes(element);
+        let block = LlvmType { count: ty.count.min(abi::OBJECTS_IN_BLOCK), ..ty };
+        let align = block.count * 4;
+        let bytes = self.block_bytes();
+        let mut row: Option<(Operand, u32)> = None;
+        for number in 0..ty.count / block.count {
+            let at = self.offset(at, number * bytes);
+            let next = self.instruction(format_args!("load {block}, ptr {at}, align {align}"));
+            row = Some(match row {
+                None => (next, block.count),
+                Some((row, count)) => (self.join_rows(element, (row, count), next), count * 2),
+            });
+        }
+        row.expect("a chunk has lanes").0
+    }
+
+    /// Two vectors as one; only up to two blocks, since no chunk of the leaf shape has more lanes.
+    fn join_rows(&mut self, element: &'static str, row: (Operand, u32), next: Operand) -> Operand {
+        let (row, count) = row;
+        let ty = LlvmType { element, count };
+        let order = (0..2 * count).map(|lane| format!("i32 {lane}")).collect::<Vec<_>>().join(", ");
+        self.instruction(format_args!(
+            "shufflevector {ty} {row}, {ty} {next}, <{} x i32> <{order}>",
+            2 * count
+        ))
+    }
+
+    pub fn load_of_objects(&mut self, id: PlaceId, index: Index) -> Operand {
+        let place = self.kernel.place(id);
+        let element = memory_element(place.place.scalar);
+        let location = place.location;
+        let index = match index {
+            Index::Constant(index) => return self.load_object_word(element, location + index),
+            Index::Dynamic(index) => index,
+        };
+        let (index, by_lane) = self.clamp_index(index, id);
+        let (at, pointers) = self.object_word(location);
+        let words = self.vector("i32", by_lane);
+        let shift = self.same(words, abi::OBJECTS_IN_BLOCK.trailing_zeros());
+        let rows = self.instruction(format_args!("shl {words} {index}, {shift}"));
+        match self.kernel.shape {
+            Shape::Leaf if !by_lane => {
+                let at = self.instruction(format_args!("getelementptr i32, ptr {at}, i32 {rows}"));
+                self.load_row(element, at)
+            }
+            Shape::Leaf => {
+                let offsets = self.row_offsets();
+                let (pointers, wide) = (self.lanes("ptr"), self.lanes("i64"));
+                let at =
+                    self.instruction(format_args!("getelementptr i8, ptr {at}, {wide} {offsets}"));
+                self.load_at(element, (at, pointers), (rows, by_lane))
+            }
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                self.load_at(element, (at, pointers), (rows, by_lane))
+            }
+        }
+    }
+
+    /// How many bytes after the chunk's first object the others lie, as a literal.
+    fn row_offsets(&self) -> String {
+        let offset = |lane: u32| {
+            let (block, place) = (lane / abi::OBJECTS_IN_BLOCK, lane % abi::OBJECTS_IN_BLOCK);
+            u64::from(block) * u64::from(self.block_bytes()) + u64::from(place) * 4
+        };
+        let offsets = (0..self.width).map(|lane| format!("i64 {}", offset(lane)));
+        format!("<{}>", offsets.collect::<Vec<_>>().join(", "))
+    }
+
+    /// A number as one or as lanes.
+    fn same(&mut self, ty: LlvmType, number: u32) -> Operand {
+        match ty.is_vector() {
+            true => self.constant_lanes(ty.element, Operand::Int(number as i32)),
+            false => Operand::Int(number as i32),
+        }
+    }
+
+    // Entries of buffers.
+
+    /// The buffer that all lanes have, found in the setup.
+    pub fn buffer_of_call(&mut self, place: &KernelPlace) -> Buffer {
+        self.module.use_zero();
+        let (address, count) = match place.of_objects {
+            true => self.entry_of_object(place.location * ROW),
+            false => self.entry_of_instance(place.location * 4),
+        };
+        let len = place.place.len;
+        let wide = self.setup(format_args!("zext i32 {count} to i64"));
+        let total = self.setup(format_args!("mul i64 {wide}, {len}"));
+        let last = self.setup(format_args!("sub i64 {total}, 1"));
+        let fits = self.setup(format_args!("icmp slt i64 {last}, {}", i32::MAX));
+        let reached = self.setup(format_args!("select i1 {fits}, i64 {last}, i64 {}", i32::MAX));
+        let last = self.setup(format_args!("trunc i64 {reached} to i32"));
+        let empty = self.setup(format_args!("icmp eq i32 {count}, 0"));
+        let address = self.setup(format_args!("select i1 {empty}, ptr {ZERO_WORD}, ptr {address}"));
+        Buffer { address, count, last }
+    }
+
+    /// A buffer's address and count in the instance's block.
+    fn entry_of_instance(&mut self, offset: u32) -> (Operand, Operand) {
+        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
+        let at = self.setup(format_args!("getelementptr i8, ptr {instance}, i64 {offset}"));
+        let address = self.setup(format_args!("load ptr, ptr {at}, align 8"));
+        let count_at = self.setup(format_args!("getelementptr i8, ptr {at}, i64 8"));
+        (address, self.setup(format_args!("load i32, ptr {count_at}, align 8")))
+    }
+
+    /// A buffer's address and count in the call's one object.
+    fn entry_of_object(&mut self, offset: u32) -> (Operand, Operand) {
+        let object = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let [low, high, count] = [0, 1, 2].map(|word| {
+            let offset = offset + word * ROW;
+            let at = self.setup(format_args!("getelementptr i8, ptr {object}, i64 {offset}"));
+            self.setup(format_args!("load i32, ptr {at}, align 4"))
+        });
+        let low = self.setup(format_args!("zext i32 {low} to i64"));
+        let high = self.setup(format_args!("zext i32 {high} to i64"));
+        let high = self.setup(format_args!("shl i64 {high}, 32"));
+        let address = self.setup(format_args!("or i64 {low}, {high}"));
+        (self.setup(format_args!("inttoptr i64 {address} to ptr")), count)
+    }
+
+    /// A buffer's addresses and counts in the lanes' objects.
+    fn entry_of_lanes(&mut self, place: &KernelPlace) -> (Operand, Operand) {
+        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
+        let [low, high, count] =
+            [0, 1, 2].map(|word| self.load_object_word("i32", place.location + word));
+        let [low, high] =
+            [low, high].map(|half| self.instruction(format_args!("zext {words} {half} to {wide}")));
+        let shift = self.constant_lanes("i64", Operand::Int(32));
+        let high = self.instruction(format_args!("shl {wide} {high}, {shift}"));
+        let address = self.instruction(format_args!("or {wide} {low}, {high}"));
+        (self.instruction(format_args!("inttoptr {wide} {address} to {pointers}")), count)
+    }
+
+    /// The buffers of the lanes' objects, found for each chunk.
+    fn buffer_of_lanes(&mut self, place: &KernelPlace) -> Buffer {
+        self.module.use_zero();
+        let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
+        let (address, count) = self.entry_of_lanes(place);
+        let len = place.place.len;
+        let extended = self.instruction(format_args!("zext {words} {count} to {wide}"));
+        let len = self.constant_lanes("i64", Operand::Int(len as i32));
+        let total = self.instruction(format_args!("mul {wide} {extended}, {len}"));
+        let minus_one = self.constant_lanes("i64", Operand::Int(-1));
+        let last = self.instruction(format_args!("add {wide} {total}, {minus_one}"));
+        let greatest = self.constant_lanes("i64", Operand::Int(i32::MAX));
+        let last = self.clamp_one_side("smin", wide, last, greatest);
+        let last = self.instruction(format_args!("trunc {wide} {last} to {words}"));
+        let zero = if words.is_vector() { Operand::Zero } else { Operand::Int(0) };
+        let bit = self.lanes("i1");
+        let empty = self.instruction(format_args!("icmp eq {words} {count}, {zero}"));
+        let nothing = self.splat_address(ZERO_WORD);
+        let address = self.instruction(format_args!(
+            "select {bit} {empty}, {pointers} {nothing}, {pointers} {address}"
+        ));
+        Buffer { address, count, last }
+    }
+
+    /// A global's address in all lanes.
+    fn splat_address(&mut self, global: &str) -> Operand {
+        let one = self.instruction(format_args!("getelementptr i8, ptr {global}, i64 0"));
+        self.splat_here("ptr", one)
+    }
+}
