@@ -257,6 +257,7 @@ fn scene() -> Scene {
     let object = |center: [f64; 3], scale: f64, material: u32| SceneObject {
         primitive: ball.clone(),
         elements: None,
+        motion: None,
         transform: Transform::translate(center).after(Transform::scale([scale, scale, scale])),
         material,
         emitter: None,
@@ -285,13 +286,18 @@ fn scene() -> Scene {
         },
         camera: camera(),
         camera_to_world: Transform::IDENTITY,
+        camera_motion: None,
         materials: vec![mirror(), matte()],
         lights: vec![light(sun()), light(white_sky())],
         ambient: [0.1, 0.2, 0.3],
         world: (0..30).collect(),
         groups: vec![vec![30]],
         instances: [[-1.0, 1.5, -2.0], [1.0, -1.0, -2.5]]
-            .map(|place| PlacedGroup { group: 0, transform: Transform::translate(place) })
+            .map(|place| PlacedGroup {
+                group: 0,
+                transform: Transform::translate(place),
+                motion: None,
+            })
             .to_vec(),
         objects,
     }

@@ -1,6 +1,6 @@
 //! What stays the same object when a scene is loaded again.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rtsl_render::reader::{DiskFiles, Values};

@@ -1,10 +1,12 @@
 //! Arithmetic that gives the same bits on every machine: only `+ - * /` and square roots, in a
 //! fixed order, never the platform's trigonometry or powers.
 
+mod moving_transform;
 mod root;
 mod transform;
 mod trigonometry;
 
+pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
 pub use transform::{Affine, Transform, dot, normalize_or, reciprocal};
 pub use trigonometry::sine_and_cosine_of_degrees;

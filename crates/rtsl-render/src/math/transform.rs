@@ -63,6 +63,21 @@ impl Transform {
         Transform(DMat4::from_cols_array(numbers))
     }
 
+    /// From a matrix whose last row is that of an affine map.
+    pub(super) fn from_matrix(matrix: DMat4) -> Self {
+        Transform(matrix)
+    }
+
+    /// The matrix.
+    pub(super) fn matrix(self) -> DMat4 {
+        self.0
+    }
+
+    /// The transform whose components lie at `part` of the way to those of `other`.
+    pub fn mix(self, other: Transform, part: f64) -> Self {
+        Transform(self.0 * (1.0 - part) + other.0 * part)
+    }
+
     /// `self` after `first`.
     pub fn after(self, first: Transform) -> Self {
         Transform(self.0 * first.0)

@@ -13,6 +13,7 @@ use crate::scene::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
 };
 
+use super::current_transform::{ActiveTimes, CurrentTransform};
 use super::directive::Keyword;
 use super::files::{FileSource, resolve};
 use super::parameter::{Parameter, ParameterType, Values};
@@ -55,7 +56,7 @@ struct Interpreter<'a> {
     /// The files being read, outermost first, and where each was included.
     open_files: Vec<PathBuf>,
     known_files: BTreeMap<PathBuf, FileId>,
-    coordinate_systems: BTreeMap<String, Transform>,
+    coordinate_systems: BTreeMap<String, CurrentTransform>,
     named_materials: BTreeMap<String, EntityId>,
     named_textures: BTreeMap<String, EntityId>,
     objects: BTreeMap<String, usize>,
@@ -176,7 +177,7 @@ impl<'a> Interpreter<'a> {
     fn execute(&mut self, command: Command) -> Executed {
         self.check_part(&command)?;
         match command.keyword {
-            Keyword::Identity => self.state.transform = Transform::IDENTITY,
+            Keyword::Identity => self.state.transform.set(Transform::IDENTITY),
             Keyword::Translate => {
                 self.concatenate(Some(Transform::translate(array(&command))), &command)?
             }
@@ -185,7 +186,7 @@ impl<'a> Interpreter<'a> {
             }
             Keyword::Rotate => self.rotate(&command)?,
             Keyword::LookAt => self.look_at(&command)?,
-            Keyword::Transform => self.state.transform = self.matrix(&command)?,
+            Keyword::Transform => self.state.transform.set(self.matrix(&command)?),
             Keyword::ConcatTransform => {
                 let matrix = self.matrix(&command)?;
                 self.concatenate(Some(matrix), &command)?;
@@ -195,7 +196,7 @@ impl<'a> Interpreter<'a> {
                 self.coordinate_systems.insert(name, self.state.transform);
             }
             Keyword::CoordSysTransform => self.use_coordinate_system(&command)?,
-            Keyword::TransformTimes => return Err(unsupported(&command, "motion of objects")),
+            Keyword::TransformTimes => self.transform_times(&command)?,
             Keyword::ActiveTransform => self.active_transform(&command)?,
             Keyword::MediumInterface | Keyword::MakeNamedMedium => {
                 return Err(unsupported(&command, "participating media"));
@@ -260,6 +261,7 @@ impl<'a> Interpreter<'a> {
                 | Keyword::Integrator
                 | Keyword::PixelFilter
                 | Keyword::Accelerator
+                | Keyword::TransformTimes
                 | Keyword::WorldBegin
         );
         let only_after = matches!(
@@ -294,7 +296,7 @@ impl<'a> Interpreter<'a> {
                 Diagnostic::new(codes::BAD_TRANSFORM, message).at(command.span, ""),
             ));
         };
-        self.state.transform = self.state.transform.after(transform);
+        self.state.transform.concatenate(transform);
         Ok(())
     }
 
@@ -323,7 +325,7 @@ impl<'a> Interpreter<'a> {
         let name = first_text(command);
         match self.coordinate_systems.get(&name.text) {
             Some(transform) => {
-                self.state.transform = *transform;
+                self.state.transform.set_all(*transform);
                 Ok(())
             }
             None => {
@@ -334,14 +336,27 @@ impl<'a> Interpreter<'a> {
     }
 
     fn active_transform(&mut self, command: &Command) -> Executed {
-        match first_text(command).text.as_str() {
-            "All" => Ok(()),
-            "StartTime" | "EndTime" => Err(unsupported(command, "motion of objects")),
-            _ => Err(Box::new(
-                Diagnostic::new(codes::SCENE_SYNTAX, "expected `StartTime`, `EndTime` or `All`")
-                    .at(first_text(command).span, ""),
-            )),
+        self.state.transform.active = match first_text(command).text.as_str() {
+            "All" => ActiveTimes::All,
+            "StartTime" => ActiveTimes::Start,
+            "EndTime" => ActiveTimes::End,
+            _ => {
+                let message = "expected `StartTime`, `EndTime` or `All`";
+                let diagnostic = Diagnostic::new(codes::SCENE_SYNTAX, message);
+                return Err(Box::new(diagnostic.at(first_text(command).span, "")));
+            }
+        };
+        Ok(())
+    }
+
+    fn transform_times(&mut self, command: &Command) -> Executed {
+        let [start, end] = array(command);
+        if start < end {
+            self.description.transform_times = [start, end];
+            return Ok(());
         }
+        let message = format!("the motion starts at {start} and ends at {end}, not after it");
+        Err(Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(command.span, "")))
     }
 
     fn color_space(&mut self, command: &Command) -> Executed {
@@ -394,8 +409,8 @@ impl<'a> Interpreter<'a> {
 
     fn world_begin(&mut self) {
         self.in_world = true;
-        self.state.transform = Transform::IDENTITY;
-        self.coordinate_systems.insert("world".to_owned(), Transform::IDENTITY);
+        self.state.transform = CurrentTransform::IDENTITY;
+        self.coordinate_systems.insert("world".to_owned(), CurrentTransform::IDENTITY);
     }
 
     fn begin(&mut self, kind: BlockKind, command: &Command) {
@@ -493,9 +508,12 @@ impl<'a> Interpreter<'a> {
             return Err(unknown_name("object", name, names));
         };
         self.check_regular(command)?;
-        self.description
-            .instances
-            .push(InstanceUse { object: *object, transform: self.state.transform });
+        self.description.instances.push(InstanceUse {
+            object: *object,
+            span: command.span,
+            transform: self.state.transform.start(),
+            end_transform: self.state.transform.end(),
+        });
         Ok(())
     }
 
@@ -530,7 +548,12 @@ impl<'a> Interpreter<'a> {
         if self.state.transform.inverse().is_some() {
             return Ok(());
         }
-        let message = "the current transform has no inverse: it flattens what it places";
+        let transform = &self.state.transform;
+        let flattens = [Some(transform.start()), transform.end()].into_iter().flatten();
+        let message = match flattens.map(Transform::inverse).any(|inverse| inverse.is_none()) {
+            true => "the current transform has no inverse: it flattens what it places",
+            false => "the current transform moves from one side of a mirror to the other",
+        };
         Err(Box::new(Diagnostic::new(codes::BAD_TRANSFORM, message).at(command.span, "")))
     }
 
@@ -632,7 +655,8 @@ impl<'a> Interpreter<'a> {
             class_span: class.span,
             name,
             parameters,
-            transform: self.state.transform,
+            transform: self.state.transform.start(),
+            end_transform: self.state.transform.end(),
         });
         EntityId(self.description.entities.len() - 1)
     }

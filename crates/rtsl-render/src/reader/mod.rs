@@ -19,6 +19,7 @@
 //! No input makes the reader panic or recurse without bound: includes nest to a fixed depth, and
 //! the number of directives that one scene may expand to is limited.
 
+mod current_transform;
 pub mod defines;
 mod directive;
 mod files;

@@ -5,16 +5,16 @@ use std::rc::Rc;
 
 use rtsl::Span;
 
-use crate::math::Transform;
 use crate::scene::{EntityId, EntityKind};
 
+use super::current_transform::CurrentTransform;
 use super::parameter::Parameter;
 
 /// What applies to the next shape, light or texture.
 #[derive(Clone, Debug)]
 pub struct GraphicsState {
-    /// From the current space to the world's; before `WorldBegin` from the world's to the camera's.
-    pub transform: Transform,
+    /// The current transform.
+    pub transform: CurrentTransform,
     /// The current material.
     pub material: MaterialChoice,
     /// The current area light.
@@ -40,7 +40,7 @@ impl GraphicsState {
     /// The state at the beginning of a scene.
     pub fn new() -> Self {
         GraphicsState {
-            transform: Transform::IDENTITY,
+            transform: CurrentTransform::IDENTITY,
             material: MaterialChoice::Default,
             area_light: None,
             reverse_orientation: false,

@@ -6,7 +6,7 @@ use crate::math::Transform;
 use crate::reader::Parameter;
 
 /// Everything that a scene's text says.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Description {
     /// Every use of a class or of a setting; the other fields index it.
     pub entities: Vec<Entity>,
@@ -26,6 +26,26 @@ pub struct Description {
     pub objects: Vec<ObjectDefinition>,
     /// Uses of those objects.
     pub instances: Vec<InstanceUse>,
+    /// When what moves starts and when it ends, in the units of the shutter's times.
+    pub transform_times: [f64; 2],
+}
+
+impl Default for Description {
+    /// Nothing yet.
+    fn default() -> Self {
+        Description {
+            entities: Vec::new(),
+            camera: None,
+            film: None,
+            sampler: None,
+            integrator: None,
+            lights: Vec::new(),
+            shapes: Vec::new(),
+            objects: Vec::new(),
+            instances: Vec::new(),
+            transform_times: [0.0, 1.0],
+        }
+    }
 }
 
 /// The index of an entity.
@@ -46,8 +66,10 @@ pub struct Entity {
     /// Its parameters.
     pub parameters: Vec<Parameter>,
     /// The transform that stood where it was made: from its own space to the world's, for a
-    /// camera from the world's to its own.
+    /// camera from the world's to its own. Where it moves, that at the start.
     pub transform: Transform,
+    /// Where it moves, the transform at the end.
+    pub end_transform: Option<Transform>,
 }
 
 /// What an entity is used as.
@@ -119,6 +141,10 @@ pub struct ObjectDefinition {
 pub struct InstanceUse {
     /// The index of its definition.
     pub object: usize,
-    /// From the definition's space to the world's.
+    /// The place of the directive.
+    pub span: Span,
+    /// From the definition's space to the world's; where it moves, that at the start.
     pub transform: Transform,
+    /// Where it moves, the transform at the end.
+    pub end_transform: Option<Transform>,
 }

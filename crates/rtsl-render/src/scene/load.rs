@@ -5,17 +5,21 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
+    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
+    most_similar,
 };
 
+use crate::math::Transform;
 use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
 
 use super::arguments::{Resolve, argument};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use super::mesh_shape::MeshShape;
+use super::parts::SceneParts;
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
+use super::shutter::{SHUTTER, Shutter};
 use super::standard_names::StandardName;
 
 /// The entities that the parts of a scene come from, by the indices of the parts.
@@ -146,30 +150,38 @@ impl<'a, 'f> Loader<'a, 'f> {
             }
             return None;
         };
-        let camera_to_world = description.entities[camera_entity.0].transform.inverse();
-        let camera = self.instance(camera_entity);
         let mut parts = SceneParts::default();
+        match Shutter::read(description, &description.entities[camera_entity.0]) {
+            Ok(shutter) => parts.shutter = shutter,
+            Err(diagnostic) => self.diagnostics.push(*diagnostic),
+        }
+        let camera = self.instance(camera_entity);
+        let (camera_to_world, camera_motion) =
+            parts.place_camera(&description.entities[camera_entity.0])?;
         let world = self.objects(&description.shapes, &mut parts);
         let groups =
             description.objects.iter().map(|object| self.objects(&object.shapes, &mut parts));
         let groups: Vec<Vec<u32>> = groups.collect();
         let lights = self.lights(&mut parts);
         self.check_unused_entities();
-        let place = |use_: &super::InstanceUse| PlacedGroup {
-            group: use_.object as u32,
-            transform: use_.transform,
-        };
+        let instances = description.instances.iter().map(|it| {
+            let (transform, motion) = parts.place(it.span, it.transform, it.end_transform);
+            PlacedGroup { group: it.object as u32, transform, motion }
+        });
+        let instances = instances.collect();
+        self.warn_of_motion(parts.first_moving);
         let scene = Scene {
             settings,
             camera: camera?,
-            camera_to_world: camera_to_world?,
+            camera_to_world,
+            camera_motion,
             materials: parts.materials,
             lights,
             ambient: parts.ambient,
             objects: parts.objects,
             world,
             groups,
-            instances: description.instances.iter().map(place).collect(),
+            instances,
         };
         let origins = Origins {
             camera: camera_entity,
@@ -194,18 +206,28 @@ impl<'a, 'f> Loader<'a, 'f> {
             };
             let entity = &self.description.entities[shape.shape.0];
             let placement = self.standard_name(entity).map(StandardName::placement);
+            let placement = placement.unwrap_or(Transform::IDENTITY);
+            let (transform, motion) = parts.place_entity(entity, placement);
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
                 elements: primitive.element_count(),
                 primitive,
-                transform: placement.map_or(entity.transform, |it| entity.transform.after(it)),
+                transform,
+                motion,
                 material,
                 emitter,
                 reverse_orientation: shape.reverse_orientation,
             });
         }
         indices
+    }
+
+    fn warn_of_motion(&mut self, first: Option<Span>) {
+        let Some(first) = first else { return };
+        let message = "what moves is shown where it stands when the shutter opens";
+        let diagnostic = Diagnostic::new(codes::MOTION_NOT_SHOWN, message);
+        self.diagnostics.push(diagnostic.at(first, "this moves, and maybe what follows"));
     }
 
     /// The index of a material among those of the scene.
@@ -260,7 +282,8 @@ impl<'a, 'f> Loader<'a, 'f> {
             if entity.class == "ambient" {
                 self.add_ambient(entity, &mut parts.ambient);
             } else if let Some(light) = self.instance(*id) {
-                lights.push(PlacedLight { light, transform: entity.transform });
+                let (transform, _) = parts.place_entity(entity, Transform::IDENTITY);
+                lights.push(PlacedLight { light, transform });
                 parts.light_origins.push(*id);
             }
         }
@@ -392,7 +415,12 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        for parameter in self.parameters(entity) {
+        let is_setting = |it: &str| {
+            let takes = class.parameters.iter().any(|parameter| parameter.name == it);
+            entity.kind == EntityKind::Camera && SHUTTER.contains(&it) && !takes
+        };
+        let parameters = self.parameters(entity).into_iter();
+        for parameter in parameters.filter(|it| !is_setting(&it.name)) {
             let mut resolver =
                 Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
             let value = argument(class, &parameter, &mut resolver);
@@ -546,17 +574,4 @@ fn role_of(kind: EntityKind) -> Option<Role> {
         EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
         EntityKind::Film | EntityKind::Sampler | EntityKind::Integrator => None,
     }
-}
-
-/// What grows while a scene is put together.
-#[derive(Default)]
-struct SceneParts {
-    materials: Vec<Arc<Instance>>,
-    /// By entity, `None` standing for the default material.
-    material_indices: BTreeMap<Option<EntityId>, Option<u32>>,
-    objects: Vec<SceneObject>,
-    ambient: [f32; 3],
-    material_origins: Vec<Option<EntityId>>,
-    light_origins: Vec<EntityId>,
-    object_origins: Vec<EntityId>,
 }

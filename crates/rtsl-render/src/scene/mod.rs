@@ -6,9 +6,11 @@ mod classes;
 mod description;
 mod load;
 mod mesh_shape;
+mod parts;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod scene;
 mod settings;
+mod shutter;
 mod source;
 mod standard_names;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl::Instance;
 
-use crate::math::Transform;
+use crate::math::{MovingTransform, Transform};
 
 use super::Settings;
 
@@ -15,8 +15,10 @@ pub struct Scene {
     pub settings: Settings,
     /// The camera.
     pub camera: Arc<Instance>,
-    /// From the camera's space to the world's.
+    /// From the camera's space to the world's, when the shutter opens.
     pub camera_to_world: Transform,
+    /// The same for as long as the shutter is open, if it moves.
+    pub camera_motion: Option<Arc<MovingTransform>>,
     /// The materials.
     pub materials: Vec<Arc<Instance>>,
     /// The lights.
@@ -38,7 +40,7 @@ pub struct Scene {
 pub struct PlacedLight {
     /// The light.
     pub light: Arc<Instance>,
-    /// From its own space to the world's.
+    /// From its own space to the world's, when the shutter opens.
     pub transform: Transform,
 }
 
@@ -49,8 +51,10 @@ pub struct SceneObject {
     pub primitive: Arc<Instance>,
     /// Where the shape stands for many objects, the triangles of a mesh for example: how many.
     pub elements: Option<u32>,
-    /// From its own space to that of its group, or the world's.
+    /// From its own space to that of its group, or the world's, when the shutter opens.
     pub transform: Transform,
+    /// The same for as long as the shutter is open, if it moves.
+    pub motion: Option<Arc<MovingTransform>>,
     /// The index of its material.
     pub material: u32,
     /// The index of the material whose emission it gives off besides.
@@ -60,10 +64,12 @@ pub struct SceneObject {
 }
 
 /// A group, placed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PlacedGroup {
     /// The index of the group.
     pub group: u32,
-    /// From the group's space to the world's.
+    /// From the group's space to the world's, when the shutter opens.
     pub transform: Transform,
+    /// The same for as long as the shutter is open, if it moves.
+    pub motion: Option<Arc<MovingTransform>>,
 }
