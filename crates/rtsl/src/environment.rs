@@ -54,7 +54,8 @@ impl Environment {
         Ok(())
     }
 
-    fn words(&self, place: &Place) -> Vec<u32> {
+    /// The scalars of a place; zeros where nobody set it.
+    pub fn words(&self, place: &Place) -> Vec<u32> {
         let known = self.values.get(&(place.kind, place.name.clone()));
         let mut words = known.cloned().unwrap_or_default();
         if place.kind != PlaceKind::Buffer {

@@ -36,6 +36,15 @@ pub(crate) fn unknown_parameter(class: &Class, name: &str) -> Diagnostic {
     }
 }
 
+/// A class of which there are no elements.
+pub(crate) fn no_elements(class: &Class) -> Diagnostic {
+    Diagnostic::new(
+        codes::NO_SUCH_PARAMETER,
+        format!("`{}` has no parameter that tells elements apart", class.name),
+    )
+    .help("annotate it with `[[element \"buffer\"]]`")
+}
+
 pub(crate) fn mismatch(class: &Class, parameter: &Parameter, mismatch: Mismatch) -> Diagnostic {
     let name = format!("the parameter `{}` of `{}`", parameter.name, class.name);
     match mismatch {

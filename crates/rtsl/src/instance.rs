@@ -10,6 +10,7 @@ use rtsl_jit::{BoundBuffer, InstanceBlock};
 use rtsl_packet::Layout;
 use rtsl_source::{Diagnostic, Diagnostics};
 
+use crate::elements::parameter_name;
 use crate::environment::Environment;
 use crate::errors;
 use crate::link::link_function;
@@ -37,6 +38,17 @@ pub struct Instance {
     references: Vec<Vec<Option<Arc<Instance>>>>,
     tree_size: u64,
     depth: u32,
+    /// What the constructor started from, where hosts make [elements](Instance::element_count).
+    unmade: Option<Box<Unmade>>,
+}
+
+/// An instance before its constructor ran.
+#[derive(Debug)]
+struct Unmade {
+    /// In the order of the class's members.
+    members: Vec<Vec<u32>>,
+    /// The constructor's parameters.
+    parameters: Vec<(String, Vec<u32>)>,
 }
 
 impl Instance {
@@ -113,6 +125,29 @@ impl Instance {
         InstanceBlock::new(&words, buffers)
     }
 
+    /// The same before the constructor ran, in a layout that has the constructor's parameters, too, by
+    /// their [names there](parameter_name).
+    pub(crate) fn unmade_block(&self, layout: &Layout) -> InstanceBlock {
+        let mut words = vec![0; layout.block_words as usize];
+        let mut buffers = Vec::new();
+        self.fill_block(layout, "", &mut words, &mut buffers);
+        let Some(Unmade { members, parameters }) = self.unmade.as_deref() else {
+            return InstanceBlock::new(&words, buffers);
+        };
+        let mut fill = |name: &str, data: &[u32]| {
+            if let Some(start) = layout.members.get(name).map(|word| *word as usize) {
+                words[start..start + data.len()].copy_from_slice(data);
+            }
+        };
+        for (place, member) in self.class.members.iter().zip(members) {
+            fill(&place.name, member);
+        }
+        for (name, data) in parameters {
+            fill(&parameter_name(name), data);
+        }
+        InstanceBlock::new(&words, buffers)
+    }
+
     fn fill_block(
         &self,
         layout: &Layout,
@@ -145,6 +180,16 @@ impl Instance {
         for_each_element(&self.class, &self.references, |inner, instance| {
             instance.show(&format!("{path}.{inner}"), values);
         });
+    }
+}
+
+impl Unmade {
+    fn new(class: &Class, constructor: &Function, values: &Environment) -> Unmade {
+        let parameters = constructor.places.iter().filter(|it| it.kind == PlaceKind::Parameter);
+        Unmade {
+            members: class.members.iter().map(|place| values.words(place)).collect(),
+            parameters: parameters.map(|it| (it.name.clone(), values.words(it))).collect(),
+        }
     }
 }
 
@@ -229,8 +274,8 @@ impl<'a> Builder<'a> {
         if self.problems.has_errors() {
             return Err(self.problems);
         }
-        let mut values = match self.run(constructor.as_deref(), &references) {
-            Ok(values) => values,
+        let (mut values, unmade) = match self.run(constructor.as_deref(), &references) {
+            Ok(made) => made,
             Err(problem) => {
                 self.problems.push(problem);
                 return Err(self.problems);
@@ -242,7 +287,8 @@ impl<'a> Builder<'a> {
             self.members.remove(&place.name).map_or_else(|| Arc::from([]), Words::into_shared)
         });
         let buffers = buffers.collect();
-        Ok(Instance { class: class.clone(), members, buffers, references, tree_size, depth })
+        let class = class.clone();
+        Ok(Instance { class, members, buffers, references, tree_size, depth, unmade })
     }
 
     /// Initialisers, then the host's values, then the constructor.
@@ -250,7 +296,7 @@ impl<'a> Builder<'a> {
         &self,
         constructor: Option<&Function>,
         references: &[Vec<Option<Arc<Instance>>>],
-    ) -> Result<Environment, Diagnostic> {
+    ) -> Result<(Environment, Option<Box<Unmade>>), Diagnostic> {
         let mut values = Environment::default();
         values.run(&self.class.initializer)?;
         for (name, words) in &self.members {
@@ -260,12 +306,17 @@ impl<'a> Builder<'a> {
         for (name, words) in &self.constructor_arguments {
             values.set(PlaceKind::Parameter, name, words.as_slice());
         }
+        let unmade = self
+            .class
+            .element()
+            .and(constructor)
+            .map(|constructor| Box::new(Unmade::new(self.class, constructor, &values)));
         if let Some(constructor) = constructor {
             let show = |path: &str, instance: &Instance| instance.show(path, &mut values);
             for_each_element(self.class, references, show);
             values.run(constructor)?;
         }
-        Ok(values)
+        Ok((values, unmade))
     }
 
     fn take_references(&mut self) -> Vec<Vec<Option<Arc<Instance>>>> {

@@ -21,6 +21,7 @@
 
 mod background;
 mod compiler;
+mod elements;
 mod emit;
 mod engine;
 mod environment;

@@ -10,6 +10,7 @@ use rtsl_packet::{Layout, ObjectForm};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
+use crate::elements::ElementMaker;
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
 use crate::kernel_cache::KernelCache;
@@ -30,6 +31,7 @@ pub struct Program {
     layout: Layout,
     methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
     kernels: KernelCache,
+    elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
 
 /// A method without references, optimised.
@@ -54,7 +56,8 @@ impl Program {
         let places = tree.places();
         let layout = places.layout();
         let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
-        Program { shared, tree, places, layout, methods, kernels: KernelCache::default() }
+        let (kernels, elements) = (KernelCache::default(), OnceLock::new());
+        Program { shared, tree, places, layout, methods, kernels, elements }
     }
 
     /// The class.
@@ -105,6 +108,26 @@ impl Program {
     pub fn objects<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> Objects {
         let blocks = instances.into_iter().map(|instance| self.block(instance));
         Objects::of_instances(self.separate_objects(), blocks)
+    }
+
+    /// The elements of an instance of a class with an [element parameter](Class::element), as many as
+    /// [`Instance::element_count`] says, made by one kernel. They share buffers, and all members that
+    /// do not depend on the element. What each has, to the bit, is what an instance with its number
+    /// would have.
+    ///
+    /// # Errors
+    /// If the class has no element parameter, its constructor has no code, or runs past its
+    /// budget.
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn elements(&self, instance: &Instance) -> Result<Objects, Diagnostic> {
+        let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
+        let maker = self.elements.get_or_init(|| {
+            ElementMaker::new(&self.tree, &self.layout, &self.shared).map(Box::new)
+        });
+        let maker = maker.as_ref().map_err(Clone::clone)?;
+        maker.make(instance, self.block(instance), count as usize)
     }
 
     /// The form of objects that share nothing.

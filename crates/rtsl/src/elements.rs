@@ -1,0 +1,261 @@
+//! Elements: the many objects that hosts make of one instance, such as the triangles of a mesh.
+//!
+//! Their constructor runs as a kernel of the packet shape whose lanes are elements: the element
+//! parameter is read from a lane array and members are stored to others, which are then copied into blocks
+//! of objects. Everything else that the constructor reads is the same for all of them. The constructor
+//! is not contracted, as it is not where a single instance is made, so that the bits are the
+//! same.
+
+use rtsl_ir::class::ParameterTarget;
+use rtsl_ir::host::NoHost;
+use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
+use rtsl_jit::{CallArguments, InstanceBlock, Instances, LaneBlock, ObjectRow, Objects};
+use rtsl_packet::abi::OBJECTS_IN_BLOCK;
+use rtsl_packet::kernel::KernelPlace;
+use rtsl_packet::uniformity::Uniformity;
+use rtsl_packet::{Layout, ObjectForm, Shape};
+use rtsl_source::Diagnostic;
+
+use crate::Instance;
+use crate::engine::Shared;
+use crate::errors;
+use crate::kernel::Kernel;
+use crate::link::link_function;
+use crate::pipeline::{self, Job};
+use crate::tree::ClassTree;
+
+/// Elements that one call makes: their arrays fit into the first cache, and a call costs next to
+/// nothing beside them.
+const CALL: usize = 512;
+
+/// Where the constructor's kernel finds the number of each element.
+const NUMBER: &str = "rt_Element";
+
+/// Makes the elements of instances of one program.
+#[derive(Debug)]
+pub(crate) struct ElementMaker {
+    form: ObjectForm,
+    /// The constructor; `None` where nothing that it does depends on the element.
+    constructor: Option<Constructor>,
+    /// The word of each object that is its number.
+    number: Option<usize>,
+}
+
+/// A constructor that runs for many elements at once.
+#[derive(Debug)]
+struct Constructor {
+    name: String,
+    kernel: Kernel,
+    /// Of the instance's data before its constructor ran, the constructor's parameters behind the
+    /// members.
+    layout: Layout,
+    /// Where each output goes.
+    outputs: Vec<MadeWord>,
+}
+
+/// A word of a member that the constructor gives each element.
+#[derive(Clone, Copy, Debug)]
+struct MadeWord {
+    /// The scratch array.
+    array: usize,
+    /// The word of each object.
+    position: usize,
+    /// Bools are 0 and -1 in lane arrays.
+    is_bool: bool,
+}
+
+impl ElementMaker {
+    /// # Errors
+    /// If the class has no element parameter, or the constructor has no code.
+    pub fn new(
+        tree: &ClassTree,
+        layout: &Layout,
+        shared: &Shared,
+    ) -> Result<ElementMaker, Diagnostic> {
+        let class = &tree.class;
+        let element = class.element().ok_or_else(|| errors::no_elements(class))?;
+        let name = element.parameter;
+        let target = class.parameters.iter().find(|it| it.name == name).map(|it| it.target);
+        let (kind, number_word) = match target {
+            Some(ParameterTarget::Member) => (PlaceKind::Member, Some(layout.members[name])),
+            Some(ParameterTarget::Constructor) | None => (PlaceKind::Parameter, None),
+        };
+        let constructor = class.constructor.as_ref();
+        let linked = constructor.map(|it| link_function(tree, it)).transpose()?;
+        let draft = linked.map(|linked| Draft::new(linked.function, (kind, name)));
+        let draft = draft.filter(|draft| !draft.function.outputs.is_empty());
+        let made = draft.iter().flat_map(Draft::members).flat_map(|place| {
+            let first = layout.members[&place.name];
+            first..first + place.len
+        });
+        let form = ObjectForm::new(made.chain(number_word));
+        let position = |word: u32| form.position(word, 1).map(|position| position as usize);
+        let number = number_word.and_then(position);
+        let constructor = draft.map(|draft| draft.finish(layout, &form, shared)).transpose()?;
+        Ok(ElementMaker { form, constructor, number })
+    }
+
+    /// `count` elements of an instance whose data is `block`.
+    ///
+    /// # Errors
+    /// If the constructor runs past its budget.
+    pub fn make(
+        &self,
+        instance: &Instance,
+        block: InstanceBlock,
+        count: usize,
+    ) -> Result<Objects, Diagnostic> {
+        let words: Vec<u32> =
+            self.form.words().iter().map(|word| block.words()[*word as usize]).collect();
+        let mut objects = Objects::new(self.form.clone(), block.into(), count);
+        let in_block = OBJECTS_IN_BLOCK as usize;
+        for (number, rows) in objects.rows_mut().chunks_exact_mut(words.len().max(1)).enumerate() {
+            rows.iter_mut()
+                .zip(&words)
+                .for_each(|(row, word)| *row = ObjectRow([*word; OBJECTS_IN_BLOCK as usize]));
+            if let Some(position) = self.number {
+                let first = number * in_block;
+                rows[position].0 = std::array::from_fn(|lane| (first + lane) as u32);
+            }
+        }
+        if let Some(constructor) = &self.constructor {
+            constructor.run(instance, &mut objects)?;
+        }
+        Ok(objects)
+    }
+}
+
+impl Constructor {
+    fn run(&self, instance: &Instance, objects: &mut Objects) -> Result<(), Diagnostic> {
+        let block = instance.unmade_block(&self.layout);
+        let (words, count) = (objects.form().words().len(), objects.len());
+        let mut state = LaneBlock::sparse(0, &[], CALL);
+        let mut scratch = LaneBlock::new(self.layout.scratch_arrays as usize, CALL);
+        let in_block = OBJECTS_IN_BLOCK as usize;
+        let calls = objects.rows_mut().chunks_mut(CALL / in_block * words);
+        for (first, rows) in (0..count).step_by(CALL).zip(calls) {
+            let numbers = scratch.words_mut(0).iter_mut().zip(first as u32..);
+            numbers.for_each(|(word, number)| *word = number);
+            let status = self.kernel.call(CallArguments {
+                state: &mut state,
+                scratch: &mut scratch,
+                count: CALL.min(count - first),
+                mask: None,
+                accepted: None,
+                instances: Instances::One(&block),
+                host: &mut NoHost,
+            });
+            if status.budget_exhausted {
+                return Err(errors::endless_constructor(&self.name));
+            }
+            for output in &self.outputs {
+                let (made, _) =
+                    scratch.words(output.array).as_chunks::<{ OBJECTS_IN_BLOCK as usize }>();
+                for (rows, made) in rows.chunks_exact_mut(words).zip(made) {
+                    let word = |word: u32| if output.is_bool { word & 1 } else { word };
+                    rows[output.position] = ObjectRow(made.map(word));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A constructor on its way to a kernel.
+struct Draft {
+    function: Function,
+    /// For each output the member's place in the class.
+    members: Vec<(Place, u32)>,
+}
+
+impl Draft {
+    /// Reads the element from a lane array and stores members to others. What the constructor gives to all
+    /// elements alike is left out.
+    fn new(mut function: Function, (element, parameter): (PlaceKind, &str)) -> Draft {
+        let passes = rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() };
+        rtsl_opt::optimize(&mut function, &passes);
+        for place in &mut function.places {
+            if place.kind == element && place.name == parameter {
+                (place.kind, place.name) = (PlaceKind::Scratch, NUMBER.to_owned());
+            } else if place.kind == PlaceKind::Parameter {
+                (place.kind, place.name) = (PlaceKind::Member, parameter_name(&place.name));
+            }
+        }
+        leave_out_uniform(&mut function);
+        let mut members = Vec::new();
+        for output in &mut function.outputs {
+            let mut member = function.places[output.place.0 as usize].clone();
+            if member.kind == PlaceKind::Scratch {
+                // The constructor changes the element's number.
+                (member.kind, member.name) = (element, parameter.to_owned());
+            }
+            let name = format!("{}[{}]", member.name, output.component);
+            let scratch = Place { kind: PlaceKind::Scratch, name, scalar: member.scalar, len: 1 };
+            members.push((member, output.component));
+            function.places.push(scratch);
+            *output = Output { place: PlaceId(function.places.len() as u32 - 1), component: 0 };
+        }
+        Draft { function, members }
+    }
+
+    /// The members that differ from element to element.
+    fn members(&self) -> impl Iterator<Item = &Place> {
+        self.members.iter().map(|(place, _)| place)
+    }
+
+    fn finish(
+        self,
+        layout: &Layout,
+        form: &ObjectForm,
+        shared: &Shared,
+    ) -> Result<Constructor, Diagnostic> {
+        let Draft { function, members } = self;
+        let mut layout = Layout {
+            scratch: [(NUMBER.to_owned(), 0)].into(),
+            scratch_arrays: 1,
+            objects: None,
+            ..layout.clone()
+        };
+        for place in function.places.iter().filter(|it| it.kind == PlaceKind::Member) {
+            if !layout.members.contains_key(&place.name) {
+                layout.members.insert(place.name.clone(), layout.block_words);
+                layout.block_words += place.len;
+            }
+        }
+        let mut outputs = Vec::new();
+        for (output, (member, component)) in function.outputs.iter().zip(&members) {
+            let word = layout.members[&member.name] + component;
+            let Some(position) = form.position(word, 1) else { continue };
+            let array = layout.scratch_arrays;
+            layout.scratch.insert(function.place(output.place).name.clone(), array);
+            layout.scratch_arrays += 1;
+            outputs.push(MadeWord {
+                array: array as usize,
+                position: position as usize,
+                is_bool: member.scalar == Scalar::Bool,
+            });
+        }
+        let job = Job { function: &function, shape: Shape::Packet, layout: &layout };
+        let kernel = pipeline::kernels(&[job], shared)?.remove(0);
+        Ok(Constructor { name: function.name, kernel, layout, outputs })
+    }
+}
+
+/// Leaves out what the function gives to all elements alike.
+fn leave_out_uniform(function: &mut Function) {
+    let places = function.places.iter().map(|place| KernelPlace {
+        place: place.clone(),
+        varies: Shape::Packet.varies(place, false),
+        location: 0,
+        of_objects: false,
+    });
+    let uniformity = Uniformity::new(function, &places.collect::<Vec<_>>());
+    let varies = function.body.yields.iter().map(|value| uniformity.varies(*value));
+    let caller = rtsl_opt::Caller { read: Some(varies.collect()), ..Default::default() };
+    rtsl_opt::specialise(function, &caller, true);
+}
+
+/// The name of a constructor's parameter among the members, none of which is called so.
+pub(crate) fn parameter_name(name: &str) -> String {
+    format!("rt_Parameter.{name}")
+}
