@@ -15,6 +15,7 @@ pub mod reader;
 pub mod request;
 pub mod sampling;
 pub mod scene;
+pub mod session;
 pub mod statistics;
 
 pub use messages::Messages;

@@ -132,6 +132,6 @@ fn a_parameter_changes_its_instance_alone() {
     let earlier = source.set_parameter(camera, "fov", Values::Numbers(vec![300.0]));
     let messages = source.load().unwrap_err().to_text(false);
     assert!(messages.contains("fov"), "out of its range: {messages}");
-    source.replace_parameter(camera, "fov", earlier);
+    source.restore_parameter(camera, "fov", earlier);
     assert_eq!(load(&mut source).scene.camera.member("fov"), Some(&[40.0_f32.to_bits()][..]));
 }

@@ -21,6 +21,7 @@
 
 mod background;
 mod compiler;
+mod defaults;
 mod elements;
 mod emit;
 mod engine;
@@ -49,6 +50,7 @@ mod value;
 mod variant;
 
 pub use compiler::{Compiler, CompilerOptions};
+pub use defaults::default_value;
 pub use emit::{Emit, EmitRequest};
 pub use engine::{Engine, KernelRequest};
 pub use errors::unknown_class;

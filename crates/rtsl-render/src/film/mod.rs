@@ -26,9 +26,14 @@ impl Image {
     /// The image as bytes of sRGB after a multiplication by `2^exposure`.
     pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
         let encoder = SrgbEncoder::new();
-        let scale = power_of_two(exposure);
+        let scale = exposure_scale(exposure);
         self.pixels.iter().flatten().map(|value| encoder.encode(value * scale)).collect()
     }
+}
+
+/// What an exposure of so many stops multiplies colours with.
+pub fn exposure_scale(stops: f32) -> f32 {
+    power_of_two(stops)
 }
 
 /// Two to the power of `exponent`, clamped to sensible exposures: the whole part exactly, the

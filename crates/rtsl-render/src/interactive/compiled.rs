@@ -1,5 +1,6 @@
 //! A scene with kernels for its shaders and an acceleration structure over its objects.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::host::NoHost;
@@ -83,8 +84,9 @@ pub struct CompiledScene {
     pub ambient: [f32; 3],
     /// The objects.
     pub objects: Vec<Object>,
-    /// The acceleration structure.
-    pub geometry: Geometry,
+    /// The acceleration structure. It knows shapes by their boxes, never by their kernels, so that
+    /// scenes with the same shapes can share it.
+    pub geometry: Arc<Geometry>,
     /// From a group's space to the world's, for the members of the scene behind its objects.
     pub instance_transforms: Vec<Affine>,
     /// The least distance of a hit.
@@ -105,6 +107,68 @@ impl CompiledScene {
     /// # Errors
     /// If a class lacks a method that its use needs, or a kernel can't be made.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
+        Self::with_shapes(None, scene, engine, messages)
+    }
+
+    /// Like [`CompiledScene::new`], for a scene whose shapes and placements
+    /// [are the same](Scene::has_same_shapes) as those of this one: the acceleration structure is kept.
+    ///
+    /// # Errors
+    /// As for [`CompiledScene::new`].
+    pub fn with_other_shaders(
+        &self,
+        scene: Scene,
+        engine: &Engine,
+        messages: &mut Messages,
+    ) -> Result<Self, Messages> {
+        Self::with_shapes(Some((self.geometry.clone(), self.epsilon)), scene, engine, messages)
+    }
+
+    /// Takes over the values of the instances of `scene` that are other objects than those of
+    /// `earlier`, of which this was made. Nothing is compiled, and nothing happens where that is not
+    /// enough: a shape changed, or the class of anything.
+    pub fn replace_values(&mut self, earlier: &Scene, scene: &Scene, engine: &Engine) -> bool {
+        if !scene.has_same_shapes(earlier) || scene.ambient != earlier.ambient {
+            return false;
+        }
+        let before = earlier.shading_instances();
+        let changed = before.zip(scene.shading_instances()).zip(self.shading_instances());
+        let changed =
+            changed.enumerate().filter(|(_, ((before, now), _))| !Arc::ptr_eq(before, now));
+        let mut blocks = Vec::new();
+        for (index, ((_, now), placed)) in changed {
+            let program = engine.program(now);
+            if !Arc::ptr_eq(&program, &self.shader(placed).program) {
+                return false;
+            }
+            blocks.push((index, program.block(now)));
+        }
+        for (index, block) in blocks {
+            if let Some(placed) = self.shading_instances_mut().nth(index) {
+                placed.block = block;
+                placed.specialised = Specialised::default();
+            }
+        }
+        true
+    }
+
+    /// The camera, the materials and the lights, as [`Scene::shading_instances`] orders them.
+    fn shading_instances(&self) -> impl Iterator<Item = &ShaderInstance> {
+        let lights = self.lights.iter().map(|light| &light.instance);
+        [&self.camera].into_iter().chain(&self.materials).chain(lights)
+    }
+
+    fn shading_instances_mut(&mut self) -> impl Iterator<Item = &mut ShaderInstance> {
+        let lights = self.lights.iter_mut().map(|light| &mut light.instance);
+        [&mut self.camera].into_iter().chain(&mut self.materials).chain(lights)
+    }
+
+    fn with_shapes(
+        shapes: Option<(Arc<Geometry>, f32)>,
+        scene: Scene,
+        engine: &Engine,
+        messages: &mut Messages,
+    ) -> Result<Self, Messages> {
         let start = Instant::now();
         let scene = expand_elements(scene).map_err(|problems| {
             messages.push(SourceMap::new(), problems);
@@ -120,7 +184,7 @@ impl CompiledScene {
         }
         let compile_time = start.elapsed();
         let start = Instant::now();
-        let mut compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene);
+        let mut compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene, shapes);
         compiled.shaders = shaders_done;
         compiled.compile_time = compile_time;
         compiled.build_time = start.elapsed();
@@ -148,12 +212,15 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn build(&self, scene: Scene) -> CompiledScene {
-        let own_bounds = self.own_bounds(&scene);
-        let geometry = geometry(&scene, &own_bounds);
+    fn build(&self, scene: Scene, shapes: Option<(Arc<Geometry>, f32)>) -> CompiledScene {
+        let (geometry, epsilon) = shapes.unwrap_or_else(|| {
+            let own_bounds = self.own_bounds(&scene);
+            let epsilon = scene.settings.epsilon.unwrap_or_else(|| epsilon(&own_bounds));
+            (Arc::new(geometry(&scene, &own_bounds)), epsilon)
+        });
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         CompiledScene {
-            epsilon: scene.settings.epsilon.unwrap_or_else(|| epsilon(&own_bounds)),
+            epsilon,
             settings: scene.settings.clone(),
             shaders: Vec::new(),
             camera: self.table.instance(&scene.camera),

@@ -4,7 +4,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 use crate::acceleration::{LANES, lanes_of};
@@ -12,11 +11,12 @@ use crate::film::Image;
 use crate::messages::Messages;
 use crate::statistics::RayCounts;
 
-use super::camera::{TILE, Tile};
+use super::camera::Tile;
 use super::compiled::CompiledScene;
 use super::shading::Tracer;
 use super::specialisation::SPECIALISE_AFTER;
 use super::tile_sample::sample_tile;
+use super::tiles::{RenderThreads, tiles_of};
 use super::workspace::{Problems, Workspace};
 
 /// How to render.
@@ -52,31 +52,16 @@ pub struct Rendered {
     pub cancelled: bool,
 }
 
-/// Each level of `trace` takes some of the host's stack, in debug builds most.
-const STACK_BYTES: usize = 128 << 20;
-
-/// More threads than this are more than any machine has use for.
-const MOST_THREADS: usize = 1024;
-
 /// Renders a scene.
 ///
 /// # Errors
 /// If a shader ran past its budget of loop iterations, or threads can't be had.
 pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = options.threads.unwrap_or(processors).clamp(1, MOST_THREADS);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .stack_size(STACK_BYTES)
-        .build()
-        .map_err(|error| {
-            let message = format!("cannot start {threads} threads: {error}");
-            Messages::one(Diagnostic::new(codes::SCENE_LIMIT, message))
-        })?;
+    let threads = RenderThreads::new(options.threads)?;
     let job = Job::new(scene, options);
     let start = Instant::now();
-    pool.install(|| job.run(start));
-    job.finish(start.elapsed(), threads)
+    let rays = job.run(&threads, start);
+    job.finish(start.elapsed(), rays, threads.count())
 }
 
 /// A render in progress.
@@ -86,7 +71,6 @@ struct Job<'a> {
     tiles: Vec<Tile>,
     problems: Problems,
     image: Mutex<Image>,
-    rays: Mutex<RayCounts>,
     done: AtomicUsize,
     dropped: AtomicU64,
     stopped: AtomicBool,
@@ -95,35 +79,33 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(scene: &'a CompiledScene, options: RenderOptions<'a>) -> Self {
         let (width, height) = (scene.settings.width, scene.settings.height);
-        let rows = (0..height).step_by(TILE);
-        let tiles = rows.flat_map(|y| (0..width).step_by(TILE).map(move |x| Tile { x, y }));
         Job {
             scene,
             options,
-            tiles: tiles.collect(),
+            tiles: tiles_of(width, height),
             problems: Problems::default(),
             image: Mutex::new(Image::new(width, height)),
-            rays: Mutex::default(),
             done: AtomicUsize::new(0),
             dropped: AtomicU64::new(0),
             stopped: AtomicBool::new(false),
         }
     }
 
-    fn run(&self, start: Instant) {
-        self.tiles.par_iter().with_max_len(1).for_each_init(
-            || Workspace::new(self.scene),
-            |workspace, tile| {
-                if self.must_stop(start) {
-                    self.stopped.store(true, Ordering::Relaxed);
-                    return;
-                }
-                if !self.options.general_kernels_only && start.elapsed() > SPECIALISE_AFTER {
-                    self.scene.specialise();
-                }
-                self.render_tile(workspace, *tile, start);
-            },
-        );
+    fn run(&self, threads: &RenderThreads, start: Instant) -> RayCounts {
+        let proceed = || {
+            let stop = self.must_stop(start);
+            if stop {
+                self.stopped.store(true, Ordering::Relaxed);
+            } else if !self.options.general_kernels_only && start.elapsed() > SPECIALISE_AFTER {
+                self.scene.specialise();
+            }
+            !stop
+        };
+        let render = |workspace: &mut Workspace, tile: usize| {
+            self.render_tile(workspace, self.tiles[tile], start);
+        };
+        let (_, rays) = threads.for_each_tile(self.scene, (0, self.tiles.len()), proceed, render);
+        rays
     }
 
     fn must_stop(&self, start: Instant) -> bool {
@@ -149,9 +131,6 @@ impl<'a> Job<'a> {
         }
         self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / taken as f32)));
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
-        if let Ok(mut rays) = self.rays.lock() {
-            *rays += std::mem::take(&mut workspace.rays);
-        }
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Some(progress) = self.options.progress {
             progress(done, self.tiles.len());
@@ -167,29 +146,32 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn finish(self, time: Duration, threads: usize) -> Result<Rendered, Messages> {
-        let mut messages = Messages::default();
-        for (class, method) in self.problems.exhausted() {
-            let budget = self.scene.settings.loop_budget;
-            let message = format!(
-                "`{}` of `{class}` ran for more than {budget} loop iterations",
-                method.name()
-            );
-            messages.push_one(
-                Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
-                    .help("if it does end, raise the integrator's `\"integer budget\"`"),
-            );
-        }
-        if messages.has_errors() {
-            return Err(messages);
+    fn finish(self, time: Duration, rays: RayCounts, threads: usize) -> Result<Rendered, Messages> {
+        if self.problems.any() {
+            return Err(exhausted_budgets(self.scene, &self.problems));
         }
         Ok(Rendered {
             image: self.image.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner),
-            rays: self.rays.into_inner().unwrap_or_default(),
+            rays,
             dropped_samples: self.dropped.into_inner(),
             time,
             threads,
             cancelled: self.stopped.into_inner(),
         })
     }
+}
+
+/// What to say of shaders that ran past their budget.
+pub fn exhausted_budgets(scene: &CompiledScene, problems: &Problems) -> Messages {
+    let mut messages = Messages::default();
+    for (class, method) in problems.exhausted() {
+        let budget = scene.settings.loop_budget;
+        let message =
+            format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
+        messages.push_one(
+            Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
+                .help("if it does end, raise the integrator's `\"integer budget\"`"),
+        );
+    }
+    messages
 }

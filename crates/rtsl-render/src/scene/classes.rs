@@ -17,6 +17,7 @@ use crate::messages::Messages;
 use crate::reader::FileSource;
 
 /// Classes by name, compiled when they are asked for.
+#[derive(Clone)]
 pub struct Classes<'a> {
     compiler: Compiler,
     files: &'a dyn FileSource,
@@ -27,12 +28,15 @@ pub struct Classes<'a> {
     units: BTreeMap<PathBuf, Option<Unit>>,
     /// What was looked for before: scenes name few classes, often.
     found: BTreeMap<String, Found>,
+    /// What was found before the last refresh, until what came of it is accepted.
+    found_before: Option<BTreeMap<String, Found>>,
     /// What compiled without errors, with the texts that it was made of.
     compiled: BTreeMap<PathBuf, Compilation>,
     messages: Messages,
 }
 
 /// A file, its text, and the classes that it seems to declare.
+#[derive(Clone)]
 struct ShaderFile {
     path: PathBuf,
     text: String,
@@ -60,6 +64,7 @@ impl<'a> Classes<'a> {
             beside: None,
             units: BTreeMap::new(),
             found: BTreeMap::new(),
+            found_before: None,
             compiled: BTreeMap::new(),
             messages: Messages::default(),
         }
@@ -69,8 +74,22 @@ impl<'a> Classes<'a> {
     pub fn refresh(&mut self) {
         self.beside = None;
         self.units.clear();
-        self.found.clear();
+        let found = std::mem::take(&mut self.found);
+        self.found_before.get_or_insert(found);
         self.messages = Messages::default();
+    }
+
+    /// What was found since the last refresh is of use.
+    pub fn accept_refresh(&mut self) {
+        self.found_before = None;
+    }
+
+    /// Finds what was found before the last refresh again, unless that was accepted.
+    pub fn undo_refresh(&mut self) {
+        if let Some(found) = self.found_before.take() {
+            self.found = found;
+            self.messages = Messages::default();
+        }
     }
 
     /// Takes another compiler; what the one before compiled counts no longer if it had other options.

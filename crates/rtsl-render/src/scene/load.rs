@@ -1,7 +1,7 @@
 //! From the description of a scene to a scene: find classes, make instances.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
@@ -94,26 +94,34 @@ pub struct Made {
     standard: Vec<Arc<Class>>,
 }
 
+/// The instances of an earlier load.
+#[derive(Clone, Copy)]
+pub struct Earlier<'a> {
+    /// The instances, by entity.
+    pub made: &'a [Option<Made>],
+    /// The entities whose parameters changed since.
+    pub changed: &'a BTreeSet<EntityId>,
+}
+
 /// Makes the instances of a scene.
 pub struct Loader<'a, 'f> {
     files: SceneFiles<'a>,
     description: &'a Description,
     classes: &'a mut Classes<'f>,
     diagnostics: &'a mut Diagnostics,
-    /// The instances of an earlier load, by entity; they are taken where nothing changed.
-    earlier: &'a [Option<Made>],
+    earlier: Earlier<'a>,
     instances: Vec<Slot>,
     names: Names,
     depth: usize,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
-    /// Makes the instances of `description`, or takes them from `earlier`, where they stand by entity.
+    /// Makes the instances of `description`, or takes them from `earlier` where nothing changed.
     pub fn new(
         files: SceneFiles<'a>,
         description: &'a Description,
         classes: &'a mut Classes<'f>,
-        earlier: &'a [Option<Made>],
+        earlier: Earlier<'a>,
         diagnostics: &'a mut Diagnostics,
     ) -> Self {
         Loader {
@@ -388,7 +396,10 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     /// The instance of an earlier load, if it would come out the same.
     fn unchanged(&mut self, id: EntityId, class: &Arc<Class>) -> Option<&'a Made> {
-        let made = self.earlier.get(id.0)?.as_ref()?;
+        if self.earlier.changed.contains(&id) {
+            return None;
+        }
+        let made = self.earlier.made.get(id.0)?.as_ref()?;
         let same_named = |(entity, earlier): &(EntityId, Arc<Instance>)| {
             self.instance(*entity).is_some_and(|now| Arc::ptr_eq(&now, earlier))
         };

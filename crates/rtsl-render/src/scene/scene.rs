@@ -35,6 +35,43 @@ pub struct Scene {
     pub instances: Vec<PlacedGroup>,
 }
 
+impl Scene {
+    /// The camera, the materials and the lights, in this order.
+    pub fn shading_instances(&self) -> impl Iterator<Item = &Arc<Instance>> {
+        let lights = self.lights.iter().map(|light| &light.light);
+        [&self.camera].into_iter().chain(&self.materials).chain(lights)
+    }
+
+    /// Whether camera, materials and lights are the same objects.
+    pub fn has_same_shading(&self, other: &Scene) -> bool {
+        let mut pairs = self.shading_instances().zip(other.shading_instances());
+        self.materials.len() == other.materials.len()
+            && self.lights.len() == other.lights.len()
+            && self.ambient == other.ambient
+            && pairs.all(|(one, other)| Arc::ptr_eq(one, other))
+    }
+
+    /// Whether rays hit the same: every shape is the same object in the same place, and as many
+    /// materials and lights stand there to be told apart.
+    pub fn has_same_shapes(&self, other: &Scene) -> bool {
+        let same = |(one, other): (&SceneObject, &SceneObject)| {
+            Arc::ptr_eq(&one.primitive, &other.primitive)
+                && one.transform == other.transform
+                && one.motion == other.motion
+                && one.material == other.material
+                && one.emitter == other.emitter
+                && one.reverse_orientation == other.reverse_orientation
+        };
+        self.objects.len() == other.objects.len()
+            && self.objects.iter().zip(&other.objects).all(same)
+            && self.world == other.world
+            && self.groups == other.groups
+            && self.instances == other.instances
+            && self.materials.len() == other.materials.len()
+            && self.lights.len() == other.lights.len()
+    }
+}
+
 /// A light and its place.
 #[derive(Clone, Debug)]
 pub struct PlacedLight {
@@ -64,7 +101,7 @@ pub struct SceneObject {
 }
 
 /// A group, placed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGroup {
     /// The index of the group.
     pub group: u32,

@@ -1,10 +1,12 @@
 //! A scene with the files that it comes from: loaded once, or again and again while shaders and
 //! parameters change.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Compiler, CompilerOptions, Diagnostics, SourceMap};
+use rtsl::{Compiler, CompilerOptions, Diagnostics, Instance, SourceMap};
 
 use crate::messages::Messages;
 use crate::reader::{
@@ -13,7 +15,7 @@ use crate::reader::{
 
 use super::classes::Classes;
 use super::description::{Description, Entity, EntityId};
-use super::load::{Loader, Made, Origins};
+use super::load::{Earlier, Loader, Made, Origins};
 use super::scene::Scene;
 use super::settings::Settings;
 use super::standard_names::StandardName;
@@ -72,42 +74,67 @@ pub struct SceneSource<'f> {
     classes: Classes<'f>,
     /// The instances of the last load, by entity.
     made: Vec<Option<Made>>,
+    /// Entities of which a parameter was set since.
+    changed: BTreeSet<EntityId>,
 }
 
 impl<'f> SceneSource<'f> {
     /// Reads the scene in the file `path`. What is wrong with its text, loading says.
     pub fn read(path: &Path, files: &'f dyn FileSource, options: &LoadOptions) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut source = SceneSource {
+        let classes = Classes::new(Compiler::default(), files, folder);
+        Self::read_with(path, files, options, classes)
+    }
+
+    /// Reads the scene's text again, without the parameters that were set since. Classes whose text did
+    /// not change stay the same.
+    pub fn read_again(&self) -> Self {
+        Self::read_with(&self.path, self.files, &self.options, self.classes.clone())
+    }
+
+    fn read_with(
+        path: &Path,
+        files: &'f dyn FileSource,
+        options: &LoadOptions,
+        mut classes: Classes<'f>,
+    ) -> Self {
+        let start = Instant::now();
+        let mut map = SourceMap::new();
+        let mut diagnostics = Diagnostics::new();
+        let mut description = read_scene(path, files, &mut map, &mut diagnostics);
+        defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
+        let settings = Settings::read(&description, &mut diagnostics);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let search_path = std::iter::once(folder.to_owned());
+        classes.refresh();
+        classes.set_compiler(Compiler::new(CompilerOptions {
+            loop_budget: Some(settings.loop_budget),
+            search_path: search_path.chain(options.search_path.clone()).collect(),
+        }));
+        SceneSource {
             path: path.to_owned(),
             files,
             options: options.clone(),
-            map: SourceMap::new(),
-            description: Description::default(),
-            settings: Settings::default(),
-            diagnostics: Diagnostics::new(),
-            read_time: Duration::ZERO,
-            classes: Classes::new(Compiler::default(), files, folder),
+            map,
+            description,
+            settings,
+            diagnostics,
+            read_time: start.elapsed(),
+            classes,
             made: Vec::new(),
-        };
-        source.read_again();
-        source
+            changed: BTreeSet::new(),
+        }
     }
 
-    /// Reads the scene's text again. Changed parameters are forgotten.
-    pub fn read_again(&mut self) {
-        let start = Instant::now();
-        self.map = SourceMap::new();
-        self.diagnostics = Diagnostics::new();
-        let Self { path, files, map, diagnostics, .. } = self;
-        let mut description = read_scene(path, *files, map, diagnostics);
-        defines::apply_defines(&mut description, &self.options.defines, map, diagnostics);
-        self.settings = Settings::read(&description, diagnostics);
-        self.description = description;
-        self.read_time = start.elapsed();
-        self.made = Vec::new();
-        self.classes.set_compiler(Compiler::new(self.compiler_options()));
-        self.classes.refresh();
+    /// Whether a file of the scene's own text differs from what was read.
+    pub fn text_changed(&self) -> bool {
+        let files = self.map.files().map(|(_, file)| file);
+        let changed = |path: &Path, text: &str| match self.files.read(path) {
+            Ok(now) => now != text.as_bytes(),
+            // What stands in no file, such as the command line, can't change.
+            Err(_) => false,
+        };
+        files.into_iter().any(|file| changed(Path::new(&file.name), &file.text))
     }
 
     /// Forgets the shaders' files, so that the next load reads them again.
@@ -123,20 +150,25 @@ impl<'f> SceneSource<'f> {
     pub fn load(&mut self) -> Result<Loaded, Messages> {
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
+        let earlier = Earlier { made: &self.made, changed: &self.changed };
         let mut loader = Loader::new(
             SceneFiles { scene: &self.path, files: self.files },
             &self.description,
             &mut self.classes,
-            &self.made,
+            earlier,
             &mut diagnostics,
         );
         let scene = loader.scene(self.settings.clone());
         let made = loader.into_made();
         let mut messages = self.classes.messages().clone();
-        messages.push(self.map.clone(), diagnostics);
+        if !diagnostics.is_empty() {
+            messages.push(self.map.clone(), diagnostics);
+        }
         match scene {
             Some((scene, origins)) if !messages.has_errors() => {
                 self.made = made;
+                self.changed.clear();
+                self.classes.accept_refresh();
                 Ok(Loaded {
                     scene,
                     origins,
@@ -145,8 +177,22 @@ impl<'f> SceneSource<'f> {
                     compile_time: start.elapsed(),
                 })
             }
-            Some(_) | None => Err(messages),
+            Some(_) | None => {
+                self.classes.undo_refresh();
+                Err(messages)
+            }
         }
+    }
+
+    /// The instance of an entity, as the last load made it.
+    pub fn instance(&self, EntityId(index): EntityId) -> Option<&Arc<Instance>> {
+        self.made.get(index)?.as_ref().map(|made| &made.instance)
+    }
+
+    /// The line of the scene's text in which an entity stands.
+    pub fn line_of(&self, EntityId(index): EntityId) -> u32 {
+        let span = self.description.entities[index].class_span;
+        self.map.position(span.file, span.start).line
     }
 
     /// What the scene's text says, with the parameters that were set since.
@@ -154,30 +200,41 @@ impl<'f> SceneSource<'f> {
         &self.description
     }
 
+    /// What a parameter of an entity is given, by the name that the class gives it.
+    pub fn given_values(&self, EntityId(index): EntityId, name: &str) -> Option<Values> {
+        let entity = &self.description.entities[index];
+        let given = entity.parameters.iter().find(|it| class_name(entity, &it.name) == name);
+        given.map(|parameter| parameter.values.clone()).or_else(|| {
+            let mut defaults = StandardName::find(entity.kind, &entity.class)?.defaults();
+            let (_, numbers) = defaults.find(|(other, _)| *other == name)?;
+            Some(Values::Numbers(numbers.to_vec()))
+        })
+    }
+
     /// Sets a parameter of an entity, by the name that the class gives it; the next load makes the
     /// entity and all that refers to it anew. Returns what stood before.
     pub fn set_parameter(&mut self, id: EntityId, name: &str, values: Values) -> Option<Parameter> {
+        self.changed.insert(id);
         let parameter = given(&self.description.entities[id.0], name, values);
         self.replace_parameter(id, name, Some(parameter))
     }
 
-    /// Puts a parameter in the place of what stands, which is returned.
-    pub fn replace_parameter(
+    /// Goes back to what stood before a parameter was set, if no load made use of it.
+    pub fn restore_parameter(&mut self, id: EntityId, name: &str, earlier: Option<Parameter>) {
+        self.changed.remove(&id);
+        self.replace_parameter(id, name, earlier);
+    }
+
+    fn replace_parameter(
         &mut self,
         EntityId(index): EntityId,
         name: &str,
         parameter: Option<Parameter>,
     ) -> Option<Parameter> {
         let entity = &mut self.description.entities[index];
-        let standard = StandardName::find(entity.kind, &entity.class);
-        let named =
-            |it: &Parameter| standard.map_or(&*it.name, |its| its.parameter(&it.name)) == name;
-        let place = entity.parameters.iter().position(named);
+        let place = entity.parameters.iter().position(|it| class_name(entity, &it.name) == name);
         let earlier = place.map(|place| entity.parameters.remove(place));
         entity.parameters.extend(parameter);
-        if let Some(made) = self.made.get_mut(index) {
-            *made = None;
-        }
         earlier
     }
 
@@ -185,15 +242,6 @@ impl<'f> SceneSource<'f> {
     pub fn source_files(&self) -> Vec<PathBuf> {
         let own = self.map.files().map(|(_, file)| PathBuf::from(&file.name));
         own.filter(|path| path.is_file()).chain(self.classes.source_files()).collect()
-    }
-
-    fn compiler_options(&self) -> CompilerOptions {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
-        let search_path = std::iter::once(folder.to_owned());
-        CompilerOptions {
-            loop_budget: Some(self.settings.loop_budget),
-            search_path: search_path.chain(self.options.search_path.clone()).collect(),
-        }
     }
 }
 
@@ -207,4 +255,9 @@ fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
         values,
         values_span: span,
     }
+}
+
+/// What the class of an entity calls one of its parameters.
+fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
+    StandardName::find(entity.kind, &entity.class).map_or(name, |standard| standard.parameter(name))
 }

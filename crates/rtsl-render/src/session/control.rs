@@ -1,0 +1,178 @@
+//! What can be set in a session: the parts of a scene and their parameters, for user interfaces.
+
+use rtsl::{
+    Annotation, AnnotationValue, Class, Constant, Instance, Parameter, ParameterType, Role, Scalar,
+};
+
+use crate::reader::Values;
+use crate::scene::{EntityId, EntityKind};
+
+/// A part of a scene that is an instance of a class.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thing {
+    /// Where it stands in the scene's text.
+    pub entity: EntityId,
+    /// What it is used as.
+    pub kind: EntityKind,
+    /// Its name, or its class and the line that it stands in.
+    pub title: String,
+    /// Its class.
+    pub class: String,
+}
+
+/// A parameter of a thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// Its name.
+    pub name: String,
+    /// What to call it: its annotation `label`, else its name.
+    pub label: String,
+    /// Its annotation `doc`.
+    pub doc: Option<String>,
+    /// Its annotation `unit`.
+    pub unit: Option<String>,
+    /// What it is.
+    pub kind: ControlKind,
+    /// Its annotation `min`.
+    pub min: Option<f64>,
+    /// Its annotation `max`.
+    pub max: Option<f64>,
+    /// What it is set to: one number, or a component each; truth is 1.
+    pub values: Vec<f64>,
+}
+
+/// What a control sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlKind {
+    /// A real number, or a vector of them.
+    Real,
+    /// A whole number, or a vector of them.
+    Whole,
+    /// Yes or no.
+    Truth,
+    /// A colour: linear red, green and blue.
+    Color,
+}
+
+impl Control {
+    /// The control for a parameter of an instance, for which the scene gives these values; `None` for
+    /// types that a control can't show.
+    pub fn new(
+        instance: &Instance,
+        parameter: &Parameter,
+        given: Option<&Values>,
+    ) -> Option<Control> {
+        let class = instance.class();
+        let (kind, values) = match kind_of(&parameter.ty) {
+            Some((kind, count)) => {
+                let values =
+                    given.and_then(numbers).or_else(|| default(class, instance, parameter))?;
+                (kind, spread(values, count)?)
+            }
+            // A colour stands for a texture that is the same everywhere.
+            None if parameter.ty == ParameterType::Reference(Role::Texture) => {
+                (ControlKind::Color, spread(given.and_then(numbers)?, 3)?)
+            }
+            None => return None,
+        };
+        let text = |key| match annotation(parameter, key)? {
+            AnnotationValue::Text(text) => Some(text.clone()),
+            AnnotationValue::None | AnnotationValue::Constant(_) => None,
+        };
+        let number = |key| match annotation(parameter, key)? {
+            AnnotationValue::Constant(constant) => Some(number_of(*constant)),
+            AnnotationValue::None | AnnotationValue::Text(_) => None,
+        };
+        Some(Control {
+            name: parameter.name.clone(),
+            label: text("label").unwrap_or_else(|| parameter.name.clone()),
+            doc: text("doc"),
+            unit: text("unit"),
+            kind,
+            min: number("min"),
+            max: number("max"),
+            values,
+        })
+    }
+
+    /// These numbers as a scene would give them.
+    pub fn scene_values(&self, numbers: &[f64]) -> Values {
+        match self.kind {
+            ControlKind::Truth => Values::Booleans(numbers.iter().map(|it| *it != 0.0).collect()),
+            ControlKind::Whole => Values::Numbers(numbers.iter().map(|it| it.round()).collect()),
+            ControlKind::Real | ControlKind::Color => Values::Numbers(numbers.to_vec()),
+        }
+    }
+}
+
+/// What a control of this type sets, and how many components it has.
+fn kind_of(ty: &ParameterType) -> Option<(ControlKind, usize)> {
+    let scalar = |scalar: &Scalar| match scalar {
+        Scalar::F32 => ControlKind::Real,
+        Scalar::I32 | Scalar::U32 => ControlKind::Whole,
+        Scalar::Bool => ControlKind::Truth,
+    };
+    match ty {
+        ParameterType::Scalar(ty) => Some((scalar(ty), 1)),
+        ParameterType::Vector(ty, count) => Some((scalar(ty), usize::from(*count))),
+        ParameterType::Color => Some((ControlKind::Color, 3)),
+        ParameterType::Matrix(..)
+        | ParameterType::Struct(..)
+        | ParameterType::Array(..)
+        | ParameterType::Buffer(_)
+        | ParameterType::Reference(_) => None,
+    }
+}
+
+fn numbers(values: &Values) -> Option<Vec<f64>> {
+    match values {
+        Values::Numbers(numbers) => Some(numbers.clone()),
+        Values::Booleans(values) => Some(values.iter().map(|value| f64::from(*value)).collect()),
+        Values::Texts(_) => None,
+    }
+}
+
+/// One number stands for all components of a colour.
+fn spread(values: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    match values.as_slice() {
+        [grey] => Some(vec![*grey; count]),
+        all => (all.len() == count).then_some(values),
+    }
+}
+
+/// What a parameter is that the scene does not set.
+fn default(class: &Class, instance: &Instance, parameter: &Parameter) -> Option<Vec<f64>> {
+    let scalar = match &parameter.ty {
+        ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => *scalar,
+        _ => Scalar::F32,
+    };
+    let words = match instance.member(&parameter.name) {
+        Some(words) => words.to_vec(),
+        None => rtsl::default_value(class, parameter)?,
+    };
+    let number = |word: &u32| match scalar {
+        Scalar::F32 => shortest(f32::from_bits(*word)),
+        Scalar::I32 => f64::from(word.cast_signed()),
+        Scalar::U32 | Scalar::Bool => f64::from(*word),
+    };
+    Some(words.iter().map(number).collect())
+}
+
+/// The number that people mean by a float: 0.1, not 0.10000000149.
+fn shortest(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or(f64::from(x))
+}
+
+fn annotation<'a>(parameter: &'a Parameter, key: &str) -> Option<&'a AnnotationValue> {
+    let is = |annotation: &&Annotation| annotation.key == key;
+    parameter.annotations.iter().find(is).map(|annotation| &annotation.value)
+}
+
+fn number_of(constant: Constant) -> f64 {
+    match constant {
+        Constant::F32(value) => shortest(value),
+        Constant::I32(value) => f64::from(value),
+        Constant::U32(value) => f64::from(value),
+        Constant::Bool(value) => f64::from(value),
+    }
+}

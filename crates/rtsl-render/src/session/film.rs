@@ -1,0 +1,177 @@
+//! The film of a session: sums of samples, tile by tile, and the pixels that show them.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crate::acceleration::{LANES, lanes_of};
+use crate::film::Image;
+use crate::interactive::{TILE, Tile, TileSample, TileSums, tiles_of};
+
+use super::view_mode::Display;
+
+/// A film. Each tile has a lock of its own, so that threads fill it without waiting for one another.
+pub struct Film {
+    width: usize,
+    height: usize,
+    tiles: Vec<Tile>,
+    records: Vec<Mutex<Record>>,
+}
+
+/// What is known of a tile.
+struct Record {
+    sums: TileSums,
+    /// Samples of each pixel.
+    taken: u32,
+    /// The time that they took.
+    time: Duration,
+    /// What is shown, `0x00RRGGBB`. It outlives the samples, until there are others to show.
+    shown: [u32; LANES],
+}
+
+impl Record {
+    const EMPTY: Record =
+        Record { sums: [[0.0; 3]; LANES], taken: 0, time: Duration::ZERO, shown: [0; LANES] };
+
+    fn average(&self, lane: usize) -> [f32; 3] {
+        self.sums[lane].map(|channel| channel / self.taken as f32)
+    }
+
+    fn show(&mut self, display: &Display) {
+        if self.taken == 0 {
+            return;
+        }
+        // The time of a tile counts for each of its pixels.
+        let time = self.time / (self.taken * LANES as u32);
+        for lane in 0..LANES {
+            self.shown[lane] = display.pixel(self.average(lane), time);
+        }
+    }
+}
+
+impl Film {
+    /// A black film.
+    pub fn new(width: usize, height: usize) -> Self {
+        let tiles = tiles_of(width, height);
+        let records = tiles.iter().map(|_| Mutex::new(Record::EMPTY)).collect();
+        Film { width, height, tiles, records }
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Its tiles.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// Forgets all samples. What is shown stays.
+    pub fn clear(&mut self) {
+        for record in &mut self.records {
+            let record = record.get_mut().unwrap_or_else(PoisonError::into_inner);
+            *record = Record { shown: record.shown, ..Record::EMPTY };
+        }
+    }
+
+    /// Adds a sample of the tile `index`, which took this time.
+    pub fn add(&self, index: usize, sample: &TileSample, time: Duration, display: &Display) {
+        let mut record = self.record(index);
+        // Samples that are not finite count as black.
+        sample.add_to(&mut record.sums);
+        record.taken += 1;
+        record.time += time;
+        record.show(display);
+    }
+
+    /// Shows what there is in another way.
+    pub fn show(&self, display: &Display) {
+        (0..self.tiles.len()).for_each(|index| self.record(index).show(display));
+    }
+
+    /// Shows another film, enlarged or reduced to the size of this one.
+    pub fn show_scaled(&self, other: &Film) {
+        let mut pixels = vec![0; other.width * other.height];
+        other.copy_to(&mut pixels, other.width);
+        let column = |x: usize| x * other.width / self.width;
+        let row = |y: usize| y * other.height / self.height;
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let mut record = self.record(index);
+            for lane in lanes_of(tile.lanes(self.width, self.height)) {
+                let (x, y) = tile.pixel(lane);
+                record.shown[lane] = pixels[row(y) * other.width + column(x)];
+            }
+        }
+    }
+
+    /// Writes what is shown into `pixels`, whose rows are `stride` pixels apart, as `0x00RRGGBB`.
+    pub fn copy_to(&self, pixels: &mut [u32], stride: usize) {
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let record = self.record(index);
+            let columns = TILE.min(self.width - tile.x);
+            for row in 0..TILE.min(self.height - tile.y) {
+                let from = &record.shown[row * TILE..][..columns];
+                pixels[(tile.y + row) * stride + tile.x..][..columns].copy_from_slice(from);
+            }
+        }
+    }
+
+    /// The averages of the samples; black where there is none.
+    pub fn image(&self) -> Image {
+        let mut image = Image::new(self.width, self.height);
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let record = self.record(index);
+            for lane in lanes_of(tile.lanes(self.width, self.height)) {
+                let (x, y) = tile.pixel(lane);
+                if record.taken > 0 {
+                    image.pixels[y * self.width + x] = record.average(lane);
+                }
+            }
+        }
+        image
+    }
+
+    fn record(&self, index: usize) -> MutexGuard<'_, Record> {
+        self.records[index].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::ViewMode;
+
+    fn sample(film: &Film, index: usize, value: f32) -> TileSample {
+        let lanes = film.tiles()[index].lanes(film.width, film.height);
+        TileSample { lanes, colors: [[value; LANES]; 3] }
+    }
+
+    #[test]
+    fn samples_are_averaged_and_shown() {
+        let display = Display::new(ViewMode::Image, 1.0);
+        let mut film = Film::new(10, 9);
+        assert_eq!(film.tiles().len(), 4);
+        film.add(1, &sample(&film, 1, 0.0), Duration::ZERO, &display);
+        film.add(1, &sample(&film, 1, 1.0), Duration::ZERO, &display);
+        let image = film.image();
+        assert_eq!((image.pixels[8], image.pixels[7]), ([0.5; 3], [0.0; 3]));
+        let mut pixels = vec![7; 12 * 9];
+        film.copy_to(&mut pixels, 12);
+        assert_eq!(pixels[7..12], [0, 0x00BC_BCBC, 0x00BC_BCBC, 7, 7]);
+        film.clear();
+        assert_eq!(film.image().pixels[8], [0.0; 3]);
+        film.copy_to(&mut pixels, 12);
+        assert_eq!(pixels[8], 0x00BC_BCBC, "what is shown stays");
+    }
+
+    #[test]
+    fn a_smaller_film_is_enlarged() {
+        let display = Display::new(ViewMode::Image, 1.0);
+        let (small, film) = (Film::new(2, 1), Film::new(20, 10));
+        small.add(0, &sample(&small, 0, 1.0), Duration::ZERO, &display);
+        film.show_scaled(&small);
+        let mut pixels = vec![0; 200];
+        film.copy_to(&mut pixels, 20);
+        assert_eq!(pixels, [0x00FF_FFFF; 200]);
+    }
+}

@@ -1,0 +1,26 @@
+//! An interactive session: a scene that is rendered while camera, parameters and shaders change.
+//!
+//! It knows no window and no thread of its own. A host calls [`Session::advance`] over and over, each
+//! time for as long as it can spare, and copies [`Session::film`] to its screen. After a change the next call renders a
+//! whole frame, at a lower resolution where a frame of full resolution would take too long, so that
+//! the image moves as one; then samples are added, pass by pass, up to the scene's number.
+//!
+//! A sample is the one that a batch render takes: after all passes the film has the bits of
+//! [`crate::interactive::render`].
+
+mod control;
+mod film;
+mod options;
+mod picked;
+#[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
+mod session;
+mod status;
+mod view_mode;
+
+pub use control::{Control, ControlKind, Thing};
+pub use film::Film;
+pub use options::SessionOptions;
+pub use picked::Picked;
+pub use session::{Reloaded, Session};
+pub use status::Status;
+pub use view_mode::{Display, ViewMode};

@@ -1,0 +1,494 @@
+//! The session itself.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rtsl::{Diagnostic, Engine, SourceMap, diagnostic_codes as codes};
+
+use crate::film::exposure_scale;
+use crate::interactive::{
+    CameraRays, CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, Workspace, camera_rays,
+    exhausted_budgets, runs, sample_tile,
+};
+use crate::math::Transform;
+use crate::messages::Messages;
+use crate::reader::DiskFiles;
+use crate::scene::{EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource};
+use crate::statistics::RayCounts;
+
+use super::control::{Control, Thing};
+use super::film::Film;
+use super::options::SessionOptions;
+use super::picked::Picked;
+use super::status::Status;
+use super::view_mode::{Display, ViewMode};
+
+/// A whole frame shall take no longer, or is made smaller: 25 frames a second.
+const FRAME_TARGET: Duration = Duration::from_millis(40);
+
+/// Frames are made smaller by no more than this.
+const GREATEST_REDUCTION: usize = 8;
+
+/// A scene that is rendered while it changes.
+pub struct Session {
+    source: SceneSource<'static>,
+    options: SessionOptions,
+    engine: Engine,
+    threads: RenderThreads,
+    scene: Scene,
+    origins: Origins,
+    compiled: CompiledScene,
+    film: Film,
+    /// The film of the whole frame that is rendered: it is shown when it is done.
+    frame: Film,
+    display: Display,
+    camera_to_world: Transform,
+    problems: Problems,
+    phase: Phase,
+    /// What a pixel of a whole frame took of late.
+    pixel_time: Option<Duration>,
+    status: Status,
+}
+
+/// What comes next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// A whole frame.
+    Frame,
+    /// More samples: the next tile of this sample.
+    Refinement { sample: u32, tile: usize },
+    /// Nothing: all samples are taken.
+    Rest,
+    /// Nothing: a shader ran past its budget.
+    Stopped,
+}
+
+/// What reading the files again brought.
+#[derive(Debug)]
+pub struct Reloaded {
+    /// Whether anything changed.
+    pub changed: bool,
+    /// Warnings.
+    pub warnings: Messages,
+}
+
+impl Session {
+    /// Opens the scene in the file `path`. Gives warnings besides.
+    ///
+    /// # Errors
+    /// What is wrong with the scene, its shaders, or the machine.
+    pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
+        let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
+        let mut source = SceneSource::read(path, &DiskFiles, &LoadOptions { defines, search_path });
+        let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
+        options.apply(&mut scene.settings);
+        check_size(&scene)?;
+        let (engine, engine_warnings) =
+            Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
+        warnings.push(SourceMap::new(), engine_warnings);
+        let compiled = CompiledScene::new(scene.clone(), &engine, &mut warnings)?;
+        let threads = RenderThreads::new(options.threads)?;
+        let settings = &scene.settings;
+        let exposure = exposure_scale(settings.exposure + options.exposure);
+        let session = Session {
+            status: Status {
+                width: engine.width(),
+                target: engine.llvm().map_or("interpreter", |llvm| llvm.host().cpu()).to_owned(),
+                threads: threads.count(),
+                reduction: 1,
+                ..Status::default()
+            },
+            film: Film::new(settings.width, settings.height),
+            frame: Film::new(1, 1),
+            display: Display::new(ViewMode::Image, exposure),
+            camera_to_world: scene.camera_to_world,
+            problems: Problems::default(),
+            phase: Phase::Frame,
+            pixel_time: None,
+            source,
+            options,
+            engine,
+            threads,
+            scene,
+            origins,
+            compiled,
+        };
+        Ok((session, warnings))
+    }
+
+    /// Renders for about `budget`: the whole frame that is due, or more samples. Returns whether there
+    /// is anything new to show.
+    pub fn advance(&mut self, budget: Duration) -> bool {
+        let start = Instant::now();
+        let rays = match self.phase {
+            Phase::Frame => self.render_frame(),
+            Phase::Refinement { sample, tile } => self.refine(sample, tile, start + budget),
+            Phase::Rest | Phase::Stopped => return false,
+        };
+        self.count(rays, start.elapsed());
+        if self.problems.any() {
+            self.phase = Phase::Stopped;
+            let problem = exhausted_budgets(&self.compiled, &self.problems);
+            self.status.problem = Some(problem.to_text(false));
+        }
+        true
+    }
+
+    /// Whether [`Session::advance`] has anything to do.
+    pub fn is_busy(&self) -> bool {
+        matches!(self.phase, Phase::Frame | Phase::Refinement { .. })
+    }
+
+    /// What was rendered.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// How it fares.
+    pub fn status(&self) -> Status {
+        let samples_wanted = self.compiled.settings.sampler.samples_per_pixel();
+        let samples = match self.phase {
+            Phase::Frame | Phase::Stopped => 0,
+            Phase::Refinement { sample, .. } => sample,
+            Phase::Rest => samples_wanted,
+        };
+        Status { size: self.film.size(), samples, samples_wanted, ..self.status.clone() }
+    }
+
+    /// From the camera's space to the world's.
+    pub fn camera(&self) -> Transform {
+        self.camera_to_world
+    }
+
+    /// From the camera's space to the world's, as the scene says.
+    pub fn scene_camera(&self) -> Transform {
+        self.scene.camera_to_world
+    }
+
+    /// Moves the camera.
+    pub fn set_camera(&mut self, camera_to_world: Transform) {
+        if camera_to_world != self.camera_to_world {
+            self.camera_to_world = camera_to_world;
+            self.compiled.camera_to_world = camera_to_world.affine();
+            self.restart();
+        }
+    }
+
+    /// Changes columns and rows. Sizes that no image may have are ignored.
+    pub fn resize(&mut self, width: usize, height: usize) {
+        let mut scene = Scene { ..self.scene.clone() };
+        (scene.settings.width, scene.settings.height) = (width, height);
+        if (width, height) == self.film.size() || width * height == 0 || check_size(&scene).is_err()
+        {
+            return;
+        }
+        self.options.size = Some((width, height));
+        self.scene = scene;
+        (self.compiled.settings.width, self.compiled.settings.height) = (width, height);
+        let film = Film::new(width, height);
+        film.show_scaled(&self.film);
+        self.film = film;
+        self.restart();
+    }
+
+    /// What is shown.
+    pub fn view_mode(&self) -> ViewMode {
+        self.display.mode()
+    }
+
+    /// Shows something else.
+    pub fn set_view_mode(&mut self, mode: ViewMode) {
+        let exposure = self.scene.settings.exposure + self.options.exposure;
+        self.display = Display::new(mode, exposure_scale(exposure));
+        self.film.show(&self.display);
+    }
+
+    /// The parts of the scene that have parameters, in the order of its text.
+    pub fn things(&self) -> Vec<Thing> {
+        let entities = self.source.description().entities.iter().enumerate();
+        let things = entities.filter_map(|(index, entity)| {
+            let id = EntityId(index);
+            let class = self.source.instance(id)?.class().name.clone();
+            Some(Thing { entity: id, kind: entity.kind, title: self.title(id), class })
+        });
+        things.collect()
+    }
+
+    /// The parameters of a part of the scene, as they are set.
+    pub fn controls(&self, entity: EntityId) -> Vec<Control> {
+        let Some(instance) = self.source.instance(entity) else { return Vec::new() };
+        let controls = instance.class().parameters.iter().filter_map(|parameter| {
+            let given = self.source.given_values(entity, &parameter.name);
+            Control::new(instance, parameter, given.as_ref())
+        });
+        controls.collect()
+    }
+
+    /// Sets a parameter of a part of the scene. Nothing is compiled.
+    ///
+    /// # Errors
+    /// If the value does not fit; nothing changes then.
+    pub fn set_control(
+        &mut self,
+        entity: EntityId,
+        name: &str,
+        numbers: &[f64],
+    ) -> Result<(), Messages> {
+        let control = self.controls(entity).into_iter().find(|control| control.name == name);
+        let control = control.ok_or_else(|| {
+            let message = format!("there is no parameter `{name}` to set");
+            Messages::one(Diagnostic::new(codes::UNKNOWN_PARAMETER, message))
+        })?;
+        let earlier = self.source.set_parameter(entity, name, control.scene_values(numbers));
+        let done = self.source.load().and_then(|loaded| self.take_over(loaded));
+        if let Err(messages) = done {
+            self.source.restore_parameter(entity, name, earlier);
+            return Err(messages);
+        }
+        Ok(())
+    }
+
+    /// Reads the scene's files again where they changed, shaders included. Parameters that were set stay
+    /// unless the scene's own text changed; so does the camera unless the text moves it.
+    ///
+    /// # Errors
+    /// What is wrong with the files; the scene stays as it was.
+    pub fn reload(&mut self) -> Result<Reloaded, Messages> {
+        if self.source.text_changed() {
+            let mut source = self.source.read_again();
+            let loaded = source.load()?;
+            let reloaded = self.take_over(loaded)?;
+            self.source = source;
+            Ok(reloaded)
+        } else {
+            self.source.refresh_shaders();
+            let loaded = self.source.load()?;
+            self.take_over(loaded)
+        }
+    }
+
+    /// The files that the scene was read from, shaders included; the library's are none.
+    pub fn source_files(&self) -> Vec<PathBuf> {
+        self.source.source_files()
+    }
+
+    /// What lies under a pixel, counted from the top left.
+    pub fn pick(&self, x: usize, y: usize) -> Option<Picked> {
+        let (width, height) = self.film.size();
+        if x >= width || y >= height {
+            return None;
+        }
+        let problems = Problems::default();
+        let tracer = Tracer { scene: &self.compiled, problems: &problems };
+        let mut workspace = Workspace::new(&self.compiled);
+        let tile = Tile { x: x - x % TILE, y: y - y % TILE };
+        let lane = y % TILE * TILE + x % TILE;
+        let CameraRays { rays, .. } = camera_rays(&tracer, &mut workspace, tile, 0);
+        let mut level = workspace.take_level();
+        let hits = tracer.nearest(&mut workspace, &mut level, &rays, 1 << lane);
+        let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
+        let index = self.compiled.objects.iter().position(|it| std::ptr::eq(it, run.object))?;
+        let [origin, direction] =
+            [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
+        let t = f64::from(hits.distance[lane]);
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let shape = self.origins.objects[index];
+        let material = run.object.material;
+        let shader = match material {
+            Some(material) => &self.compiled.materials[material as usize],
+            None => &run.object.primitive,
+        };
+        Some(Picked {
+            shape,
+            title: self.title(shape),
+            class: self.scene.objects[index].primitive.class().name.clone(),
+            material: material.and_then(|material| self.origins.materials[material as usize]),
+            material_class: self.compiled.shader(shader).program.class().name.clone(),
+            distance: t * length,
+            position: std::array::from_fn(|axis| origin[axis] + t * direction[axis]),
+        })
+    }
+
+    /// The name of an entity, or what it is and where it stands.
+    fn title(&self, id: EntityId) -> String {
+        let entity = &self.source.description().entities[id.0];
+        match (&entity.name, entity.kind) {
+            (Some(name), _) => name.clone(),
+            (None, EntityKind::Camera) => "camera".to_owned(),
+            (None, kind) => format!("{} in line {}", kind.word(), self.source.line_of(id)),
+        }
+    }
+
+    /// Goes on with a scene that was loaded again, keeping what did not change.
+    fn take_over(&mut self, loaded: Loaded) -> Result<Reloaded, Messages> {
+        let Loaded { mut scene, origins, mut warnings, .. } = loaded;
+        self.options.apply(&mut scene.settings);
+        check_size(&scene)?;
+        let same_settings = scene.settings == self.scene.settings;
+        let same_shapes = same_settings && scene.has_same_shapes(&self.scene);
+        if same_shapes && scene.has_same_shading(&self.scene) {
+            return Ok(Reloaded { changed: false, warnings });
+        }
+        if !(same_settings && self.compiled.replace_values(&self.scene, &scene, &self.engine)) {
+            if scene.settings.loop_budget != self.scene.settings.loop_budget {
+                let options = self.options.engine_for(&scene.settings);
+                (self.engine, _) = Engine::new(options).map_err(Messages::one)?;
+            }
+            let (engine, messages) = (&self.engine, &mut warnings);
+            self.compiled = if same_shapes {
+                self.compiled.with_other_shaders(scene.clone(), engine, messages)?
+            } else {
+                CompiledScene::new(scene.clone(), engine, messages)?
+            };
+        }
+        self.adopt(scene, origins);
+        Ok(Reloaded { changed: true, warnings })
+    }
+
+    fn adopt(&mut self, scene: Scene, origins: Origins) {
+        let size = (scene.settings.width, scene.settings.height);
+        if size != self.film.size() {
+            let film = Film::new(size.0, size.1);
+            film.show_scaled(&self.film);
+            self.film = film;
+        }
+        if scene.camera_to_world != self.scene.camera_to_world {
+            self.camera_to_world = scene.camera_to_world;
+        }
+        self.compiled.camera_to_world = self.camera_to_world.affine();
+        let exposure = exposure_scale(scene.settings.exposure + self.options.exposure);
+        self.display = Display::new(self.display.mode(), exposure);
+        self.scene = scene;
+        self.origins = origins;
+        self.restart();
+    }
+
+    fn restart(&mut self) {
+        self.film.clear();
+        self.problems = Problems::default();
+        self.status.problem = None;
+        self.phase = Phase::Frame;
+    }
+
+    /// Renders one sample of every pixel, of a smaller image if that takes too long.
+    fn render_frame(&mut self) -> RayCounts {
+        let start = Instant::now();
+        let reduction = self.reduction();
+        let (width, height) = self.film.size();
+        let size = (width.div_ceil(reduction), height.div_ceil(reduction));
+        if self.frame.size() != size {
+            self.frame = Film::new(size.0, size.1);
+        }
+        self.frame.clear();
+        let settings = &mut self.compiled.settings;
+        (settings.width, settings.height) = size;
+        let (_, rays) = self.render_tiles(&self.frame, 0, 0, None);
+        let settings = &mut self.compiled.settings;
+        (settings.width, settings.height) = (width, height);
+        if self.problems.any() {
+            return rays;
+        }
+        if reduction == 1 {
+            std::mem::swap(&mut self.film, &mut self.frame);
+        } else {
+            self.film.show_scaled(&self.frame);
+        }
+        self.phase = self.phase_of(u32::from(reduction == 1), 0);
+        self.status.frame_time = start.elapsed();
+        self.status.reduction = reduction;
+        self.pixel_time = Some(start.elapsed().div_f64((size.0 * size.1) as f64));
+        rays
+    }
+
+    /// Adds samples until the deadline.
+    fn refine(&mut self, mut sample: u32, mut tile: usize, deadline: Instant) -> RayCounts {
+        let mut sum = RayCounts::default();
+        while let Phase::Refinement { .. } = self.phase {
+            let (next, rays) = self.render_tiles(&self.film, sample, tile, Some(deadline));
+            sum += rays;
+            let is_complete = next == self.film.tiles().len();
+            (sample, tile) = if is_complete { (sample + 1, 0) } else { (sample, next) };
+            self.phase = self.phase_of(sample, tile);
+            if Instant::now() >= deadline || self.problems.any() {
+                break;
+            }
+        }
+        sum
+    }
+
+    fn phase_of(&self, sample: u32, tile: usize) -> Phase {
+        let wanted = self.compiled.settings.sampler.samples_per_pixel();
+        if sample < wanted { Phase::Refinement { sample, tile } } else { Phase::Rest }
+    }
+
+    /// Renders a sample of the tiles from `first` on; returns the first that was not begun.
+    fn render_tiles(
+        &self,
+        film: &Film,
+        sample: u32,
+        first: usize,
+        deadline: Option<Instant>,
+    ) -> (usize, RayCounts) {
+        let Session { compiled, problems, display, .. } = self;
+        let tracer = Tracer { scene: compiled, problems };
+        // However little time there is, one tile is done.
+        let begun = AtomicBool::new(false);
+        let in_time = || {
+            deadline.is_none_or(|deadline| Instant::now() < deadline)
+                || !begun.swap(true, Ordering::Relaxed)
+        };
+        self.threads.for_each_tile(
+            compiled,
+            (first, film.tiles().len()),
+            || !problems.any() && in_time(),
+            |workspace, index| {
+                let start = Instant::now();
+                let taken = sample_tile(&tracer, workspace, film.tiles()[index], sample);
+                // A sample that was cut short is none.
+                if !problems.any() {
+                    film.add(index, &taken, start.elapsed(), display);
+                }
+            },
+        )
+    }
+
+    /// How much smaller the sides of the next whole frame are made. It changes only where that is
+    /// clearly called for, so that the image does not flicker.
+    fn reduction(&self) -> usize {
+        let Some(pixel_time) = self.pixel_time else { return 4 };
+        let (width, height) = self.film.size();
+        let time = |reduction: usize| {
+            let pixels = width.div_ceil(reduction) * height.div_ceil(reduction);
+            pixel_time.mul_f64(pixels as f64)
+        };
+        let now = self.status.reduction;
+        if time(now) <= FRAME_TARGET.mul_f64(1.25)
+            && (now == 1 || time(now - 1) > FRAME_TARGET.mul_f64(0.75))
+        {
+            return now;
+        }
+        (1..GREATEST_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(GREATEST_REDUCTION)
+    }
+
+    /// Counts rays, those of late more than those of long ago.
+    fn count(&mut self, rays: RayCounts, time: Duration) {
+        const MEMORY: f64 = 0.3;
+        let seconds = time.as_secs_f64().max(1e-9);
+        let now = rays.total() as f64 / seconds;
+        let before = self.status.rays_per_second;
+        let part = if before == 0.0 { 1.0 } else { (seconds / MEMORY).min(1.0) };
+        self.status.rays_per_second = before + (now - before) * part;
+    }
+}
+
+fn check_size(scene: &Scene) -> Result<(), Messages> {
+    match scene.settings.size_problem() {
+        Some(problem) => Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem))),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;
