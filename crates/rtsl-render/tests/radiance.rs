@@ -235,3 +235,14 @@ fn a_class_beside_the_scene_wins_over_a_name_of_the_format() {
     let scene = format!("{HEAD}WorldBegin\nScale 1 1 3\nShape \"disk\"");
     assert!(render(&scene, &[("disk.rtsl", own)]).image.pixels[4 * 9 + 4][0] > 0.9);
 }
+
+/// Of a thin thing either side may be seen: lights sample directions around the normal on that side.
+#[test]
+fn the_sky_lights_the_side_that_is_seen() {
+    let matte = "LightSource \"infinite\"\nMaterial \"diffuse\"\nScale 9 9 9\n";
+    for turn in ["", "ReverseOrientation", "Scale 1 1 -1"] {
+        let scene = format!("{HEAD}WorldBegin\n{matte}{turn}\nShape \"disk\"");
+        let pixel = render(&scene, &[]).image.pixels[4 * 9 + 4][0];
+        assert!((pixel - 0.5).abs() < 1e-5, "{turn}: {pixel}");
+    }
+}

@@ -276,8 +276,8 @@ const ROWS: &[Row] = &[
     all(Material, "rt_SampleColor", Color, access![Out: Shade;], ZERO, "radiance returned to the ray"),
 
     all(Light, "rt_HitPoint", Vec3, access![In: Illumination, EvaluatePdf;], ZERO, "the point to be lit, in world space"),
-    all(Light, "rt_GeometricNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal of the surface to be lit, unit length"),
-    all(Light, "rt_ShadingNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal for shading there, unit length"),
+    all(Light, "rt_GeometricNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal of the surface to be lit, unit length, on the side that is seen"),
+    all(Light, "rt_ShadingNormal", Vec3, access![In: Illumination, EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "normal for shading there, unit length, on that side"),
     all(Light, "rt_LightDirection", Vec3, access![Out: Illumination; In: EvaluatePdf;], Components(&[0.0, 0.0, 1.0]), "unit vector towards the light"),
     ours(all(Light, "rt_LightDistance", Float, access![Out: Illumination;], INFINITE, "distance to the light")),
     ours(all(Light, "rt_LightColor", Color, access![Out: Illumination;], ZERO,

@@ -24,6 +24,8 @@ pub struct LaneContext {
     pub time: Lanes,
     geometric_normals: [Lanes; 3],
     shading_normals: [Lanes; 3],
+    /// The lanes whose rays met the surface from where its normal does not point.
+    behind: LaneMask,
 }
 
 impl LaneContext {
@@ -35,6 +37,7 @@ impl LaneContext {
             time,
             geometric_normals: [[0.0; LANES]; 3],
             shading_normals: [[0.0; LANES]; 3],
+            behind: 0,
         }
     }
 
@@ -57,6 +60,19 @@ impl LaneContext {
     /// Sets the normal of the surface that a lane hit.
     pub fn set_geometric_normal(&mut self, lane: usize, normal: [f32; 3]) {
         (0..3).for_each(|axis| self.geometric_normals[axis][lane] = normal[axis]);
+    }
+
+    /// Sets whether the ray met the surface from where its normal does not point.
+    pub fn set_seen_from_behind(&mut self, lane: usize, behind: bool) {
+        self.behind = self.behind & !(1 << lane) | LaneMask::from(behind) << lane;
+    }
+
+    /// The geometric and the shading normal on the side of the surface that is seen: the one that
+    /// lights light.
+    fn seen_normals(&self, lane: usize) -> [[f32; 3]; 2] {
+        let behind = self.behind >> lane & 1 != 0;
+        let turned = |normal: [f32; 3]| normal.map(|x| if behind { -x } else { x });
+        [self.geometric_normal(lane), self.shading_normal(lane)].map(turned)
     }
 
     fn shading_normal(&self, lane: usize) -> [f32; 3] {
@@ -238,10 +254,10 @@ impl ShadingHost<'_> {
             let state = &mut blocks.state;
             let point = light.inverse.point(lane_vector(&query.point, lane - base));
             set_vector(state, v.hit_point, lane, point);
-            for (variable, normal) in [
-                (v.geometric_normal, self.context.geometric_normal(lane)),
-                (v.shading_normal, self.context.shading_normal(lane)),
-            ] {
+            let normals = self.context.seen_normals(lane);
+            for (variable, normal) in
+                [v.geometric_normal, v.shading_normal].into_iter().zip(normals)
+            {
                 let local = light.forward.transposed_vector(normal);
                 set_vector(state, variable, lane, normalize_or(local, [0.0, 0.0, 1.0]));
             }

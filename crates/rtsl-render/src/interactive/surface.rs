@@ -161,6 +161,7 @@ fn to_world(
         if is_geometric {
             geometric = normal;
             context.set_geometric_normal(lane, normal);
+            context.set_seen_from_behind(lane, dot(direction, normal) > 0.0);
         } else {
             context.set_shading_normal(lane, normal);
         }
