@@ -1,6 +1,6 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
-//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`] and [`mod@unit`] keep its
+//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`], [`mod@unit`] and [`placed`] keep its
 //! results to the bit (NaN payloads aside) and its requests to the host in number and order.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
@@ -20,6 +20,7 @@ pub mod join;
 pub mod leave;
 pub mod merge;
 pub mod number;
+pub mod placed;
 pub mod promote;
 pub mod range;
 pub mod select;
@@ -130,14 +131,26 @@ pub struct Caller {
     pub read: Option<Vec<bool>>,
     /// Places that hold vectors of unit length. Changes results.
     pub unit: Vec<PlaceId>,
+    /// The object is [`placed`], and whether products are contracted. Changes results.
+    pub placed: Option<Contract>,
 }
 
+/// Whether multiply and add become fma.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contract(pub bool);
+
 /// Makes an optimised function one for this caller. Contraction and budget stay as they are: but for
-/// vectors of unit length the results are those of the function to the bit, and so is what it
+/// vectors of unit length and placed objects the results are those of the function to the bit, and so is what it
 /// reports.
 pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
     if let Some(read) = &caller.read {
         run("unread", function, |function| unread::run(function, read));
+    }
+    if let Some(Contract(contract)) = caller.placed {
+        run("placed", function, |function| placed::run(function, contract));
+        if optimize {
+            run("number", function, number::run);
+        }
     }
     run("specialise", function, |function| specialise::run(function, &caller.known));
     if optimize && !caller.unit.is_empty() {

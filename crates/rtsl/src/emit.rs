@@ -51,7 +51,8 @@ impl Program {
         if request.emit == Emit::Ir {
             return Ok(function.to_string().into_bytes());
         }
-        let job = Job { function, shape: variant.shape, layout: self.layout() };
+        let layout = variant.layout(self.layout());
+        let job = Job { function, shape: variant.shape, layout: &layout };
         let packet = pipeline::packet(job, self.shared())?;
         if request.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());

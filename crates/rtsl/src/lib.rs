@@ -60,7 +60,7 @@ pub use loader::FileLoader;
 pub use options::{Backend, EngineOptions, Math};
 pub use packet_kernel::{PacketKernel, PacketRun};
 pub use parameters::{place_words, scalar_name, type_name};
-pub use program::{LinkedMethod, Program};
+pub use program::{LinkedMethod, Placement, Program};
 pub use specialised::SpecialisedKernel;
 pub use state::{new_state, set_defaults};
 pub use unit::{Compilation, Unit};

@@ -105,8 +105,8 @@ pub(crate) fn specialise(
     layout: &Layout,
     options: &EngineOptions,
 ) -> Arc<Function> {
-    let Variant { shape: _, outputs, known, unit_directions, objects: _ } = variant;
-    if *outputs == Outputs::ALL && known.is_empty() && !unit_directions {
+    let Variant { shape: _, outputs, known, unit_directions, objects: _, placed } = variant;
+    if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
         return function.clone();
     }
     let is_read = |output: &Output| {
@@ -134,6 +134,7 @@ pub(crate) fn specialise(
         known: known.collect(),
         read: Some(function.outputs.iter().map(is_read).collect()),
         unit: unit_directions.then(|| ray_direction(function)).flatten().into_iter().collect(),
+        placed: placed.then_some(rtsl_opt::Contract(options.math != Math::Strict)),
     };
     let mut function = Function::clone(function);
     rtsl_opt::specialise(&mut function, &caller, options.optimization != OptLevel::O0);

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
 use rtsl_jit::{InstanceBlock, LaneBlock, Objects};
+use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_packet::{Layout, ObjectForm};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
@@ -33,6 +34,10 @@ pub struct Program {
     kernels: KernelCache,
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
+
+/// An affine map from the space of rays into an object's own: the images of the three axes, then that
+/// of the origin.
+pub type Placement = [f32; PLACEMENT_SCALARS as usize];
 
 /// A method without references, optimised.
 #[derive(Clone, Debug)]
@@ -107,7 +112,30 @@ impl Program {
     /// If one belongs to another program.
     pub fn objects<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> Objects {
         let blocks = instances.into_iter().map(|instance| self.block(instance));
-        Objects::of_instances(self.separate_objects(), blocks)
+        Objects::of_instances(self.separate_objects(false), blocks)
+    }
+
+    /// The same with placements, for kernels that are [placed](Variant::placed).
+    ///
+    /// # Panics
+    /// If one belongs to another program.
+    pub fn placed_objects<'a>(
+        &self,
+        instances: impl IntoIterator<Item = (&'a Instance, &'a Placement)>,
+    ) -> Objects {
+        let blocks = instances.into_iter().map(|(it, placement)| self.placed_block(it, placement));
+        Objects::of_instances(self.separate_objects(true), blocks)
+    }
+
+    /// The data of an instance with its placement, for kernels that are [placed](Variant::placed).
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn placed_block(&self, instance: &Instance, placement: &Placement) -> InstanceBlock {
+        let block = self.block(instance);
+        let words: Vec<u32> =
+            block.words().iter().copied().chain(placement.map(f32::to_bits)).collect();
+        InstanceBlock::new(&words, block.buffers().to_vec())
     }
 
     /// The elements of an instance of a class with an [element parameter](Class::element), as many as
@@ -122,17 +150,41 @@ impl Program {
     /// # Panics
     /// If the instance belongs to another program.
     pub fn elements(&self, instance: &Instance) -> Result<Objects, Diagnostic> {
+        self.elements_of(instance, self.block(instance))
+    }
+
+    /// The same with one placement for all of them, for kernels that are [placed](Variant::placed).
+    ///
+    /// # Errors
+    /// As for [`Program::elements`].
+    ///
+    /// # Panics
+    /// If the instance belongs to another program.
+    pub fn placed_elements(
+        &self,
+        instance: &Instance,
+        placement: &Placement,
+    ) -> Result<Objects, Diagnostic> {
+        self.elements_of(instance, self.placed_block(instance, placement))
+    }
+
+    fn elements_of(
+        &self,
+        instance: &Instance,
+        block: InstanceBlock,
+    ) -> Result<Objects, Diagnostic> {
         let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
         let maker = self.elements.get_or_init(|| {
             ElementMaker::new(&self.tree, &self.layout, &self.shared).map(Box::new)
         });
         let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make(instance, self.block(instance), count as usize)
+        maker.make(instance, block, count as usize)
     }
 
     /// The form of objects that share nothing.
-    fn separate_objects(&self) -> ObjectForm {
-        ObjectForm::new(0..self.layout.block_words)
+    fn separate_objects(&self, placed: bool) -> ObjectForm {
+        let words = self.layout.block_words;
+        ObjectForm::new(0..if placed { words + PLACEMENT_SCALARS } else { words })
     }
 
     /// A method, linked.
@@ -200,7 +252,8 @@ impl Program {
         let linked = self.method(method)?;
         let variant = self.canonical(&linked, variant.into());
         let function = self.specialise(&linked, &variant);
-        let job = Job { function: &function, shape: variant.shape, layout: &self.layout };
+        let layout = variant.layout(&self.layout);
+        let job = Job { function: &function, shape: variant.shape, layout: &layout };
         pipeline::packet_kernel(job, &self.shared)
     }
 
@@ -217,9 +270,10 @@ impl Program {
         let unit_directions = variant.unit_directions
             && self.shared.options.math == Math::Fast
             && pipeline::ray_direction(&method.function).is_some();
-        let separate = || variant.shape.has_many_objects().then(|| self.separate_objects());
-        let objects = variant.objects.clone().or_else(separate);
-        Variant { shape: variant.shape, outputs, known, unit_directions, objects }
+        let Variant { shape, placed, .. } = variant;
+        let form = || shape.has_many_objects().then(|| self.separate_objects(placed));
+        let objects = variant.objects.clone().or_else(form);
+        Variant { shape, outputs, known, unit_directions, objects, placed }
     }
 
     /// The kernel of a variant, or the error, if it has been made and kept.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_ir::{Function, Index, OpKind, PlaceKind};
+use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_spec::{StateVariable, lookup_state, state_variables};
@@ -26,6 +27,9 @@ pub struct Variant {
     /// What differs from object to object of the objects of every call; the shapes stream and leaf take
     /// all for different where `None`, and the others take one instance.
     pub objects: Option<ObjectForm>,
+    /// The method meets rays of another space than its object's: the object's data has a
+    /// [`Placement`](crate::Placement).
+    pub placed: bool,
 }
 
 impl Variant {
@@ -37,6 +41,7 @@ impl Variant {
             known: KnownMembers::default(),
             unit_directions: false,
             objects: None,
+            placed: false,
         }
     }
 
@@ -65,9 +70,19 @@ impl Variant {
         Variant { objects: Some(form), ..self }
     }
 
+    /// The same for objects with a placement, made by
+    /// [`Program::placed_objects`](crate::Program::placed_objects) and its like: what the method reads of
+    /// the ray, it reads in the object's space. What it sets stays there; distances along the ray
+    /// are the same in both.
+    #[must_use]
+    pub fn placed(self) -> Variant {
+        Variant { placed: true, ..self }
+    }
+
     /// Where data lies in calls of the kernel.
     pub(crate) fn layout(&self, layout: &Layout) -> Layout {
-        Layout { objects: self.objects.clone(), ..layout.clone() }
+        let layout = if self.placed { placed_layout(layout) } else { layout.clone() };
+        Layout { objects: self.objects.clone(), ..layout }
     }
 
     /// What the kernel stores of what its method sets: what the caller reads, and in the leaf
@@ -77,6 +92,14 @@ impl Variant {
         let distance = Outputs::state(distance);
         Outputs { state: self.outputs.state | distance.state, ..self.outputs }
     }
+}
+
+/// The layout with the placement at its end.
+pub(crate) fn placed_layout(layout: &Layout) -> Layout {
+    let mut layout = layout.clone();
+    layout.members.insert(PLACEMENT.to_owned(), layout.block_words);
+    layout.block_words += PLACEMENT_SCALARS;
+    layout
 }
 
 impl From<Shape> for Variant {
