@@ -466,6 +466,23 @@ fn bench_refuses_what_it_cannot_measure() {
 }
 
 #[test]
+fn bench_measures_scenes() {
+    let folder = Folder::new("bench-scene");
+    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+                 LightSource \"SkyLight\"\nShape \"Sphere\"\n";
+    folder.write("scene.pbrt", scene);
+    let small = ["scene.pbrt", "--size", "16x16", "--repetitions", "1", "--threads", "1"];
+    let lines = bench(&folder, &[&small[..], &["--width", "4", "--width", "8"]].concat());
+    assert_eq!([&lines[0]["width"], &lines[1]["width"]], [4, 8]);
+    assert!(lines.iter().all(|line| line["rays"][0]["rays"] == 256), "{lines:?}");
+    let table = folder.run(&[&["bench"], &small[..]].concat()).exits(DONE);
+    assert!(table.output().contains("\nsecondary "), "{}", table.output());
+    folder.run(&["bench", "scene.pbrt", "shade"]).exits(WRONG_USAGE);
+    folder.run(&["bench", "scene.pbrt", "--shape", "leaf"]).exits(WRONG_USAGE);
+    folder.run(&["bench", "none.pbrt"]).fails_with("E0601");
+}
+
+#[test]
 fn render_writes_a_picture() {
     let folder = Folder::new("render");
     folder.write("ball.rtsl", SPHERE);

@@ -9,6 +9,7 @@ pub mod acceleration;
 pub mod film;
 pub mod interactive;
 pub mod math;
+pub mod measure;
 pub mod mesh;
 pub mod messages;
 pub mod reader;

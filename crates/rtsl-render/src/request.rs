@@ -80,7 +80,7 @@ pub fn render_scene_from(
         Prepared::new(request, files)
     })?;
     let cold_start = start.elapsed();
-    let Prepared { scene, engine, mut statistics, warnings } = prepared;
+    let Prepared { scene, mut statistics, warnings, .. } = prepared;
     let rendered = render(
         &scene,
         RenderOptions {
@@ -101,11 +101,6 @@ pub fn render_scene_from(
         samples_per_pixel: settings.sampler.samples_per_pixel(),
         objects: scene.objects.len(),
         threads: rendered.threads,
-        width: engine.width(),
-        target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
-            format!("{} {}", llvm.host().triple(), llvm.host().cpu())
-        }),
-        llvm: engine.llvm().map(|llvm| format!("{} {}", llvm.version(), llvm.path().display())),
         cancelled: rendered.cancelled,
         ..statistics
     };
@@ -114,17 +109,21 @@ pub fn render_scene_from(
 }
 
 /// A scene, ready to be rendered.
-struct Prepared {
-    scene: CompiledScene,
-    engine: Engine,
-    /// What preparing took.
-    statistics: Statistics,
-    warnings: Messages,
+pub(crate) struct Prepared {
+    pub(crate) scene: CompiledScene,
+    /// What preparing took, and what it was made for.
+    pub(crate) statistics: Statistics,
+    /// What rays can hit: shapes, and the elements of those that have any.
+    pub(crate) primitives: u64,
+    pub(crate) warnings: Messages,
 }
 
 impl Prepared {
     /// Loads and compiles.
-    fn new(request: &RenderRequest<'_>, files: &dyn FileSource) -> Result<Prepared, Messages> {
+    pub(crate) fn new(
+        request: &RenderRequest<'_>,
+        files: &dyn FileSource,
+    ) -> Result<Prepared, Messages> {
         let start = Instant::now();
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
         let mut loaded = load_scene(&request.scene, files, &LoadOptions { defines, search_path })?;
@@ -141,15 +140,22 @@ impl Prepared {
         let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
         warnings.push(rtsl::SourceMap::new(), engine_warnings);
         let engine_time = start.elapsed();
+        let elements = loaded.scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
+        let primitives = elements.sum();
         let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
             check_seconds: loaded.compile_time.as_secs_f64(),
             compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
             build_seconds: scene.build_time.as_secs_f64(),
+            width: engine.width(),
+            target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
+                format!("{} {}", llvm.host().triple(), llvm.host().cpu())
+            }),
+            llvm: engine.llvm().map(|llvm| format!("{} {}", llvm.version(), llvm.path().display())),
             ..Statistics::default()
         };
-        Ok(Prepared { scene, engine, statistics, warnings })
+        Ok(Prepared { scene, statistics, primitives, warnings })
     }
 }
 

@@ -89,8 +89,18 @@ impl Statistics {
 
 /// The most memory that this process held, in bytes, as Linux tells it.
 pub(crate) fn peak_memory_bytes() -> u64 {
+    memory_bytes("VmHWM:")
+}
+
+/// The memory that this process holds, in bytes, as Linux tells it.
+pub(crate) fn resident_memory_bytes() -> u64 {
+    memory_bytes("VmRSS:")
+}
+
+/// A line of what Linux tells; 0 where there is none.
+fn memory_bytes(name: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let line = status.lines().find_map(|line| line.strip_prefix(name));
     let kibibytes = line.and_then(|rest| rest.trim().trim_end_matches("kB").trim().parse().ok());
     kibibytes.map_or(0, |kibibytes: u64| kibibytes * 1024)
 }

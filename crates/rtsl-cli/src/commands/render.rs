@@ -136,13 +136,15 @@ fn progress_bar(reporter: &Reporter) -> ProgressBar {
     bar
 }
 
-fn report(messages: &Messages, reporter: &Reporter) {
+/// Reports the messages about a scene.
+pub fn report(messages: &Messages, reporter: &Reporter) {
     for (sources, diagnostic) in messages.iter() {
         reporter.diagnostics(sources, [diagnostic]);
     }
 }
 
-fn parse_size(text: &str) -> Result<(usize, usize), String> {
+/// Columns and rows.
+pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
     let size = text.split_once(['x', 'X']).and_then(|(width, height)| {
         let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side));
         Some((side(width)?, side(height)?))
@@ -150,7 +152,8 @@ fn parse_size(text: &str) -> Result<(usize, usize), String> {
     size.ok_or_else(|| "expected columns and rows, such as 1024x768".to_owned())
 }
 
-fn parse_threads(text: &str) -> Result<usize, String> {
+/// A number of threads.
+pub fn parse_threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|threads| (1..=1024).contains(threads));
     threads.ok_or_else(|| "expected a number from 1 to 1024".to_owned())
 }

@@ -24,10 +24,11 @@ mod workspace;
 
 pub(crate) use camera::{CameraRays, TILE, Tile, camera_rays};
 pub use compiled::CompiledScene;
+pub(crate) use host::{LaneContext, ShadingHost};
 pub(crate) use render::exhausted_budgets;
 pub use render::{RenderOptions, Rendered, render};
 pub(crate) use shading::Tracer;
-pub(crate) use surface::runs;
+pub(crate) use surface::{prepare, runs};
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};
 pub(crate) use tiles::{RenderThreads, tiles_of};
 pub(crate) use workspace::{Problems, Workspace};

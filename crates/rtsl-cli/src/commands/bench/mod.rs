@@ -1,5 +1,5 @@
 //! `rtsl bench`: how long methods take per ray, for each shape and width, and how that compares
-//! with what the machine can do.
+//! with what the machine can do; or, for a scene, how fast it is traced.
 //!
 //! Packet code is run by an interpreter that counts ([`rtsl::PacketKernel`]); machine code of the same
 //! kernel is timed for the same rays.
@@ -12,6 +12,7 @@ mod objects;
 mod peak;
 mod random;
 mod rays;
+mod scene;
 mod settings;
 mod subject;
 mod table;
@@ -54,7 +55,7 @@ const ROUNDS_PER_RAY: u64 = 1 << 14;
 /// The command line of `rtsl bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// The shader.
+    /// The shader, or a scene, whose name ends in .pbrt.
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The method; all methods if not given.
@@ -84,11 +85,14 @@ pub struct BenchArguments {
     /// What the random numbers start from.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// How long each kernel is measured, in milliseconds.
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 50)]
-    time: u32,
+    /// How long each kernel is measured, in milliseconds, 50 if not given; of a scene, each kind of
+    /// ray, 1000 if not given.
+    #[arg(long, value_name = "MILLISECONDS")]
+    time: Option<u32>,
     #[command(flatten)]
     code: CodeArguments,
+    #[command(flatten)]
+    scene: scene::SceneArguments,
     /// Print one JSON object a line for each kernel.
     #[arg(long)]
     json: bool,
@@ -98,6 +102,9 @@ pub struct BenchArguments {
 
 /// Measures and prints.
 pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
+    if scene::is_scene(&arguments.file) {
+        return scene::run(arguments, reporter);
+    }
     let compiler = compiler(&arguments.search_path);
     let settings = arguments.state.iter().map(|(name, value)| Setting::parse(name, value));
     let settings = settings.collect::<Result<Vec<_>, _>>().map_err(Failure::Usage)?;
@@ -179,7 +186,7 @@ impl<'a> Bench<'a> {
             let variant = self.variant(program, shape);
             subjects.push(KernelSubject::new(program, method, &variant, &objects, inputs)?);
         }
-        let time = Duration::from_millis(self.arguments.time.into());
+        let time = Duration::from_millis(self.arguments.time.unwrap_or(50).into());
         let times = time_in_turn(&mut subjects, time);
         self.print(method, &subjects, &times, inputs.coverage)
     }

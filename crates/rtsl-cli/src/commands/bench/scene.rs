@@ -1,0 +1,95 @@
+//! `rtsl bench SCENE`: rays and frames a second.
+
+use std::path::Path;
+use std::time::Duration;
+
+use clap::Args;
+use rtsl::EngineOptions;
+use rtsl_render::RenderRequest;
+use rtsl_render::measure::{Effort, measure_scene};
+
+use super::super::render::{parse_size, parse_threads, report};
+use super::BenchArguments;
+use crate::commands::{CommandResult, Failure, Outcome};
+use crate::files::write_result;
+use crate::report::Reporter;
+
+/// The part of the command line that concerns scenes.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArguments {
+    /// Of a scene: columns and rows, instead of its own.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(usize, usize)>,
+    /// Of a scene: how many threads trace; all processors if not given.
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
+    /// Of a scene: how often rays of each kind are traced, if `--time` allows.
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..))]
+    repetitions: u32,
+    /// Of a scene: set a parameter, as for `rtsl render`; may be repeated.
+    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
+    defines: Vec<String>,
+}
+
+/// Whether a file is a scene, by its name.
+pub fn is_scene(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt"))
+}
+
+/// Measures the scene, once for each width that is asked for.
+pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
+    check(arguments)?;
+    let widths: Vec<Option<u32>> = match &arguments.widths[..] {
+        [] => vec![None],
+        widths => widths.iter().copied().map(Some).collect(),
+    };
+    for width in widths {
+        let measured = measure_scene(&request(arguments, width), effort(arguments));
+        let (measurement, warnings) = match measured {
+            Ok(measured) => measured,
+            Err(messages) => {
+                report(&messages, reporter);
+                return Ok(Outcome::InputAtFault);
+            }
+        };
+        report(&warnings, reporter);
+        let text = if arguments.json { measurement.to_json() } else { measurement.to_text() };
+        write_result(None, text.as_bytes())?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Refuses what concerns methods only.
+fn check(arguments: &BenchArguments) -> Result<(), Failure> {
+    let given = [
+        ("a method", arguments.method.is_some()),
+        ("`--class`", arguments.class.is_some()),
+        ("`--param`", !arguments.params.is_empty()),
+        ("`--state`", !arguments.state.is_empty()),
+        ("`--shape`", !arguments.shapes.is_empty()),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((name, _)) => Err(Failure::Usage(format!("{name} has no meaning for a scene"))),
+        None => Ok(()),
+    }
+}
+
+fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'static> {
+    let SceneArguments { size, threads, defines, repetitions: _ } = arguments.scene.clone();
+    RenderRequest {
+        scene: arguments.file.clone(),
+        defines,
+        search_path: arguments.search_path.search_path.clone(),
+        size,
+        threads,
+        engine: EngineOptions { width, ..arguments.code.options() },
+        ..RenderRequest::default()
+    }
+}
+
+fn effort(arguments: &BenchArguments) -> Effort {
+    Effort {
+        repetitions: arguments.scene.repetitions as usize,
+        time: Duration::from_millis(arguments.time.unwrap_or(1000).into()),
+    }
+}

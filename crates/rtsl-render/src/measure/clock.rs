@@ -1,0 +1,125 @@
+//! Traces the same rays again and again, and looks at the clock.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use crate::acceleration::LaneMask;
+use crate::interactive::{RenderThreads, Tile, Tracer, Workspace, sample_tile};
+use crate::statistics::RayCounts;
+
+use super::rays::{Packet, RaySets, primary};
+use super::report::{FrameMeasurement, RayMeasurement};
+use super::{Effort, Spread};
+
+/// What is measured, and how.
+pub struct Clock<'a> {
+    pub tracer: Tracer<'a>,
+    pub threads: RenderThreads,
+    /// The tiles of the image.
+    pub tiles: Vec<Tile>,
+    pub effort: Effort,
+}
+
+const LEAST_REPETITIONS: usize = 3;
+
+/// Threads take so many packets at a time: to share them out one by one, and to count their rays so,
+/// would be seen in the figures.
+const BATCH: usize = 16;
+
+impl Clock<'_> {
+    /// Measures each kind of ray that the scene has.
+    pub fn rays(&self) -> Vec<RayMeasurement> {
+        let sets = RaySets::new(&self.tracer, &self.tiles);
+        let primary = self.measure("primary", self.tiles.len(), |workspace, index| {
+            let packet = primary(&self.tracer, workspace, self.tiles[index]);
+            (packet.lanes, self.nearest(workspace, &packet))
+        });
+        let shadow = self.measure("shadow", sets.shadow.len(), |workspace, index| {
+            let Packet { rays, lanes } = &sets.shadow[index];
+            (*lanes, self.tracer.any_hit(workspace, rays, *lanes))
+        });
+        let nearest = |kind: &'static str, packets: &[Packet]| {
+            self.measure(kind, packets.len(), |workspace, index| {
+                (packets[index].lanes, self.nearest(workspace, &packets[index]))
+            })
+        };
+        let secondary = nearest("secondary", &sets.secondary);
+        let random = nearest("random", &sets.random);
+        [primary, shadow, secondary, random].into_iter().flatten().collect()
+    }
+
+    /// Measures frames.
+    pub fn frame(&self) -> FrameMeasurement {
+        let mut rays = RayCounts::default();
+        let times = self.repeat(|| {
+            rays = self.run(self.tiles.len(), |workspace, index| {
+                sample_tile(&self.tracer, workspace, self.tiles[index], 0);
+            });
+        });
+        let milliseconds = Spread::of(times.iter().map(|time| time * 1e3));
+        FrameMeasurement {
+            milliseconds,
+            frames_per_second: 1e3 / milliseconds.median,
+            rays: rays.total(),
+            repetitions: times.len(),
+        }
+    }
+
+    fn nearest(&self, workspace: &mut Workspace, Packet { rays, lanes }: &Packet) -> LaneMask {
+        let mut level = workspace.take_level();
+        let hits = self.tracer.nearest(workspace, &mut level, rays, *lanes);
+        workspace.return_level(level);
+        hits.lanes(*lanes)
+    }
+
+    /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit.
+    /// `None` where there are no such rays.
+    fn measure(
+        &self,
+        kind: &'static str,
+        count: usize,
+        trace: impl Fn(&mut Workspace, usize) -> (LaneMask, LaneMask) + Sync,
+    ) -> Option<RayMeasurement> {
+        let (rays, hits) = (AtomicU64::new(0), AtomicU64::new(0));
+        let times = self.repeat(|| {
+            self.run(count.div_ceil(BATCH), |workspace, batch| {
+                let (mut traced, mut found) = (0, 0);
+                for index in batch * BATCH..count.min((batch + 1) * BATCH) {
+                    let (lanes, hit) = trace(workspace, index);
+                    traced += u64::from(lanes.count_ones());
+                    found += u64::from(hit.count_ones());
+                }
+                rays.fetch_add(traced, Ordering::Relaxed);
+                hits.fetch_add(found, Ordering::Relaxed);
+            });
+        });
+        let (rays, hits) = (rays.into_inner(), hits.into_inner());
+        let each = rays / times.len() as u64;
+        (each > 0).then(|| RayMeasurement {
+            kind,
+            million_rays_per_second: Spread::of(times.iter().map(|time| each as f64 / time / 1e6)),
+            rays: each,
+            hits: hits as f64 / rays as f64,
+            repetitions: times.len(),
+        })
+    }
+
+    fn run(&self, count: usize, work: impl Fn(&mut Workspace, usize) + Sync) -> RayCounts {
+        let proceed = || !self.tracer.problems.any();
+        self.threads.for_each_tile(self.tracer.scene, (0, count), proceed, work).1
+    }
+
+    /// The seconds of each repetition, after one that only warms up.
+    fn repeat(&self, mut work: impl FnMut()) -> Vec<f64> {
+        let start = Instant::now();
+        let mut times = Vec::new();
+        while times.len() < LEAST_REPETITIONS.min(self.effort.repetitions)
+            || times.len() < self.effort.repetitions && start.elapsed() < self.effort.time
+        {
+            let begun = Instant::now();
+            work();
+            times.push(begun.elapsed().as_secs_f64());
+        }
+        times
+    }
+}

@@ -1,0 +1,202 @@
+//! The rays that are traced against the clock, made once.
+
+use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
+
+use crate::acceleration::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use crate::interactive::{
+    CameraRays, LaneContext, ShadingHost, Tile, Tracer, Workspace, camera_rays, prepare, runs,
+};
+use crate::math::dot;
+use crate::sampling::{hash, unit_float};
+
+/// Rays of some lanes.
+pub struct Packet {
+    pub rays: RayPacket,
+    pub lanes: LaneMask,
+}
+
+/// Rays of each kind but the primary ones, which are made as they are traced.
+#[derive(Default)]
+pub struct RaySets {
+    pub shadow: Vec<Packet>,
+    pub secondary: Vec<Packet>,
+    pub random: Vec<Packet>,
+}
+
+/// Packets of a kind are no more: a quarter of a million rays tell enough, and take 9 MiB.
+const MOST_PACKETS: usize = 4096;
+
+/// The camera rays of a tile.
+pub fn primary(tracer: &Tracer<'_>, workspace: &mut Workspace, tile: Tile) -> Packet {
+    let settings = &tracer.scene.settings;
+    let lanes = tile.lanes(settings.width, settings.height);
+    Packet { rays: camera_rays(tracer, workspace, tile, 0).rays, lanes }
+}
+
+impl RaySets {
+    /// From what the primary rays of `tiles`, or of some of them evenly spread, hit.
+    pub fn new(tracer: &Tracer<'_>, tiles: &[Tile]) -> Self {
+        let mut workspace = Workspace::new(tracer.scene);
+        let mut sets = RaySets::default();
+        let count = tiles.len().min(MOST_PACKETS);
+        for index in 0..count {
+            let tile = tiles[index * tiles.len() / count];
+            sets.add_tile(tracer, &mut workspace, tile, index);
+        }
+        let world = tracer.scene.geometry.groups.first().and_then(|world| world.bounds());
+        if let Some(world) = world {
+            sets.random =
+                (0..count).map(|index| random(world, tracer.scene.epsilon, index)).collect();
+        }
+        sets
+    }
+
+    fn add_tile(
+        &mut self,
+        tracer: &Tracer<'_>,
+        workspace: &mut Workspace,
+        tile: Tile,
+        index: usize,
+    ) {
+        let settings = &tracer.scene.settings;
+        let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, 0);
+        let mut level = workspace.take_level();
+        let lanes = tile.lanes(settings.width, settings.height);
+        let hits = tracer.nearest(workspace, &mut level, &rays, lanes);
+        for run in &runs(tracer.scene, &hits, lanes) {
+            prepare(tracer, run, &rays, &hits, &mut level, &mut context);
+        }
+        workspace.return_level(level);
+        let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays: &rays };
+        let secondary = surface.secondary(tracer, &context, index);
+        let shadow = surface.shadow(tracer, workspace, &mut context, index);
+        self.secondary.extend(Some(secondary).filter(|packet| packet.lanes != 0));
+        self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
+    }
+}
+
+/// What the rays of a packet hit.
+struct Surface<'a> {
+    rays: &'a RayPacket,
+    hits: &'a Hits,
+    lanes: LaneMask,
+}
+
+impl Surface<'_> {
+    fn point(&self, lane: usize) -> [f32; 3] {
+        let (origin, direction) = (self.rays.origin_of(lane), self.rays.direction_of(lane));
+        std::array::from_fn(|axis| origin[axis] + direction[axis] * self.hits.distance[lane])
+    }
+
+    /// The normal on the side that the ray came from.
+    fn normal(&self, context: &LaneContext, lane: usize) -> [f32; 3] {
+        let normal = context.geometric_normal(lane);
+        let behind = dot(normal, self.rays.direction_of(lane)) > 0.0;
+        normal.map(|x| if behind { -x } else { x })
+    }
+
+    /// Rays whose directions are those of a unit normal plus any unit vector.
+    fn secondary(&self, tracer: &Tracer<'_>, context: &LaneContext, index: usize) -> Packet {
+        let mut numbers = Numbers::new(Numbers::OF_SECONDARY_RAYS, index);
+        let mut rays = RayPacket::default();
+        for lane in lanes_of(self.lanes) {
+            let (normal, sphere) = (self.normal(context, lane), numbers.on_sphere());
+            let direction = std::array::from_fn(|axis| normal[axis] + sphere[axis]);
+            rays.set(lane, self.point(lane), direction);
+            rays.epsilon[lane] = tracer.scene.epsilon;
+            rays.limit[lane] = f32::INFINITY;
+            rays.time[lane] = self.rays.time[lane];
+        }
+        Packet { rays, lanes: self.lanes }
+    }
+
+    /// Rays towards one of the lights, the next for each packet, where they do not begin inside.
+    fn shadow(
+        &self,
+        tracer: &Tracer<'_>,
+        workspace: &mut Workspace,
+        context: &mut LaneContext,
+        index: usize,
+    ) -> Option<Packet> {
+        let time = context.time;
+        let mut host = ShadingHost { tracer, workspace, context, depth: 0 };
+        let lights = host.light_count();
+        let light = (index as u32).checked_rem(lights)?;
+        let mut packet = Packet { rays: RayPacket { time, ..RayPacket::default() }, lanes: 0 };
+        for base in (0..LANES).step_by(MAX_LANES) {
+            let active = (self.lanes >> base & ((1 << MAX_LANES) - 1)) as u32;
+            let set = LaneSet { base: base as u32, active };
+            let mut samples = LightLanes::default();
+            host.light_sample(set, light, &self.query(base), &mut samples);
+            for lane in set.iter().filter(|lane| samples.distance[*lane] > 0.0) {
+                let (from, to) = (base + lane, samples.direction.map(|axis| axis[lane]));
+                if dot(self.normal(host.context, from), to) > 0.0 {
+                    packet.rays.set(from, self.point(from), to);
+                    packet.rays.epsilon[from] = tracer.scene.epsilon;
+                    packet.rays.limit[from] = samples.distance[lane] - tracer.scene.epsilon;
+                    packet.lanes |= 1 << from;
+                }
+            }
+        }
+        Some(packet)
+    }
+
+    /// The points of the lanes from `base` on, as those that want light.
+    fn query(&self, base: usize) -> LightQueryLanes {
+        let cosine = [f32::NEG_INFINITY; MAX_LANES];
+        let mut query = LightQueryLanes { cosine, ..LightQueryLanes::default() };
+        for lane in 0..MAX_LANES {
+            let point = self.point(base + lane);
+            (0..3).for_each(|axis| query.point[axis][lane] = point[axis]);
+        }
+        query
+    }
+}
+
+/// Rays from anywhere in the cube around the scene, in any direction.
+fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
+    let mut numbers = Numbers::new(Numbers::OF_RANDOM_RAYS, index);
+    let half = (0..3).map(|axis| world.max[axis] - world.min[axis]).fold(0.0, f32::max) * 0.5;
+    let mut rays = RayPacket::default();
+    for lane in 0..LANES {
+        let origin = std::array::from_fn(|axis| {
+            world.twice_middle(axis) * 0.5 + half * numbers.between_minus_one_and_one()
+        });
+        rays.set(lane, origin, numbers.on_sphere());
+        rays.epsilon[lane] = epsilon;
+        rays.limit[lane] = f32::INFINITY;
+    }
+    Packet { rays, lanes: LaneMask::MAX }
+}
+
+/// Random numbers, the same in every run.
+struct Numbers {
+    key: u64,
+    count: u64,
+}
+
+impl Numbers {
+    const OF_SECONDARY_RAYS: u64 = 1;
+    const OF_RANDOM_RAYS: u64 = 2;
+
+    /// For one packet of a purpose.
+    fn new(purpose: u64, packet: usize) -> Self {
+        Numbers { key: hash(purpose, packet as u64), count: 0 }
+    }
+
+    fn between_minus_one_and_one(&mut self) -> f32 {
+        self.count += 1;
+        2.0 * unit_float(hash(self.key, self.count)) - 1.0
+    }
+
+    /// By rejection, which needs no trigonometry.
+    fn on_sphere(&mut self) -> [f32; 3] {
+        loop {
+            let point = [0; 3].map(|_| self.between_minus_one_and_one());
+            let square = dot(point, point);
+            if (1e-4..=1.0).contains(&square) {
+                return point.map(|x| x / square.sqrt());
+            }
+        }
+    }
+}
