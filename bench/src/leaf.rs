@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, Method, Objects, Shape,
-    lookup_state, new_state,
+    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafArguments,
+    LeafKernel, Method, Shape, lookup_state, new_state,
 };
 use serde::Serialize;
 
@@ -72,7 +72,7 @@ fn triangle(random: &mut Random) -> Vec<Parameter> {
 /// Both ways to do it.
 enum Way {
     Single(Arc<Kernel>),
-    Together(Arc<Kernel>),
+    Together(LeafKernel),
 }
 
 /// Rays, one each in its own memory, and objects.
@@ -82,7 +82,6 @@ struct Rays {
     accepted: LaneMask,
     distance: usize,
     instances: Vec<InstanceBlock>,
-    objects: Objects,
 }
 
 /// Measures a class, and checks that both ways find the same hits.
@@ -100,13 +99,14 @@ pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult
         let kernel = program.kernel(Method::Intersect, shape);
         kernel.map_err(|error| error.message)
     };
-    let ways = [Way::Single(kernel(Shape::Single)?), Way::Together(kernel(Shape::Leaf)?)];
+    let objects = Arc::new(program.objects(instances.iter().map(|it| &**it)));
+    let together = kernel(Shape::Leaf)?.for_leaves(objects);
+    let ways = [Way::Single(kernel(Shape::Single)?), Way::Together(together)];
     let mut rays = Rays {
         states: (0..RAYS).map(|_| ray(&mut random)).collect(),
         scratch: program.new_scratch(OBJECTS),
-        accepted: LaneMask::new(OBJECTS),
+        accepted: LaneMask::new(1),
         distance: component("rt_HitDistance"),
-        objects: program.objects(instances.iter().map(|it| &**it)),
         instances: instances.iter().map(|instance| program.block(instance)).collect(),
     };
     let hits = ways.iter().map(|way| rays.hits(way)).collect::<Vec<_>>();
@@ -143,20 +143,22 @@ impl Rays {
 
 impl Subject<Rays> for Way {
     fn run(&self, rays: &mut Rays, times: u32) {
-        let Rays { states, scratch, accepted, distance, instances: blocks, objects } = rays;
+        let Rays { states, scratch, accepted, distance, instances } = rays;
         for _ in 0..times {
             for state in &mut *states {
                 state.floats_mut(*distance)[0] = f32::INFINITY;
                 match self {
                     Way::Single(kernel) => {
-                        for block in &*blocks {
+                        for block in &*instances {
                             let instances = Instances::One(block);
-                            call(kernel, (state, scratch, accepted), 1, instances);
+                            call(kernel, (state, scratch, accepted), instances);
                         }
                     }
                     Way::Together(kernel) => {
-                        let instances = Instances::Range(objects, 0);
-                        call(kernel, (state, scratch, accepted), OBJECTS, instances);
+                        let (count, host) = (OBJECTS as u32, &mut NoHost);
+                        let call = LeafArguments { state, scratch, first: 0, count, host };
+                        let status = kernel.call(call);
+                        debug_assert!(!status.budget_exhausted, "there is no budget");
                     }
                 }
             }
@@ -169,13 +171,12 @@ impl Subject<Rays> for Way {
 fn call(
     kernel: &Kernel,
     (state, scratch, accepted): (&mut LaneBlock, &mut LaneBlock, &mut LaneMask),
-    count: usize,
     instances: Instances<'_>,
 ) {
     let status = kernel.call(CallArguments {
         state,
         scratch,
-        count,
+        count: 1,
         mask: None,
         accepted: Some(accepted),
         instances,

@@ -11,8 +11,10 @@ use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
 use crate::compile::OptLevel;
 use crate::error::JitError;
+use crate::leaf::LeafArguments;
 use crate::llvm::Llvm;
 use crate::module::Module;
+use crate::objects::Objects;
 use crate::signature::Signature;
 
 type Entry = unsafe extern "C" fn(*mut RawCall);
@@ -110,13 +112,52 @@ impl CompiledKernel {
         // Safety: the pointers are to memory that the arguments borrow, of the sizes just
         // checked; what the kernel's shape reads is written; the code keeps to the interface.
         unsafe { (self.entry)(&mut raw) };
-        if let Some(panic) = host.panic {
-            resume_unwind(panic);
-        }
-        CallStatus {
-            budget_exhausted: raw.status & abi::STATUS_BUDGET != 0,
-            nearest: (raw.nearest != abi::NO_OBJECT).then_some(raw.nearest),
-        }
+        finish(&raw, host)
+    }
+
+    /// Runs a kernel of the leaf shape.
+    ///
+    /// # Safety
+    /// The kernel is of that shape and fits the objects, and the call has passed
+    /// [`Signature::check_leaf`] for them.
+    #[inline(always)]
+    pub(crate) unsafe fn call_leaf(
+        &self,
+        call: LeafArguments<'_>,
+        objects: &Objects,
+    ) -> CallStatus {
+        let LeafArguments { state, scratch, first, count, host } = call;
+        let mut host = HostCalls { host, panic: None };
+        let mut raw = RawCall {
+            state: state.table_mut(),
+            scratch: scratch.table_mut(),
+            mask: std::ptr::null(),
+            accepted: std::ptr::null_mut(),
+            instance: objects.shared().pointer(),
+            objects: MaybeUninit::new(objects.pointer(first as usize)),
+            index: MaybeUninit::uninit(),
+            host: &HOST_TABLE,
+            user: (&raw mut host).cast(),
+            count,
+            status: 0,
+            first: MaybeUninit::new(first),
+            nearest: abi::NO_OBJECT,
+        };
+        // Safety: the caller has seen to it that what the code reads and writes is there.
+        unsafe { (self.entry)(&mut raw) };
+        finish(&raw, host)
+    }
+}
+
+/// What a call left.
+#[inline(always)]
+fn finish(raw: &RawCall, host: HostCalls<'_>) -> CallStatus {
+    if let Some(panic) = host.panic {
+        resume_unwind(panic);
+    }
+    CallStatus {
+        budget_exhausted: raw.status & abi::STATUS_BUDGET != 0,
+        nearest: (raw.nearest != abi::NO_OBJECT).then_some(raw.nearest),
     }
 }
 

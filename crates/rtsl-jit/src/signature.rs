@@ -9,6 +9,8 @@ use rtsl_packet::{Kernel, Shape, abi};
 use crate::call::{CallArguments, Instances};
 use crate::components::ComponentSet;
 use crate::instance::{BufferEntry, InstanceBlock};
+use crate::lanes::{LaneBlock, LaneMask};
+use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 
 /// What a kernel takes; calls are checked against it.
@@ -79,12 +81,10 @@ impl Signature {
                 assert!((number as usize) < objects.len(), "the object is one of these");
             }
             (Shape::Leaf, Instances::Range(objects, first)) => {
-                self.check_lanes(call, if self.accepts { 1 } else { call.count.max(1) });
+                self.check_count(call.count, call.mask);
+                self.check_lanes(call.state, call.scratch, self.leaf_lanes(call.count));
                 self.check_objects(objects);
-                let end = (first as usize).checked_add(call.count);
-                assert!(end.is_some_and(|end| end <= objects.len()), "all objects are of these");
-                let begins_block = first.is_multiple_of(abi::OBJECTS_IN_BLOCK);
-                assert!(begins_block, "the first object is the first of a block");
+                check_range(first, call.count, objects.len());
             }
             (Shape::Stream, Instances::Many(objects, indices)) => {
                 self.check_rays(call);
@@ -108,20 +108,51 @@ impl Signature {
         }
     }
 
+    /// Checks that a leaf kernel fits objects.
+    ///
+    /// # Panics
+    /// If it does not; so for [`Signature::check_leaf`].
+    pub fn check_leaf_objects(&self, objects: &Objects) {
+        assert!(self.shape == Shape::Leaf, "the kernel is of the leaf shape");
+        self.check_objects(objects);
+        self.check_block(objects.shared());
+    }
+
+    /// Checks the arguments of a call for some of so many objects that fit.
+    #[inline(always)]
+    pub fn check_leaf(&self, call: &LeafArguments<'_>, objects: usize) {
+        let count = call.count as usize;
+        self.check_count(count, None);
+        check_range(call.first, count, objects);
+        self.check_lanes(call.state, call.scratch, self.leaf_lanes(count));
+    }
+
+    /// The lanes of state and scratch in the leaf shape: those of the ray, or of each object's outputs.
+    #[inline(always)]
+    fn leaf_lanes(&self, count: usize) -> usize {
+        if self.accepts { 1 } else { count.max(1) }
+    }
+
     /// Checks what has a lane for each ray.
     #[inline(always)]
     fn check_rays(&self, call: &CallArguments<'_>) {
-        self.check_lanes(call, call.count);
+        self.check_count(call.count, call.mask);
+        self.check_lanes(call.state, call.scratch, call.count);
         let room = call.accepted.as_ref().map(|accepted| accepted.lanes());
         assert!(!self.accepts || room.is_some(), "`intersect` reports accepted hits");
         assert!(room.is_none_or(|lanes| lanes >= call.count), "every ray may be accepted");
     }
 
-    /// Checks state and scratch for so many lanes, and the mask.
+    /// Checks the number of lanes, and the mask.
     #[inline(always)]
-    fn check_lanes(&self, call: &CallArguments<'_>, lanes: usize) {
-        let CallArguments { state, scratch, count, mask, .. } = call;
-        assert!(*count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
+    fn check_count(&self, count: usize, mask: Option<&LaneMask>) {
+        assert!(count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
+        assert!(mask.is_none_or(|mask| mask.lanes() >= count), "the mask has every ray");
+    }
+
+    /// Checks state and scratch for so many lanes.
+    #[inline(always)]
+    fn check_lanes(&self, state: &LaneBlock, scratch: &LaneBlock, lanes: usize) {
         assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
         assert!(state.lanes() >= lanes, "the state has room for every ray");
         if self.scratch_arrays > 0 {
@@ -130,7 +161,6 @@ impl Signature {
             assert!(is_of_class, "the scratch is that of the class");
             assert!(scratch.lanes() >= lanes, "scratch has room for every ray");
         }
-        assert!(mask.is_none_or(|mask| mask.lanes() >= *count), "the mask has every ray");
     }
 
     /// Checks the instance's block, or that which objects share.
@@ -150,6 +180,15 @@ impl Signature {
         let has_all = self.object_buffers.iter().all(|it| objects.entries().contains(it));
         assert!(has_all, "objects have the buffers of the class");
     }
+}
+
+/// Checks that a range of objects begins a block and is among so many.
+#[inline(always)]
+fn check_range(first: u32, count: usize, objects: usize) {
+    let end = (first as usize).checked_add(count);
+    assert!(end.is_some_and(|end| end <= objects), "all objects are of these");
+    let begins_block = first.is_multiple_of(abi::OBJECTS_IN_BLOCK);
+    assert!(begins_block, "the first object is the first of a block");
 }
 
 /// Checks that so many rays have the number of one of `instances`.

@@ -2,15 +2,16 @@
 //! not fit, and packet code that breaks the rules.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use rtsl_ir::generate::HashHost;
 use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{
     BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, Instances, JitError, LaneBlock,
-    LaneMask, Llvm, OptLevel,
+    LaneIndices, LaneMask, LeafArguments, LeafKernel, Llvm, Objects, OptLevel,
 };
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Kernel, Layout, Shape};
+use rtsl_packet::{Kernel, Layout, ObjectForm, Shape};
 
 const RAYS: usize = 4;
 
@@ -56,6 +57,15 @@ fn block(element_words: u32) -> InstanceBlock {
 /// What the call leaves of the buffer's element, or that it was refused.
 fn call(shape: Shape, block: &InstanceBlock, scratch_arrays: usize, count: usize) -> Option<f32> {
     let kernel = compile(&[kernel(shape)]).unwrap().remove(0);
+    call_for(&kernel, Instances::One(block), scratch_arrays, count)
+}
+
+fn call_for(
+    kernel: &CompiledKernel,
+    instances: Instances<'_>,
+    scratch_arrays: usize,
+    count: usize,
+) -> Option<f32> {
     let mut state = LaneBlock::new(rtsl_spec::state_component_count() as usize, RAYS);
     let mut scratch = LaneBlock::new(scratch_arrays, RAYS);
     let call = AssertUnwindSafe(|| {
@@ -65,7 +75,7 @@ fn call(shape: Shape, block: &InstanceBlock, scratch_arrays: usize, count: usize
             count,
             mask: None,
             accepted: Some(&mut LaneMask::new(RAYS)),
-            instances: Instances::One(block),
+            instances,
             host: &mut HashHost::default(),
         });
         scratch.floats(1)[0]
@@ -88,6 +98,55 @@ fn calls_that_do_not_fit_are_refused() {
     assert_eq!(call(Shape::Packet, &numbers_only, 2, RAYS), None, "no buffer, but numbers");
     let short = InstanceBlock::new(fitting.words().split_at(4).0, fitting.buffers().to_vec());
     assert_eq!(call(Shape::Packet, &short, 2, RAYS), None, "too small an instance");
+}
+
+#[test]
+fn objects_that_do_not_fit_are_refused() {
+    let objects = |words: u32, element_words: u32| {
+        let instances = std::iter::repeat_n(block(element_words), 19);
+        Arc::new(Objects::of_instances(ObjectForm::new(0..words), instances))
+    };
+    let [stream, leaf] = [Shape::Stream, Shape::Leaf].map(kernel);
+    let [stream, leaf] = compile(&[stream, leaf]).unwrap().try_into().unwrap();
+    let (fitting, short) = (objects(6, 2), objects(5, 2));
+    let range =
+        |objects: &Objects, first| call_for(&leaf, Instances::Range(objects, first), 2, RAYS);
+    assert_eq!(range(&fitting, 8), Some(4.0));
+    assert_eq!(range(&fitting, 4), None, "the first is not the first of a block");
+    assert_eq!(range(&fitting, 16), None, "objects past the last");
+    assert_eq!(range(&fitting, u32::MAX - 7), None, "no such objects");
+    assert_eq!(range(&short, 8), None, "another form");
+    assert_eq!(range(&objects(6, 1), 8), None, "elements of another size");
+    let mut indices = LaneIndices::new(RAYS);
+    indices.as_mut_slice().fill(18);
+    let many =
+        |indices: &LaneIndices| call_for(&stream, Instances::Many(&fitting, indices), 2, RAYS);
+    assert_eq!(many(&indices), Some(4.0));
+    indices.as_mut_slice()[1] = 19;
+    assert_eq!(many(&indices), None, "no such object");
+    let packet = compile(&[kernel(Shape::Packet)]).unwrap().remove(0);
+    let one = call_for(&packet, Instances::Object(&fitting, 3), 2, RAYS);
+    assert_eq!(one, None, "the kernel takes an instance");
+
+    let prepared = |kernel: &CompiledKernel, objects: &Arc<Objects>| {
+        let make = AssertUnwindSafe(|| LeafKernel::new(kernel, objects.clone()));
+        catch_unwind(make).ok()
+    };
+    assert!(prepared(&stream, &fitting).is_none() && prepared(&leaf, &short).is_none());
+    let prepared = prepared(&leaf, &fitting).unwrap();
+    let call = |first, count, lanes| {
+        let mut state = LaneBlock::new(rtsl_spec::state_component_count() as usize, lanes);
+        let mut scratch = LaneBlock::new(2, lanes);
+        let call = AssertUnwindSafe(|| {
+            let host = &mut HashHost::default();
+            let (state, scratch) = (&mut state, &mut scratch);
+            let _ = prepared.call(LeafArguments { state, scratch, first, count, host });
+            scratch.floats(1)[0]
+        });
+        catch_unwind(call).ok()
+    };
+    assert_eq!(call(8, 4, RAYS), Some(4.0));
+    assert_eq!([call(8, 4, 3), call(16, 4, RAYS), call(12, 4, RAYS)], [None; 3]);
 }
 
 #[test]

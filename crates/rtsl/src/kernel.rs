@@ -1,6 +1,10 @@
 //! A method, ready to be called for many rays.
 
-use rtsl_jit::{CallArguments, CallStatus, CompiledKernel, ComponentSet};
+use std::sync::Arc;
+
+use rtsl_jit::{
+    CallArguments, CallStatus, CompiledKernel, ComponentSet, Instances, LeafArguments, Objects,
+};
 
 use crate::interpreted::InterpretedKernel;
 
@@ -39,6 +43,23 @@ impl Kernel {
         }
     }
 
+    /// A kernel of the leaf shape for calls with these objects, each of which has little to check.
+    ///
+    /// # Panics
+    /// If it is of another shape, or made for objects of another form.
+    pub fn for_leaves(&self, objects: Arc<Objects>) -> LeafKernel {
+        let kind = match &self.kind {
+            Kind::Compiled(kernel) => {
+                LeafKind::Compiled(rtsl_jit::LeafKernel::new(kernel, objects))
+            }
+            Kind::Interpreted(kernel) => {
+                kernel.signature().check_leaf_objects(&objects);
+                LeafKind::Interpreted(kernel.clone(), objects)
+            }
+        };
+        LeafKernel { kind }
+    }
+
     /// The state components whose arrays a call must bring.
     pub fn state_components(&self) -> ComponentSet {
         match &self.kind {
@@ -52,6 +73,54 @@ impl Kernel {
         match self.kind {
             Kind::Compiled(_) => true,
             Kind::Interpreted(_) => false,
+        }
+    }
+}
+
+/// A kernel of the leaf shape and the objects that it is called for, found to fit each other once; see
+/// [`Kernel::for_leaves`].
+#[derive(Clone, Debug)]
+pub struct LeafKernel {
+    kind: LeafKind,
+}
+
+#[derive(Clone, Debug)]
+enum LeafKind {
+    Compiled(rtsl_jit::LeafKernel),
+    Interpreted(Box<InterpretedKernel>, Arc<Objects>),
+}
+
+impl LeafKernel {
+    /// Runs the method for the objects of a range.
+    ///
+    /// # Panics
+    /// If there are no such objects, the ray's blocks do not fit the kernel, and with a panic of the
+    /// host.
+    // Inlined for the same reason as `Kernel::call`.
+    #[inline(always)]
+    pub fn call(&self, call: LeafArguments<'_>) -> CallStatus {
+        match &self.kind {
+            LeafKind::Compiled(kernel) => kernel.call(call),
+            LeafKind::Interpreted(kernel, objects) => {
+                let LeafArguments { state, scratch, first, count, host } = call;
+                kernel.call(CallArguments {
+                    state,
+                    scratch,
+                    count: count as usize,
+                    mask: None,
+                    accepted: None,
+                    instances: Instances::Range(objects, first),
+                    host,
+                })
+            }
+        }
+    }
+
+    /// The objects.
+    pub fn objects(&self) -> &Arc<Objects> {
+        match &self.kind {
+            LeafKind::Compiled(kernel) => kernel.objects(),
+            LeafKind::Interpreted(_, objects) => objects,
         }
     }
 }

@@ -55,7 +55,7 @@ pub use emit::{Emit, EmitRequest};
 pub use engine::{Engine, KernelRequest};
 pub use errors::unknown_class;
 pub use instance::Instance;
-pub use kernel::Kernel;
+pub use kernel::{Kernel, LeafKernel};
 pub use loader::FileLoader;
 pub use options::{Backend, EngineOptions, Math};
 pub use packet_kernel::{PacketKernel, PacketRun};
@@ -74,7 +74,7 @@ pub use rtsl_ir::class::{
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
     CallArguments, CallStatus, ComponentSet, InstanceBlock, Instances, LaneBlock, LaneIndices,
-    LaneMask, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
+    LaneMask, LeafArguments, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
 };
 pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};

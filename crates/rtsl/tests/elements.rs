@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneMask, Method, Numbers, Objects, Outputs, Program, Shape, Value, Variant,
-    host::NoHost, lookup_state, new_state,
+    Instances, LaneMask, LeafArguments, Method, Numbers, Objects, Outputs, Program, Shape, Value,
+    Variant, host::NoHost, lookup_state, new_state,
 };
 
 /// A member that depends on the element, one that the constructor computes for all alike, a public member that
@@ -177,6 +177,7 @@ fn kernels_take_elements() {
         let order: Vec<u32> = (0..elements.len() as u32).rev().collect();
         let reversed = elements.in_order(&order);
         let bounds = bounds(&program, Shape::Leaf, Instances::Range(&reversed, 8), 35);
+        assert_eq!(prepared_bounds(&program, reversed, 8, 35), bounds);
         for (lane, found) in bounds.iter().enumerate() {
             let number = order[8 + lane];
             let argument = ("face", Value::Int(number as i32));
@@ -205,6 +206,19 @@ fn bounds(
     run(&program.kernel(Method::ComputeBounds, variant).unwrap(), instances, count)
 }
 
+/// The same by a kernel that knows its objects.
+fn prepared_bounds(program: &Program, objects: Objects, first: u32, count: u32) -> Vec<[u32; 6]> {
+    let variant = Variant::new(Shape::Leaf).of_objects(objects.form().clone());
+    let kernel = program.kernel(Method::ComputeBounds, variant).unwrap();
+    let kernel = kernel.for_leaves(Arc::new(objects));
+    let mut state = new_state(count as usize);
+    let scratch = &mut rtsl::LaneBlock::new(0, count as usize);
+    let host = &mut NoHost;
+    let status = kernel.call(LeafArguments { state: &mut state, scratch, first, count, host });
+    assert!(!status.budget_exhausted);
+    bounds_of(&state, count as usize)
+}
+
 fn run(kernel: &rtsl::Kernel, instances: Instances<'_>, count: usize) -> Vec<[u32; 6]> {
     let mut state = new_state(count);
     let status = kernel.call(CallArguments {
@@ -217,6 +231,10 @@ fn run(kernel: &rtsl::Kernel, instances: Instances<'_>, count: usize) -> Vec<[u3
         host: &mut NoHost,
     });
     assert!(!status.budget_exhausted);
+    bounds_of(&state, count)
+}
+
+fn bounds_of(state: &rtsl::LaneBlock, count: usize) -> Vec<[u32; 6]> {
     let first = lookup_state("rt_BoundMin").unwrap().first_component as usize;
     let second = lookup_state("rt_BoundMax").unwrap().first_component as usize;
     let components = [first, first + 1, first + 2, second, second + 1, second + 2];
