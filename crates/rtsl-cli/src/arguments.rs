@@ -43,6 +43,8 @@ pub enum Command {
     Bench(crate::commands::bench::BenchArguments),
     /// Render a scene to a picture.
     Render(crate::commands::render::RenderArguments),
+    /// Show a scene in a window: fly through it, set parameters, edit its shaders.
+    View(crate::commands::view::ViewArguments),
     /// Tell about this program and the machine, or about a class.
     Info(crate::commands::info::InfoArguments),
     /// Explain the code of an error or a warning.

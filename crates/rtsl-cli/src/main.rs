@@ -31,6 +31,7 @@ fn main() -> ExitCode {
         Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
         Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),
         Command::Render(arguments) => commands::render::run(&arguments, &reporter),
+        Command::View(arguments) => commands::view::run(&arguments, &reporter),
         Command::Info(arguments) => commands::info::run(&arguments, &reporter),
         Command::Explain(arguments) => commands::explain::run(&arguments),
         Command::Help(arguments) => commands::help::run(&arguments),

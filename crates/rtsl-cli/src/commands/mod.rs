@@ -8,6 +8,7 @@ pub mod explain;
 pub mod help;
 pub mod info;
 pub mod render;
+pub mod view;
 
 use std::path::Path;
 use std::sync::Arc;

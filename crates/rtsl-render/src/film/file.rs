@@ -51,12 +51,27 @@ pub enum ImageError {
 /// Writes an image in the format that the file's name tells. `exposure`, in stops, applies to PNG.
 pub fn write_image(image: &Image, path: &Path, exposure: f32) -> Result<(), ImageError> {
     let format = ImageFormat::from_path(path)?;
+    write_beside(path, |temporary| match format {
+        ImageFormat::Png => write_png(image, temporary, exposure),
+        ImageFormat::Exr => write_exr(image, temporary),
+    })
+}
+
+/// Writes pixels as a screen shows them, `0x00RRGGBB`, of which `width` make a row, as PNG.
+pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), ImageError> {
+    let bytes = pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
+    let bytes: Vec<u8> = bytes.collect();
+    let height = pixels.len().checked_div(width).unwrap_or(0);
+    write_beside(path, |temporary| write_png_bytes(&bytes, width, height, temporary))
+}
+
+/// Writes a file beside its place and renames it then.
+fn write_beside(
+    path: &Path,
+    write: impl FnOnce(&Path) -> io::Result<()>,
+) -> Result<(), ImageError> {
     let temporary = temporary_path(path);
-    let written = match format {
-        ImageFormat::Png => write_png(image, &temporary, exposure),
-        ImageFormat::Exr => write_exr(image, &temporary),
-    };
-    written.and_then(|()| std::fs::rename(&temporary, path)).map_err(|error| {
+    write(&temporary).and_then(|()| std::fs::rename(&temporary, path)).map_err(|error| {
         // Nothing is left behind; that it cannot be removed either is no further news.
         let _ = std::fs::remove_file(&temporary);
         ImageError::Unwritable { path: path.to_owned(), reason: error.to_string() }
@@ -71,14 +86,17 @@ fn temporary_path(path: &Path) -> PathBuf {
 }
 
 fn write_png(image: &Image, path: &Path, exposure: f32) -> io::Result<()> {
+    write_png_bytes(&image.to_srgb(exposure), image.width, image.height, path)
+}
+
+fn write_png_bytes(bytes: &[u8], width: usize, height: usize, path: &Path) -> io::Result<()> {
     let file = io::BufWriter::new(std::fs::File::create(path)?);
-    let (width, height) = (image.width as u32, image.height as u32);
-    let mut encoder = png::Encoder::new(file, width, height);
+    let mut encoder = png::Encoder::new(file, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&image.to_srgb(exposure))?;
+    writer.write_image_data(bytes)?;
     writer.finish()?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 mod file;
 mod srgb;
 
-pub use file::{ImageError, ImageFormat, write_image};
+pub use file::{ImageError, ImageFormat, write_image, write_pixels};
 pub use srgb::SrgbEncoder;
 
 /// An image of linear RGB colours, rows from top to bottom.

@@ -1,0 +1,89 @@
+//! `rtsl view`: a scene in a window.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use rtsl_render::film::ImageFormat;
+use rtsl_render::session::{Session, SessionOptions};
+use rtsl_view::{ViewError, ViewOptions, view};
+
+use super::{CommandResult, Failure, Outcome};
+use crate::arguments::{EngineArguments, SearchPath};
+use crate::commands::render::{parse_size, parse_threads, report};
+use crate::report::Reporter;
+
+/// The command line of `rtsl view`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Drag to orbit, turn the wheel to come nearer, fly with w a s d, click to pick; h shows all keys.
+Shaders beside the scene are watched: save one, and the picture changes.")]
+pub struct ViewArguments {
+    /// The scene, in the format of pbrt-v4 with RTSL's class names.
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// Columns and rows of the window, instead of the scene's.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(usize, usize)>,
+    /// Samples a pixel that are taken while the camera rests, instead of the scene's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// How many threads; all processors if not given. Never changes the picture.
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
+    /// Close after so many frames, or when all samples are taken if that comes first.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    frames: Option<u64>,
+    /// Write a picture of the window to this file before it closes by itself, and when F12 is pressed.
+    #[arg(long, value_name = "FILE.png")]
+    screenshot: Option<PathBuf>,
+    /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
+    #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
+    defines: Vec<String>,
+    /// Brighten by so many stops, on top of the scene's exposure.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+    #[command(flatten)]
+    engine: EngineArguments,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// Opens the window and waits until it is closed.
+pub fn run(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
+    let is_png = |path: &PathBuf| matches!(ImageFormat::from_path(path), Ok(ImageFormat::Png));
+    if let Some(path) = arguments.screenshot.as_ref().filter(|path| !is_png(path)) {
+        return Err(Failure::Usage(format!("`{}` does not end in .png", path.display())));
+    }
+    let options = SessionOptions {
+        defines: arguments.defines.clone(),
+        search_path: arguments.search_path.search_path.clone(),
+        size: arguments.size,
+        samples: arguments.spp,
+        threads: arguments.threads,
+        engine: arguments.engine.options(),
+        exposure: arguments.exposure,
+    };
+    let (session, warnings) = match Session::open(&arguments.scene, options) {
+        Ok(opened) => opened,
+        Err(messages) => {
+            report(&messages, reporter);
+            return Ok(Outcome::InputAtFault);
+        }
+    };
+    report(&warnings, reporter);
+    let options = ViewOptions {
+        title: format!("{} - RTSL", arguments.scene.display()),
+        frames: arguments.frames,
+        screenshot: arguments.screenshot.clone(),
+    };
+    match view(session, options) {
+        Ok(()) => Ok(Outcome::Done),
+        Err(error @ ViewError::NoDisplay(_)) => {
+            reporter.message("error", &error.to_string());
+            reporter
+                .message("help", "`rtsl render` needs no display; `xvfb-run rtsl view` brings one");
+            Ok(Outcome::InputAtFault)
+        }
+        Err(error @ ViewError::Screenshot(_)) => Err(Failure::Output(std::io::Error::other(error))),
+    }
+}

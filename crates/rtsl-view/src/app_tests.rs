@@ -1,0 +1,241 @@
+//! The viewer without a window: events in, pixels out.
+
+use std::path::PathBuf;
+
+use rtsl_render::session::SessionOptions;
+
+use super::*;
+
+const SCENE: &str = r#"
+LookAt 0 2 -6   0 0.5 0   0 1 0
+Camera "Pinhole" "float fov" 40
+Film "rgb" "integer xresolution" 320 "integer yresolution" 100
+Sampler "stratified" "integer pixelsamples" 1
+WorldBegin
+LightSource "PointLight" "point3 position" [4 8 -4] "rgb intensity" [60 60 60] "string name" "lamp"
+MakeNamedMaterial "gray" "string type" "Lambertian" "rgb kd" [0.5 0.5 0.5]
+NamedMaterial "gray"
+Shape "Plane"
+MakeNamedMaterial "dotted" "string type" "Dots" "float size" 0.5
+NamedMaterial "dotted"
+Translate 0 1 0
+Shape "Sphere" "float radius" 1 "string name" "ball"
+"#;
+
+const DOTS: &str = "class Dots : rt_Material;
+[[label \"Size\", min 0, max 1]] public float size = 0.25;
+void shade() { rt_SampleColor = color(size, 0.25, 0.25); }";
+
+/// A viewer of a scene in a folder of its own, removed in the end.
+struct Viewer {
+    folder: PathBuf,
+    app: App,
+}
+
+impl Viewer {
+    fn new(name: &str) -> Viewer {
+        let folder = std::env::temp_dir().join(format!("rtsl-view-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("scene.pbrt"), SCENE).unwrap();
+        std::fs::write(folder.join("dots.rtsl"), DOTS).unwrap();
+        let opened = Session::open(&folder.join("scene.pbrt"), SessionOptions::default());
+        let (session, _) = opened.unwrap_or_else(|it| panic!("{}", it.to_text(false)));
+        let mut app = App::new(session);
+        // It would cover the image.
+        app.shows_panel = false;
+        Viewer { folder, app }
+    }
+
+    fn events(&mut self, events: impl IntoIterator<Item = Event>) {
+        events.into_iter().for_each(|event| self.app.handle(event));
+    }
+
+    fn drag(&mut self, button: Button, from: (f64, f64), to: (f64, f64)) {
+        let moved = |(x, y)| Event::PointerMoved { x, y };
+        self.events([
+            moved(from),
+            Event::ButtonPressed(button),
+            moved(to),
+            Event::ButtonReleased(button),
+        ]);
+    }
+
+    fn press(&mut self, key: Key) {
+        self.events([Event::KeyPressed(key), Event::KeyReleased(key)]);
+    }
+
+    /// The pixels once all samples are taken.
+    fn pixels(&mut self) -> Vec<u32> {
+        while self.app.is_busy() {
+            self.app.advance(Duration::from_millis(20));
+        }
+        let (width, height) = self.app.session().film().size();
+        let mut pixels = vec![0; width * height];
+        self.app.paint(&mut pixels);
+        pixels
+    }
+
+    /// The pixels of the image alone.
+    fn image(&mut self) -> Vec<u32> {
+        let mut pixels = self.pixels();
+        self.app.session().film().copy_to(&mut pixels, 320);
+        pixels
+    }
+
+    fn position(&self) -> Vector {
+        camera_control::position(self.app.session().camera())
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// Where the ball shows.
+const BALL: (f64, f64) = (160.0, 40.0);
+const BALL_PIXEL: usize = 40 * 320 + 160;
+
+#[test]
+fn drags_orbit_pan_and_look() {
+    let mut viewer = Viewer::new("drags");
+    let (start, first) = (viewer.position(), viewer.image());
+    viewer.drag(Button::Left, (150.0, 75.0), (190.0, 75.0));
+    let orbited = viewer.position();
+    assert_ne!(start, orbited);
+    let pivot = viewer.app.pivot;
+    let [before, after] = [start, orbited].map(|it| camera_control::distance(it, pivot));
+    assert!((before - after).abs() < 1e-6, "an orbit keeps its distance");
+    assert_ne!(viewer.image(), first);
+    viewer.drag(Button::Middle, (150.0, 75.0), (150.0, 95.0));
+    assert_ne!(viewer.position(), orbited);
+    assert_ne!(viewer.app.pivot, pivot, "a pan takes the pivot along");
+    let panned = viewer.position();
+    viewer.drag(Button::Right, (150.0, 75.0), (180.0, 75.0));
+    assert_eq!(viewer.position(), panned, "who looks around stays");
+    viewer.press(Key::Home);
+    assert_eq!(viewer.image(), first);
+}
+
+#[test]
+fn the_wheel_and_keys_dolly() {
+    let mut viewer = Viewer::new("wheel");
+    let pivot = viewer.app.pivot;
+    let distance = |viewer: &Viewer| camera_control::distance(viewer.position(), pivot);
+    let start = distance(&viewer);
+    viewer.events([Event::PointerMoved { x: 100.0, y: 100.0 }, Event::Scrolled(2.0)]);
+    assert!((distance(&viewer) - start * DOLLY_PER_NOTCH * DOLLY_PER_NOTCH).abs() < 1e-6);
+    viewer.press(Key::Character('-'));
+    viewer.press(Key::Character('-'));
+    assert!((distance(&viewer) - start).abs() < 1e-6);
+}
+
+#[test]
+fn letters_fly_while_they_are_down() {
+    let mut viewer = Viewer::new("fly");
+    viewer.pixels();
+    let start = viewer.position();
+    viewer.events([Event::KeyPressed(Key::Character('w'))]);
+    assert!(viewer.app.is_busy(), "it flies");
+    for _ in 0..3 {
+        std::thread::sleep(Duration::from_millis(2));
+        viewer.app.advance(Duration::from_millis(5));
+    }
+    assert!(viewer.position()[2] > start[2], "forward");
+    viewer.events([Event::FocusLost]);
+    viewer.pixels();
+    assert!(!viewer.app.is_busy());
+}
+
+#[test]
+fn a_click_names_the_object_and_selects_its_material() {
+    let mut viewer = Viewer::new("click");
+    viewer.drag(Button::Left, BALL, BALL);
+    let picked = viewer.app.picked().expect("the ball");
+    assert_eq!((picked.title.as_str(), picked.class.as_str()), ("ball", "Sphere"));
+    assert_eq!(picked.material_class, "Dots");
+    assert_eq!(viewer.app.panel.selected(), picked.material);
+    assert_eq!(viewer.app.panel.controls[0].label, "Size");
+    viewer.drag(Button::Left, (10.0, 10.0), (10.0, 10.0));
+    assert_eq!(viewer.app.picked(), None, "the sky");
+}
+
+#[test]
+fn a_slider_changes_the_picture() {
+    let mut viewer = Viewer::new("slider");
+    viewer.drag(Button::Left, BALL, BALL);
+    let before = viewer.image();
+    viewer.press(Key::Tab);
+    viewer.events([Event::PointerMoved { x: 300.0, y: 10.0 }, Event::Scrolled(99.0)]);
+    let row = viewer.app.panel.things.iter().position(|it| it.title == "dotted").unwrap() + 1;
+    let y = (row * 19 + 9) as f64;
+    let track = f64::from(320 - panel::WIDTH + 116);
+    viewer.drag(Button::Left, (track + 55.0, y), (track + 110.0, y));
+    assert_eq!(viewer.app.panel.controls[0].values, [1.0]);
+    let after = viewer.image();
+    assert_eq!((before[BALL_PIXEL], after[BALL_PIXEL]), (0x00BC_8989, 0x00FF_8989));
+    assert_eq!(viewer.position(), [0.0, 2.0, -6.0], "the camera stays");
+}
+
+#[test]
+fn a_saved_shader_changes_the_picture_or_its_fault_is_shown() {
+    let mut viewer = Viewer::new("saved");
+    let (first, painted) = (viewer.image(), viewer.pixels());
+    let shader = viewer.folder.join("dots.rtsl");
+    std::fs::write(&shader, DOTS.replace("color(size", "colour(size")).unwrap();
+    viewer.events([Event::FilesChanged]);
+    let message = viewer.app.message().expect("a diagnostic");
+    assert!(message.contains("dots.rtsl:3"), "{message}");
+    assert_ne!(viewer.pixels(), painted, "the message is shown");
+    assert_eq!(viewer.image(), first, "the old picture stays");
+    std::fs::write(&shader, DOTS.replace("0.25)", "1.0)")).unwrap();
+    viewer.events([Event::FilesChanged]);
+    assert_eq!(viewer.app.message(), None);
+    assert_eq!(viewer.image()[BALL_PIXEL], 0x00BC_89FF);
+}
+
+#[test]
+fn a_shader_that_never_ends_is_told() {
+    let mut viewer = Viewer::new("endless");
+    let first = viewer.image();
+    let endless = "float x = size; while (x > 0.0) x += 1.0; rt_SampleColor = color(x,";
+    let text = DOTS.replace("rt_SampleColor = color(size,", endless);
+    std::fs::write(viewer.folder.join("dots.rtsl"), text).unwrap();
+    viewer.events([Event::FilesChanged]);
+    let after = viewer.image();
+    let message = viewer.app.message().expect("it ran past its budget");
+    assert!(message.contains("`shade` of `Dots` ran for more than"), "{message}");
+    assert_eq!(after, first, "the old picture stays");
+}
+
+#[test]
+fn keys_show_and_hide() {
+    let mut viewer = Viewer::new("keys");
+    let with_figures = viewer.pixels();
+    viewer.press(Key::Tab);
+    assert_ne!(viewer.pixels(), with_figures, "the panel");
+    viewer.press(Key::Tab);
+    viewer.press(Key::Character('h'));
+    assert_ne!(viewer.pixels(), with_figures, "help");
+    viewer.press(Key::Escape);
+    viewer.press(Key::Character('o'));
+    assert_eq!(viewer.pixels(), viewer.image());
+    viewer.press(Key::Character('2'));
+    assert_eq!(viewer.app.session().view_mode(), ViewMode::Time);
+    viewer.press(Key::F12);
+    viewer.press(Key::Character('c'));
+    let wishes = viewer.app.take_wishes();
+    assert_eq!(wishes[0], Wish::Screenshot);
+    let Wish::Print(text) = &wishes[1] else { panic!("{wishes:?}") };
+    assert!(text.starts_with("LookAt 0.00000 2.00000 -6.00000   "), "{text}");
+}
+
+#[test]
+fn a_window_of_another_size_has_as_many_pixels() {
+    let mut viewer = Viewer::new("resize");
+    viewer.events([Event::Resized { width: 123, height: 77 }]);
+    assert_eq!(viewer.pixels().len(), 123 * 77);
+    viewer.events([Event::Resized { width: 0, height: 0 }]);
+    assert_eq!(viewer.pixels().len(), 123 * 77, "a window that is hidden");
+}
