@@ -269,6 +269,22 @@ impl LaneMask {
         self.words.all_mut()[..lanes].fill(if is_on { u32::MAX } else { 0 });
     }
 
+    /// The first 64 lanes, a bit each; what the mask has no lanes for is 0.
+    #[inline]
+    pub fn bits(&self) -> u64 {
+        let words = self.words.all()[..self.lanes.min(64)].iter().enumerate();
+        words.fold(0, |bits, (lane, word)| bits | u64::from(word >> 31) << lane)
+    }
+
+    /// Changes the first 64 lanes, as far as there are so many.
+    #[inline]
+    pub fn set_bits(&mut self, bits: u64) {
+        let lanes = self.lanes.min(64);
+        for (lane, word) in self.words.all_mut()[..lanes].iter_mut().enumerate() {
+            *word = ((bits >> lane) as u32 & 1).wrapping_neg();
+        }
+    }
+
     /// Whether any lane is true.
     pub fn any(&self) -> bool {
         self.words.all()[..self.lanes].iter().any(|word| *word != 0)
@@ -345,6 +361,17 @@ mod tests {
         assert_eq!((copy.floats(1)[20], copy.words(1)[19]), (1.0, 1));
         assert_eq!((copy.floats(2)[0], copy.words(2)[1]), (2.0, 2));
         assert!(LaneBlock::new(0, 5).components() == 0 && LaneBlock::new(2, 0).words(1).is_empty());
+    }
+
+    #[test]
+    fn masks_are_bits() {
+        let mut mask = LaneMask::new(64);
+        mask.set_bits(0x8000_0000_0000_0005);
+        assert_eq!(mask.iter_on().collect::<Vec<_>>(), [0, 2, 63]);
+        assert_eq!(mask.bits(), 0x8000_0000_0000_0005);
+        let mut short = LaneMask::new(3);
+        short.set_bits(u64::MAX);
+        assert_eq!(short.bits(), 7);
     }
 
     #[test]

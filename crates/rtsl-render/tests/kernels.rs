@@ -63,11 +63,12 @@ fn materials_that_shade_are_not_asked_for_emission() {
 }
 
 #[test]
-fn scratch_is_kept_where_something_reads_it() {
-    for (material, arrays) in [(GREY, 0), (CHECKED, 1)] {
+fn hits_are_computed_anew_where_something_reads_their_scratch() {
+    for (material, reads_scratch) in [(GREY, false), (CHECKED, true)] {
         let scene = compiled(&format!("{material}Shape \"Marked\""));
         let shader = scene.shaders.iter().find(|it| it.program.class().name == "Marked");
-        assert_eq!(shader.map(|shader| shader.kept_arrays), Some(arrays), "{material}");
+        let hit_kernel = shader.and_then(|shader| shader.hit_kernel());
+        assert_eq!(hit_kernel.is_some(), reads_scratch, "{material}");
     }
 }
 

@@ -1,10 +1,11 @@
 //! The hit of a ray depends on the ray and the scene alone: random scenes of spheres, instances
 //! among them, traversed in random packets, against a plain loop over all objects.
 
+use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
-    Bounds, Geometry, Group, HitId, Hits, LANES, LaneMask, Lanes, Member, Objects, RayPacket,
-    lanes_of,
+    Block, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes,
+    Objects, PacketSpace, RayPacket, RaySpace, lanes_of,
 };
 use rtsl_render::math::{Affine, Transform, dot};
 
@@ -32,31 +33,55 @@ impl Sphere {
 
 struct Spheres<'a> {
     spheres: &'a [Sphere],
+    distance: Lanes,
     tests: usize,
 }
 
+impl<'a> Spheres<'a> {
+    fn new(spheres: &'a [Sphere]) -> Self {
+        Spheres { spheres, distance: [0.0; LANES], tests: 0 }
+    }
+}
+
 impl Objects for Spheres<'_> {
-    fn intersect(
+    fn packet<S: Simd>(
         &mut self,
-        object: u32,
-        rays: &RayPacket,
+        _: S,
+        space: &PacketSpace,
+        block: &Block,
+        index: usize,
         lanes: LaneMask,
-        distance: &mut Lanes,
     ) -> LaneMask {
         self.tests += 1;
-        let sphere = self.spheres[object as usize];
+        let sphere = self.spheres[block.items[index] as usize];
         let mut hits = 0;
         for lane in lanes_of(lanes) {
+            let rays = &space.rays;
             let (origin, direction) = (rays.origin_of(lane), rays.direction_of(lane));
-            if let Some(t) = sphere.hit(origin, direction, rays.epsilon[lane], distance[lane]) {
-                distance[lane] = t;
+            let hit = sphere.hit(origin, direction, rays.epsilon[lane], rays.limit[lane]);
+            if let Some(t) = hit {
+                self.distance[lane] = t;
                 hits |= 1 << lane;
             }
         }
         hits
     }
 
-    fn keep(&mut self, _: LaneMask) {}
+    fn distance(&self) -> &Lanes {
+        &self.distance
+    }
+
+    fn ray(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
+        let hits = (0..usize::from(block.count))
+            .filter_map(|index| Some((index, self.ray_against_one(ray, block, index)?)));
+        hits.min_by(|(_, one), (_, other)| one.total_cmp(other))
+    }
+
+    fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
+        self.tests += 1;
+        let sphere = self.spheres[block.items[index] as usize];
+        sphere.hit(ray.origin, ray.direction, ray.epsilon, ray.limit)
+    }
 }
 
 fn sphere() -> impl Strategy<Value = Sphere> {
@@ -92,19 +117,37 @@ fn mask(count: usize) -> LaneMask {
     if count == LANES { LaneMask::MAX } else { (1 << count) - 1 }
 }
 
+/// Items of two classes.
+fn items(spheres: &[Sphere]) -> Vec<Item> {
+    let item = |(index, sphere): (usize, &Sphere)| Item {
+        bounds: sphere.bounds(),
+        class: index as u32 % 2,
+    };
+    spheres.iter().enumerate().map(item).collect()
+}
+
 fn scene(spheres: &[Sphere]) -> Geometry {
-    let object =
-        |(index, sphere): (usize, &Sphere)| (Member::Object(index as u32), sphere.bounds());
-    let single: Vec<_> = spheres.iter().enumerate().map(object).collect();
-    let group = Group::new(single.clone());
+    let group = Group::new(items(spheres));
     let place = Transform::translate([3.0, 0.0, 0.0]).after(Transform::scale([0.5, 0.5, 0.5]));
     let inverse = place.inverse().map_or(Affine::IDENTITY, Transform::affine);
     let placed = group.bounds().and_then(|bounds| bounds.transformed(place));
-    let mut members = single;
-    members.insert(1, (Member::Instance { group: 1, inverse }, placed));
+    let mut world = items(spheres);
     // One object without a box.
-    members[0].1 = None;
-    Geometry { groups: vec![Group::new(members), group] }
+    world[0].bounds = None;
+    world.push(Item { bounds: placed, class: INSTANCE });
+    Geometry {
+        groups: vec![Group::new(world), group],
+        instances: vec![Instance { group: 1, inverse }],
+        first_instance: spheres.len() as u32,
+    }
+}
+
+fn flat(spheres: &[Sphere]) -> Geometry {
+    Geometry {
+        groups: vec![Group::new(items(spheres))],
+        instances: Vec::new(),
+        first_instance: spheres.len() as u32,
+    }
 }
 
 fn key(hits: &Hits, lane: usize) -> (u32, HitId) {
@@ -122,7 +165,7 @@ proptest! {
         split in 1..LANES,
     ) {
         let geometry = scene(&spheres);
-        let mut objects = Spheres { spheres: &spheres, tests: 0 };
+        let mut objects = Spheres::new(&spheres);
         let (first, second) = order.split_at(split);
         for part in [first, second] {
             let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects);
@@ -140,11 +183,9 @@ proptest! {
         spheres in prop::collection::vec(sphere(), 1..40),
         rays in prop::collection::vec(ray(), LANES),
     ) {
-        let members = spheres.iter().enumerate();
-        let members = members.map(|(index, sphere)| (Member::Object(index as u32), sphere.bounds()));
-        let geometry = Geometry { groups: vec![Group::new(members.collect())] };
+        let geometry = flat(&spheres);
         let order: Vec<usize> = (0..LANES).collect();
-        let mut objects = Spheres { spheres: &spheres, tests: 0 };
+        let mut objects = Spheres::new(&spheres);
         let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects);
         for (lane, (origin, direction, limit)) in rays.iter().enumerate() {
             let all = spheres.iter().enumerate().filter_map(|(index, sphere)| {
@@ -165,12 +206,10 @@ fn the_tree_saves_tests() {
             radius: 0.3,
         })
         .collect();
-    let members = spheres.iter().enumerate();
-    let members = members.map(|(index, sphere)| (Member::Object(index as u32), sphere.bounds()));
-    let geometry = Geometry { groups: vec![Group::new(members.collect())] };
-    let mut objects = Spheres { spheres: &spheres, tests: 0 };
+    let geometry = flat(&spheres);
+    let mut objects = Spheres::new(&spheres);
     let rays = [([4.0, 4.0, -5.0], [0.0, 0.0, 1.0], f32::INFINITY)];
     let hits = geometry.nearest(&packet(&rays, &[0]), 1, &mut objects);
     assert_eq!((hits.distance[0], hits.id[0].outer()), (4.7, 44));
-    assert!(objects.tests <= 4, "{}", objects.tests);
+    assert!(objects.tests <= 24, "{}", objects.tests);
 }

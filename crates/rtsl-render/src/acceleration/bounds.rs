@@ -19,9 +19,18 @@ const FARTHEST: f32 = 1e17;
 const PAD_OF_DIAGONAL: f64 = 1e-4;
 const PAD_OF_DISTANCE: f64 = 2e-6;
 
+impl Default for Bounds {
+    fn default() -> Self {
+        Bounds::EMPTY
+    }
+}
+
 impl Bounds {
     /// The box of what holds nothing; the union with it changes nothing.
     pub const EMPTY: Bounds = Bounds { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+
+    /// A box that lies farther than anything: what no ray is asked to meet.
+    pub const NOWHERE: Bounds = Bounds { min: [FARTHEST; 3], max: [FARTHEST; 3] };
 
     /// A box, or `None` where the corners are those of no finite box.
     pub fn new(min: [f32; 3], max: [f32; 3]) -> Option<Self> {
@@ -67,10 +76,5 @@ impl Bounds {
     pub fn diagonal(&self) -> f64 {
         let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);
         (side(0) * side(0) + side(1) * side(1) + side(2) * side(2)).sqrt()
-    }
-
-    /// Twice the middle along an axis.
-    pub fn twice_middle(&self, axis: usize) -> f32 {
-        self.min[axis] + self.max[axis]
     }
 }

@@ -1,7 +1,5 @@
 //! Packets of rays, component by component.
 
-use crate::math::Affine;
-
 /// The number of rays in a packet: a tile of 8 by 8 pixels.
 pub const LANES: usize = 64;
 
@@ -66,25 +64,5 @@ impl RayPacket {
             self.origin[axis][lane] = origin[axis];
             self.direction[axis][lane] = direction[axis];
         }
-    }
-
-    /// The lanes of `mask` whose rays are finite; others hit nothing.
-    pub fn finite_lanes(&self, mask: LaneMask) -> LaneMask {
-        let finite = |lane: &usize| {
-            let components = self.origin_of(*lane).into_iter().chain(self.direction_of(*lane));
-            components.into_iter().all(f32::is_finite)
-        };
-        lanes_of(mask).filter(finite).fold(0, |mask, lane| mask | 1 << lane)
-    }
-
-    /// The rays of `mask` under a map, directions not normalised: parameters stay the same.
-    pub fn transformed(&self, map: &Affine, mask: LaneMask) -> Self {
-        let mut packet = self.clone();
-        for lane in lanes_of(mask) {
-            let origin = map.point(self.origin_of(lane));
-            let direction = map.vector(self.direction_of(lane));
-            packet.set(lane, origin, direction);
-        }
-        packet
     }
 }

@@ -60,7 +60,7 @@ pub fn sample(
     let rays = rays(tracer, context, reaching, query, answer);
     workspace.rays.shadow += u64::from(reaching.count_ones());
     let mut level = workspace.take_level();
-    let hits = tracer.nearest(workspace, &mut level, &rays, reaching);
+    let hits = tracer.nearest(workspace, &rays, reaching);
     let found = lanes_of(reaching).filter(|lane| is_found(light, &hits, answer, *lane));
     let found = found.fold(0, |mask: LaneMask, lane| mask | 1 << lane);
     let lit = emission(tracer, &mut level, context, light, (&rays, &hits), found, &normals, answer);

@@ -9,13 +9,15 @@ use rtsl::{
     SourceMap, new_state, set_defaults,
 };
 
-use crate::acceleration::{Bounds, Geometry, Group, Member};
+use crate::acceleration::{Bounds, Geometry};
 use crate::math::{Affine, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::AreaLight;
 use super::elements::expand_elements;
+use super::object_class::ObjectClass;
+use super::placed_objects::{GroupItems, PlacedObjects};
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
 use super::variables::{variables, vector};
@@ -25,7 +27,7 @@ pub struct ShaderInstance {
     /// The index of its shader.
     pub shader: usize,
     /// Its data.
-    pub block: InstanceBlock,
+    pub block: Arc<InstanceBlock>,
     /// Its kernels that know this data.
     pub specialised: Specialised,
 }
@@ -87,7 +89,11 @@ pub struct CompiledScene {
     /// The acceleration structure. It knows shapes by their boxes, never by their kernels, so that
     /// scenes with the same shapes can share it.
     pub geometry: Arc<Geometry>,
-    /// From a group's space to the world's, for the members of the scene behind its objects.
+    /// What the items of the geometry's groups are.
+    pub items: Vec<GroupItems>,
+    /// What blocks of the geometry's trees name as their classes.
+    pub classes: Vec<ObjectClass>,
+    /// From a group's space to the world's, for the instances of the geometry.
     pub instance_transforms: Vec<Affine>,
     /// The least distance of a hit.
     pub epsilon: f32,
@@ -145,7 +151,7 @@ impl CompiledScene {
         }
         for (index, block) in blocks {
             if let Some(placed) = self.shading_instances_mut().nth(index) {
-                placed.block = block;
+                placed.block = Arc::new(block);
                 placed.specialised = Specialised::default();
             }
         }
@@ -213,11 +219,15 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn build(&self, scene: Scene, shapes: Option<(Arc<Geometry>, f32)>) -> CompiledScene {
+        let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
+        let placed = PlacedObjects::new(&scene, &objects);
         let (geometry, epsilon) = shapes.unwrap_or_else(|| {
             let own_bounds = self.own_bounds(&scene);
             let epsilon = scene.settings.epsilon.unwrap_or_else(|| epsilon(&own_bounds));
-            (Arc::new(geometry(&scene, &own_bounds)), epsilon)
+            (Arc::new(placed.geometry(&scene, &own_bounds)), epsilon)
         });
+        let classes = placed.classes(&geometry, &objects, self.shaders);
+        let items = placed.items;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         CompiledScene {
             epsilon,
@@ -229,8 +239,10 @@ impl Builder<'_> {
             lights: scene.lights.iter().map(|light| self.light(light)).collect(),
             area_lights: self.area_lights(&scene),
             ambient: scene.ambient,
-            objects: scene.objects.iter().map(|object| self.object(object)).collect(),
+            objects,
             geometry,
+            items,
+            classes,
             instance_transforms: scene.instances.iter().map(|it| it.transform.affine()).collect(),
             scratch_arrays: scratch.max().unwrap_or(0),
             compile_time: Duration::ZERO,
@@ -312,31 +324,10 @@ impl Builder<'_> {
     }
 }
 
-fn inverse(transform: Transform) -> Affine {
+/// The inverse of a placement.
+pub fn inverse(transform: Transform) -> Affine {
     // The reader has refused what has no inverse.
     transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
-}
-
-/// The scene's group has the world's objects first, then the instances.
-fn geometry(scene: &Scene, own_bounds: &[Option<Bounds>]) -> Geometry {
-    let member = |object: &u32| (Member::Object(*object), own_bounds[*object as usize]);
-    let groups: Vec<Group> =
-        scene.groups.iter().map(|group| Group::new(group.iter().map(member).collect())).collect();
-    let mut members: Vec<_> = scene.world.iter().map(member).collect();
-    for instance in &scene.instances {
-        let group = &groups[instance.group as usize];
-        // An object that defines nothing has no box and nothing to hit.
-        if group.members().is_empty() {
-            members.push((Member::Instance { group: u32::MAX, inverse: Affine::IDENTITY }, None));
-            continue;
-        }
-        let bounds = group.bounds().and_then(|bounds| bounds.transformed(instance.transform));
-        let inverse = inverse(instance.transform);
-        members.push((Member::Instance { group: instance.group + 1, inverse }, bounds));
-    }
-    let mut all = vec![Group::new(members)];
-    all.extend(groups);
-    Geometry { groups: all }
 }
 
 /// The least distance of a hit: 1e-4 of the scene's scale. The scale is the median diagonal of

@@ -1,99 +1,257 @@
-//! Tests packets against objects by their classes' `intersect`.
+//! Tests rays against objects by their classes' `intersect`.
 
+use fearless_simd::Simd;
 use rtsl::host::NoHost;
-use rtsl::{LaneBlock, Method};
+use rtsl::{CallArguments, CallStatus, Instances, Kernel, LaneBlock, Method, new_state};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, Objects, RayPacket, lanes_of};
+use crate::acceleration::{
+    Block, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
+    lanes_of, moved_packet,
+};
 use crate::math::{Affine, reciprocal};
 
-use super::compiled::CompiledScene;
+use super::compiled::{CompiledScene, Object};
+use super::object_class::ObjectClass;
 use super::variables::{number, set_number, set_vector, variables};
 use super::workspace::{CallBlocks, Problems};
 
-/// Runs `intersect`, and keeps the scratch of the nearest hits.
+/// The memory of one thread for calls of `intersect`.
+pub struct IntersectionBlocks {
+    /// For packets in their group's space.
+    group: CallBlocks,
+    /// For packets in an object's own space.
+    own: CallBlocks,
+    /// For single rays.
+    ray: RayBlocks,
+    /// The parameters that the last packet call left.
+    distance: Box<Lanes>,
+}
+
+/// State and scratch of one ray.
+struct RayBlocks {
+    state: LaneBlock,
+    scratch: LaneBlock,
+}
+
+impl IntersectionBlocks {
+    /// For shaders with at most so many arrays of scratch.
+    pub fn new(scratch_arrays: usize) -> Self {
+        let state = new_state(1);
+        IntersectionBlocks {
+            group: CallBlocks::new(scratch_arrays),
+            own: CallBlocks::new(scratch_arrays),
+            ray: RayBlocks { state, scratch: LaneBlock::new(scratch_arrays, WIDTH) },
+            distance: Box::new([0.0; LANES]),
+        }
+    }
+}
+
+/// Runs `intersect`.
 pub struct Intersector<'a> {
-    /// The scene.
-    pub scene: &'a CompiledScene,
-    /// Blocks for the calls.
-    pub blocks: &'a mut CallBlocks,
-    /// Where scratch of nearest hits goes; `None` for shadow rays, which need none.
-    pub kept_scratch: Option<&'a mut LaneBlock>,
-    /// Where problems go.
-    pub problems: &'a Problems,
-    /// The number of scratch arrays to keep of the object tested last.
-    pub arrays: usize,
+    scene: &'a CompiledScene,
+    problems: &'a Problems,
+    blocks: &'a mut IntersectionBlocks,
+    /// The packet and the ray that the blocks hold.
+    loaded_packet: Serial,
+    loaded_ray: Serial,
+}
+
+impl<'a> Intersector<'a> {
+    /// For one search.
+    pub fn new(
+        scene: &'a CompiledScene,
+        blocks: &'a mut IntersectionBlocks,
+        problems: &'a Problems,
+    ) -> Self {
+        Intersector { scene, problems, blocks, loaded_packet: 0, loaded_ray: 0 }
+    }
+
+    fn class(&self, block: &Block) -> &'a ObjectClass {
+        &self.scene.classes[block.class as usize]
+    }
+
+    fn object(&self, block: &Block, index: usize) -> &'a Object {
+        &self.scene.objects[self.class(block).object(block, index) as usize]
+    }
+
+    fn report(&self, class: &ObjectClass, status: CallStatus) {
+        if status.budget_exhausted {
+            self.problems.report(&class.name, Method::Intersect);
+        }
+    }
+
+    /// Tests a ray against one object, as a packet of one.
+    fn single(&mut self, class: &ObjectClass, object: &Object, ray: &RaySpace) -> Option<f32> {
+        self.loaded_ray = 0;
+        let RayBlocks { state, .. } = &mut self.blocks.ray;
+        let map = &object.inverse;
+        load_ray(state, map.point(ray.origin), map.vector(ray.direction), ray);
+        let v = variables();
+        set_number(state, v.hit_distance, 0, ray.limit);
+        let kernel = class.packet_kernel(false)?;
+        let instances = Instances::One(&object.primitive.block);
+        let RayBlocks { state, scratch } = &mut self.blocks.ray;
+        let accepted = &mut self.blocks.group.accepted;
+        let status = kernel.call(CallArguments {
+            state,
+            scratch,
+            count: 1,
+            mask: None,
+            accepted: Some(accepted),
+            instances,
+            host: &mut NoHost,
+        });
+        let distance = number(state, v.hit_distance, 0);
+        let hit = accepted.get(0);
+        self.report(class, status);
+        hit.then_some(distance)
+    }
+
+    fn nearest_one_by_one(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
+        let class = self.class(block);
+        let mut nearest: Option<(usize, f32)> = None;
+        for index in 0..usize::from(block.count) {
+            let found = self.single(class, self.object(block, index), ray);
+            let found = found.filter(|it| nearest.is_none_or(|(_, nearest)| *it < nearest));
+            nearest = found.map(|distance| (index, distance)).or(nearest);
+        }
+        nearest
+    }
 }
 
 impl Objects for Intersector<'_> {
-    fn intersect(
+    #[inline(always)]
+    fn packet<S: Simd>(
         &mut self,
-        object: u32,
-        rays: &RayPacket,
+        simd: S,
+        space: &PacketSpace,
+        block: &Block,
+        index: usize,
         lanes: LaneMask,
-        distance: &mut Lanes,
     ) -> LaneMask {
-        let object = &self.scene.objects[object as usize];
-        let Some(call) = self.scene.call(&object.primitive, Method::Intersect, self.problems)
-        else {
-            return 0;
-        };
+        let (class, object) = (self.class(block), self.object(block, index));
         let v = variables();
-        let count = LANES - lanes.leading_zeros() as usize;
-        fill_rays(&mut self.blocks.state, &object.inverse, rays, count);
-        self.blocks.state.floats_mut(v.hit_distance)[..count].copy_from_slice(&distance[..count]);
-        let accepted = self.blocks.call(&call, lanes, None, &mut NoHost);
-        for lane in lanes_of(accepted) {
-            distance[lane] = number(&self.blocks.state, v.hit_distance, lane);
+        let IntersectionBlocks { group, own, distance, .. } = &mut *self.blocks;
+        let blocks = if class.is_placed {
+            load_packet(simd, &mut own.state, &moved_packet(&space.rays, &object.inverse));
+            own
+        } else {
+            if self.loaded_packet != space.serial {
+                load_packet(simd, &mut group.state, &space.rays);
+                self.loaded_packet = space.serial;
+            }
+            group
+        };
+        blocks.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
+        let Some(kernel) = class.packet_kernel(space.has_common_origin) else { return 0 };
+        let instances = Instances::One(&object.primitive.block);
+        let (accepted, status) = blocks.intersect(kernel, lanes, instances);
+        if accepted != 0 {
+            distance.copy_from_slice(blocks.state.floats(v.hit_distance));
         }
-        self.arrays = self.scene.shader(&object.primitive).kept_arrays;
+        self.report(class, status);
         accepted
     }
 
-    fn keep(&mut self, lanes: LaneMask) {
-        let Some(kept) = &mut self.kept_scratch else { return };
-        for array in 0..self.arrays {
-            let (from, to) = (self.blocks.scratch.words(array), kept.words_mut(array));
-            for lane in lanes_of(lanes) {
-                to[lane] = from[lane];
-            }
+    #[inline(always)]
+    fn distance(&self) -> &Lanes {
+        &self.blocks.distance
+    }
+
+    #[inline(always)]
+    fn ray(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
+        let class = self.class(block);
+        let Some(kernel) = class.leaf_kernel().filter(|_| !class.is_placed) else {
+            return self.nearest_one_by_one(ray, block);
+        };
+        let RayBlocks { state, scratch } = &mut self.blocks.ray;
+        if self.loaded_ray != ray.serial {
+            load_ray(state, ray.origin, ray.direction, ray);
+            self.loaded_ray = ray.serial;
         }
+        let v = variables();
+        set_number(state, v.hit_distance, 0, ray.limit);
+        let first = block.of_class * WIDTH as u32;
+        let status = kernel.call(CallArguments {
+            state,
+            scratch,
+            count: usize::from(block.count),
+            mask: None,
+            accepted: None,
+            instances: Instances::Range(&class.members, first),
+            host: &mut NoHost,
+        });
+        let nearest = status.nearest.map(|number| (number - first) as usize);
+        let found = nearest.map(|index| (index, number(state, v.hit_distance, 0)));
+        self.report(class, status);
+        found
+    }
+
+    fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
+        self.single(self.class(block), self.object(block, index), ray)
     }
 }
 
-/// Sets the rays of the first `count` lanes, whether they take part or not, taken into an object's
-/// space: in whole arrays, which is what packets spend much of their time on.
-fn fill_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, count: usize) {
+impl CallBlocks {
+    /// Calls `intersect` for `lanes`: those that accepted a hit.
+    #[inline(always)]
+    fn intersect(
+        &mut self,
+        kernel: &Kernel,
+        lanes: LaneMask,
+        instances: Instances<'_>,
+    ) -> (LaneMask, CallStatus) {
+        let count = self.prepare_mask(lanes);
+        let status = kernel.call(CallArguments {
+            state: &mut self.state,
+            scratch: &mut self.scratch,
+            count,
+            mask: self.is_masked.then_some(&self.mask),
+            accepted: Some(&mut self.accepted),
+            instances,
+            host: &mut NoHost,
+        });
+        (self.accepted.bits() & lanes, status)
+    }
+}
+
+/// Sets the rays of all lanes, whether they take part or not.
+#[inline(always)]
+fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
     let v = variables();
-    let [x, y, z, origin] = &map.columns;
-    let (from_origin, from_direction) = (&rays.origin, &rays.direction);
-    for row in 0..3 {
-        // The order of operations is that of `Affine::point` and `Affine::vector`.
-        let turned = |from: &[Lanes; 3], lane: usize| {
-            x[row] * from[0][lane] + y[row] * from[1][lane] + z[row] * from[2][lane]
-        };
-        let to = &mut state.floats_mut(v.ray_origin + row)[..count];
-        for (lane, to) in to.iter_mut().enumerate() {
-            *to = turned(from_origin, lane) + origin[row];
-        }
-        let to = &mut state.floats_mut(v.ray_direction + row)[..count];
-        for (lane, to) in to.iter_mut().enumerate() {
-            *to = turned(from_direction, lane);
-        }
-        let to = &mut state.floats_mut(v.inverse_ray_direction + row)[..count];
-        for (lane, to) in to.iter_mut().enumerate() {
-            *to = 1.0 / turned(from_direction, lane);
+    for axis in 0..3 {
+        state.floats_mut(v.ray_origin + axis).copy_from_slice(&rays.origin[axis]);
+        state.floats_mut(v.ray_direction + axis).copy_from_slice(&rays.direction[axis]);
+        let inverse = state.floats_mut(v.inverse_ray_direction + axis);
+        for (inverse, component) in inverse.iter_mut().zip(&rays.direction[axis]) {
+            *inverse = 1.0 / component;
         }
     }
-    state.floats_mut(v.epsilon)[..count].copy_from_slice(&rays.epsilon[..count]);
-    state.floats_mut(v.time_seed)[..count].copy_from_slice(&rays.time[..count]);
+    state.floats_mut(v.epsilon).copy_from_slice(&rays.epsilon);
+    state.floats_mut(v.time_seed).copy_from_slice(&rays.time);
+}
+
+/// Sets the ray of a block for one.
+fn load_ray(state: &mut LaneBlock, origin: [f32; 3], direction: [f32; 3], ray: &RaySpace) {
+    let v = variables();
+    set_vector(state, v.ray_origin, 0, origin);
+    set_vector(state, v.ray_direction, 0, direction);
+    set_vector(state, v.inverse_ray_direction, 0, reciprocal(direction));
+    set_number(state, v.epsilon, 0, ray.epsilon);
+    set_number(state, v.time_seed, 0, ray.time);
 }
 
 /// Sets the rays of `lanes`, taken into an object's space, with what comes with them.
 pub fn set_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, lanes: LaneMask) {
     let v = variables();
+    // As in the traversal, whoever has no space of its own gets its group's rays unchanged: a product
+    // with the identity would make +0 of -0.
+    let is_placed = !map.is_identity();
     for lane in lanes_of(lanes) {
-        let origin = map.point(rays.origin_of(lane));
-        let direction = map.vector(rays.direction_of(lane));
+        let (mut origin, mut direction) = (rays.origin_of(lane), rays.direction_of(lane));
+        if is_placed {
+            (origin, direction) = (map.point(origin), map.vector(direction));
+        }
         set_vector(state, v.ray_origin, lane, origin);
         set_vector(state, v.ray_direction, lane, direction);
         set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));

@@ -12,6 +12,8 @@ mod compiled;
 mod elements;
 mod host;
 mod intersection;
+mod object_class;
+mod placed_objects;
 mod render;
 mod shaders;
 mod shading;

@@ -12,6 +12,7 @@ use rtsl::{
 use crate::scene::{Scene, SceneObject};
 
 use super::compiled::ShaderInstance;
+use super::object_class::traversal_outputs;
 use super::specialisation::Specialised;
 
 /// A class with the kernels that a scene calls.
@@ -21,14 +22,25 @@ pub struct Shader {
     kernels: BTreeMap<Method, (Variant, Arc<Kernel>)>,
     /// What the methods that shade read of their surfaces.
     surface: SurfaceNeeds,
-    /// How many scratch arrays later methods may read of what `intersect` leaves.
-    pub kept_arrays: usize,
+    /// `intersect` for the nearest hits, where later methods read the scratch that it leaves.
+    hit: Option<Arc<Kernel>>,
 }
 
 impl Shader {
     /// The kernel of a method, if the class has it and the scene has a use for it.
     pub fn kernel(&self, method: Method) -> Option<&Kernel> {
         self.kernels.get(&method).map(|(_, kernel)| &**kernel)
+    }
+
+    /// The same, to be kept.
+    pub fn shared_kernel(&self, method: Method) -> Option<Arc<Kernel>> {
+        self.kernels.get(&method).map(|(_, kernel)| kernel.clone())
+    }
+
+    /// `intersect` for rays whose nearest hit is known, where later methods read the scratch that it
+    /// leaves.
+    pub fn hit_kernel(&self) -> Option<&Kernel> {
+        self.hit.as_deref()
     }
 
     /// Which kernel of a method it is.
@@ -159,10 +171,18 @@ impl Entry {
     fn request(&self, method: Method) -> KernelRequest {
         let read = match method {
             Method::ComputeTextureCoordinates | Method::ComputeDerivatives => self.surface_read,
-            Method::Intersect if self.reads_kept_scratch() => Outputs::ALL,
+            // What else a hit needs is computed anew for the nearest.
+            Method::Intersect => traversal_outputs(),
             _ => Outputs::ALL.without_scratch(),
         };
         KernelRequest::new(&self.program, method, Variant::new(Shape::Packet).reading(read))
+    }
+
+    /// `intersect` for nearest hits, where something reads the scratch that it leaves.
+    fn hit_request(&self) -> Option<KernelRequest> {
+        let variant = Variant::new(Shape::Packet).reading(Outputs::NONE.with_scratch());
+        let request = KernelRequest::new(&self.program, Method::Intersect, variant);
+        self.reads_kept_scratch().then_some(request)
     }
 }
 
@@ -232,16 +252,16 @@ impl<'a> ShaderTable<'a> {
     pub fn instance(&self, instance: &Instance) -> ShaderInstance {
         let program = self.engine.program(instance);
         let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
-        let (shader, block) = (shader.unwrap_or(0), program.block(instance));
+        let (shader, block) = (shader.unwrap_or(0), Arc::new(program.block(instance)));
         ShaderInstance { shader, block, specialised: Specialised::default() }
     }
 
     /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
     pub fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
-        let requests = self
-            .entries
-            .iter()
-            .flat_map(|entry| entry.methods.iter().map(|method| entry.request(*method)));
+        let requests = self.entries.iter().flat_map(|entry| {
+            let methods = entry.methods.iter().map(|method| entry.request(*method));
+            methods.chain(entry.hit_request())
+        });
         let requests: Vec<KernelRequest> = requests.collect();
         let kernels = self.engine.compile_all(&requests).into_iter();
         let mut kernels = requests.iter().zip(kernels);
@@ -259,12 +279,20 @@ impl<'a> ShaderTable<'a> {
                     diagnostics.extend(linked.warnings.iter().cloned());
                 }
             }
-            let arrays = entry.program.layout().scratch_arrays as usize;
+            let hit = entry.hit_request().and_then(|_| kernels.next());
+            let hit = match hit.map(|(_, kernel)| kernel) {
+                Some(Ok(kernel)) => Some(kernel),
+                Some(Err(diagnostic)) => {
+                    diagnostics.push(diagnostic);
+                    None
+                }
+                None => None,
+            };
             shaders.push(Shader {
                 program: entry.program.clone(),
                 kernels: made,
                 surface: SurfaceNeeds::of(entry.shading_read()),
-                kept_arrays: if entry.reads_kept_scratch() { arrays } else { 0 },
+                hit,
             });
         }
         shaders

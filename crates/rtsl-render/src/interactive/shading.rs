@@ -25,21 +25,10 @@ pub struct Tracer<'a> {
 pub type PacketColors = [Lanes; 3];
 
 impl Tracer<'_> {
-    /// The nearest hits; the level keeps what `intersect` left for them.
-    pub fn nearest(
-        &self,
-        workspace: &mut Workspace,
-        level: &mut Level,
-        rays: &RayPacket,
-        lanes: LaneMask,
-    ) -> Hits {
-        let mut intersector = Intersector {
-            scene: self.scene,
-            blocks: &mut workspace.intersection,
-            kept_scratch: Some(&mut level.kept_scratch),
-            problems: self.problems,
-            arrays: 0,
-        };
+    /// The nearest hits.
+    pub fn nearest(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> Hits {
+        let blocks = &mut workspace.intersection;
+        let mut intersector = Intersector::new(self.scene, blocks, self.problems);
         self.scene.geometry.nearest(rays, lanes, &mut intersector)
     }
 
@@ -50,13 +39,8 @@ impl Tracer<'_> {
         rays: &RayPacket,
         lanes: LaneMask,
     ) -> LaneMask {
-        let mut intersector = Intersector {
-            scene: self.scene,
-            blocks: &mut workspace.intersection,
-            kept_scratch: None,
-            problems: self.problems,
-            arrays: 0,
-        };
+        let blocks = &mut workspace.intersection;
+        let mut intersector = Intersector::new(self.scene, blocks, self.problems);
         self.scene.geometry.any(rays, lanes, &mut intersector)
     }
 }
@@ -72,7 +56,7 @@ pub fn radiance(
 ) -> PacketColors {
     let mut colors = [[0.0; LANES]; 3];
     let mut level = workspace.take_level();
-    let hits = tracer.nearest(workspace, &mut level, rays, lanes);
+    let hits = tracer.nearest(workspace, rays, lanes);
     add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
     let runs = runs(tracer.scene, &hits, lanes);
     for run in &runs {

@@ -1,17 +1,18 @@
 //! What is known of the surfaces that a packet hit, as materials read it: the methods of the
 //! shapes in their own spaces, then everything in world space.
 
-use rtsl::{LaneBlock, Method};
+use rtsl::{Kernel, LaneBlock, Method};
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, Member, RayPacket, lanes_of};
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of, moved_packet};
 use crate::math::{Affine, dot, normalize_or, reciprocal};
 
 use super::compiled::{CompiledScene, Object};
 use super::host::LaneContext;
 use super::intersection::set_rays;
+use super::placed_objects::HitObject;
 use super::shading::Tracer;
 use super::variables::{number, set_number, set_vector, variables, vector};
-use super::workspace::Level;
+use super::workspace::{KernelCall, Level};
 
 /// Lanes that hit one object.
 pub struct Run<'a> {
@@ -38,16 +39,12 @@ pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<R
 }
 
 fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'a>> {
-    let world = scene.geometry.groups.first()?;
-    let (object, placement) = match world.members().get(id.outer() as usize)? {
-        Member::Object(object) => (*object, None),
-        Member::Instance { group, inverse } => {
-            let members = scene.geometry.groups.get(*group as usize)?.members();
-            let Member::Object(object) = members.get(id.inner() as usize)? else { return None };
-            // Instances stand behind the world's objects.
-            let first = world.members().len() - scene.instance_transforms.len();
-            let forward = scene.instance_transforms.get(id.outer() as usize - first)?;
-            (*object, Some((*forward, *inverse)))
+    let HitObject { object, instance } = HitObject::of(&scene.geometry, &scene.items, id)?;
+    let placement = match instance {
+        None => None,
+        Some(instance) => {
+            let inverse = scene.geometry.instances.get(instance as usize)?.inverse;
+            Some((*scene.instance_transforms.get(instance as usize)?, inverse))
         }
     };
     Some(Run { object: &scene.objects[object as usize], placement, lanes })
@@ -64,9 +61,12 @@ pub fn prepare(
     context: &mut LaneContext,
 ) {
     let Tracer { scene, problems } = tracer;
+    let needs = scene.needs(run.object);
+    if let Some(kernel) = scene.shader(&run.object.primitive).hit_kernel() {
+        find_again(tracer, kernel, run, rays, level, context);
+    }
     let Level { blocks, kept_scratch } = level;
     set_local_hits(run, rays, hits, &mut blocks.state);
-    let needs = scene.needs(run.object);
     let mut methods = vec![Method::ComputeNormal];
     if needs.coordinates || needs.derivatives {
         methods.push(Method::ComputeTextureCoordinates);
@@ -93,15 +93,41 @@ pub fn prepare(
     }
 }
 
-fn set_local_hits(run: &Run<'_>, rays: &RayPacket, hits: &Hits, state: &mut LaneBlock) {
-    let v = variables();
+/// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
+/// since it is given the same.
+fn find_again(
+    tracer: &Tracer<'_>,
+    kernel: &Kernel,
+    run: &Run<'_>,
+    rays: &RayPacket,
+    level: &mut Level,
+    context: &mut LaneContext,
+) {
+    let Level { blocks, kept_scratch } = level;
+    set_local_rays(run, rays, &mut blocks.state);
+    for lane in lanes_of(run.lanes) {
+        set_number(&mut blocks.state, variables().hit_distance, lane, rays.limit[lane]);
+    }
+    let instance = &run.object.primitive;
+    let class = &tracer.scene.shader(instance).program.class().name;
+    let method = Method::Intersect;
+    let call = KernelCall { kernel, method, instance, class, problems: tracer.problems };
+    blocks.call(&call, run.lanes, Some(kept_scratch), context);
+}
+
+fn set_local_rays(run: &Run<'_>, rays: &RayPacket, state: &mut LaneBlock) {
     match &run.placement {
         None => set_rays(state, &run.object.inverse, rays, run.lanes),
         Some((_, inverse)) => {
-            let rays = rays.transformed(inverse, run.lanes);
+            let rays = moved_packet(rays, inverse);
             set_rays(state, &run.object.inverse, &rays, run.lanes);
         }
     }
+}
+
+fn set_local_hits(run: &Run<'_>, rays: &RayPacket, hits: &Hits, state: &mut LaneBlock) {
+    let v = variables();
+    set_local_rays(run, rays, state);
     for lane in lanes_of(run.lanes) {
         let t = hits.distance[lane];
         let direction = vector(state, v.ray_direction, lane);

@@ -6,17 +6,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rtsl::host::Host;
 use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, new_state};
 
-use crate::acceleration::{LANES, LaneMask, lanes_of};
+use crate::acceleration::{LANES, LaneMask};
 use crate::statistics::RayCounts;
 
 use super::compiled::{CompiledScene, ShaderInstance};
+use super::intersection::IntersectionBlocks;
 
 /// What one thread needs.
 pub struct Workspace {
     /// Levels of shading not in use: one is in use for each ray whose shading spawned the next.
     free_levels: Vec<Level>,
     /// For `intersect`, which spawns nothing.
-    pub intersection: CallBlocks,
+    pub intersection: IntersectionBlocks,
     /// For lights, which spawn nothing.
     pub light: CallBlocks,
     /// Rays traced so far.
@@ -38,10 +39,14 @@ pub struct CallBlocks {
     pub state: LaneBlock,
     /// The scratch.
     pub scratch: LaneBlock,
-    mask: MaskBlock,
+    /// The lanes that take part, where these are not the first so many.
+    pub mask: MaskBlock,
+    /// Whether the mask counts.
+    pub is_masked: bool,
     /// What `mask` holds.
     masked: LaneMask,
-    accepted: MaskBlock,
+    /// The lanes that accepted a hit.
+    pub accepted: MaskBlock,
 }
 
 impl Workspace {
@@ -49,7 +54,7 @@ impl Workspace {
     pub fn new(scene: &CompiledScene) -> Self {
         Workspace {
             free_levels: Vec::new(),
-            intersection: CallBlocks::new(scene.scratch_arrays),
+            intersection: IntersectionBlocks::new(scene.scratch_arrays),
             light: CallBlocks::new(scene.scratch_arrays),
             rays: RayCounts::default(),
             scratch_arrays: scene.scratch_arrays,
@@ -71,11 +76,13 @@ impl Workspace {
 }
 
 impl CallBlocks {
-    fn new(scratch_arrays: usize) -> Self {
+    /// For shaders with at most so many arrays of scratch.
+    pub fn new(scratch_arrays: usize) -> Self {
         CallBlocks {
             state: new_state(LANES),
             scratch: LaneBlock::new(scratch_arrays, LANES),
             mask: MaskBlock::new(LANES),
+            is_masked: false,
             masked: 0,
             accepted: MaskBlock::new(LANES),
         }
@@ -84,6 +91,19 @@ impl CallBlocks {
     /// Sets the first `arrays` arrays of scratch to zero.
     pub fn clear_scratch(&mut self, arrays: usize) {
         (0..arrays).for_each(|array| self.scratch.words_mut(array).fill(0));
+    }
+
+    /// Makes a mask of lanes where a call needs one: how many rays the call is for.
+    // Without a mask full packets go the way that was made for them.
+    #[inline(always)]
+    pub fn prepare_mask(&mut self, lanes: LaneMask) -> usize {
+        let count = LANES - lanes.leading_zeros() as usize;
+        self.is_masked = lanes.trailing_ones() as usize != count;
+        if self.is_masked && self.masked != lanes {
+            self.mask.set_bits(lanes);
+            self.masked = lanes;
+        }
+        count
     }
 
     /// Calls a method for `lanes`; returns the lanes that accepted a hit. `scratch` stands for
@@ -95,31 +115,21 @@ impl CallBlocks {
         scratch: Option<&mut LaneBlock>,
         host: &mut dyn Host,
     ) -> LaneMask {
-        let count = LANES - lanes.leading_zeros() as usize;
-        // Without a mask full packets go the way that was made for them.
-        let is_full = lanes.trailing_ones() as usize == count;
-        if !is_full {
-            for lane in lanes_of(self.masked ^ lanes) {
-                self.mask.set(lane, lanes >> lane & 1 != 0);
-            }
-            self.masked = lanes;
-        }
+        let count = self.prepare_mask(lanes);
         let status = call.kernel.call(CallArguments {
             state: &mut self.state,
             scratch: scratch.unwrap_or(&mut self.scratch),
             count,
-            mask: (!is_full).then_some(&self.mask),
+            mask: self.is_masked.then_some(&self.mask),
             accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
             instances: Instances::One(&call.instance.block),
             host,
         });
         if status.budget_exhausted {
-            call.problems.report(call);
+            call.problems.report(call.class, call.method);
         }
         match call.method {
-            Method::Intersect => {
-                self.accepted.iter_on().fold(0, |mask, lane| mask | 1 << lane) & lanes
-            }
+            Method::Intersect => self.accepted.bits() & lanes,
             _ => 0,
         }
     }
@@ -181,10 +191,12 @@ impl Problems {
         list
     }
 
-    fn report(&self, call: &KernelCall<'_>) {
+    /// A method of a class ran past its budget.
+    #[cold]
+    pub fn report(&self, class: &str, method: Method) {
         self.any.store(true, Ordering::Relaxed);
         if let Ok(mut list) = self.exhausted.lock() {
-            let entry = (call.class.to_owned(), call.method);
+            let entry = (class.to_owned(), method);
             if !list.contains(&entry) {
                 list.push(entry);
             }

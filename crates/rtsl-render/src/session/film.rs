@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::Image;
-use crate::interactive::{TILE, Tile, TileSample, TileSums, tiles_of};
+use crate::interactive::{Tile, TileSample, TileSums, tiles_of};
 
 use super::view_mode::Display;
 
@@ -108,10 +108,9 @@ impl Film {
     pub fn copy_to(&self, pixels: &mut [u32], stride: usize) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let record = self.record(index);
-            let columns = TILE.min(self.width - tile.x);
-            for row in 0..TILE.min(self.height - tile.y) {
-                let from = &record.shown[row * TILE..][..columns];
-                pixels[(tile.y + row) * stride + tile.x..][..columns].copy_from_slice(from);
+            for lane in lanes_of(tile.lanes(self.width, self.height)) {
+                let (x, y) = tile.pixel(lane);
+                pixels[y * stride + x] = record.shown[lane];
             }
         }
     }

@@ -283,10 +283,9 @@ impl Session {
         let tracer = Tracer { scene: &self.compiled, problems: &problems };
         let mut workspace = Workspace::new(&self.compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
-        let lane = y % TILE * TILE + x % TILE;
+        let lane = Tile::lane(x, y);
         let CameraRays { rays, .. } = camera_rays(&tracer, &mut workspace, tile, 0);
-        let mut level = workspace.take_level();
-        let hits = tracer.nearest(&mut workspace, &mut level, &rays, 1 << lane);
+        let hits = tracer.nearest(&mut workspace, &rays, 1 << lane);
         let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
         let index = self.compiled.objects.iter().position(|it| std::ptr::eq(it, run.object))?;
         let [origin, direction] =

@@ -1,0 +1,56 @@
+//! What rays are traced against: groups of items, each with its tree.
+
+use crate::math::Affine;
+
+use super::bounds::Bounds;
+use super::wide_tree::{Item, WideTree};
+
+/// Groups of items: the first is the scene itself, the others are placed by its instances.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    /// The groups. Instances lie in the first only, and lead to others only.
+    pub groups: Vec<Group>,
+    /// What the items of the first group with the class [`INSTANCE`] are, in their order.
+    pub instances: Vec<Instance>,
+    /// The number of the first of those items: they stand behind all others.
+    pub first_instance: u32,
+}
+
+/// The class of items that are instances.
+pub const INSTANCE: u32 = u32::MAX;
+
+/// Items in one space.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    /// The tree over the items.
+    pub tree: WideTree,
+}
+
+/// A group, placed.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// The index of the group.
+    pub group: u32,
+    /// From the scene's space into that group's.
+    pub inverse: Affine,
+}
+
+impl Group {
+    /// A group of items, each with its bounds as its class gives them.
+    pub fn new(items: impl IntoIterator<Item = Item>) -> Self {
+        let padded = |item: Item| Item { bounds: item.bounds.map(|own| own.padded()), ..item };
+        let items: Vec<Item> = items.into_iter().map(padded).collect();
+        Group { tree: WideTree::build(&items) }
+    }
+
+    /// The union of all own boxes; `None` where an item has none, or there is no item.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let is_bounded = self.tree.unbounded().is_empty() && self.tree.root.is_some();
+        is_bounded.then_some(self.tree.bounds)
+    }
+
+    /// Whether there is nothing to hit.
+    pub fn is_empty(&self) -> bool {
+        self.tree.blocks.is_empty()
+    }
+}

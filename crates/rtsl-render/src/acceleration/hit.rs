@@ -1,0 +1,75 @@
+//! Which hits rays have.
+
+use super::packet::{LANES, LaneMask, Lanes, RayPacket};
+
+/// Which object was hit: the item of the scene, and for an instance the item of its group.
+/// Ordered: the lower id wins ties.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HitId(u64);
+
+impl HitId {
+    /// No object; greater than every object's.
+    pub const NONE: HitId = HitId(u64::MAX);
+
+    /// The item `inner` of the group that the item `outer` of the scene places; for an item of the
+    /// scene itself `inner` is 0.
+    pub fn new(outer: u32, inner: u32) -> Self {
+        HitId(u64::from(outer) << 32 | u64::from(inner))
+    }
+
+    /// The item of the scene.
+    pub fn outer(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// The item of the instance's group, where the item of the scene is an instance.
+    pub fn inner(self) -> u32 {
+        self.0 as u32
+    }
+}
+
+/// The nearest hits of a packet.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct Hits {
+    /// The parameters; where nothing is hit the ray's limit.
+    pub distance: Lanes,
+    /// The objects.
+    pub id: [HitId; LANES],
+    /// The lanes that hit something.
+    found: LaneMask,
+}
+
+impl Hits {
+    /// No hits of the rays.
+    pub fn new(rays: &RayPacket) -> Self {
+        Hits { distance: rays.limit, id: [HitId::NONE; LANES], found: 0 }
+    }
+
+    /// The lanes of `mask` that hit something.
+    pub fn lanes(&self, mask: LaneMask) -> LaneMask {
+        self.found & mask
+    }
+
+    /// Whether a hit of a lane is nearer than what it hit so far; of equally near ones the object with
+    /// the lower id is.
+    #[inline(always)]
+    pub fn is_nearer(&self, lane: usize, distance: f32, id: HitId) -> bool {
+        let nearest = self.distance[lane];
+        distance < nearest || (distance == nearest && id < self.id[lane])
+    }
+
+    /// Takes a hit of one lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, distance: f32, id: HitId) {
+        self.distance[lane] = distance;
+        self.id[lane] = id;
+        self.found |= 1 << lane;
+    }
+
+    /// Notes that lanes hit something, wherever.
+    #[inline(always)]
+    pub fn mark(&mut self, lanes: LaneMask) {
+        self.found |= lanes;
+    }
+}

@@ -1,0 +1,33 @@
+//! What the traversal asks of those who know what the items are.
+
+use fearless_simd::Simd;
+
+use super::packet::{LaneMask, Lanes};
+use super::space::{PacketSpace, RaySpace};
+use super::wide_tree::Block;
+
+/// Tests single objects. What they answer must be a function of the ray and the object alone: the
+/// limit that counts is the ray's own, never that of a hit found before. So it does not matter in
+/// which order, and how often, objects are asked.
+pub trait Objects {
+    /// Tests the rays of `lanes` against the `index`th item of a block; returns those that hit it.
+    /// [`Objects::distance`] then has where.
+    fn packet<S: Simd>(
+        &mut self,
+        simd: S,
+        space: &PacketSpace,
+        block: &Block,
+        index: usize,
+        lanes: LaneMask,
+    ) -> LaneMask;
+
+    /// The parameters of the hits that [`Objects::packet`] found last.
+    fn distance(&self) -> &Lanes;
+
+    /// Tests one ray against all items of a block: the index of the nearest hit, of equally near ones
+    /// the lowest, and where it is.
+    fn ray(&mut self, space: &RaySpace, block: &Block) -> Option<(usize, f32)>;
+
+    /// Tests one ray against the `index`th item of a block.
+    fn ray_against_one(&mut self, space: &RaySpace, block: &Block, index: usize) -> Option<f32>;
+}

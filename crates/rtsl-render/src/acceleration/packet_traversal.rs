@@ -1,0 +1,260 @@
+//! Packets on their way through a tree.
+//!
+//! A child is tested twice: with the interval of all rays when its node is visited, eight children
+//! at once, and with each ray when its own turn comes, against the hits found until then. Where few
+//! rays are left they go on one by one.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use super::geometry::{Group, INSTANCE};
+use super::hit::HitId;
+use super::objects::Objects;
+use super::packet::{LANES, LaneMask, lanes_of};
+use super::space::{CHUNK, PacketSpace, RaySpace, finite_lanes, greatest};
+use super::traversal::{Outer, Search, Traversal, moved_packet};
+use super::wide_tree::{Block, Child, WIDTH};
+
+/// Fewer rays than these go on one by one.
+const FEWEST: u32 = 6;
+
+/// A child that lanes are to be tested against.
+#[derive(Clone, Copy, Debug)]
+pub struct PacketVisit {
+    /// The node.
+    node: u32,
+    /// Which of its children.
+    child: u32,
+    lanes: LaneMask,
+}
+
+type PacketOuter<'a> = Outer<'a, PacketSpace>;
+
+impl<'a, O: Objects> Traversal<'a, O> {
+    /// Takes a packet through a group.
+    pub fn visit_group_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        group: &'a Group,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for block in group.tree.unbounded() {
+                    self.visit_block_with_packet(simd, block, space, lanes, outer);
+                }
+                let Some(root) = group.tree.root else { return };
+                if space.interval.is_loose() {
+                    self.visit_with_rays(simd, group, root, space, lanes, outer);
+                } else {
+                    self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn visit_tree_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        group: &'a Group,
+        root: Child,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        let base = self.packets.len();
+        self.visit_child_with_packet(simd, group, root, space, lanes, outer);
+        while self.packets.len() > base {
+            let Some(visit) = self.packets.pop() else { break };
+            let lanes = self.open(visit.lanes);
+            if lanes == 0 {
+                continue;
+            }
+            let node = &group.tree.nodes[visit.node as usize];
+            let slot = visit.child as usize % WIDTH;
+            let child = node.children[slot];
+            let lanes = space.test(simd, &node.boxes.get(slot), lanes, &self.hits.distance);
+            if lanes.count_ones() < FEWEST {
+                self.visit_with_rays(simd, group, child, space, lanes, outer);
+            } else {
+                self.visit_child_with_packet(simd, group, child, space, lanes, outer);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn visit_child_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        group: &'a Group,
+        child: Child,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        if child.is_leaf() {
+            for block in group.tree.leaf(child.index()) {
+                self.visit_block_with_packet(simd, block, space, lanes, outer);
+            }
+            return;
+        }
+        let node = &group.tree.nodes[child.index()];
+        let farthest = greatest(simd, &self.hits.distance, lanes);
+        let (mut met, entries) =
+            space.interval.test(simd, &node.boxes, node.count as usize, farthest);
+        let entries = entries.to_array();
+        let base = self.packets.len();
+        while met != 0 {
+            let slot = met.trailing_zeros();
+            met &= met - 1;
+            self.packets.push(PacketVisit { node: child.index() as u32, child: slot, lanes });
+        }
+        let entry = |visit: &PacketVisit| entries[visit.child as usize % WIDTH];
+        // The nearest last, to be visited first.
+        insertion_sort(&mut self.packets[base..], |one, other| entry(one) > entry(other));
+    }
+
+    /// Takes the rays of a packet on one by one.
+    #[inline(always)]
+    fn visit_with_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        group: &'a Group,
+        child: Child,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        for lane in lanes_of(lanes) {
+            let ray = RaySpace::new(&space.rays, lane, self.next_serial());
+            match outer {
+                None => self.visit_tree_with_ray(simd, group, child, &ray, lane, None),
+                Some(outer) => {
+                    let scene_ray = RaySpace::new(&outer.space.rays, lane, self.next_serial());
+                    let outer = Outer { item: outer.item, bounds: outer.bounds, space: &scene_ray };
+                    self.visit_tree_with_ray(simd, group, child, &ray, lane, Some(&outer));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn visit_block_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        block: &'a Block,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        let count = usize::from(block.count);
+        let farthest = greatest(simd, &self.hits.distance, lanes);
+        let (mut met, _) = space.interval.test(simd, &block.boxes, count, farthest);
+        while met != 0 {
+            let index = met.trailing_zeros() as usize % WIDTH;
+            met &= met - 1;
+            let lanes = self.open(lanes);
+            if lanes == 0 {
+                return;
+            }
+            if block.class == INSTANCE {
+                self.visit_instance_with_packet(simd, block, index, space, lanes);
+            } else {
+                self.test_object_with_packet(simd, block, index, space, lanes, outer);
+            }
+        }
+    }
+
+    fn visit_instance_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        block: &'a Block,
+        index: usize,
+        space: &PacketSpace,
+        lanes: LaneMask,
+    ) {
+        let item = block.items[index];
+        let bounds = block.boxes.get(index);
+        let Some((group, map)) = self.instance(item) else { return };
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let lanes = space.test(simd, &bounds, lanes, &self.hits.distance);
+                let moved = moved_packet(&space.rays, map);
+                let lanes = finite_lanes(simd, &moved, lanes);
+                if lanes != 0 {
+                    let moved = PacketSpace::new(simd, moved, lanes, self.next_serial());
+                    let outer = Outer { item, bounds, space };
+                    self.visit_group_with_packet(simd, group, &moved, lanes, Some(&outer));
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn test_object_with_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        block: &Block,
+        index: usize,
+        space: &PacketSpace,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        let hit = self.objects.packet(simd, space, block, index, lanes) & lanes;
+        if hit == 0 {
+            return;
+        }
+        let distance = self.objects.distance();
+        let mut held = space.test(simd, &block.boxes.get(index), hit, distance);
+        if let Some(outer) = outer {
+            held = outer.space.test(simd, &outer.bounds, held, distance);
+        }
+        match self.search {
+            Search::Any => self.hits.mark(held),
+            Search::Nearest => {
+                self.keep_nearer(simd, held, Outer::id(outer, block.items[index]));
+            }
+        }
+    }
+
+    /// Takes those of the hits found last that are nearer than what their lanes had.
+    #[inline(always)]
+    fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, id: HitId) {
+        let found = self.objects.distance();
+        for chunk in 0..LANES / CHUNK {
+            let start = chunk * CHUNK;
+            let valid = lanes >> start & 0xFF;
+            if valid == 0 {
+                continue;
+            }
+            let new = f32x8::from_slice(simd, &found[start..start + CHUNK]);
+            let old = f32x8::from_slice(simd, &self.hits.distance[start..start + CHUNK]);
+            let nearer = new.simd_lt(old).to_bitmask() & valid;
+            let equal = new.simd_eq(old).to_bitmask() & valid;
+            for lane in lanes_of(nearer | equal) {
+                if nearer >> lane & 1 != 0 || id < self.hits.id[start + lane] {
+                    self.hits.set(start + lane, found[start + lane], id);
+                }
+            }
+        }
+    }
+}
+
+/// Sorts a few, so that `is_before` holds from each to the next.
+#[inline(always)]
+pub(super) fn insertion_sort<T: Copy>(few: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
+    for end in 1..few.len() {
+        let moving = few[end];
+        let mut place = end;
+        while place > 0 && is_before(&moving, &few[place - 1]) {
+            few[place] = few[place - 1];
+            place -= 1;
+        }
+        few[place] = moving;
+    }
+}

@@ -1,0 +1,332 @@
+//! Rays in one space, prepared for the tests of boxes.
+//!
+//! # The test of a box
+//!
+//! A ray meets a box where it is within all three slabs. With `a` and `b` the parameters at which it
+//! meets the two planes of a slab, computed as a difference times the reciprocal of the direction, the
+//! ray's *entry* is the greatest of the lesser, and its *exit* the least of the greater. Both are
+//! widened by a part of their size, so that a hit that rounding moved before a flat, far box
+//! counts as inside. The ray meets the box if entry is not beyond exit, and exit not before the ray's
+//! epsilon.
+//!
+//! Reciprocals are held finite and corners of boxes are no NaN, so no product is NaN. Subtraction,
+//! multiplication by one factor, minimum and maximum are monotonic under IEEE rounding. Two
+//! things follow, and the traversal stands on both:
+//!
+//! - If a box lies in another, its entry is no less and its exit no greater than the other's.
+//! - The same formulas on the least and greatest origins and reciprocals of many rays bound what they
+//!   give for each: [`Interval`] misses no box that a ray of its meets.
+//!
+//! Only operations with one IEEE result are used (no fused ones), so all machines agree.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, mask32x8};
+
+use super::bounds::Bounds;
+use super::packet::{LANES, LaneMask, Lanes, RayPacket};
+use super::wide_tree::{Boxes, WIDTH};
+
+/// Lanes are tested so many at a time.
+pub const CHUNK: usize = 8;
+
+/// Entry and exit are widened by this part.
+const SLACK: f32 = 1.0 / 4096.0;
+
+/// A number that no two sets of prepared rays of a search share, by which those who were handed them know
+/// them again. None is 0.
+pub type Serial = u32;
+
+/// One over a direction's component. Near 0 it is held to the greatest finite number: a ray
+/// along a slab's face counts as inside.
+#[inline(always)]
+fn finite_reciprocal(component: f32) -> f32 {
+    let magnitude = 1.0 / component.abs();
+    let held = if magnitude < f32::MAX { magnitude } else { f32::MAX };
+    held.copysign(component)
+}
+
+/// A packet of rays in one space.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct PacketSpace {
+    /// The rays.
+    pub rays: RayPacket,
+    /// One over the directions, held finite.
+    inverse: [Lanes; 3],
+    /// What holds all rays.
+    pub interval: Interval,
+    /// Names these rays.
+    pub serial: Serial,
+    /// Whether all rays start at one point.
+    pub has_common_origin: bool,
+}
+
+/// The least and greatest of what rays have.
+#[derive(Clone, Copy, Debug)]
+pub struct Interval {
+    min_origin: [f32; 3],
+    max_origin: [f32; 3],
+    min_inverse: [f32; 3],
+    max_inverse: [f32; 3],
+    epsilon: f32,
+    /// The axes along which some directions are negative, and some not: of these it knows nothing.
+    mixed: [bool; 3],
+}
+
+impl PacketSpace {
+    /// Prepares the rays of `lanes`, which must be finite.
+    #[inline(always)]
+    pub fn new<S: Simd>(simd: S, rays: RayPacket, lanes: LaneMask, serial: Serial) -> Self {
+        let mut space = PacketSpace {
+            rays,
+            inverse: [[0.0; LANES]; 3],
+            interval: Interval::EMPTY,
+            serial,
+            has_common_origin: false,
+        };
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                space.inverse[axis][lane] = finite_reciprocal(space.rays.direction[axis][lane]);
+            }
+        }
+        space.interval = space.interval_of(simd, lanes);
+        let Interval { min_origin, max_origin, .. } = space.interval;
+        space.has_common_origin = min_origin == max_origin;
+        if space.has_common_origin {
+            // Code for rays from one point reads it from the first lane, whether that takes part or not.
+            (0..3).for_each(|axis| space.rays.origin[axis][0] = min_origin[axis]);
+        }
+        space
+    }
+
+    /// The interval of some lanes.
+    #[inline(always)]
+    pub fn interval_of<S: Simd>(&self, simd: S, lanes: LaneMask) -> Interval {
+        let mut interval = Interval::EMPTY;
+        for axis in 0..3 {
+            let origin = extremes(simd, &self.rays.origin[axis], lanes);
+            let inverse = extremes(simd, &self.inverse[axis], lanes);
+            (interval.min_origin[axis], interval.max_origin[axis]) = origin;
+            (interval.min_inverse[axis], interval.max_inverse[axis]) = inverse;
+            interval.mixed[axis] = inverse.0.is_sign_negative() != inverse.1.is_sign_negative();
+        }
+        interval.epsilon = extremes(simd, &self.rays.epsilon, lanes).0;
+        interval
+    }
+
+    /// The lanes of `mask` that meet the box before their `limit`; where this is the distance of a
+    /// hit, those for which it lies within the box, or behind it.
+    #[inline(always)]
+    pub fn test<S: Simd>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+    ) -> LaneMask {
+        let mut passed = 0;
+        for chunk in 0..LANES / CHUNK {
+            let start = chunk * CHUNK;
+            if mask >> start & 0xFF != 0 {
+                let (entry, exit) = self.slabs(simd, bounds, start);
+                let limit = f32x8::from_slice(simd, &limit[start..start + CHUNK]);
+                let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + CHUNK]);
+                let meets = entry.simd_le(exit) & exit.simd_ge(epsilon) & entry.simd_le(limit);
+                passed |= meets.to_bitmask() << start;
+            }
+        }
+        passed & mask
+    }
+
+    #[inline(always)]
+    fn slabs<S: Simd>(&self, simd: S, bounds: &Bounds, start: usize) -> (f32x8<S>, f32x8<S>) {
+        let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
+        let mut far = f32x8::splat(simd, f32::INFINITY);
+        for axis in 0..3 {
+            let origin = f32x8::from_slice(simd, &self.rays.origin[axis][start..start + CHUNK]);
+            let inverse = f32x8::from_slice(simd, &self.inverse[axis][start..start + CHUNK]);
+            let first = (f32x8::splat(simd, bounds.min[axis]) - origin) * inverse;
+            let second = (f32x8::splat(simd, bounds.max[axis]) - origin) * inverse;
+            near = near.max(first.min(second));
+            far = far.min(first.max(second));
+        }
+        (near * (1.0 - SLACK), far * (1.0 + SLACK))
+    }
+}
+
+/// The greatest number of some lanes, at least one.
+#[inline(always)]
+pub fn greatest<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> f32 {
+    extremes(simd, lanes, mask).1
+}
+
+/// The least and the greatest number of some lanes, at least one.
+#[inline(always)]
+fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
+    let mut least = f32x8::splat(simd, f32::INFINITY);
+    let mut greatest = f32x8::splat(simd, f32::NEG_INFINITY);
+    for chunk in 0..LANES / CHUNK {
+        let start = chunk * CHUNK;
+        let bits = mask >> start & 0xFF;
+        if bits == 0 {
+            continue;
+        }
+        let values = f32x8::from_slice(simd, &lanes[start..start + CHUNK]);
+        let on = mask32x8::from_bitmask(simd, bits);
+        least = least.min(on.select(values, f32x8::splat(simd, f32::INFINITY)));
+        greatest = greatest.max(on.select(values, f32x8::splat(simd, f32::NEG_INFINITY)));
+    }
+    let fold = |lanes: f32x8<S>, choose: fn(f32, f32) -> f32| {
+        let lanes = lanes.to_array();
+        lanes.into_iter().skip(1).fold(lanes[0], choose)
+    };
+    (fold(least, f32::min), fold(greatest, f32::max))
+}
+
+impl Interval {
+    const EMPTY: Interval = Interval {
+        min_origin: [0.0; 3],
+        max_origin: [0.0; 3],
+        min_inverse: [0.0; 3],
+        max_inverse: [0.0; 3],
+        epsilon: 0.0,
+        mixed: [true; 3],
+    };
+
+    /// Whether so little is known that it is not worth asking.
+    pub fn is_loose(&self) -> bool {
+        self.mixed.iter().filter(|mixed| **mixed).count() > 1
+    }
+
+    /// The boxes, as bits, of the first `count` that any of the rays may meet before `limit`, and the least
+    /// entries.
+    #[inline(always)]
+    pub fn test<S: Simd>(
+        &self,
+        simd: S,
+        boxes: &Boxes,
+        count: usize,
+        limit: f32,
+    ) -> (u64, f32x8<S>) {
+        let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
+        let mut far = f32x8::splat(simd, f32::INFINITY);
+        for axis in 0..3 {
+            if self.mixed[axis] {
+                continue;
+            }
+            let min = f32x8::load_array_ref(simd, &boxes.min[axis]);
+            let max = f32x8::load_array_ref(simd, &boxes.max[axis]);
+            let (least, greatest) = (self.min_inverse[axis], self.max_inverse[axis]);
+            let (first, last) = if least.is_sign_negative() {
+                (max - self.min_origin[axis], min - self.max_origin[axis])
+            } else {
+                (min - self.max_origin[axis], max - self.min_origin[axis])
+            };
+            near = near.max((first * least).min(first * greatest));
+            far = far.min((last * least).max(last * greatest));
+        }
+        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
+        let meets = entry.simd_le(exit)
+            & exit.simd_ge(f32x8::splat(simd, self.epsilon))
+            & entry.simd_le(f32x8::splat(simd, limit));
+        (meets.to_bitmask() & ((1 << count) - 1), entry)
+    }
+}
+
+/// One ray in one space.
+#[derive(Clone, Copy, Debug)]
+pub struct RaySpace {
+    /// Where it starts.
+    pub origin: [f32; 3],
+    /// Its direction, of any length.
+    pub direction: [f32; 3],
+    inverse: [f32; 3],
+    /// The least parameter of a hit (exclusive).
+    pub epsilon: f32,
+    /// The greatest parameter of a hit (exclusive).
+    pub limit: f32,
+    /// The time within the shutter.
+    pub time: f32,
+    /// Names this ray.
+    pub serial: Serial,
+}
+
+impl RaySpace {
+    /// The ray of a lane, which must be finite.
+    pub fn new(rays: &RayPacket, lane: usize, serial: Serial) -> Self {
+        let direction = rays.direction_of(lane);
+        RaySpace {
+            origin: rays.origin_of(lane),
+            direction,
+            inverse: direction.map(finite_reciprocal),
+            epsilon: rays.epsilon[lane],
+            limit: rays.limit[lane],
+            time: rays.time[lane],
+            serial,
+        }
+    }
+
+    /// The same ray in another space; `None` where it is not finite there.
+    pub fn moved(&self, origin: [f32; 3], direction: [f32; 3], serial: Serial) -> Option<Self> {
+        let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
+        let inverse = direction.map(finite_reciprocal);
+        is_finite.then_some(RaySpace { origin, direction, inverse, serial, ..*self })
+    }
+
+    /// The boxes, as bits, of the first `count` that the ray meets before `limit`, and its entries.
+    #[inline(always)]
+    pub fn test<S: Simd>(
+        &self,
+        simd: S,
+        boxes: &Boxes,
+        count: usize,
+        limit: f32,
+    ) -> (u64, [f32; WIDTH]) {
+        let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
+        let mut far = f32x8::splat(simd, f32::INFINITY);
+        for axis in 0..3 {
+            let (first, last) = if self.inverse[axis].is_sign_negative() {
+                (&boxes.max[axis], &boxes.min[axis])
+            } else {
+                (&boxes.min[axis], &boxes.max[axis])
+            };
+            let (origin, inverse) = (self.origin[axis], self.inverse[axis]);
+            near = near.max((f32x8::load_array_ref(simd, first) - origin) * inverse);
+            far = far.min((f32x8::load_array_ref(simd, last) - origin) * inverse);
+        }
+        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
+        let meets = entry.simd_le(exit)
+            & exit.simd_ge(f32x8::splat(simd, self.epsilon))
+            & entry.simd_le(f32x8::splat(simd, limit));
+        (meets.to_bitmask() & ((1 << count) - 1), entry.to_array())
+    }
+
+    /// Whether it meets the box, and not behind `distance`: [`PacketSpace::test`] for one ray.
+    #[inline(always)]
+    pub fn holds(&self, bounds: &Bounds, distance: f32) -> bool {
+        let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
+        for axis in 0..3 {
+            let first = (bounds.min[axis] - self.origin[axis]) * self.inverse[axis];
+            let second = (bounds.max[axis] - self.origin[axis]) * self.inverse[axis];
+            near = near.max(first.min(second));
+            far = far.min(first.max(second));
+        }
+        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
+        entry <= exit && exit >= self.epsilon && entry <= distance
+    }
+}
+
+/// The lanes of `mask` whose rays are finite; others hit nothing.
+#[inline(always)]
+pub fn finite_lanes<S: Simd>(simd: S, rays: &RayPacket, mask: LaneMask) -> LaneMask {
+    let mut finite = LaneMask::MAX;
+    for component in rays.origin.iter().chain(&rays.direction) {
+        for chunk in 0..LANES / CHUNK {
+            let start = chunk * CHUNK;
+            let values = f32x8::from_slice(simd, &component[start..start + CHUNK]);
+            let bits = values.abs().simd_lt(f32x8::splat(simd, f32::INFINITY)).to_bitmask();
+            finite &= !(0xFF << start) | bits << start;
+        }
+    }
+    finite & mask
+}

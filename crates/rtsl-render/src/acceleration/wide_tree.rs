@@ -1,0 +1,185 @@
+//! The hierarchy: nodes of up to eight children, leaves of up to eight items.
+//!
+//! One tree serves packets and single rays. A ray alone tests the eight boxes of a node at once; a
+//! packet tests them with the interval that holds its rays, then each that is left with every ray.
+
+use super::bounds::Bounds;
+
+/// The most children of a node, and the most items of a block.
+pub const WIDTH: usize = 8;
+
+/// A tree over items, which are numbers.
+#[derive(Clone, Debug, Default)]
+pub struct WideTree {
+    /// The nodes, parents before their children.
+    pub nodes: Vec<WideNode>,
+    /// The blocks of items, leaf after leaf; those of items without bounds at the end.
+    pub blocks: Vec<Block>,
+    /// Where the walk begins; `None` if no item has bounds.
+    pub root: Option<Child>,
+    /// The box of all items with bounds.
+    pub bounds: Bounds,
+    /// The first block of items without bounds.
+    pub first_unbounded: u32,
+}
+
+/// Eight boxes, coordinate by coordinate.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes {
+    /// The least coordinates, axis by axis.
+    pub min: [[f32; WIDTH]; 3],
+    /// The greatest coordinates.
+    pub max: [[f32; WIDTH]; 3],
+}
+
+/// A node.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct WideNode {
+    /// The exact unions of the items' own boxes below each child.
+    pub boxes: Boxes,
+    /// The children.
+    pub children: [Child; WIDTH],
+    /// How many there are.
+    pub count: u32,
+}
+
+/// A node or a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Child(u32);
+
+/// Items of one class, in ascending order.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// The items' own boxes; boundless for items without bounds.
+    pub boxes: Boxes,
+    /// The items.
+    pub items: [u32; WIDTH],
+    /// The number of this block among those of its class.
+    pub of_class: u32,
+    /// What the items have in common: see [`Item`].
+    pub class: u32,
+    /// How many items there are.
+    pub count: u8,
+    /// Whether it is the last of its leaf.
+    pub is_last: bool,
+}
+
+/// What a tree is built over.
+#[derive(Clone, Copy, Debug)]
+pub struct Item {
+    /// Its own box; `None` where it is unbounded.
+    pub bounds: Option<Bounds>,
+    /// Blocks hold items of one class only, so that one call can test all of them.
+    pub class: u32,
+}
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+
+    /// The node with this number.
+    pub const fn node(index: u32) -> Self {
+        Child(index)
+    }
+
+    /// The leaf that begins with this block.
+    pub const fn leaf(block: u32) -> Self {
+        Child(block | Child::LEAF)
+    }
+
+    /// Whether it is a leaf.
+    #[inline(always)]
+    pub const fn is_leaf(self) -> bool {
+        self.0 & Child::LEAF != 0
+    }
+
+    /// The number of the node, or of the leaf's first block.
+    #[inline(always)]
+    pub const fn index(self) -> usize {
+        (self.0 & !Child::LEAF) as usize
+    }
+}
+
+impl Boxes {
+    /// No boxes.
+    pub const EMPTY: Boxes =
+        Boxes { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
+
+    /// One of the boxes.
+    #[inline(always)]
+    pub fn get(&self, index: usize) -> Bounds {
+        Bounds {
+            min: [0, 1, 2].map(|axis: usize| self.min[axis][index]),
+            max: [0, 1, 2].map(|axis: usize| self.max[axis][index]),
+        }
+    }
+
+    /// Sets one of the boxes.
+    pub fn set(&mut self, index: usize, bounds: &Bounds) {
+        for axis in 0..3 {
+            self.min[axis][index] = bounds.min[axis];
+            self.max[axis][index] = bounds.max[axis];
+        }
+    }
+
+    /// The smallest box that holds the first `count`.
+    pub fn union(&self, count: usize) -> Bounds {
+        (0..count).fold(Bounds::EMPTY, |all, index| all.union(&self.get(index)))
+    }
+}
+
+impl WideTree {
+    /// The blocks of a leaf.
+    pub fn leaf(&self, first: usize) -> &[Block] {
+        let rest = &self.blocks[first..];
+        let count = rest.iter().position(|block| block.is_last).map_or(rest.len(), |last| last + 1);
+        &rest[..count]
+    }
+
+    /// The blocks of items without bounds.
+    pub fn unbounded(&self) -> &[Block] {
+        &self.blocks[self.first_unbounded as usize..]
+    }
+
+    /// Takes boxes of items that moved, and computes those of nodes anew. The tree stays as it
+    /// is, so it serves best what moved little. Items without bounds are left alone.
+    pub fn refit(&mut self, own_box: impl Fn(u32) -> Bounds) {
+        for block in &mut self.blocks[..self.first_unbounded as usize] {
+            for index in 0..usize::from(block.count) {
+                block.boxes.set(index, &own_box(block.items[index]));
+            }
+        }
+        self.bound_nodes();
+    }
+
+    /// Computes the boxes of nodes from those of items. Backwards, every child is done before its
+    /// parent.
+    pub(super) fn bound_nodes(&mut self) {
+        for index in (0..self.nodes.len()).rev() {
+            let node = self.nodes[index];
+            for child in 0..node.count as usize {
+                let bounds = self.bounds_of(node.children[child]);
+                self.nodes[index].boxes.set(child, &bounds);
+            }
+        }
+        self.bounds = self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root));
+    }
+
+    fn bounds_of(&self, child: Child) -> Bounds {
+        if child.is_leaf() {
+            let blocks = self.leaf(child.index()).iter();
+            let bounds = blocks.map(|block| block.boxes.union(usize::from(block.count)));
+            bounds.fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
+        } else {
+            let node = &self.nodes[child.index()];
+            node.boxes.union(node.count as usize)
+        }
+    }
+
+    /// The memory that it takes, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    }
+}
