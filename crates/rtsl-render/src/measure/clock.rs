@@ -66,10 +66,7 @@ impl Clock<'_> {
     }
 
     fn nearest(&self, workspace: &mut Workspace, Packet { rays, lanes }: &Packet) -> LaneMask {
-        let mut level = workspace.take_level();
-        let hits = self.tracer.nearest(workspace, &mut level, rays, *lanes);
-        workspace.return_level(level);
-        hits.lanes(*lanes)
+        self.tracer.nearest(workspace, rays, *lanes).lanes(*lanes)
     }
 
     /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit.

@@ -62,7 +62,7 @@ impl RaySets {
         let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, 0);
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
-        let hits = tracer.nearest(workspace, &mut level, &rays, lanes);
+        let hits = tracer.nearest(workspace, &rays, lanes);
         for run in &runs(tracer.scene, &hits, lanes) {
             prepare(tracer, run, &rays, &hits, &mut level, &mut context);
         }
@@ -160,7 +160,7 @@ fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
     let mut rays = RayPacket::default();
     for lane in 0..LANES {
         let origin = std::array::from_fn(|axis| {
-            world.twice_middle(axis) * 0.5 + half * numbers.between_minus_one_and_one()
+            (world.min[axis] + world.max[axis]) * 0.5 + half * numbers.between_minus_one_and_one()
         });
         rays.set(lane, origin, numbers.on_sphere());
         rays.epsilon[lane] = epsilon;
