@@ -1,6 +1,8 @@
 //! Short runs of the fuzz targets for scenes and meshes: mutations of the repository's own, the same
 //! in every run.
 
+#[path = "../../../fuzz/entries/gltf.rs"]
+mod gltf;
 #[path = "../../../fuzz/entries/mutation.rs"]
 mod mutation;
 #[path = "../../../fuzz/entries/ply.rs"]
@@ -35,4 +37,10 @@ fn any_scene_is_read_or_refused() {
 #[test]
 fn any_ply_file_is_read_or_refused() {
     run("tests/meshes", "ply", 5000, ply::ply);
+}
+
+#[test]
+fn any_gltf_file_is_read_or_refused() {
+    run("tests/meshes", "gltf", 5000, gltf::gltf);
+    run("tests/meshes", "glb", 5000, gltf::gltf);
 }

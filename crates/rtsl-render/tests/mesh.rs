@@ -86,12 +86,17 @@ fn a_mesh_is_one_object_with_elements() {
 }
 
 #[test]
-fn the_three_encodings_of_a_file_are_one_mesh() {
-    let objects = ["text", "little_endian", "big_endian"].map(|encoding| {
-        let files =
-            Files::with_world("Shape \"plymesh\" \"string filename\" \"meshes/../cube.ply\"");
-        let files = files.with("cube.ply", mesh_file(&format!("cube_{encoding}.ply")));
-        scene(&files).objects.remove(0)
+fn one_mesh_in_five_formats_is_the_same() {
+    let files = [
+        ("plymesh", "cube_text.ply"),
+        ("plymesh", "cube_little_endian.ply"),
+        ("plymesh", "cube_big_endian.ply"),
+        ("gltf", "cube.gltf"),
+        ("gltf", "cube.glb"),
+    ];
+    let objects = files.map(|(shape, name)| {
+        let world = format!("Shape \"{shape}\" \"string filename\" \"meshes/../{name}\"");
+        scene(&Files::with_world(&world).with(name, mesh_file(name))).objects.remove(0)
     });
     for object in &objects {
         assert_eq!(object.elements, Some(12));
@@ -186,80 +191,98 @@ fn what_is_wrong_with_a_mesh_is_said() {
         Shape \"plymesh\" \"string filename\" \"cube.ply\"\n\
         Shape \"plymesh\" \"string filename\" [\"cut.ply\"]\n\
         Shape \"plymesh\" \"string filename\" \"scene.pbrt\"\n\
-        Shape \"plymesh\" \"float filename\" 3\n";
+        Shape \"plymesh\" \"float filename\" 3\n\
+        Shape \"gltf\" \"string filename\" \"cube.ply\"\n\
+        Shape \"gltf\" \"string filename\" \"cut.ply\"\n";
     let mut cut = mesh_file("cube_little_endian.ply");
     cut.truncate(500);
     check_messages(
         &Files::with_world(shape).with("cut.ply", cut),
         expect![[r#"
-        error[E0620]: this `trianglemesh` cannot be used: a face has the corner 3, but there are 3 vertices
-          ┌─ scene.pbrt:6:7
-          │
-        6 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "integer indices" [0 1 3]
-          │       ^^^^^^^^^^^^^^
-          │
-          = help: indices count vertices from 0
+            error[E0620]: this `trianglemesh` cannot be used: a face has the corner 3, but there are 3 vertices
+              ┌─ scene.pbrt:6:7
+              │
+            6 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "integer indices" [0 1 3]
+              │       ^^^^^^^^^^^^^^
+              │
+              = help: indices count vertices from 0
 
-        error[E0620]: this `trianglemesh` cannot be used: it has 3 vertices, but 1 texture coordinates
-          ┌─ scene.pbrt:7:7
-          │
-        7 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "point2 uv" [0 0]
-          │       ^^^^^^^^^^^^^^
-          │
-          = help: give one for each vertex, or none at all
+            error[E0620]: this `trianglemesh` cannot be used: it has 3 vertices, but 1 texture coordinates
+              ┌─ scene.pbrt:7:7
+              │
+            7 │ Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0] "point2 uv" [0 0]
+              │       ^^^^^^^^^^^^^^
+              │
+              = help: give one for each vertex, or none at all
 
-        error[E0620]: this `bilinearmesh` cannot be used: a face has the corner 3, but there are 3 vertices
-          ┌─ scene.pbrt:8:7
-          │
-        8 │ Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0]
-          │       ^^^^^^^^^^^^^^
-          │
-          = help: indices count vertices from 0
+            error[E0620]: this `bilinearmesh` cannot be used: a face has the corner 3, but there are 3 vertices
+              ┌─ scene.pbrt:8:7
+              │
+            8 │ Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0]
+              │       ^^^^^^^^^^^^^^
+              │
+              = help: indices count vertices from 0
 
-        error[E0608]: `trianglemesh` has no parameter `p`
-          ┌─ scene.pbrt:9:22
-          │
-        9 │ Shape "trianglemesh" "point3 p" [0 0 0  1 0 0  0 1 0]
-          │                      ^^^^^^^^^^
-          │
-          = help: did you mean `P`?
+            error[E0608]: `trianglemesh` has no parameter `p`
+              ┌─ scene.pbrt:9:22
+              │
+            9 │ Shape "trianglemesh" "point3 p" [0 0 0  1 0 0  0 1 0]
+              │                      ^^^^^^^^^^
+              │
+              = help: did you mean `P`?
 
-        error[E0501]: `plymesh` names no file
-           ┌─ scene.pbrt:10:7
-           │
-        10 │ Shape "plymesh"
-           │       ^^^^^^^^^ expected `"string filename" "mesh.ply"`
+            error[E0501]: `plymesh` names no file
+               ┌─ scene.pbrt:10:7
+               │
+            10 │ Shape "plymesh"
+               │       ^^^^^^^^^ expected for example `"string filename" "mesh.ply"`
 
-        error[E0601]: cannot read `cube.ply`: entity not found
-           ┌─ scene.pbrt:11:35
-           │
-        11 │ Shape "plymesh" "string filename" "cube.ply"
-           │                                   ^^^^^^^^^^ named here
-           │
-           = help: paths are relative to the folder of the scene
+            error[E0601]: cannot read `cube.ply`: entity not found
+               ┌─ scene.pbrt:11:35
+               │
+            11 │ Shape "plymesh" "string filename" "cube.ply"
+               │                                   ^^^^^^^^^^ named here
+               │
+               = help: paths are relative to the folder of the scene
 
-        error[E0620]: this `plymesh` cannot be used: the file ends within a number
-           ┌─ scene.pbrt:12:35
-           │
-        12 │ Shape "plymesh" "string filename" ["cut.ply"]
-           │                                   ^^^^^^^^^^^
-           │
-           = help: it was cut off: copy or export it again
+            error[E0620]: this `plymesh` cannot be used: the file ends within a number
+               ┌─ scene.pbrt:12:35
+               │
+            12 │ Shape "plymesh" "string filename" ["cut.ply"]
+               │                                   ^^^^^^^^^^^
+               │
+               = help: it was cut off: copy or export it again
 
-        error[E0620]: this `plymesh` cannot be used: it is no PLY file
-           ┌─ scene.pbrt:13:35
-           │
-        13 │ Shape "plymesh" "string filename" "scene.pbrt"
-           │                                   ^^^^^^^^^^^^
-           │
-           = help: export it again, for example as binary PLY of triangles
+            error[E0620]: this `plymesh` cannot be used: it is no PLY file
+               ┌─ scene.pbrt:13:35
+               │
+            13 │ Shape "plymesh" "string filename" "scene.pbrt"
+               │                                   ^^^^^^^^^^^^
+               │
+               = help: export it again, as plain triangles without compression
 
-        error[E0607]: `filename` takes a string, found 1 numbers
-           ┌─ scene.pbrt:14:34
-           │
-        14 │ Shape "plymesh" "float filename" 3
-           │                                  ^
+            error[E0607]: `filename` takes a string, found 1 numbers
+               ┌─ scene.pbrt:14:34
+               │
+            14 │ Shape "plymesh" "float filename" 3
+               │                                  ^
 
-    "#]],
+            error[E0601]: cannot read `cube.ply`: entity not found
+               ┌─ scene.pbrt:15:32
+               │
+            15 │ Shape "gltf" "string filename" "cube.ply"
+               │                                ^^^^^^^^^^ named here
+               │
+               = help: paths are relative to the folder of the scene
+
+            error[E0620]: this `gltf` cannot be used: it is no glTF file: expected value at line 1 column 1
+               ┌─ scene.pbrt:16:32
+               │
+            16 │ Shape "gltf" "string filename" "cut.ply"
+               │                                ^^^^^^^^^
+               │
+               = help: export it again, as plain triangles without compression
+
+        "#]],
     );
 }

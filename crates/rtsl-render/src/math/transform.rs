@@ -112,6 +112,13 @@ impl Transform {
         (self.0 * p.extend(1.0)).truncate().to_array()
     }
 
+    /// The vector that `vector` becomes under the transposed linear part: what a normal becomes under
+    /// the transform whose inverse this is.
+    pub fn transposed_vector(self, vector: [f64; 3]) -> [f64; 3] {
+        let v = DVec3::from_array(vector);
+        std::array::from_fn(|column| dot64(self.0.col(column).truncate(), v))
+    }
+
     /// The map in binary32.
     pub fn affine(self) -> Affine {
         let column = |index: usize| {

@@ -51,7 +51,7 @@ impl MeshError {
     pub fn remedy(&self) -> &'static str {
         match self {
             MeshError::Unreadable(_) => "paths are relative to the folder of the scene",
-            MeshError::Malformed(_) => "export it again, for example as binary PLY of triangles",
+            MeshError::Malformed(_) => "export it again, as plain triangles without compression",
             MeshError::Truncated(_) => "it was cut off: copy or export it again",
             MeshError::Empty => "a mesh needs at least one face with three corners",
             MeshError::Incomplete(..) => "give three numbers for each of them, two for `uv`",

@@ -1,10 +1,12 @@
 //! The format's shapes that are meshes. All of them become instances of the library's class
 //! `TriangleMesh`, whose buffers are the mesh's arrays.
 
+use std::path::Path;
+
 use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
 
-use crate::mesh::{Mesh, MeshBuilder, MeshError, read_ply};
-use crate::reader::{Parameter, SceneFiles, Values};
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf, read_ply};
+use crate::reader::{FileSource, Parameter, SceneFiles, Values, resolve};
 
 use super::description::Entity;
 
@@ -17,6 +19,8 @@ pub enum MeshShape {
     Quadrilaterals,
     /// `plymesh`: a PLY file.
     Ply,
+    /// `gltf`: a glTF file.
+    Gltf,
 }
 
 impl MeshShape {
@@ -29,6 +33,7 @@ impl MeshShape {
             "trianglemesh" => Some(MeshShape::Triangles),
             "bilinearmesh" => Some(MeshShape::Quadrilaterals),
             "plymesh" => Some(MeshShape::Ply),
+            "gltf" => Some(MeshShape::Gltf),
             _ => None,
         }
     }
@@ -36,7 +41,7 @@ impl MeshShape {
     fn parameters(self) -> &'static [&'static str] {
         match self {
             MeshShape::Triangles | MeshShape::Quadrilaterals => &["P", "N", "uv", "indices"],
-            MeshShape::Ply => &["filename"],
+            MeshShape::Ply | MeshShape::Gltf => &["filename"],
         }
     }
 
@@ -50,7 +55,8 @@ impl MeshShape {
         let mesh = match self {
             MeshShape::Triangles => triangles(entity),
             MeshShape::Quadrilaterals => quadrilaterals(entity),
-            MeshShape::Ply => file(entity, files),
+            MeshShape::Ply => file(entity, files, ply),
+            MeshShape::Gltf => file(entity, files, gltf),
         }?;
         let Mesh { positions, normals, uvs, indices } = mesh;
         let buffers =
@@ -120,23 +126,36 @@ fn quadrilaterals(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
     builder.finish().map_err(wrong)
 }
 
-fn file(entity: &Entity, files: SceneFiles<'_>) -> Result<Mesh, Box<Diagnostic>> {
+/// Reads the file at a path.
+type ReadFile = fn(&dyn FileSource, &Path) -> Result<Mesh, MeshError>;
+
+fn ply(files: &dyn FileSource, path: &Path) -> Result<Mesh, MeshError> {
+    read_ply(files.open(path)?)
+}
+
+/// The files that a glTF file names lie beside it.
+fn gltf(files: &dyn FileSource, path: &Path) -> Result<Mesh, MeshError> {
+    read_gltf(&files.read(path)?, &|name| files.read(&resolve(path, name)))
+}
+
+fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, Box<Diagnostic>> {
     let parameter = find(entity, "filename").ok_or_else(|| {
         let message = format!("`{}` names no file", entity.class);
         let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
-        diagnostic.at(entity.class_span, "expected `\"string filename\" \"mesh.ply\"`")
+        diagnostic.at(entity.class_span, "expected for example `\"string filename\" \"mesh.ply\"`")
     })?;
     let Values::Texts(texts) = &parameter.values else { return Err(wrong(parameter, "a string")) };
     let [name] = texts.as_slice() else { return Err(wrong(parameter, "one string")) };
     let path = files.path(name);
     let span = parameter.values_span;
-    let source = files.files.open(&path).map_err(|error| {
-        let message = format!("cannot read `{}`: {error}", path.display());
-        Diagnostic::new(codes::UNREADABLE_FILE, message)
-            .at(span, "named here")
-            .help(MeshError::Unreadable(error).remedy())
-    })?;
-    read_ply(source).map_err(|error| unusable(entity, span, &error))
+    read(files.files, &path).map_err(|error| match error {
+        MeshError::Unreadable(_) => {
+            let message = format!("cannot read `{}`: {error}", path.display());
+            let diagnostic = Diagnostic::new(codes::UNREADABLE_FILE, message);
+            Box::new(diagnostic.at(span, "named here").help(error.remedy()))
+        }
+        error => unusable(entity, span, &error),
+    })
 }
 
 fn find<'a>(entity: &'a Entity, name: &str) -> Option<&'a Parameter> {

@@ -77,6 +77,7 @@ const NAMES: &[StandardName] = &[
     StandardName::new(EntityKind::Shape, "trianglemesh", MeshShape::CLASS),
     StandardName::new(EntityKind::Shape, "bilinearmesh", MeshShape::CLASS),
     StandardName::new(EntityKind::Shape, "plymesh", MeshShape::CLASS),
+    StandardName::new(EntityKind::Shape, "gltf", MeshShape::CLASS),
     StandardName::new(EntityKind::Material, "diffuse", "Lambertian")
         .renaming(&[("reflectance", "kd")]),
     StandardName::new(EntityKind::Material, "conductor", "Conductor").renaming(&[
