@@ -498,6 +498,10 @@ fn render_writes_a_picture() {
     assert_eq!(&std::fs::read(folder.0.join("picture.png")).unwrap()[1..4], b"PNG");
     let stats = std::fs::read_to_string(folder.0.join("stats.json")).unwrap();
     assert!(stats.contains("cold_start_seconds"), "{stats}");
+    let with_aovs = [&["render", "scene.pbrt", "-o", "x.png", "--aov", "normal,time"], &small[..]];
+    folder.run(&with_aovs.concat()).exits(DONE);
+    assert!(["x.png", "x.normal.png", "x.time.png"].iter().all(|it| folder.0.join(it).exists()));
+    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "depth"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt"]).exits(WRONG_USAGE);

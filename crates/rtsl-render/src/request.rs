@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
-use crate::film::Image;
+use crate::film::{Aov, AovImage, Image};
 use crate::interactive::{CompiledScene, RenderOptions, render};
 use crate::messages::Messages;
 use crate::reader::{DiskFiles, FileSource};
@@ -34,6 +34,8 @@ pub struct RenderRequest<'a> {
     pub engine: EngineOptions,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
+    /// Images of something else than colour.
+    pub aovs: Vec<Aov>,
     /// Makes no kernels for the scene's values while rendering. Never changes the image.
     pub general_kernels_only: bool,
     /// Is told how many of how many tiles are done, from any thread.
@@ -47,6 +49,8 @@ pub struct RenderRequest<'a> {
 pub struct RenderResult {
     /// The image.
     pub image: Image,
+    /// The images that were asked for besides, in that order.
+    pub aovs: Vec<AovImage>,
     /// The settings it was made with.
     pub settings: Settings,
     /// What it took.
@@ -88,6 +92,7 @@ pub fn render_scene_from(
             progress: request.progress,
             cancel: request.cancel,
             time_limit: request.time_limit,
+            aovs: &request.aovs,
             general_kernels_only: request.general_kernels_only,
         },
     )?;
@@ -100,12 +105,13 @@ pub fn render_scene_from(
         size: [settings.width, settings.height],
         samples_per_pixel: settings.sampler.samples_per_pixel(),
         objects: scene.objects.len(),
+        object_classes: rendered.object_classes,
         threads: rendered.threads,
         cancelled: rendered.cancelled,
         ..statistics
     };
     statistics.set_render_time(rendered.time);
-    Ok(RenderResult { image: rendered.image, settings, statistics, warnings })
+    Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
 }
 
 /// A scene, ready to be rendered.

@@ -34,6 +34,8 @@ pub struct Statistics {
     pub samples_per_pixel: u32,
     /// Objects, those of instances counted once.
     pub objects: usize,
+    /// The classes of the objects, by the numbers that `--aov class` gives them.
+    pub object_classes: Vec<String>,
     /// Threads that rendered.
     pub threads: usize,
     /// SIMD lanes.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rtsl_render::film::{ImageFormat, write_image};
+use rtsl_render::film::{Aov, ImageFormat, write_image_with};
 use rtsl_render::{Messages, RenderRequest, render_scene};
 
 use super::{CommandResult, Failure, Outcome};
@@ -40,6 +40,10 @@ pub struct RenderArguments {
     /// Stop after this time and write what there is.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
+    /// Besides the picture, what its pixels show and take, with commas between: distance, normal,
+    /// object, class, time. In an EXR as further channels, beside a PNG as files of their own.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov)]
+    aov: Vec<Aov>,
     /// Make no kernels for the scene's values while rendering, which renders of more than a second do.
     /// Never changes the picture.
     #[arg(long)]
@@ -87,6 +91,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         threads: arguments.threads,
         engine: arguments.engine.options(),
         time_limit: arguments.time,
+        aovs: arguments.aov.clone(),
         general_kernels_only: arguments.no_specialise,
         progress: Some(&progress),
         cancel: None,
@@ -102,7 +107,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     };
     report(&rendered.warnings, reporter);
     let exposure = rendered.settings.exposure + arguments.exposure;
-    write_image(&rendered.image, &arguments.output, exposure)
+    write_image_with(&rendered.image, &rendered.aovs, &arguments.output, exposure)
         .map_err(|error| Failure::Output(std::io::Error::other(error)))?;
     if let Some(path) = &arguments.stats {
         write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
@@ -156,6 +161,13 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
 pub fn parse_threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|threads| (1..=1024).contains(threads));
     threads.ok_or_else(|| "expected a number from 1 to 1024".to_owned())
+}
+
+fn parse_aov(text: &str) -> Result<Aov, String> {
+    Aov::from_name(text).ok_or_else(|| {
+        let names = Aov::ALL.map(Aov::name).join(", ");
+        format!("known are {names}")
+    })
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {

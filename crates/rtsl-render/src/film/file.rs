@@ -4,9 +4,9 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{SpecificChannels, WritableImage};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, SpecificChannels, WritableImage};
 
-use super::Image;
+use super::{AovImage, Image};
 
 /// The formats that images are kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +50,29 @@ pub enum ImageError {
 
 /// Writes an image in the format that the file's name tells. `exposure`, in stops, applies to PNG.
 pub fn write_image(image: &Image, path: &Path, exposure: f32) -> Result<(), ImageError> {
-    let format = ImageFormat::from_path(path)?;
-    write_beside(path, |temporary| match format {
-        ImageFormat::Png => write_png(image, temporary, exposure),
-        ImageFormat::Exr => write_exr(image, temporary),
-    })
+    write_image_with(image, &[], path, exposure)
+}
+
+/// Writes an image and, of the same size, what else is known of its pixels: as channels of the same
+/// EXR file, or beside `picture.png` as `picture.normal.png` and so on.
+pub fn write_image_with(
+    image: &Image,
+    aovs: &[AovImage],
+    path: &Path,
+    exposure: f32,
+) -> Result<(), ImageError> {
+    let size = (image.width, image.height);
+    match ImageFormat::from_path(path)? {
+        ImageFormat::Exr if aovs.is_empty() => write_beside(path, |file| write_exr(image, file)),
+        ImageFormat::Exr => write_beside(path, |file| write_exr_layers(image, aovs, file)),
+        ImageFormat::Png => {
+            write_beside(path, |file| write_png(size, &image.to_srgb(exposure), file))?;
+            aovs.iter().try_for_each(|aov| {
+                let path = path.with_extension(format!("{}.png", aov.aov.name()));
+                write_beside(&path, |file| write_png(size, &aov.to_srgb(), file))
+            })
+        }
+    }
 }
 
 /// Writes pixels as a screen shows them, `0x00RRGGBB`, of which `width` make a row, as PNG.
@@ -62,7 +80,7 @@ pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), Ima
     let bytes = pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
     let bytes: Vec<u8> = bytes.collect();
     let height = pixels.len().checked_div(width).unwrap_or(0);
-    write_beside(path, |temporary| write_png_bytes(&bytes, width, height, temporary))
+    write_beside(path, |temporary| write_png((width, height), &bytes, temporary))
 }
 
 /// Writes a file beside its place and renames it then.
@@ -85,11 +103,7 @@ fn temporary_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-fn write_png(image: &Image, path: &Path, exposure: f32) -> io::Result<()> {
-    write_png_bytes(&image.to_srgb(exposure), image.width, image.height, path)
-}
-
-fn write_png_bytes(bytes: &[u8], width: usize, height: usize, path: &Path) -> io::Result<()> {
+fn write_png((width, height): (usize, usize), bytes: &[u8], path: &Path) -> io::Result<()> {
     let file = io::BufWriter::new(std::fs::File::create(path)?);
     let mut encoder = png::Encoder::new(file, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
@@ -109,6 +123,24 @@ fn write_exr(image: &Image, path: &Path) -> io::Result<()> {
         (red, green, blue)
     };
     let channels = SpecificChannels::rgb(color);
+    let file = exr::image::Image::from_channels((image.width, image.height), channels);
+    let written = file.write().non_parallel().to_file(path);
+    written.map_err(|error| io::Error::other(error.to_string()))
+}
+
+/// The colours as `R`, `G` and `B`, then the channels of the others. On one thread, as above.
+fn write_exr_layers(image: &Image, aovs: &[AovImage], path: &Path) -> io::Result<()> {
+    let channel = |name: &str, pixels: &[[f32; 3]], component: usize| {
+        let values = pixels.iter().map(|pixel| pixel[component]).collect();
+        AnyChannel::new(name, FlatSamples::F32(values))
+    };
+    let colors = ["R", "G", "B"].into_iter().enumerate();
+    let colors = colors.map(|(component, name)| channel(name, &image.pixels, component));
+    let others = aovs.iter().flat_map(|aov| {
+        let names = aov.aov.channels().iter().enumerate();
+        names.map(|(component, name)| channel(name, &aov.pixels, component))
+    });
+    let channels = AnyChannels::sort(colors.chain(others).collect());
     let file = exr::image::Image::from_channels((image.width, image.height), channels);
     let written = file.write().non_parallel().to_file(path);
     written.map_err(|error| io::Error::other(error.to_string()))

@@ -1,9 +1,13 @@
 //! The image: linear colours while it is made, PNG (sRGB) or EXR (linear) when it is kept.
 
+mod aov;
 mod file;
+mod heat;
 mod srgb;
 
-pub use file::{ImageError, ImageFormat, write_image, write_pixels};
+pub use aov::{Aov, AovImage};
+pub use file::{ImageError, ImageFormat, write_image, write_image_with, write_pixels};
+pub use heat::HeatScale;
 pub use srgb::SrgbEncoder;
 
 /// An image of linear RGB colours, rows from top to bottom.

@@ -75,7 +75,8 @@ impl LaneContext {
         [self.geometric_normal(lane), self.shading_normal(lane)].map(turned)
     }
 
-    fn shading_normal(&self, lane: usize) -> [f32; 3] {
+    /// The normal for shading where a lane hit.
+    pub fn shading_normal(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.shading_normals[axis][lane])
     }
 

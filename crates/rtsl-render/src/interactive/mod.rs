@@ -19,6 +19,7 @@ mod shaders;
 mod shading;
 mod specialisation;
 mod surface;
+mod tile_aovs;
 mod tile_sample;
 mod tiles;
 mod variables;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 use crate::acceleration::{LANES, lanes_of};
-use crate::film::Image;
+use crate::film::{Aov, AovImage, Image};
 use crate::messages::Messages;
 use crate::statistics::RayCounts;
 
@@ -15,6 +15,7 @@ use super::camera::Tile;
 use super::compiled::CompiledScene;
 use super::shading::Tracer;
 use super::specialisation::SPECIALISE_AFTER;
+use super::tile_aovs::{ObjectClasses, TileAovs, TileValues};
 use super::tile_sample::sample_tile;
 use super::tiles::{RenderThreads, tiles_of};
 use super::workspace::{Problems, Workspace};
@@ -30,6 +31,8 @@ pub struct RenderOptions<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
+    /// Images of something else than colour.
+    pub aovs: &'a [Aov],
     /// Makes no kernels for the scene's values, which a long render else does. Never changes the
     /// image.
     pub general_kernels_only: bool,
@@ -40,6 +43,10 @@ pub struct RenderOptions<'a> {
 pub struct Rendered {
     /// The image; where the render ended early, tiles not begun are black.
     pub image: Image,
+    /// The images that were asked for besides, in that order.
+    pub aovs: Vec<AovImage>,
+    /// The classes of the objects, by their numbers in such an image.
+    pub object_classes: Vec<String>,
     /// Rays traced.
     pub rays: RayCounts,
     /// Samples that were not finite.
@@ -70,21 +77,31 @@ struct Job<'a> {
     options: RenderOptions<'a>,
     tiles: Vec<Tile>,
     problems: Problems,
-    image: Mutex<Image>,
+    images: Mutex<Images>,
+    object_classes: ObjectClasses,
     done: AtomicUsize,
     dropped: AtomicU64,
     stopped: AtomicBool,
 }
 
+/// What is rendered.
+struct Images {
+    image: Image,
+    aovs: Vec<AovImage>,
+}
+
 impl<'a> Job<'a> {
     fn new(scene: &'a CompiledScene, options: RenderOptions<'a>) -> Self {
         let (width, height) = (scene.settings.width, scene.settings.height);
+        let aovs = options.aovs.iter().map(|aov| AovImage::new(*aov, width, height));
+        let images = Images { image: Image::new(width, height), aovs: aovs.collect() };
         Job {
             scene,
             options,
             tiles: tiles_of(width, height),
             problems: Problems::default(),
-            image: Mutex::new(Image::new(width, height)),
+            images: Mutex::new(images),
+            object_classes: ObjectClasses::of(scene),
             done: AtomicUsize::new(0),
             dropped: AtomicU64::new(0),
             stopped: AtomicBool::new(false),
@@ -117,6 +134,7 @@ impl<'a> Job<'a> {
     fn render_tile(&self, workspace: &mut Workspace, tile: Tile, start: Instant) {
         let tracer = Tracer { scene: self.scene, problems: &self.problems };
         let samples = self.scene.settings.sampler.samples_per_pixel();
+        let begun = Instant::now();
         let mut sums = [[0.0; 3]; LANES];
         let mut taken = 0;
         let mut dropped = 0;
@@ -129,7 +147,11 @@ impl<'a> Job<'a> {
             taken += 1;
             dropped += sample_tile(&tracer, workspace, tile, sample).add_to(&mut sums);
         }
-        self.keep_tile(tile, sums.map(|sum| sum.map(|channel| channel / taken as f32)));
+        let time = begun.elapsed();
+        let aovs = self.tile_aovs(workspace, &tracer, tile, taken);
+        self.keep_tile(tile, &sums.map(|sum| sum.map(|channel| channel / taken as f32)), |aov| {
+            aovs.values(aov, time, taken)
+        });
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Some(progress) = self.options.progress {
@@ -137,12 +159,37 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn keep_tile(&self, tile: Tile, colors: [[f32; 3]; LANES]) {
-        let Ok(mut image) = self.image.lock() else { return };
-        let width = image.width;
-        for lane in lanes_of(tile.lanes(image.width, image.height)) {
-            let (x, y) = tile.pixel(lane);
-            image.pixels[y * width + x] = colors[lane];
+    /// The camera rays of a tile's first `samples` samples once more, where an image wants to know what
+    /// they meet.
+    fn tile_aovs(
+        &self,
+        workspace: &mut Workspace,
+        tracer: &Tracer<'_>,
+        tile: Tile,
+        samples: u32,
+    ) -> TileAovs {
+        let mut aovs = TileAovs::new();
+        if self.options.aovs.iter().any(|aov| *aov != Aov::Time) {
+            for sample in 0..samples {
+                aovs.add(tracer, workspace, &self.object_classes, tile, sample);
+            }
+        }
+        aovs
+    }
+
+    fn keep_tile(&self, tile: Tile, colors: &TileValues, values: impl Fn(Aov) -> TileValues) {
+        let Ok(mut images) = self.images.lock() else { return };
+        let Images { image, aovs } = &mut *images;
+        let (width, height) = (image.width, image.height);
+        let keep = |pixels: &mut [[f32; 3]], values: &TileValues| {
+            for lane in lanes_of(tile.lanes(width, height)) {
+                let (x, y) = tile.pixel(lane);
+                pixels[y * width + x] = values[lane];
+            }
+        };
+        keep(&mut image.pixels, colors);
+        for aov in aovs {
+            keep(&mut aov.pixels, &values(aov.aov));
         }
     }
 
@@ -150,8 +197,11 @@ impl<'a> Job<'a> {
         if self.problems.any() {
             return Err(exhausted_budgets(self.scene, &self.problems));
         }
+        let images = self.images.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         Ok(Rendered {
-            image: self.image.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner),
+            image: images.image,
+            aovs: images.aovs,
+            object_classes: self.object_classes.names,
             rays,
             dropped_samples: self.dropped.into_inner(),
             time,

@@ -18,6 +18,8 @@ use super::workspace::{KernelCall, Level};
 pub struct Run<'a> {
     /// The object.
     pub object: &'a Object,
+    /// Its index among those of the scene.
+    pub index: u32,
     /// Its instance, as maps from the group's space to the world's and back; `None` for the world.
     placement: Option<(Affine, Affine)>,
     /// The lanes.
@@ -47,7 +49,7 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'
             Some((*scene.instance_transforms.get(instance as usize)?, inverse))
         }
     };
-    Some(Run { object: &scene.objects[object as usize], placement, lanes })
+    Some(Run { object: &scene.objects[object as usize], index: object, placement, lanes })
 }
 
 /// Runs the methods of one object for its hits and leaves in the state what materials read,

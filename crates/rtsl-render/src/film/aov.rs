@@ -1,0 +1,164 @@
+//! Images of something else than colour ("arbitrary output variables"): what each pixel shows, and what it
+//! takes to render.
+
+use super::{HeatScale, SrgbEncoder};
+
+/// What is known of a pixel besides its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Aov {
+    /// The distance of what is seen from the ray's origin, the mean of a pixel's samples that hit
+    /// anything; infinite where none does.
+    Distance,
+    /// The normal of what is seen, in world space, the mean of all samples; zero where nothing is hit.
+    Normal,
+    /// The number of the object that the first sample hits, in the order of the scene; -1 for none.
+    Object,
+    /// The number of that object's class, in the order in which objects of the scene have them; -1
+    /// for none.
+    Class,
+    /// Nanoseconds for a sample of the pixel; the same for the 64 pixels of a tile.
+    Time,
+}
+
+impl Aov {
+    /// All of them.
+    pub const ALL: [Aov; 5] = [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class, Aov::Time];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Aov::Distance => "distance",
+            Aov::Normal => "normal",
+            Aov::Object => "object",
+            Aov::Class => "class",
+            Aov::Time => "time",
+        }
+    }
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Aov> {
+        Aov::ALL.into_iter().find(|aov| aov.name() == name)
+    }
+
+    /// The names of its channels in a file.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
+            Aov::Distance => &["distance"],
+            Aov::Object => &["object"],
+            Aov::Class => &["class"],
+            Aov::Time => &["time"],
+        }
+    }
+}
+
+/// An image of something else than colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AovImage {
+    /// What it shows.
+    pub aov: Aov,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The values, row by row from the top; where there is one channel, the first counts.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl AovImage {
+    /// An image of zeros.
+    pub fn new(aov: Aov, width: usize, height: usize) -> Self {
+        AovImage { aov, width, height, pixels: vec![[0.0; 3]; width * height] }
+    }
+
+    /// What people look at, as bytes of sRGB: distances and times on the heat scale, by their
+    /// logarithms; normals as colours of their components; numbers in colours that differ.
+    pub fn to_srgb(&self) -> Vec<u8> {
+        match self.aov {
+            Aov::Distance | Aov::Time => self.heat(),
+            Aov::Normal => {
+                let encoder = SrgbEncoder::new();
+                let shown = self.pixels.iter().flatten().map(|x| encoder.encode(0.5 * x + 0.5));
+                shown.collect()
+            }
+            Aov::Object | Aov::Class => self.pixels.iter().flat_map(|it| color_of(it[0])).collect(),
+        }
+    }
+
+    /// The heat scale over all values but a hundredth at each end, which may lie far out.
+    fn heat(&self) -> Vec<u8> {
+        let finite = self.pixels.iter().map(|it| it[0]).filter(|value| value.is_finite());
+        let mut sorted: Vec<f32> = finite.map(logarithm).collect();
+        sorted.sort_by(f32::total_cmp);
+        let spare = sorted.len() / 100;
+        let (Some(least), Some(greatest)) = (sorted.get(spare), sorted.iter().nth_back(spare))
+        else {
+            return vec![0; 3 * self.pixels.len()];
+        };
+        let scale = HeatScale::new();
+        let width = (greatest - least).max(f32::MIN_POSITIVE);
+        let color = |pixel: &[f32; 3]| scale.color((logarithm(pixel[0]) - least) / width);
+        self.pixels.iter().flat_map(color).collect()
+    }
+}
+
+/// The logarithm to base 2 of what is not negative, straight between powers of two, plus 127: what the bits
+/// of a float are, read as a number.
+fn logarithm(value: f32) -> f32 {
+    value.max(0.0).to_bits() as f32 / 8_388_608.0
+}
+
+/// A colour for a number; black for -1.
+fn color_of(number: f32) -> [u8; 3] {
+    if number < 0.0 {
+        return [0; 3];
+    }
+    let bits = crate::sampling::hash(number as u64, 0);
+    // Bright enough to tell from black.
+    [0, 8, 16].map(|shift| 64 + (bits >> shift) as u8 % 192)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back() {
+        for aov in Aov::ALL {
+            assert_eq!(Aov::from_name(aov.name()), Some(aov));
+        }
+        assert_eq!(Aov::from_name("depth"), None);
+    }
+
+    #[test]
+    fn the_heat_scale_spans_what_is_finite() {
+        let image = |aov: Aov, values: &[f32]| {
+            let pixels = values.iter().map(|value| [*value, 0.0, 0.0]).collect();
+            AovImage { aov, width: values.len(), height: 1, pixels }.to_srgb()
+        };
+        let scale = HeatScale::new();
+        let shown = image(Aov::Distance, &[0.5, f32::INFINITY, 8.0, 2.0]);
+        assert_eq!(shown[0..3], scale.color(0.0));
+        assert_eq!(shown[3..6], scale.color(1.0));
+        assert_eq!(shown[6..9], scale.color(1.0));
+        assert_eq!(shown[9..12], scale.color(0.5));
+        // A quarter of the way from 2^4 to 2^8.
+        assert_eq!(image(Aov::Time, &[16.0, 256.0, 32.0])[6..9], scale.color(0.25));
+        assert_eq!(image(Aov::Distance, &[f32::INFINITY]), [0; 3]);
+    }
+
+    #[test]
+    fn what_lies_far_out_does_not_spread_the_scale() {
+        let mut pixels = vec![[1.0, 0.0, 0.0]; 150];
+        pixels.extend([[4.0, 0.0, 0.0]; 149]);
+        pixels.push([1e30, 0.0, 0.0]);
+        let image = AovImage { aov: Aov::Distance, width: 300, height: 1, pixels };
+        assert_eq!(image.to_srgb()[3 * 200..3 * 201], HeatScale::new().color(1.0));
+    }
+
+    #[test]
+    fn numbers_have_colors_of_their_own() {
+        assert_eq!(color_of(-1.0), [0; 3]);
+        assert_ne!(color_of(0.0), color_of(1.0));
+    }
+}

@@ -1,0 +1,110 @@
+//! What the camera rays of a tile meet, and how long its samples take: images of something else than
+//! colour. Rays are those of the image, traced once more, so that its own way stays as it is.
+
+use std::time::Duration;
+
+use crate::acceleration::{LANES, lanes_of};
+use crate::film::Aov;
+use crate::math::dot;
+
+use super::camera::{CameraRays, Tile, camera_rays};
+use super::compiled::CompiledScene;
+use super::shading::Tracer;
+use super::surface::{prepare, runs};
+use super::workspace::Workspace;
+
+/// The classes of a scene's objects, in the order in which objects have them.
+pub struct ObjectClasses {
+    /// Their names.
+    pub names: Vec<String>,
+    /// The number of each shader's class; -1 for those of no object.
+    numbers: Vec<f32>,
+}
+
+impl ObjectClasses {
+    /// Those of a scene.
+    pub fn of(scene: &CompiledScene) -> Self {
+        let mut classes =
+            ObjectClasses { names: Vec::new(), numbers: vec![-1.0; scene.shaders.len()] };
+        for object in &scene.objects {
+            let shader = object.primitive.shader;
+            if classes.numbers[shader] < 0.0 {
+                classes.numbers[shader] = classes.names.len() as f32;
+                classes.names.push(scene.shaders[shader].program.class().name.clone());
+            }
+        }
+        classes
+    }
+}
+
+/// Sums of the samples of a tile.
+pub struct TileAovs {
+    distance: [f32; LANES],
+    normal: [[f32; 3]; LANES],
+    object: [f32; LANES],
+    class: [f32; LANES],
+    hits: [u32; LANES],
+    samples: u32,
+}
+
+/// The values of a tile.
+pub type TileValues = [[f32; 3]; LANES];
+
+impl TileAovs {
+    /// No samples.
+    pub fn new() -> Self {
+        TileAovs {
+            distance: [0.0; LANES],
+            normal: [[0.0; 3]; LANES],
+            object: [-1.0; LANES],
+            class: [-1.0; LANES],
+            hits: [0; LANES],
+            samples: 0,
+        }
+    }
+
+    /// Traces the camera rays of a sample.
+    pub fn add(
+        &mut self,
+        tracer: &Tracer<'_>,
+        workspace: &mut Workspace,
+        classes: &ObjectClasses,
+        tile: Tile,
+        sample: u32,
+    ) {
+        let settings = &tracer.scene.settings;
+        let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, sample);
+        let mut level = workspace.take_level();
+        let lanes = tile.lanes(settings.width, settings.height);
+        let hits = tracer.nearest(workspace, &rays, lanes);
+        for run in &runs(tracer.scene, &hits, lanes) {
+            prepare(tracer, run, &rays, &hits, &mut level, &mut context);
+            for lane in lanes_of(run.lanes) {
+                let (direction, normal) = (rays.direction_of(lane), context.shading_normal(lane));
+                self.distance[lane] += hits.distance[lane] * dot(direction, direction).sqrt();
+                (0..3).for_each(|axis| self.normal[lane][axis] += normal[axis]);
+                self.hits[lane] += 1;
+                if self.samples == 0 {
+                    self.object[lane] = run.index as f32;
+                    self.class[lane] = classes.numbers[run.object.primitive.shader];
+                }
+            }
+        }
+        workspace.return_level(level);
+        self.samples += 1;
+    }
+
+    /// The values, for a tile whose samples took this time in all.
+    pub fn values(&self, aov: Aov, time: Duration, samples: u32) -> TileValues {
+        let time = time.as_nanos() as f32 / (samples.max(1) as usize * LANES) as f32;
+        std::array::from_fn(|lane| match aov {
+            // Where nothing is hit, 0 / 0 would not do.
+            Aov::Distance if self.hits[lane] == 0 => [f32::INFINITY; 3],
+            Aov::Distance => [self.distance[lane] / self.hits[lane] as f32; 3],
+            Aov::Normal => self.normal[lane].map(|x| x / self.samples.max(1) as f32),
+            Aov::Object => [self.object[lane]; 3],
+            Aov::Class => [self.class[lane]; 3],
+            Aov::Time => [time; 3],
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Images of something else than colour.
+
+use std::path::PathBuf;
+
+use rtsl_render::film::{Aov, AovImage, write_image_with};
+use rtsl_render::reader::MemoryFiles;
+use rtsl_render::request::render_scene_from;
+use rtsl_render::{RenderRequest, RenderResult};
+
+/// A ball before a wall, seen without perspective: columns and rows of a quarter of a unit.
+const SCENE: &str = r#"
+LookAt 0 0 -5  0 0 0  0 1 0
+Camera "Orthographic" "float scale" 2
+Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+Sampler "stratified" "integer xsamples" 2 "integer ysamples" 2 "bool jitter" false
+WorldBegin
+LightSource "distant"
+Shape "sphere"
+Translate 0 0 3
+Shape "disk" "float radius" 1.7
+"#;
+
+fn render(aovs: &[Aov], threads: usize) -> RenderResult {
+    let files = MemoryFiles([(PathBuf::from("scene.pbrt"), SCENE.to_owned())].into());
+    let request = RenderRequest {
+        scene: "scene.pbrt".into(),
+        aovs: aovs.to_vec(),
+        threads: Some(threads),
+        ..RenderRequest::default()
+    };
+    render_scene_from(&request, &files)
+        .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+/// The value near the ball's middle, on the wall beside it, and in the corner, where nothing is.
+fn three_places(image: &AovImage) -> [[f32; 3]; 3] {
+    [8 * 16 + 8, 8 * 16 + 2, 0].map(|pixel: usize| image.pixels[pixel])
+}
+
+#[test]
+fn each_image_shows_what_it_says() {
+    let result = render(&Aov::ALL, 2);
+    let [distance, normal, object, class, time] = &result.aovs[..] else { panic!() };
+    let [ball, wall, nothing] = three_places(distance).map(|value| value[0]);
+    assert!((4.0..4.05).contains(&ball) && (wall - 8.0).abs() < 1e-5, "{ball} {wall}");
+    assert_eq!(nothing, f32::INFINITY);
+    let [ball, wall, nothing] = three_places(normal);
+    // Right of and below the middle; the disk's normal points along +z.
+    assert!(ball[0] > 0.05 && ball[1] < -0.05 && ball[2] < -0.9, "{ball:?}");
+    assert_eq!([wall, nothing], [[0.0, 0.0, 1.0], [0.0; 3]]);
+    let numbers = |image: &AovImage| three_places(image).map(|value| value[0]);
+    assert_eq!(numbers(object), [0.0, 1.0, -1.0]);
+    assert_eq!(numbers(class), [0.0, 1.0, -1.0]);
+    assert_eq!(result.statistics.object_classes, ["Sphere", "Disk"]);
+    assert!(time.pixels.iter().all(|value| value[0] > 0.0));
+}
+
+#[test]
+fn the_picture_does_not_depend_on_them_nor_they_on_threads() {
+    let constant = [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class];
+    let (with, alone) = (render(&constant, 1), render(&[], 1));
+    assert_eq!(with.image, alone.image);
+    assert_eq!(with.aovs, render(&constant, 2).aovs);
+    assert_eq!(with.statistics.rays, alone.statistics.rays);
+}
+
+#[test]
+fn files_hold_all_of_them() {
+    let result = render(&[Aov::Normal, Aov::Distance], 2);
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    write_image_with(&result.image, &result.aovs, &folder.join("aovs.exr"), 0.0).unwrap();
+    let file = exr::prelude::read_all_flat_layers_from_file(folder.join("aovs.exr")).unwrap();
+    let channels = &file.layer_data[0].channel_data.list;
+    let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    assert_eq!(names, ["B", "G", "R", "distance", "normal.X", "normal.Y", "normal.Z"]);
+    let distances: Vec<f32> = channels[3].sample_data.values_as_f32().collect();
+    assert!(distances.iter().zip(&result.aovs[1].pixels).all(|(read, made)| *read == made[0]));
+
+    write_image_with(&result.image, &result.aovs, &folder.join("aovs.png"), 0.0).unwrap();
+    for name in ["aovs.png", "aovs.normal.png", "aovs.distance.png"] {
+        assert_eq!(&std::fs::read(folder.join(name)).unwrap()[1..4], b"PNG", "{name}");
+    }
+}
