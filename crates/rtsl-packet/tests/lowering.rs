@@ -2,9 +2,18 @@
 
 use expect_test::{Expect, expect};
 use rtsl_ir::{Function, PlaceKind};
-use rtsl_packet::{Kernel, Layout, LowerError, Shape};
+use rtsl_packet::{Kernel, Layout, LowerError, ObjectForm, Shape};
 
 fn lower(text: &str, shape: Shape, width: u32) -> Result<Kernel, LowerError> {
+    lower_for(text, shape, width, None)
+}
+
+fn lower_for(
+    text: &str,
+    shape: Shape,
+    width: u32,
+    objects: Option<ObjectForm>,
+) -> Result<Kernel, LowerError> {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
@@ -13,6 +22,7 @@ fn lower(text: &str, shape: Shape, width: u32) -> Result<Kernel, LowerError> {
         places(PlaceKind::Buffer),
         places(PlaceKind::Scratch),
     );
+    let layout = Layout { objects, ..layout };
     let kernel = rtsl_packet::lower(&function, &layout, shape, width)?;
     rtsl_packet::verify(&kernel).unwrap_or_else(|error| panic!("{error}"));
     Ok(kernel)
@@ -147,8 +157,8 @@ fn in_the_stream_shape_members_are_lanes() {
     assert!(kernel.prologue.ops.is_empty());
     expect![[r#"
         kernel f stream W=8 {
-          member radius: f32xW[1] at 0
-          member table: f32xW[8] at 1
+          member radius: f32xW[1] at 0 of objects
+          member table: f32xW[8] at 1 of objects
           state rt_HitDistance: f32xW[1] at 17
           prologue {
           }
@@ -164,6 +174,38 @@ fn in_the_stream_shape_members_are_lanes() {
         }
     "#]]
     .assert_eq(&kernel.to_string());
+}
+
+/// Only what stands for each object varies, and where one object is called for nothing of it does.
+#[test]
+fn what_objects_share_is_uniform() {
+    let radius = Some(ObjectForm::new([0]));
+    let kernel = lower_for(SHARED_WORK, Shape::Leaf, 8, radius.clone()).unwrap();
+    expect![[r#"
+        kernel f leaf W=8 {
+          member radius: f32xW[1] at 0 of objects
+          member table: f32[8] at 1
+          state rt_HitDistance: f32[1] at 17
+          prologue {
+            %1 = load rt_HitDistance[0] : f32
+          }
+          chunk (%0: mask) {
+            %2 = load radius[0] : f32xW
+            %3 = multiply %2, %2 : f32xW
+            %4 = convert %3 : i32xW
+            %5 = load table[%4] : f32xW
+            %6 = add %1, %5 : f32xW
+          }
+          rt_HitDistance[0] = %6
+        }
+    "#]]
+    .assert_eq(&kernel.to_string());
+    let kernel = lower_for(SHARED_WORK, Shape::Packet, 8, radius).unwrap();
+    let places = kernel.places.iter().map(|it| (it.of_objects, it.varies, it.location));
+    assert_eq!(places.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
+    // A part of the table.
+    let part = lower_for(SHARED_WORK, Shape::Leaf, 8, Some(ObjectForm::new(3..5)));
+    assert_eq!(part, Err(LowerError::NoLocation(PlaceKind::Member, "table".to_owned())));
 }
 
 #[test]

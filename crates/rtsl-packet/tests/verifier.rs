@@ -83,6 +83,15 @@ fn every_broken_rule_is_found() {
     type Break<'a> = Box<dyn Fn(&mut Kernel) + 'a>;
     let broken: Vec<(&str, Break<'_>)> = vec![
         ("width 3", Box::new(|k| k.width = 3)),
+        ("there are no blocks of them", Box::new(|k| k.shape = Shape::Stream)),
+        ("radius is not in the blocks of objects", Box::new(|k| k.places[1].of_objects = true)),
+        (
+            "rt_HitDistance is not in the blocks of objects",
+            Box::new(|k| {
+                k.object_words = Some(9);
+                k.places[0].of_objects = true;
+            }),
+        ),
         ("%3 is used where it is not visible", Box::new(|k| k.body.ops.swap(0, 1))),
         ("%2 is used where it is not visible", Box::new(|k| k.prologue.ops.truncate(1))),
         (
