@@ -25,8 +25,8 @@ const FLIGHT_PER_SECOND: f64 = 0.7;
 const HASTE: f64 = 4.0;
 /// The pointer may move so many pixels during a click.
 const CLICK_RADIUS: f64 = 3.0;
-/// No panel opens by itself in windows narrower than this.
-const WIDE_ENOUGH: i32 = 2 * panel::WIDTH;
+/// No panel opens by itself in windows narrower than this: it would cover the figures.
+const WIDE_ENOUGH: i32 = 3 * panel::WIDTH;
 
 /// The viewer behind its window.
 pub struct App {
@@ -201,7 +201,8 @@ impl App {
     }
 
     fn is_over_panel(&self) -> bool {
-        self.shows_panel && self.pointer.0 >= f64::from(self.panel_left())
+        let (x, y) = self.pointer;
+        self.shows_panel && x >= f64::from(self.panel_left()) && y < f64::from(self.panel.height())
     }
 
     fn move_pointer(&mut self, x: f64, y: f64) {

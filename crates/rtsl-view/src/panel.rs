@@ -92,14 +92,15 @@ impl Panel {
         self.controls = controls;
     }
 
-    /// Scrolls so that the selected part shows in a window of this height.
+    /// Scrolls so that the selected part and its parameters show in a window of this height, as far as
+    /// they fit.
     pub fn show_selected(&mut self, height: i32) {
         let index = self.things.iter().position(|thing| Some(thing.entity) == self.selected);
         let Some(index) = index else { return };
+        let components = self.controls.iter().map(|control| control.values.len());
+        let end = index + 1 + components.sum::<usize>();
         let visible = (height / ROW).max(1) as usize;
-        if index < self.scrolled || index + 4 > self.scrolled + visible {
-            self.scrolled = index.saturating_sub(visible / 3);
-        }
+        self.scrolled = self.scrolled.max(end.saturating_sub(visible)).min(index);
     }
 
     /// Turns the wheel.
@@ -162,9 +163,14 @@ impl Panel {
         self.drag.is_some()
     }
 
+    /// Rows of pixels that it takes in a window that is high enough.
+    pub fn height(&self) -> i32 {
+        self.rows().len().saturating_sub(self.scrolled) as i32 * ROW
+    }
+
     /// Paints the panel, whose left edge is at `left`.
     pub fn paint(&self, canvas: &mut Canvas<'_>, left: i32) {
-        let (_, height) = canvas.size();
+        let height = canvas.size().1.min(self.height());
         canvas.cover(Rect { x: left, y: 0, width: WIDTH, height }, BACKGROUND);
         let visible = (height / ROW + 1).max(0) as usize;
         for (line, row) in (0..).zip(self.rows().into_iter().skip(self.scrolled).take(visible)) {
@@ -411,6 +417,17 @@ mod tests {
             row.iter().filter(|pixel| **pixel == KNOB).count()
         };
         assert!(painted(0.2) < painted(1.0) && painted(1.0) < painted(1.8));
+    }
+
+    #[test]
+    fn what_is_selected_is_shown() {
+        let mut panel = panel();
+        panel.show_selected(20 * ROW);
+        assert_eq!(panel.scrolled, 0, "all of it shows");
+        panel.show_selected(8 * ROW);
+        assert_eq!(panel.scrolled, 1, "two parts and seven components");
+        panel.show_selected(2 * ROW);
+        assert_eq!(panel.scrolled, 1, "the part itself before its parameters");
     }
 
     #[test]

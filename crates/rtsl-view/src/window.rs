@@ -78,7 +78,10 @@ pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
 }
 
 fn no_display(error: impl std::fmt::Display) -> ViewError {
-    ViewError::NoDisplay(error.to_string())
+    let text = error.to_string();
+    // Errors of the system name the source line of the library that met them.
+    let told = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    ViewError::NoDisplay(told.map_or(text.clone(), |(_, what)| what.to_owned()))
 }
 
 /// Sent from the thread that watches the scene's files.
