@@ -37,28 +37,9 @@ impl Kernel {
     // Inlined for the same reason as that of `CompiledKernel`.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
-        // Taken apart and put together again, so that only the interpreter's arm has them in memory: else
-        // every call writes them there first, which takes 3 ns.
-        let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         match &self.kind {
-            Kind::Compiled(kernel) => kernel.call(CallArguments {
-                state,
-                scratch,
-                count,
-                mask,
-                accepted,
-                instances,
-                host,
-            }),
-            Kind::Interpreted(kernel) => kernel.call(CallArguments {
-                state,
-                scratch,
-                count,
-                mask,
-                accepted,
-                instances,
-                host,
-            }),
+            Kind::Compiled(kernel) => kernel.call(call),
+            Kind::Interpreted(kernel) => kernel.call(call),
         }
     }
 
