@@ -108,6 +108,18 @@ fn one_mesh_in_five_formats_is_the_same() {
     }
 }
 
+#[test]
+fn a_triangle_takes_no_more_than_its_share_of_the_buffers() {
+    let knot = mesh_file("../../../../scenes/knot.ply");
+    let files = Files::with_world("Shape \"plymesh\" \"string filename\" \"knot.ply\"");
+    let object = scene(&files.with("knot.ply", knot)).objects.remove(0);
+    let buffers = ["positions", "normals", "uvs", "indices"];
+    let words = buffers.map(|name| object.primitive.buffer(name).map_or(0, |words| words.len()));
+    let bytes = 4 * words.iter().sum::<usize>();
+    let triangles = object.elements.expect("it is a mesh") as usize;
+    assert!(bytes <= 36 * triangles, "{bytes} bytes for {triangles} triangles");
+}
+
 /// The corners of the square with a texture that shows its coordinates, in single triangles.
 fn single_triangles() -> String {
     let triangle = |corners: [[i32; 2]; 3]| {
@@ -137,11 +149,18 @@ fn a_mesh_looks_like_its_triangles() {
 }
 
 #[test]
-fn a_quadrilateral_has_the_texture_coordinates_of_the_format() {
+fn a_flat_patch_looks_like_two_triangles() {
     let text = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \
         \"normal N\" [0 0 -1  0 0 -1  0 0 -1  0 0 -1]";
-    let mesh = picture(&Files::with_world(&format!("{CHECKED}{text}")));
-    assert!(mesh == picture(&Files::with_world(&format!("{CHECKED}{SQUARE}"))));
+    let patch = picture(&Files::with_world(&format!("{CHECKED}{text}")));
+    let triangles = picture(&Files::with_world(&format!("{CHECKED}{SQUARE}")));
+    let close = |a: &[u32; 3], b: &[u32; 3]| {
+        let difference = |channel: usize| f32::from_bits(a[channel]) - f32::from_bits(b[channel]);
+        (0..3).all(|channel| difference(channel).abs() < 1e-3)
+    };
+    let different = patch.iter().zip(&triangles).filter(|(a, b)| !close(a, b)).count();
+    // Rounding may move a ray to the next tile of the texture, or off the edge.
+    assert!(different <= 2, "{different} pixels differ");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::MeshError;
 /// The numbers of one array, at most: kernels count them in 31 bits.
 const MOST_NUMBERS: usize = i32::MAX as usize;
 
-/// A triangle mesh, as instances share it. All its triangles have vertices.
+/// A mesh, as instances share it. The corners of all its faces are vertices.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Three floats for each vertex, all of them finite.
@@ -16,12 +16,12 @@ pub struct Mesh {
     pub normals: Numbers,
     /// Two floats for each vertex, or nothing.
     pub uvs: Numbers,
-    /// Three ints for each triangle: the numbers of its vertices.
+    /// Three ints for each triangle, or four for each quadrilateral: the numbers of its vertices.
     pub indices: Numbers,
 }
 
 impl Mesh {
-    /// The number of triangles.
+    /// The number of triangles, where it has triangles.
     pub fn triangles(&self) -> usize {
         self.indices.words().len() / 3
     }
@@ -41,7 +41,7 @@ pub struct MeshBuilder {
     pub normals: Vec<u32>,
     /// Two floats for each vertex, or nothing.
     pub uvs: Vec<u32>,
-    /// Three indices for each triangle.
+    /// Three indices for each triangle, or four for each quadrilateral.
     pub indices: Vec<u32>,
 }
 
@@ -60,16 +60,30 @@ impl MeshBuilder {
         check_size(self.indices.len(), 3, "triangles")
     }
 
-    /// Checks everything and gives the arrays their final place, one after the other, so that no
+    /// Checks a mesh of triangles and gives the arrays their final place, one after the other, so that no
     /// more than one of them is there twice.
     ///
     /// # Errors
     /// What is wrong with it.
     pub fn finish(self) -> Result<Mesh, MeshError> {
-        check_size(self.positions.len(), 3, "vertices")?;
         check_size(self.indices.len(), 3, "triangles")?;
-        check_whole(self.positions.len(), "vertex")?;
-        check_whole(self.indices.len(), "triangle")?;
+        check_whole(self.indices.len(), 3, "triangle")?;
+        self.finish_faces()
+    }
+
+    /// The same for quadrilaterals.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn finish_quadrilaterals(self) -> Result<Mesh, MeshError> {
+        check_size(self.indices.len(), 4, "quadrilaterals")?;
+        check_whole(self.indices.len(), 4, "quadrilateral")?;
+        self.finish_faces()
+    }
+
+    fn finish_faces(self) -> Result<Mesh, MeshError> {
+        check_size(self.positions.len(), 3, "vertices")?;
+        check_whole(self.positions.len(), 3, "vertex")?;
         let vertices = self.positions.len() / 3;
         check_count("normals", self.normals.len(), 3, vertices)?;
         check_count("texture coordinates", self.uvs.len(), 2, vertices)?;
@@ -92,8 +106,8 @@ pub(super) fn check_size(numbers: usize, each: usize, what: &'static str) -> Res
     Ok(())
 }
 
-fn check_whole(numbers: usize, what: &'static str) -> Result<(), MeshError> {
-    if numbers.is_multiple_of(3) { Ok(()) } else { Err(MeshError::Incomplete(numbers, what)) }
+fn check_whole(numbers: usize, each: usize, what: &'static str) -> Result<(), MeshError> {
+    if numbers.is_multiple_of(each) { Ok(()) } else { Err(MeshError::Incomplete(numbers, what)) }
 }
 
 fn check_count(
@@ -159,7 +173,7 @@ mod tests {
     fn what_kernels_may_not_see_is_refused() {
         let corners = [0.0; 9];
         assert_eq!(builder(&corners, &[0, 1, 2]).finish().unwrap().triangles(), 1);
-        assert_eq!(problem(builder(&corners, &[])), "it has no triangle");
+        assert_eq!(problem(builder(&corners, &[])), "it has no face");
         assert_eq!(problem(builder(&corners[1..], &[0, 1, 2])), "8 numbers make no whole vertex");
         assert_eq!(problem(builder(&corners, &[0, 1])), "2 numbers make no whole triangle");
         assert_eq!(

@@ -14,8 +14,8 @@ pub enum MeshError {
     /// The file ends too soon.
     #[error("the file ends within {0}")]
     Truncated(String),
-    /// It has no triangle.
-    #[error("it has no triangle")]
+    /// It has no face.
+    #[error("it has no face")]
     Empty,
     /// Numbers that do not come in groups of a vertex or a triangle.
     #[error("{0} numbers make no whole {1}")]
@@ -54,7 +54,9 @@ impl MeshError {
             MeshError::Malformed(_) => "export it again, as plain triangles without compression",
             MeshError::Truncated(_) => "it was cut off: copy or export it again",
             MeshError::Empty => "a mesh needs at least one face with three corners",
-            MeshError::Incomplete(..) => "give three numbers for each of them, two for `uv`",
+            MeshError::Incomplete(..) => {
+                "give three numbers for a vertex or triangle, four for a quadrilateral"
+            }
             MeshError::IndexOutOfRange { .. } => "indices count vertices from 0",
             MeshError::NotFinite(_) => "remove what is not a number or infinite",
             MeshError::CountMismatch { .. } => "give one for each vertex, or none at all",

@@ -1,5 +1,5 @@
-//! The format's shapes that are meshes. All of them become instances of the library's class
-//! `TriangleMesh`, whose buffers are the mesh's arrays.
+//! The format's shapes that are meshes. They become instances of the library's classes `TriangleMesh`
+//! and `BilinearMesh`, whose buffers are the mesh's arrays.
 
 use std::path::Path;
 
@@ -24,9 +24,6 @@ pub enum MeshShape {
 }
 
 impl MeshShape {
-    /// The class that they become.
-    pub const CLASS: &str = "TriangleMesh";
-
     /// The shape that the format calls so.
     pub fn named(name: &str) -> Option<MeshShape> {
         match name {
@@ -94,36 +91,11 @@ fn triangles(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
     builder.finish().map_err(|error| unusable(entity, entity.class_span, &error))
 }
 
-/// Each quadrilateral as two triangles, with corners of its own, so that their texture coordinates
-/// can be those of the quadrilateral where the shape gives none.
 fn quadrilaterals(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
-    let wrong = |error: MeshError| unusable(entity, entity.class_span, &error);
-    let given = vertices(entity)?;
-    let corners = indices(entity, &[0, 1, 2, 3])?;
-    if !corners.len().is_multiple_of(4) {
-        return Err(wrong(MeshError::Incomplete(corners.len(), "quadrilateral")));
-    }
-    let mut builder = MeshBuilder::default();
-    for (quadrilateral, corners) in (0..).zip(corners.chunks_exact(4)) {
-        for (corner, uv) in corners.iter().zip([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) {
-            let range = |each: usize| *corner as usize * each..(*corner as usize + 1) * each;
-            let position = given.positions.get(range(3)).ok_or_else(|| {
-                let vertices = given.positions.len() / 3;
-                wrong(MeshError::IndexOutOfRange {
-                    index: (*corner).cast_signed().into(),
-                    vertices,
-                })
-            })?;
-            builder.positions.extend_from_slice(position);
-            builder.normals.extend_from_slice(given.normals.get(range(3)).unwrap_or_default());
-            let uv = uv.map(f32::to_bits);
-            builder.uvs.extend_from_slice(given.uvs.get(range(2)).unwrap_or(&uv));
-        }
-        // The third corner lies opposite the second one.
-        let first = 4 * quadrilateral;
-        builder.polygon(&[first, first + 1, first + 3, first + 2]).map_err(wrong)?;
-    }
-    builder.finish().map_err(wrong)
+    let mut builder = vertices(entity)?;
+    builder.indices = indices(entity, &[0, 1, 2, 3])?;
+    let mesh = builder.finish_quadrilaterals();
+    mesh.map_err(|error| unusable(entity, entity.class_span, &error))
 }
 
 /// Reads the file at a path.

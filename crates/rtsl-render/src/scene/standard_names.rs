@@ -3,7 +3,6 @@
 use crate::math::Transform;
 
 use super::description::EntityKind;
-use super::mesh_shape::MeshShape;
 
 /// A name of the format.
 #[derive(Debug)]
@@ -74,10 +73,10 @@ const NAMES: &[StandardName] = &[
     StandardName::new(EntityKind::Shape, "cylinder", "Cylinder")
         .along_z()
         .renaming(&[("zmin", "yMin"), ("zmax", "yMax")]),
-    StandardName::new(EntityKind::Shape, "trianglemesh", MeshShape::CLASS),
-    StandardName::new(EntityKind::Shape, "bilinearmesh", MeshShape::CLASS),
-    StandardName::new(EntityKind::Shape, "plymesh", MeshShape::CLASS),
-    StandardName::new(EntityKind::Shape, "gltf", MeshShape::CLASS),
+    StandardName::new(EntityKind::Shape, "trianglemesh", "TriangleMesh"),
+    StandardName::new(EntityKind::Shape, "bilinearmesh", "BilinearMesh"),
+    StandardName::new(EntityKind::Shape, "plymesh", "TriangleMesh"),
+    StandardName::new(EntityKind::Shape, "gltf", "TriangleMesh"),
     StandardName::new(EntityKind::Material, "diffuse", "Lambertian")
         .renaming(&[("reflectance", "kd")]),
     StandardName::new(EntityKind::Material, "conductor", "Conductor").renaming(&[

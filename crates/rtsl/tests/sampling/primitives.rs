@@ -188,6 +188,24 @@ fn faces_of_meshes() {
 }
 
 #[test]
+fn patches_of_meshes() {
+    // A parallelogram, and one whose last corner lies elsewhere.
+    for last in [[1.4, 1.3, 0.2], [1.9, 1.4, 0.9]] {
+        let list = |numbers: &[f32]| Value::Numbers(Numbers::floats(numbers.iter().copied()));
+        let corners = [[-0.5, 0.0, 0.2], [1.3, 0.2, -0.1], [-0.4, 1.1, 0.5], last];
+        let parameters = vec![
+            ("positions", list(&corners.concat())),
+            ("normals", list(&[])),
+            ("uvs", list(&[])),
+            ("indices", Value::Numbers(Numbers::ints([0, 1, 2, 3]))),
+        ];
+        let patch = seen("BilinearMesh", parameters, Vec3::new(0.3, 0.2, 1.9));
+        let middle = Vec3::new(0.45, 0.65, 0.3);
+        patch.check(&Grid::cap(middle - patch.origin, 0.0), 0.02);
+    }
+}
+
+#[test]
 fn cylinders_from_inside_and_outside() {
     let (radius, low, high) = (0.8, -0.7, 1.1);
     for origin in [Vec3::new(0.2, 0.1, -0.3), Vec3::new(1.8, 0.6, 0.9)] {

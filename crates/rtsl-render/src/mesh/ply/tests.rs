@@ -95,7 +95,7 @@ fn what_is_wrong_is_said() {
         "vertex 1 has a coordinate that is not finite"
     );
     assert_eq!(whole(&format!("{corners}-1 0")), "it has a list of -1 numbers");
-    assert_eq!(problem(vertices, corners), "it has no triangle");
+    assert_eq!(problem(vertices, corners), "it has no face");
     assert_eq!(
         problem("element vertex 1\nproperty float x\n", "1"),
         "its vertices lack `x`, `y` or `z`"
@@ -130,7 +130,7 @@ fn what_a_header_claims_costs_nothing() {
         problem(&format!("element vertex 700000000\n{vertex}"), "1 2 3"),
         "the file ends within its numbers"
     );
-    assert_eq!(problem(&format!("element nothing {many}\n"), ""), "it has no triangle");
+    assert_eq!(problem(&format!("element nothing {many}\n"), ""), "it has no face");
     let faces = format!("element face {many}\nproperty list uint int vertex_indices\n");
     assert_eq!(problem(&faces, "4294967295 1 2"), "the file ends within its numbers");
 }
