@@ -67,8 +67,8 @@ fn hits_are_computed_anew_where_something_reads_their_scratch() {
     for (material, reads_scratch) in [(GREY, false), (CHECKED, true)] {
         let scene = compiled(&format!("{material}Shape \"Marked\""));
         let shader = scene.shaders.iter().find(|it| it.program.class().name == "Marked");
-        let hit_kernel = shader.and_then(|shader| shader.hit_kernel());
-        assert_eq!(hit_kernel.is_some(), reads_scratch, "{material}");
+        let reads = shader.map(|shader| shader.reads_hit_scratch);
+        assert_eq!(reads, Some(reads_scratch), "{material}");
     }
 }
 

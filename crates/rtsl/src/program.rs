@@ -181,8 +181,8 @@ impl Program {
         maker.make(instance, block, count as usize)
     }
 
-    /// The form of objects that share nothing.
-    fn separate_objects(&self, placed: bool) -> ObjectForm {
+    /// The form of objects that share nothing, with placements or without.
+    pub fn separate_objects(&self, placed: bool) -> ObjectForm {
         let words = self.layout.block_words;
         ObjectForm::new(0..if placed { words + PLACEMENT_SCALARS } else { words })
     }

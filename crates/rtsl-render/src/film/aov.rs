@@ -113,7 +113,7 @@ fn color_of(number: f32) -> [u8; 3] {
     if number < 0.0 {
         return [0; 3];
     }
-    let bits = crate::sampling::hash(number as u64, 0);
+    let bits = crate::sampling::hash(number as u32, 0);
     // Bright enough to tell from black.
     [0, 8, 16].map(|shift| 64 + (bits >> shift) as u8 % 192)
 }

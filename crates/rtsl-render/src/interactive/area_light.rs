@@ -95,7 +95,7 @@ fn generate(
         set_number(state, v.epsilon, lane, tracer.scene.epsilon);
         set_number(state, v.time_seed, lane, context.time[lane]);
     }
-    blocks.clear_scratch(call.scratch_arrays(tracer.scene));
+    blocks.clear_scratch(call.scratch_arrays);
     blocks.call(&call, LaneMask::from(lanes.active), None, context);
     for lane in lanes.iter() {
         place(light, object, &blocks.state, lane, query, answer);
@@ -182,7 +182,7 @@ fn emission(
     for run in &runs(tracer.scene, hits, found) {
         prepare(tracer, run, rays, hits, level, context);
     }
-    level.blocks.clear_scratch(call.scratch_arrays(tracer.scene));
+    level.blocks.clear_scratch(call.scratch_arrays);
     level.blocks.call(&call, found, None, context);
     let mut lit = 0;
     for lane in lanes_of(found) {

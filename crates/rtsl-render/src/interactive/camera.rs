@@ -1,14 +1,16 @@
 //! Camera rays of a tile.
 
-use rtsl::Method;
+use fearless_simd::{Level, Simd, dispatch};
+use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
-use crate::math::reciprocal;
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet};
 use crate::sampling::RayStream;
+use crate::scene::Settings;
 
+use super::compiled::CompiledScene;
 use super::host::LaneContext;
 use super::shading::{PacketColors, Tracer};
-use super::variables::{number, set_number, set_vector, variables, vector};
+use super::variables::variables;
 use super::workspace::Workspace;
 
 /// The side of a tile in pixels: a packet is one sample of each of its pixels.
@@ -38,6 +40,9 @@ impl Tile {
 
     /// The lanes whose pixels lie inside the image.
     pub fn lanes(&self, width: usize, height: usize) -> LaneMask {
+        if self.x + TILE <= width && self.y + TILE <= height {
+            return LaneMask::MAX;
+        }
         let inside = |lane: &usize| {
             let (x, y) = self.pixel(*lane);
             x < width && y < height
@@ -68,56 +73,120 @@ pub fn camera_rays(
     tile: Tile,
     sample: u32,
 ) -> CameraRays {
+    dispatch!(Level::new(), simd => camera_rays_in_vectors(simd, tracer, workspace, tile, sample))
+}
+
+#[inline(always)]
+fn camera_rays_in_vectors<S: Simd>(
+    _: S,
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    tile: Tile,
+    sample: u32,
+) -> CameraRays {
     let scene = tracer.scene;
     let settings = &scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let v = variables();
-    let (du, dv) = (1.0 / settings.width as f32, 1.0 / settings.height as f32);
-    let mut streams = [RayStream::default(); LANES];
-    let mut time: Lanes = [0.0; LANES];
-    let mut level = workspace.take_level();
-    let state = &mut level.blocks.state;
-    for lane in lanes_of(lanes) {
-        let (x, y) = tile.pixel(lane);
-        let pixel = (y * settings.width + x) as u64;
-        let [px, py] = settings.sampler.pixel_position(pixel, sample);
-        let [lens_x, lens_y] = settings.sampler.lens_position(pixel, sample);
-        streams[lane] = settings.sampler.stream(pixel, sample);
-        time[lane] = settings.sampler.time(pixel, sample);
-        // Rows count from the top, screen coordinates from the bottom.
-        let row = (settings.height - 1 - y) as f32 + (1.0 - py);
-        set_number(state, v.screen_coord, lane, (x as f32 + px) * du);
-        set_number(state, v.screen_coord + 1, lane, row * dv);
-        set_number(state, v.lens_coord, lane, lens_x);
-        set_number(state, v.lens_coord + 1, lane, lens_y);
-        set_number(state, v.du, lane, du);
-        set_number(state, v.dv, lane, dv);
-        set_number(state, v.time_seed, lane, time[lane]);
-        set_number(state, v.epsilon, lane, scene.epsilon);
-        set_number(state, v.hit_distance, lane, f32::INFINITY);
-        set_vector(state, v.ray_origin, lane, [0.0; 3]);
-        set_vector(state, v.ray_direction, lane, [0.0, 0.0, 1.0]);
-        set_vector(state, v.inverse_ray_direction, lane, reciprocal([0.0, 0.0, 1.0]));
-        set_vector(state, v.sample_color, lane, [1.0; 3]);
-    }
-    let mut context = LaneContext::new(settings.sampler, streams, time);
+    let numbers = CameraNumbers::new(settings, tile, sample);
+    let mut context = LaneContext::new(settings.sampler, numbers.streams, numbers.time);
+    let mut rays = RayPacket::default();
+    let mut weights = [[1.0; LANES]; 3];
+    let blocks = &mut workspace.camera;
+    numbers.set(scene, &mut blocks.state);
     if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) {
-        level.blocks.call(&call, lanes, None, &mut context);
+        blocks.call(&call, lanes, None, &mut context);
     }
-    let state = &level.blocks.state;
-    let mut rays = RayPacket { time, ..RayPacket::default() };
-    let mut weights = [[0.0; LANES]; 3];
-    for lane in lanes_of(lanes) {
-        let origin = scene.camera_to_world.point(vector(state, v.ray_origin, lane));
-        let direction = scene.camera_to_world.vector(vector(state, v.ray_direction, lane));
-        rays.set(lane, origin, direction);
-        rays.epsilon[lane] = number(state, v.epsilon, lane);
-        rays.limit[lane] = number(state, v.hit_distance, lane);
-        let weight = vector(state, v.sample_color, lane);
-        (0..3).for_each(|channel| weights[channel][lane] = weight[channel]);
+    let v = variables();
+    let state = &blocks.state;
+    for axis in 0..3 {
+        rays.origin[axis].copy_from_slice(state.floats(v.ray_origin + axis));
+        rays.direction[axis].copy_from_slice(state.floats(v.ray_direction + axis));
+        weights[axis].copy_from_slice(state.floats(v.sample_color + axis));
     }
-    workspace.return_level(level);
-    CameraRays { rays, context, weights }
+    // Hits behind the origin count for nobody.
+    for (epsilon, given) in rays.epsilon.iter_mut().zip(state.floats(v.epsilon)) {
+        *epsilon = if *given > 0.0 { *given } else { 0.0 };
+    }
+    rays.limit.copy_from_slice(state.floats(v.hit_distance));
+    rays.time = numbers.time;
+    CameraRays { rays: moved_packet(&rays, &scene.camera_to_world), context, weights }
+}
+
+/// What the camera is given, lane by lane.
+struct CameraNumbers {
+    screen: [Lanes; 2],
+    lens: [Lanes; 2],
+    time: Lanes,
+    streams: [RayStream; LANES],
+    /// The size of a pixel.
+    pixel_size: [f32; 2],
+}
+
+impl CameraNumbers {
+    #[inline(always)]
+    fn new(settings: &Settings, tile: Tile, sample: u32) -> Self {
+        let sampler = &settings.sampler;
+        let (width, height) = (settings.width as u32, settings.height as u32);
+        let mut numbers = CameraNumbers {
+            screen: [[0.0; LANES]; 2],
+            lens: [[0.0; LANES]; 2],
+            time: [0.0; LANES],
+            streams: [RayStream::default(); LANES],
+            pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
+        };
+        let [du, dv] = numbers.pixel_size;
+        // A loop for each number, so that each is done in vectors. Lanes outside the image compute
+        // too; nobody reads what.
+        let pixels: [[u32; LANES]; 2] = {
+            let places: [(usize, usize); LANES] = std::array::from_fn(|lane| tile.pixel(lane));
+            [places.map(|(x, _)| x as u32), places.map(|(_, y)| y as u32)]
+        };
+        let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
+        for lane in 0..LANES {
+            let [x, y] = sampler.pixel_position(index(lane), sample);
+            // Rows count from the top, screen coordinates from the bottom.
+            let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
+            numbers.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
+            numbers.screen[1][lane] = (row as i32 as f32 + (1.0 - y)) * dv;
+        }
+        for lane in 0..LANES {
+            [numbers.lens[0][lane], numbers.lens[1][lane]] =
+                sampler.lens_position(index(lane), sample);
+        }
+        for lane in 0..LANES {
+            numbers.time[lane] = sampler.time(index(lane), sample);
+        }
+        for lane in 0..LANES {
+            numbers.streams[lane] = sampler.stream(index(lane), sample);
+        }
+        numbers
+    }
+
+    fn set(&self, scene: &CompiledScene, state: &mut LaneBlock) {
+        let v = variables();
+        for axis in 0..2 {
+            state.floats_mut(v.screen_coord + axis).copy_from_slice(&self.screen[axis]);
+            state.floats_mut(v.lens_coord + axis).copy_from_slice(&self.lens[axis]);
+        }
+        state.floats_mut(v.time_seed).copy_from_slice(&self.time);
+        let [du, dv] = self.pixel_size;
+        let far = f32::INFINITY;
+        for (component, value) in
+            [(v.du, du), (v.dv, dv), (v.epsilon, scene.epsilon), (v.hit_distance, far)]
+        {
+            state.floats_mut(component).fill(value);
+        }
+        for (first, values) in [
+            (v.ray_origin, [0.0; 3]),
+            (v.ray_direction, [0.0, 0.0, 1.0]),
+            (v.inverse_ray_direction, [far, far, 1.0]),
+            (v.sample_color, [1.0; 3]),
+        ] {
+            for (axis, value) in values.into_iter().enumerate() {
+                state.floats_mut(first + axis).fill(value);
+            }
+        }
+    }
 }
 
 #[cfg(test)]

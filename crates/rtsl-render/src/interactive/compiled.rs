@@ -3,11 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::host::NoHost;
-use rtsl::{
-    CallArguments, Diagnostics, Engine, Instance, InstanceBlock, Instances, Method, Role,
-    SourceMap, new_state, set_defaults,
-};
+use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
 use crate::acceleration::{Bounds, Geometry};
 use crate::math::{Affine, Transform};
@@ -15,12 +11,11 @@ use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::AreaLight;
-use super::elements::expand_elements;
+use super::bounds::{BoundsMaker, element_bounds};
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, PlacedObjects};
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
-use super::variables::{variables, vector};
 
 /// An instance, ready for the kernels of its shader.
 pub struct ShaderInstance {
@@ -176,10 +171,6 @@ impl CompiledScene {
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
         let start = Instant::now();
-        let scene = expand_elements(scene).map_err(|problems| {
-            messages.push(SourceMap::new(), problems);
-            std::mem::take(messages)
-        })?;
         let shaders = ShaderTable::new(engine, &scene);
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);
@@ -190,7 +181,11 @@ impl CompiledScene {
         }
         let compile_time = start.elapsed();
         let start = Instant::now();
-        let mut compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene, shapes);
+        let compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene, shapes);
+        let mut compiled = compiled.map_err(|problem| {
+            messages.push_one(problem);
+            std::mem::take(messages)
+        })?;
         compiled.shaders = shaders_done;
         compiled.compile_time = compile_time;
         compiled.build_time = start.elapsed();
@@ -218,18 +213,26 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn build(&self, scene: Scene, shapes: Option<(Arc<Geometry>, f32)>) -> CompiledScene {
+    fn build(
+        &self,
+        scene: Scene,
+        shapes: Option<(Arc<Geometry>, f32)>,
+    ) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
         let placed = PlacedObjects::new(&scene, &objects);
-        let (geometry, epsilon) = shapes.unwrap_or_else(|| {
-            let own_bounds = self.own_bounds(&scene);
-            let epsilon = scene.settings.epsilon.unwrap_or_else(|| epsilon(&own_bounds));
-            (Arc::new(placed.geometry(&scene, &own_bounds)), epsilon)
-        });
-        let classes = placed.classes(&geometry, &objects, self.shaders);
-        let items = placed.items;
+        let (geometry, epsilon) = match shapes {
+            Some(shapes) => shapes,
+            None => {
+                let bounds = self.bounds(&scene)?;
+                let epsilon = scene.settings.epsilon.unwrap_or_else(|| epsilon(&bounds));
+                (Arc::new(placed.geometry(&scene, &bounds)), epsilon)
+            }
+        };
+        let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
+        let items = placed.groups;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
-        CompiledScene {
+        let area_lights = self.area_lights(&scene, &items);
+        Ok(CompiledScene {
             epsilon,
             settings: scene.settings.clone(),
             shaders: Vec::new(),
@@ -237,7 +240,7 @@ impl Builder<'_> {
             camera_to_world: scene.camera_to_world.affine(),
             materials: scene.materials.iter().map(|it| self.table.instance(it)).collect(),
             lights: scene.lights.iter().map(|light| self.light(light)).collect(),
-            area_lights: self.area_lights(&scene),
+            area_lights,
             ambient: scene.ambient,
             objects,
             geometry,
@@ -248,7 +251,7 @@ impl Builder<'_> {
             compile_time: Duration::ZERO,
             build_time: Duration::ZERO,
             specialisation: self.specialisation(&scene),
-        }
+        })
     }
 
     fn specialisation(&self, scene: &Scene) -> Specialisation {
@@ -265,21 +268,21 @@ impl Builder<'_> {
         }
     }
 
-    /// The shapes of the world that emit and can be sampled.
-    fn area_lights(&self, scene: &Scene) -> Vec<AreaLight> {
+    /// The shapes of the world that emit and can be sampled. Elements are not.
+    fn area_lights(&self, scene: &Scene, items: &[GroupItems]) -> Vec<AreaLight> {
         let has = |instance: &Instance, method: Method| {
             let shader = self.table.instance(instance).shader;
             self.shaders[shader].kernel(method).is_some()
         };
-        // The world's objects are the first members of the scene, in their order.
-        let members = (0..).zip(&scene.world);
-        let lights = members.filter_map(|(member, index)| {
-            let object = &scene.objects[*index as usize];
-            let emitter = object.emitter?;
+        let members = items.first().into_iter().flat_map(GroupItems::members);
+        let lights = members.filter_map(|member| {
+            let object = &scene.objects[member.object as usize];
+            let emitter = object.emitter.filter(|_| object.elements.is_none())?;
             let sampled = has(&object.primitive, Method::GenerateSample)
                 && has(&scene.materials[emitter as usize], Method::Emission);
             let volume_scale = object.transform.volume_scale();
-            sampled.then_some(AreaLight { member, object: *index, emitter, volume_scale })
+            let (member, object) = (member.first, member.object);
+            sampled.then_some(AreaLight { member, object, emitter, volume_scale })
         });
         lights.collect()
     }
@@ -295,30 +298,20 @@ impl Builder<'_> {
         }
     }
 
-    /// The boxes of all objects in the spaces of their groups; `None` for unbounded ones.
-    fn own_bounds(&self, scene: &Scene) -> Vec<Option<Bounds>> {
-        let mut state = new_state(1);
+    /// The boxes of all objects, or of their elements, in the spaces of their groups; `None` for
+    /// unbounded ones.
+    fn bounds(&self, scene: &Scene) -> Result<Vec<Vec<Option<Bounds>>>, Diagnostic> {
+        let mut maker = BoundsMaker::default();
         let bounds = scene.objects.iter().map(|object| {
             let instance = self.table.instance(&object.primitive);
             let shader = &self.shaders[instance.shader];
-            let kernel = shader.kernel(Method::ComputeBounds)?;
-            set_defaults(&mut state, Role::Primitive);
-            let mut scratch = shader.program.new_scratch(1);
-            let status = kernel.call(CallArguments {
-                state: &mut state,
-                scratch: &mut scratch,
-                count: 1,
-                mask: None,
-                accepted: None,
-                instances: Instances::One(&instance.block),
-                host: &mut NoHost,
-            });
-            if status.budget_exhausted {
-                return None;
-            }
-            let v = variables();
-            let own = Bounds::new(vector(&state, v.bound_min, 0), vector(&state, v.bound_max, 0))?;
-            own.transformed(object.transform)
+            let own = match object.elements {
+                Some(_) => element_bounds(&shader.program, &object.primitive)?,
+                None => vec![maker.bounds(shader, &instance)],
+            };
+            let placed =
+                |own: Option<Bounds>| own.and_then(|own| own.transformed(object.transform));
+            Ok(own.into_iter().map(placed).collect())
         });
         bounds.collect()
     }
@@ -333,8 +326,8 @@ pub fn inverse(transform: Transform) -> Affine {
 /// The least distance of a hit: 1e-4 of the scene's scale. The scale is the median diagonal of
 /// the objects' boxes, so that one large floor does not blur small things; but at least a hundredth
 /// of the diagonal of all, so that a fine mesh does not fall below the rounding of coordinates.
-fn epsilon(own_bounds: &[Option<Bounds>]) -> f32 {
-    let bounds: Vec<Bounds> = own_bounds.iter().flatten().copied().collect();
+fn epsilon(own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
+    let bounds: Vec<Bounds> = own_bounds.iter().flatten().flatten().copied().collect();
     let mut diagonals: Vec<f64> = bounds.iter().map(Bounds::diagonal).collect();
     diagonals.sort_unstable_by(f64::total_cmp);
     let Some(median) = diagonals.get(diagonals.len() / 2) else { return 1e-4 };

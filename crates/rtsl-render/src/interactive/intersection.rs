@@ -2,25 +2,25 @@
 
 use fearless_simd::Simd;
 use rtsl::host::NoHost;
-use rtsl::{CallArguments, CallStatus, Instances, Kernel, LaneBlock, Method, new_state};
+use rtsl::{
+    CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, Method, new_state,
+};
 
 use crate::acceleration::{
     Block, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
-    lanes_of, moved_packet,
+    lanes_of,
 };
 use crate::math::{Affine, reciprocal};
 
-use super::compiled::{CompiledScene, Object};
+use super::compiled::CompiledScene;
 use super::object_class::ObjectClass;
 use super::variables::{number, set_number, set_vector, variables};
 use super::workspace::{CallBlocks, Problems};
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {
-    /// For packets in their group's space.
-    group: CallBlocks,
-    /// For packets in an object's own space.
-    own: CallBlocks,
+    /// For packets.
+    packet: CallBlocks,
     /// For single rays.
     ray: RayBlocks,
     /// The parameters that the last packet call left.
@@ -38,8 +38,7 @@ impl IntersectionBlocks {
     pub fn new(scratch_arrays: usize) -> Self {
         let state = new_state(1);
         IntersectionBlocks {
-            group: CallBlocks::new(scratch_arrays),
-            own: CallBlocks::new(scratch_arrays),
+            packet: CallBlocks::new(scratch_arrays),
             ray: RayBlocks { state, scratch: LaneBlock::new(scratch_arrays, WIDTH) },
             distance: Box::new([0.0; LANES]),
         }
@@ -70,48 +69,25 @@ impl<'a> Intersector<'a> {
         &self.scene.classes[block.class as usize]
     }
 
-    fn object(&self, block: &Block, index: usize) -> &'a Object {
-        &self.scene.objects[self.class(block).object(block, index) as usize]
-    }
-
     fn report(&self, class: &ObjectClass, status: CallStatus) {
         if status.budget_exhausted {
             self.problems.report(&class.name, Method::Intersect);
         }
     }
 
-    /// Tests a ray against one object, as a packet of one.
-    fn single(&mut self, class: &ObjectClass, object: &Object, ray: &RaySpace) -> Option<f32> {
-        self.loaded_ray = 0;
-        let RayBlocks { state, .. } = &mut self.blocks.ray;
-        let map = &object.inverse;
-        load_ray(state, map.point(ray.origin), map.vector(ray.direction), ray);
-        let v = variables();
-        set_number(state, v.hit_distance, 0, ray.limit);
-        let kernel = class.packet_kernel(false)?;
-        let instances = Instances::One(&object.primitive.block);
-        let RayBlocks { state, scratch } = &mut self.blocks.ray;
-        let accepted = &mut self.blocks.group.accepted;
-        let status = kernel.call(CallArguments {
-            state,
-            scratch,
-            count: 1,
-            mask: None,
-            accepted: Some(accepted),
-            instances,
-            host: &mut NoHost,
-        });
-        let distance = number(state, v.hit_distance, 0);
-        let hit = accepted.get(0);
-        self.report(class, status);
-        hit.then_some(distance)
+    fn load_ray(&mut self, ray: &RaySpace) {
+        if self.loaded_ray != ray.serial {
+            load_ray(&mut self.blocks.ray.state, ray);
+            self.loaded_ray = ray.serial;
+        }
+        set_number(&mut self.blocks.ray.state, variables().hit_distance, 0, ray.limit);
     }
 
+    #[cold]
     fn nearest_one_by_one(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
-        let class = self.class(block);
         let mut nearest: Option<(usize, f32)> = None;
         for index in 0..usize::from(block.count) {
-            let found = self.single(class, self.object(block, index), ray);
+            let found = self.ray_against_one(ray, block, index);
             let found = found.filter(|it| nearest.is_none_or(|(_, nearest)| *it < nearest));
             nearest = found.map(|distance| (index, distance)).or(nearest);
         }
@@ -129,25 +105,19 @@ impl Objects for Intersector<'_> {
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
-        let (class, object) = (self.class(block), self.object(block, index));
+        let class = self.class(block);
         let v = variables();
-        let IntersectionBlocks { group, own, distance, .. } = &mut *self.blocks;
-        let blocks = if class.is_placed {
-            load_packet(simd, &mut own.state, &moved_packet(&space.rays, &object.inverse));
-            own
-        } else {
-            if self.loaded_packet != space.serial {
-                load_packet(simd, &mut group.state, &space.rays);
-                self.loaded_packet = space.serial;
-            }
-            group
-        };
-        blocks.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
-        let Some(kernel) = class.packet_kernel(space.has_common_origin) else { return 0 };
-        let instances = Instances::One(&object.primitive.block);
-        let (accepted, status) = blocks.intersect(kernel, lanes, instances);
+        let IntersectionBlocks { packet, distance, .. } = &mut *self.blocks;
+        if self.loaded_packet != space.serial {
+            load_packet(simd, &mut packet.state, &space.rays);
+            self.loaded_packet = space.serial;
+        }
+        packet.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
+        let kernel = class.packet_kernel(space.has_common_origin);
+        let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
+        let (accepted, status) = packet.intersect(kernel, lanes, instances);
         if accepted != 0 {
-            distance.copy_from_slice(blocks.state.floats(v.hit_distance));
+            distance.copy_from_slice(packet.state.floats(v.hit_distance));
         }
         self.report(class, status);
         accepted
@@ -161,34 +131,42 @@ impl Objects for Intersector<'_> {
     #[inline(always)]
     fn ray(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
         let class = self.class(block);
-        let Some(kernel) = class.leaf_kernel().filter(|_| !class.is_placed) else {
-            return self.nearest_one_by_one(ray, block);
-        };
+        let Some(kernel) = class.leaf_kernel() else { return self.nearest_one_by_one(ray, block) };
+        self.load_ray(ray);
         let RayBlocks { state, scratch } = &mut self.blocks.ray;
-        if self.loaded_ray != ray.serial {
-            load_ray(state, ray.origin, ray.direction, ray);
-            self.loaded_ray = ray.serial;
-        }
-        let v = variables();
-        set_number(state, v.hit_distance, 0, ray.limit);
-        let first = block.of_class * WIDTH as u32;
-        let status = kernel.call(CallArguments {
+        let first = ObjectClass::number(block, 0);
+        let status = kernel.call(LeafArguments {
             state,
             scratch,
-            count: usize::from(block.count),
-            mask: None,
-            accepted: None,
-            instances: Instances::Range(&class.members, first),
+            first,
+            count: u32::from(block.count),
             host: &mut NoHost,
         });
         let nearest = status.nearest.map(|number| (number - first) as usize);
-        let found = nearest.map(|index| (index, number(state, v.hit_distance, 0)));
+        let found = nearest.map(|index| (index, number(state, variables().hit_distance, 0)));
         self.report(class, status);
         found
     }
 
+    #[cold]
     fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
-        self.single(self.class(block), self.object(block, index), ray)
+        let class = self.class(block);
+        self.load_ray(ray);
+        let RayBlocks { state, scratch } = &mut self.blocks.ray;
+        let accepted = &mut self.blocks.packet.accepted;
+        let status = class.packet_kernel(false).call(CallArguments {
+            state,
+            scratch,
+            count: 1,
+            mask: None,
+            accepted: Some(accepted),
+            instances: Instances::Object(&class.objects, ObjectClass::number(block, index)),
+            host: &mut NoHost,
+        });
+        let distance = number(state, variables().hit_distance, 0);
+        let hit = accepted.get(0);
+        self.report(class, status);
+        hit.then_some(distance)
     }
 }
 
@@ -232,11 +210,11 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
 }
 
 /// Sets the ray of a block for one.
-fn load_ray(state: &mut LaneBlock, origin: [f32; 3], direction: [f32; 3], ray: &RaySpace) {
+fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
     let v = variables();
-    set_vector(state, v.ray_origin, 0, origin);
-    set_vector(state, v.ray_direction, 0, direction);
-    set_vector(state, v.inverse_ray_direction, 0, reciprocal(direction));
+    set_vector(state, v.ray_origin, 0, ray.origin);
+    set_vector(state, v.ray_direction, 0, ray.direction);
+    set_vector(state, v.inverse_ray_direction, 0, reciprocal(ray.direction));
     set_number(state, v.epsilon, 0, ray.epsilon);
     set_number(state, v.time_seed, 0, ray.time);
 }

@@ -7,9 +7,9 @@
 //! ray alone; see [`crate::acceleration`] for hits and [`crate::sampling`] for random numbers.
 
 mod area_light;
+mod bounds;
 mod camera;
 mod compiled;
-mod elements;
 mod host;
 mod intersection;
 mod object_class;

@@ -1,118 +1,236 @@
 //! Objects of one group that share a shader, in the order of the blocks of the group's tree: what one
 //! call can test.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    InstanceBlock, Kernel, Method, ObjectForm, Objects, Outputs, Program, Shape, Variant,
-    lookup_state,
+    Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement, Program, Shape,
+    Variant, lookup_state,
 };
 
 use crate::acceleration::{Block, WIDTH, WideTree};
+use crate::math::Affine;
+use crate::scene::SceneObject;
 
-use super::compiled::Object;
 use super::shaders::Shader;
 
 /// Objects with one shader, placed alike.
 pub struct ObjectClass {
-    /// The objects by their place in the blocks, block after block.
-    objects: Vec<u32>,
-    /// The objects' members in this order.
-    pub members: Objects,
-    /// Whether objects have spaces of their own; else that is their group's.
-    pub is_placed: bool,
+    which: Which,
+    /// The objects' members, by their numbers: block after block of the tree.
+    pub objects: Arc<Objects>,
     /// The class's name, for messages.
     pub name: String,
     program: Arc<Program>,
-    packet: Option<Arc<Kernel>>,
+    /// What kernels for these objects have in common.
+    variant: Variant,
+    packet: Arc<Kernel>,
     common_origin: OnceLock<Option<Arc<Kernel>>>,
-    leaf: OnceLock<Option<Arc<Kernel>>>,
+    leaf: OnceLock<Option<LeafKernel>>,
+    /// `intersect` for nearest hits, where later methods read the scratch that it leaves.
+    pub hit: Option<Arc<Kernel>>,
+    /// For elements, what is computed of hits, an element for each ray.
+    surface: BTreeMap<Method, Arc<Kernel>>,
+}
+
+/// Which objects of the scene they are.
+enum Which {
+    /// Several: each with its number, sorted.
+    Separate(Vec<(u32, u32)>),
+    /// The elements of one: the number of each element.
+    Elements(Vec<u32>),
 }
 
 /// What the traversal reads of `intersect`: only where the hit is. What else a hit needs is computed anew
 /// for the one that wins.
-pub fn traversal_outputs() -> Outputs {
+fn traversal_outputs() -> Outputs {
     Outputs::state(lookup_state("rt_HitDistance"))
 }
 
+/// The kernel of `intersect` that every scene with objects of this kind needs.
+pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
+    let form = program.separate_objects(is_placed);
+    placed(Variant::new(Shape::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
+}
+
+/// The kernel of `intersect` for nearest hits whose scratch is read.
+pub fn hit_variant(program: &Program, is_placed: bool) -> Variant {
+    packet_variant(program, is_placed).reading(Outputs::NONE.with_scratch())
+}
+
+fn placed(variant: Variant, is_placed: bool) -> Variant {
+    if is_placed { variant.placed() } else { variant }
+}
+
+/// The items of a class in the order of its blocks, with repetitions where blocks are not full.
+fn items_in_order(tree: &WideTree, class: u32) -> Vec<u32> {
+    let mut blocks: Vec<&Block> = tree.blocks.iter().filter(|block| block.class == class).collect();
+    blocks.sort_unstable_by_key(|block| block.of_class);
+    blocks.into_iter().flat_map(|block| block.items).collect()
+}
+
 impl ObjectClass {
-    /// The objects of a class in a tree. `object` is the number of an item's object.
-    pub fn new(
-        tree: &WideTree,
-        class: u32,
-        is_placed: bool,
+    /// Several objects of a shader; `objects` are by number, with the maps into their own spaces where they
+    /// have such.
+    ///
+    /// # Errors
+    /// If a kernel can't be made.
+    pub fn of_objects(
         shader: &Shader,
-        object: impl Fn(u32) -> u32,
-        block_of: impl Fn(u32) -> Arc<InstanceBlock>,
-    ) -> ObjectClass {
-        let mut blocks: Vec<&Block> =
-            tree.blocks.iter().filter(|block| block.class == class).collect();
-        blocks.sort_unstable_by_key(|block| block.of_class);
-        let objects: Vec<u32> =
-            blocks.into_iter().flat_map(|block| block.items).map(object).collect();
-        let form = ObjectForm::new(0..shader.program.layout().block_words);
-        let members = objects.iter().map(|object| block_of(*object));
-        ObjectClass {
-            members: Objects::of_instances(form, members),
-            objects,
-            is_placed,
-            name: shader.program.class().name.clone(),
-            program: shader.program.clone(),
-            packet: shader.shared_kernel(Method::Intersect),
+        is_placed: bool,
+        numbers: Vec<u32>,
+        objects: impl Fn(u32) -> (Arc<Instance>, Affine),
+    ) -> Result<ObjectClass, Diagnostic> {
+        let members: Vec<(Arc<Instance>, Placement)> = numbers
+            .iter()
+            .map(|object| objects(*object))
+            .map(|(instance, map)| (instance, placement(&map)))
+            .collect();
+        let made = if is_placed {
+            let members = members.iter().map(|(instance, placement)| (&**instance, placement));
+            shader.program.placed_objects(members)
+        } else {
+            shader.program.objects(members.iter().map(|(instance, _)| &**instance))
+        };
+        let mut numbers: Vec<(u32, u32)> = numbers.into_iter().zip(0..).collect();
+        numbers.sort_unstable();
+        // Of repetitions the first counts.
+        numbers.dedup_by_key(|(object, _)| *object);
+        ObjectClass::new(shader, is_placed, made, Which::Separate(numbers))
+    }
+
+    /// The elements of one object, which lie in the tree's blocks of this class. `first` is the item that
+    /// its first element is.
+    ///
+    /// # Errors
+    /// If they can't be made.
+    pub fn of_elements(
+        shader: &Shader,
+        object: &SceneObject,
+        inverse: &Affine,
+        (tree, class): (&WideTree, u32),
+        first: u32,
+    ) -> Result<ObjectClass, Diagnostic> {
+        let is_placed = !inverse.is_identity();
+        let elements = if is_placed {
+            shader.program.placed_elements(&object.primitive, &placement(inverse))?
+        } else {
+            shader.program.elements(&object.primitive)?
+        };
+        let order = items_in_order(tree, class).into_iter().map(|item| item - first);
+        let order: Vec<u32> = order.collect();
+        let mut numbers = vec![0; elements.len()];
+        // Backwards, so that of repetitions the first counts.
+        for (number, element) in order.iter().enumerate().rev() {
+            numbers[*element as usize] = number as u32;
+        }
+        let made = elements.in_order(&order);
+        ObjectClass::new(shader, is_placed, made, Which::Elements(numbers))
+    }
+
+    fn new(
+        shader: &Shader,
+        is_placed: bool,
+        objects: Objects,
+        which: Which,
+    ) -> Result<ObjectClass, Diagnostic> {
+        let program = &shader.program;
+        let form = objects.form().clone();
+        let variant = placed(Variant::new(Shape::Packet), is_placed).of_objects(form);
+        let intersect = |outputs: Outputs, shape: Shape| {
+            let variant = Variant { shape, ..variant.clone() }.reading(outputs);
+            program.kernel(Method::Intersect, variant)
+        };
+        let packet = intersect(traversal_outputs(), Shape::Packet)?;
+        let has_elements = matches!(which, Which::Elements(_));
+        let shape = if has_elements { Shape::Stream } else { Shape::Packet };
+        let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), shape));
+        let mut surface = BTreeMap::new();
+        if has_elements {
+            for (method, outputs) in shader.hit_methods() {
+                let variant = Variant { shape, placed: false, ..variant.clone() };
+                surface.insert(*method, program.kernel(*method, variant.reading(*outputs))?);
+            }
+        }
+        Ok(ObjectClass {
+            which,
+            objects: Arc::new(objects),
+            name: program.class().name.clone(),
+            program: program.clone(),
+            packet,
+            variant,
             common_origin: OnceLock::new(),
             leaf: OnceLock::new(),
+            hit: hit.transpose()?,
+            surface,
+        })
+    }
+
+    /// The number of the `index`th item of a block, by which kernels know it.
+    #[inline(always)]
+    pub fn number(block: &Block, index: usize) -> u32 {
+        block.of_class * WIDTH as u32 + index as u32
+    }
+
+    /// The number by which kernels know an object, or an element of the one that these are elements of.
+    pub fn number_of(&self, object: u32, element: u32) -> Option<u32> {
+        match &self.which {
+            Which::Separate(numbers) => {
+                let index = numbers.binary_search_by_key(&object, |(object, _)| *object).ok()?;
+                Some(numbers[index].1)
+            }
+            Which::Elements(numbers) => numbers.get(element as usize).copied(),
         }
     }
 
-    /// The number of the object that is the `index`th item of a block.
-    #[inline]
-    pub fn object(&self, block: &Block, index: usize) -> u32 {
-        self.objects[block.of_class as usize * WIDTH + index]
+    /// Whether the objects are elements of one.
+    pub fn has_elements(&self) -> bool {
+        match self.which {
+            Which::Separate(_) => false,
+            Which::Elements(_) => true,
+        }
     }
 
-    /// The kernel for packets, from one origin or not; `None` for a class without `intersect`.
-    #[inline]
-    pub fn packet_kernel(&self, has_common_origin: bool) -> Option<&Kernel> {
-        let common_origin = || self.made(&self.common_origin, Shape::CommonOrigin);
-        has_common_origin.then(common_origin).flatten().or(self.packet.as_deref())
+    /// A method that computes something of hits, an element for each ray.
+    pub fn surface_kernel(&self, method: Method) -> Option<&Kernel> {
+        self.surface.get(&method).map(|kernel| &**kernel)
     }
 
-    /// The kernel for one ray; `None` if it can't be made.
+    /// The kernel for packets, from one origin or not.
     #[inline]
-    pub fn leaf_kernel(&self) -> Option<&Kernel> {
-        self.made(&self.leaf, Shape::Leaf)
+    pub fn packet_kernel(&self, has_common_origin: bool) -> &Kernel {
+        if !has_common_origin {
+            return &self.packet;
+        }
+        let common_origin = self.common_origin.get_or_init(|| self.make(Shape::CommonOrigin));
+        common_origin.as_ref().unwrap_or(&self.packet)
+    }
+
+    /// The kernel for one ray and some objects in a row; `None` if it can't be made.
+    #[inline]
+    pub fn leaf_kernel(&self) -> Option<&LeafKernel> {
+        let make = || Some(self.make(Shape::Leaf)?.for_leaves(self.objects.clone()));
+        self.leaf.get_or_init(make).as_ref()
     }
 
     /// A kernel that is made when it is first wanted: few scenes want all.
-    #[inline]
-    fn made<'a>(
-        &self,
-        cell: &'a OnceLock<Option<Arc<Kernel>>>,
-        shape: Shape,
-    ) -> Option<&'a Kernel> {
-        let make = || {
-            let variant = Variant::new(shape).reading(traversal_outputs());
-            self.program.kernel(Method::Intersect, variant).ok()
-        };
-        cell.get_or_init(make).as_deref()
+    fn make(&self, shape: Shape) -> Option<Arc<Kernel>> {
+        let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
+        self.program.kernel(Method::Intersect, variant).ok()
     }
 }
 
-/// The class of an object within a group: its shader, and whether it has a space of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ClassKey {
-    /// The number of the group.
-    pub group: usize,
-    /// The number of the shader.
-    pub shader: usize,
-    /// Whether its space is not its group's.
-    pub is_placed: bool,
+/// The objects of a class in the order of its blocks.
+pub fn objects_in_order(
+    tree: &WideTree,
+    class: u32,
+    object: impl Fn(u32) -> Option<u32>,
+) -> Vec<u32> {
+    items_in_order(tree, class).into_iter().map(|item| object(item).unwrap_or_default()).collect()
 }
 
-impl ClassKey {
-    /// That of an object.
-    pub fn of(group: usize, object: &Object) -> ClassKey {
-        let is_placed = !object.inverse.is_identity();
-        ClassKey { group, shader: object.primitive.shader, is_placed }
-    }
+fn placement(map: &Affine) -> Placement {
+    let columns = map.columns.as_flattened();
+    std::array::from_fn(|index| columns[index])
 }

@@ -1,34 +1,74 @@
-//! The objects of a scene in groups, with trees over them, and their members in the trees' order.
+//! The objects of a scene as items of groups, with trees over them.
 
 use std::collections::BTreeMap;
 
+use rtsl::Diagnostic;
+
 use crate::acceleration::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneObject};
 
 use super::compiled::{Object, inverse};
-use super::object_class::{ClassKey, ObjectClass};
+use super::object_class::{ObjectClass, objects_in_order};
 use super::shaders::Shader;
 
 /// The objects of a scene as items of groups. This much is the same for scenes with the same shapes.
 pub struct PlacedObjects {
     /// What the items of the groups are.
-    pub items: Vec<GroupItems>,
-    /// The classes of the items, group by group.
-    item_classes: Vec<Vec<u32>>,
+    pub groups: Vec<GroupItems>,
     /// The classes, by their numbers.
     keys: Vec<ClassKey>,
 }
 
-/// What the items of a group are. In the scene's group the instances follow.
-#[derive(Clone, Debug)]
+/// What the items of a group are: an item for each object, or for each of its elements, in their
+/// order. In the scene's group the instances follow.
+#[derive(Clone, Debug, Default)]
 pub struct GroupItems {
-    objects: Vec<u32>,
+    members: Vec<GroupMember>,
+    /// How many items they are.
+    count: u32,
+}
+
+/// An object of a group.
+#[derive(Clone, Copy, Debug)]
+pub struct GroupMember {
+    /// The number of the object.
+    pub object: u32,
+    /// The first of its items.
+    pub first: u32,
+    /// The number of its class.
+    pub class: u32,
+}
+
+/// What objects of one class have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct ClassKey {
+    /// The number of the group.
+    group: usize,
+    /// The number of the shader.
+    shader: usize,
+    /// Whether its space is not its group's.
+    is_placed: bool,
+    /// The object whose elements they are, and the first of their items.
+    elements: Option<(u32, u32)>,
 }
 
 impl GroupItems {
-    /// The object that an item is, if it is one.
-    pub fn object(&self, item: u32) -> Option<u32> {
-        self.objects.get(item as usize).copied()
+    /// The objects.
+    pub fn members(&self) -> &[GroupMember] {
+        &self.members
+    }
+
+    /// The object that an item belongs to.
+    pub fn member(&self, item: u32) -> Option<GroupMember> {
+        if item >= self.count {
+            return None;
+        }
+        // Where every object is one item, it is the one with the item's number.
+        let guess = self.members.get(item as usize).filter(|member| member.first == item);
+        guess.copied().or_else(|| {
+            let after = self.members.partition_point(|member| member.first <= item);
+            self.members.get(after.checked_sub(1)?).copied()
+        })
     }
 }
 
@@ -36,29 +76,40 @@ impl PlacedObjects {
     /// The objects of a scene.
     pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
         let mut numbers = ClassNumbers::default();
-        let groups = || std::iter::once(&scene.world).chain(&scene.groups);
-        let item_classes = groups().enumerate().map(|(number, group)| {
-            let key = |object: &u32| ClassKey::of(number, &objects[*object as usize]);
-            group.iter().map(|object| numbers.number(key(object))).collect()
+        let groups = std::iter::once(&scene.world).chain(&scene.groups);
+        let groups = groups.enumerate().map(|(group, members)| {
+            let mut items = GroupItems::default();
+            for object in members {
+                let elements = scene.objects[*object as usize].elements;
+                let placed = &objects[*object as usize];
+                let key = ClassKey {
+                    group,
+                    shader: placed.primitive.shader,
+                    is_placed: !placed.inverse.is_identity(),
+                    elements: elements.map(|_| (*object, items.count)),
+                };
+                let class = numbers.number(key);
+                items.members.push(GroupMember { object: *object, first: items.count, class });
+                items.count += elements.unwrap_or(1);
+            }
+            items
         });
-        PlacedObjects {
-            item_classes: item_classes.collect(),
-            items: groups().map(|group| GroupItems { objects: group.clone() }).collect(),
-            keys: numbers.into_keys(),
-        }
+        PlacedObjects { groups: groups.collect(), keys: numbers.into_keys() }
     }
 
-    /// Builds the trees. `own_bounds` are in the spaces of the objects' groups.
-    pub fn geometry(&self, scene: &Scene, own_bounds: &[Option<Bounds>]) -> Geometry {
-        let mut item_lists = self.items.iter().zip(&self.item_classes).map(|(items, classes)| {
-            let item = |(object, class): (&u32, &u32)| Item {
-                bounds: own_bounds[*object as usize],
-                class: *class,
-            };
-            items.objects.iter().zip(classes).map(item).collect::<Vec<Item>>()
-        });
-        let mut world = item_lists.next().unwrap_or_default();
-        let placed: Vec<Group> = item_lists.map(Group::new).collect();
+    /// Builds the trees. `bounds` are those of each object, or of its elements, in the space of the object's
+    /// group.
+    pub fn geometry(&self, scene: &Scene, bounds: &[Vec<Option<Bounds>>]) -> Geometry {
+        let items = |group: &GroupItems| -> Vec<Item> {
+            let items = group.members.iter().flat_map(|member| {
+                let bounds = bounds[member.object as usize].iter();
+                bounds.map(|bounds| Item { bounds: *bounds, class: member.class })
+            });
+            items.collect()
+        };
+        let mut lists = self.groups.iter().map(items);
+        let mut world = lists.next().unwrap_or_default();
+        let placed: Vec<Group> = lists.map(Group::new).collect();
         let first_instance = world.len() as u32;
         let instances = add_instances(scene, &placed, &mut world);
         let groups = std::iter::once(Group::new(world)).chain(placed).collect();
@@ -66,21 +117,36 @@ impl PlacedObjects {
     }
 
     /// What blocks of the trees name as their classes.
+    ///
+    /// # Errors
+    /// If kernels or elements can't be made.
     pub fn classes(
         &self,
         geometry: &Geometry,
+        scene: &Scene,
         objects: &[Object],
         shaders: &[Shader],
-    ) -> Vec<ObjectClass> {
+    ) -> Result<Vec<ObjectClass>, Diagnostic> {
         let classes = self.keys.iter().enumerate().map(|(class, key)| {
-            ObjectClass::new(
-                &geometry.groups[key.group].tree,
-                class as u32,
-                key.is_placed,
-                &shaders[key.shader],
-                |item| self.items[key.group].object(item).unwrap_or_default(),
-                |object| objects[object as usize].primitive.block.clone(),
-            )
+            let (shader, class) = (&shaders[key.shader], class as u32);
+            let tree = &geometry.groups[key.group].tree;
+            let placed = |object: u32| {
+                let scene_object: &SceneObject = &scene.objects[object as usize];
+                (scene_object.primitive.clone(), objects[object as usize].inverse)
+            };
+            match key.elements {
+                Some((object, first)) => {
+                    let (_, inverse) = placed(object);
+                    let object = &scene.objects[object as usize];
+                    ObjectClass::of_elements(shader, object, &inverse, (tree, class), first)
+                }
+                None => {
+                    let items = &self.groups[key.group];
+                    let object = |item| Some(items.member(item)?.object);
+                    let numbers = objects_in_order(tree, class, object);
+                    ObjectClass::of_objects(shader, key.is_placed, numbers, placed)
+                }
+            }
         });
         classes.collect()
     }
@@ -124,27 +190,31 @@ impl ClassNumbers {
     }
 }
 
-/// Which object a hit is of, and by which instance of the scene it is placed.
+/// What a hit is of.
 #[derive(Clone, Copy, Debug)]
 pub struct HitObject {
-    /// The number of the object.
-    pub object: u32,
-    /// The number of the instance.
+    /// The object.
+    pub member: GroupMember,
+    /// Which of its elements.
+    pub element: u32,
+    /// The number of the instance of the scene that places it.
     pub instance: Option<u32>,
 }
 
 impl HitObject {
     /// What an id names; `None` for no hit.
-    pub fn of(geometry: &Geometry, items: &[GroupItems], id: HitId) -> Option<HitObject> {
+    pub fn of(geometry: &Geometry, groups: &[GroupItems], id: HitId) -> Option<HitObject> {
         if id == HitId::NONE {
             return None;
         }
-        let world = items.first()?;
-        let Some(instance) = id.outer().checked_sub(geometry.first_instance) else {
-            return Some(HitObject { object: world.object(id.outer())?, instance: None });
+        let (group, item, instance) = match id.outer().checked_sub(geometry.first_instance) {
+            None => (0, id.outer(), None),
+            Some(instance) => {
+                let group = geometry.instances.get(instance as usize)?.group;
+                (group as usize, id.inner(), Some(instance))
+            }
         };
-        let group = geometry.instances.get(instance as usize)?.group as usize;
-        let object = items.get(group)?.object(id.inner())?;
-        Some(HitObject { object, instance: Some(instance) })
+        let member = groups.get(group)?.member(item)?;
+        Some(HitObject { member, element: item - member.first, instance })
     }
 }

@@ -11,8 +11,8 @@ use rtsl::{
 
 use crate::scene::{Scene, SceneObject};
 
-use super::compiled::ShaderInstance;
-use super::object_class::traversal_outputs;
+use super::compiled::{ShaderInstance, inverse};
+use super::object_class::{hit_variant, packet_variant};
 use super::specialisation::Specialised;
 
 /// A class with the kernels that a scene calls.
@@ -22,8 +22,10 @@ pub struct Shader {
     kernels: BTreeMap<Method, (Variant, Arc<Kernel>)>,
     /// What the methods that shade read of their surfaces.
     surface: SurfaceNeeds,
-    /// `intersect` for the nearest hits, where later methods read the scratch that it leaves.
-    hit: Option<Arc<Kernel>>,
+    /// Whether methods that are called for hits read the scratch that `intersect` leaves.
+    pub reads_hit_scratch: bool,
+    /// What is called for hits of its shapes, and what of each is read.
+    hit_methods: Vec<(Method, Outputs)>,
 }
 
 impl Shader {
@@ -32,15 +34,9 @@ impl Shader {
         self.kernels.get(&method).map(|(_, kernel)| &**kernel)
     }
 
-    /// The same, to be kept.
-    pub fn shared_kernel(&self, method: Method) -> Option<Arc<Kernel>> {
-        self.kernels.get(&method).map(|(_, kernel)| kernel.clone())
-    }
-
-    /// `intersect` for rays whose nearest hit is known, where later methods read the scratch that it
-    /// leaves.
-    pub fn hit_kernel(&self) -> Option<&Kernel> {
-        self.hit.as_deref()
+    /// The methods that are called for hits of its shapes, and what of each is read.
+    pub fn hit_methods(&self) -> &[(Method, Outputs)] {
+        &self.hit_methods
     }
 
     /// Which kernel of a method it is.
@@ -103,6 +99,10 @@ struct Entry {
     methods: BTreeSet<Method>,
     /// What is read of the surfaces of its shapes.
     surface_read: Outputs,
+    /// Whether its objects that are no elements have spaces of their own: as there are some, or not.
+    placements: BTreeSet<bool>,
+    /// Its shapes are their own materials.
+    is_own_material: bool,
 }
 
 impl Entry {
@@ -146,7 +146,7 @@ impl Entry {
     }
 
     /// Whether something that the scene calls reads the scratch that `intersect` leaves.
-    fn reads_kept_scratch(&self) -> bool {
+    fn reads_hit_scratch(&self) -> bool {
         let reads = |method: &Method| match method {
             Method::ComputeNormal
             | Method::ComputeTextureCoordinates
@@ -168,21 +168,50 @@ impl Entry {
         self.methods.iter().any(reads)
     }
 
-    fn request(&self, method: Method) -> KernelRequest {
-        let read = match method {
+    /// What is read of a method's results.
+    fn read_of(&self, method: Method) -> Outputs {
+        match method {
             Method::ComputeTextureCoordinates | Method::ComputeDerivatives => self.surface_read,
-            // What else a hit needs is computed anew for the nearest.
-            Method::Intersect => traversal_outputs(),
             _ => Outputs::ALL.without_scratch(),
-        };
-        KernelRequest::new(&self.program, method, Variant::new(Shape::Packet).reading(read))
+        }
     }
 
-    /// `intersect` for nearest hits, where something reads the scratch that it leaves.
-    fn hit_request(&self) -> Option<KernelRequest> {
-        let variant = Variant::new(Shape::Packet).reading(Outputs::NONE.with_scratch());
-        let request = KernelRequest::new(&self.program, Method::Intersect, variant);
-        self.reads_kept_scratch().then_some(request)
+    /// The kernels that take one instance. Those of elements are made with the elements.
+    fn requests(&self) -> Vec<(Method, KernelRequest)> {
+        let of_instances = |method: &&Method| {
+            **method != Method::Intersect
+                && (!self.hit_methods_of_shapes().any(|it| it == **method)
+                    || !self.placements.is_empty())
+        };
+        let methods = self.methods.iter().filter(of_instances).map(|method| {
+            let variant = Variant::new(Shape::Packet).reading(self.read_of(*method));
+            (*method, KernelRequest::new(&self.program, *method, variant))
+        });
+        methods.collect()
+    }
+
+    /// Those of `intersect`, which take objects.
+    fn intersect_requests(&self) -> Vec<KernelRequest> {
+        let mut requests = Vec::new();
+        let mut request = |variant: Variant| {
+            requests.push(KernelRequest::new(&self.program, Method::Intersect, variant));
+        };
+        for is_placed in &self.placements {
+            request(packet_variant(&self.program, *is_placed));
+            if self.reads_hit_scratch() {
+                request(hit_variant(&self.program, *is_placed));
+            }
+        }
+        requests
+    }
+
+    /// The methods of the class that are called for hits of its shapes.
+    fn hit_methods_of_shapes(&self) -> impl Iterator<Item = Method> {
+        let of_shapes =
+            [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
+        let own = self.is_own_material.then_some([Method::Shade, Method::Emission]);
+        let all = of_shapes.into_iter().chain(own.into_iter().flatten());
+        all.filter(|method| self.methods.contains(method))
     }
 }
 
@@ -212,7 +241,11 @@ impl<'a> ShaderTable<'a> {
         for object in &scene.objects {
             let entry = self.entry(&object.primitive);
             entry.want([Method::Intersect, Method::ComputeBounds, Method::ComputeNormal]);
+            if object.elements.is_none() {
+                entry.placements.insert(!inverse(object.transform).is_identity());
+            }
             if is_own_material(object) {
+                entry.is_own_material = true;
                 entry.want_shading();
             }
             if let Some(emitter) = object.emitter {
@@ -241,8 +274,13 @@ impl<'a> ShaderTable<'a> {
         let program = self.engine.program(instance);
         let address = Arc::as_ptr(&program) as usize;
         let index = *self.by_address.entry(address).or_insert_with(|| {
-            let (methods, surface_read) = (BTreeSet::new(), Outputs::NONE);
-            self.entries.push(Entry { program, methods, surface_read });
+            self.entries.push(Entry {
+                program,
+                methods: BTreeSet::new(),
+                surface_read: Outputs::NONE,
+                placements: BTreeSet::new(),
+                is_own_material: false,
+            });
             self.entries.len() - 1
         });
         &mut self.entries[index]
@@ -258,43 +296,37 @@ impl<'a> ShaderTable<'a> {
 
     /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
     pub fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
-        let requests = self.entries.iter().flat_map(|entry| {
-            let methods = entry.methods.iter().map(|method| entry.request(*method));
-            methods.chain(entry.hit_request())
-        });
-        let requests: Vec<KernelRequest> = requests.collect();
-        let kernels = self.engine.compile_all(&requests).into_iter();
-        let mut kernels = requests.iter().zip(kernels);
+        let of_instances: Vec<_> = self.entries.iter().map(Entry::requests).collect();
+        let of_objects: Vec<_> = self.entries.iter().map(Entry::intersect_requests).collect();
+        let requests = of_instances.iter().flatten().map(|(_, request)| request);
+        let requests: Vec<KernelRequest> =
+            requests.chain(of_objects.iter().flatten()).cloned().collect();
+        let mut kernels = self.engine.compile_all(&requests).into_iter();
         let mut shaders = Vec::with_capacity(self.entries.len());
-        for entry in &self.entries {
+        for (entry, requests) in self.entries.iter().zip(of_instances) {
             let mut made = BTreeMap::new();
-            for (method, (request, kernel)) in entry.methods.iter().zip(kernels.by_ref()) {
+            for ((method, request), kernel) in requests.into_iter().zip(kernels.by_ref()) {
                 match kernel {
                     Ok(kernel) => {
-                        made.insert(*method, (request.variant.clone(), kernel));
+                        made.insert(method, (request.variant, kernel));
                     }
                     Err(diagnostic) => diagnostics.push(diagnostic),
                 }
-                if let Some(linked) = entry.linked(*method) {
-                    diagnostics.extend(linked.warnings.iter().cloned());
-                }
             }
-            let hit = entry.hit_request().and_then(|_| kernels.next());
-            let hit = match hit.map(|(_, kernel)| kernel) {
-                Some(Ok(kernel)) => Some(kernel),
-                Some(Err(diagnostic)) => {
-                    diagnostics.push(diagnostic);
-                    None
-                }
-                None => None,
-            };
+            for linked in entry.methods.iter().filter_map(|method| entry.linked(*method)) {
+                diagnostics.extend(linked.warnings.iter().cloned());
+            }
+            let hit_methods = entry.hit_methods_of_shapes();
             shaders.push(Shader {
                 program: entry.program.clone(),
                 kernels: made,
                 surface: SurfaceNeeds::of(entry.shading_read()),
-                hit,
+                reads_hit_scratch: entry.reads_hit_scratch(),
+                hit_methods: hit_methods.map(|method| (method, entry.read_of(method))).collect(),
             });
         }
+        // Programs keep these for the objects that will ask for them.
+        diagnostics.extend(kernels.filter_map(Result::err));
         shaders
     }
 }

@@ -6,7 +6,7 @@ use rtsl::Method;
 use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
 use crate::math::normalize_or;
 
-use super::compiled::{CompiledScene, ShaderInstance};
+use super::compiled::CompiledScene;
 use super::host::{LaneContext, ShadingHost};
 use super::intersection::Intersector;
 use super::surface::{Run, add_colors, prepare, runs};
@@ -64,7 +64,7 @@ pub fn radiance(
     }
     for shading in shadings(&runs) {
         let mut host = ShadingHost { tracer, workspace, context, depth };
-        shade(&shading, &mut level, &mut host, &mut colors);
+        shade(&shading, &hits, &mut level, &mut host, &mut colors);
     }
     workspace.return_level(level);
     colors
@@ -111,7 +111,7 @@ enum Surface<'a> {
     /// A material, by its index.
     Material(u32),
     /// A shape that is its own material.
-    Own(&'a ShaderInstance),
+    Own(&'a Run<'a>),
 }
 
 impl Surface<'_> {
@@ -127,7 +127,7 @@ impl Surface<'_> {
 }
 
 /// Groups lanes by what shades them: one call for each material.
-fn shadings<'a>(runs: &[Run<'a>]) -> Vec<Shading<'a>> {
+fn shadings<'a>(runs: &'a [Run<'a>]) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
         let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);
@@ -139,7 +139,7 @@ fn shadings<'a>(runs: &[Run<'a>]) -> Vec<Shading<'a>> {
     for run in runs {
         let surface = match run.object.material {
             Some(material) => Surface::Material(material),
-            None => Surface::Own(&run.object.primitive),
+            None => Surface::Own(run),
         };
         add(surface, Method::Shade, run.lanes);
         if let Some(emitter) = run.object.emitter {
@@ -151,33 +151,38 @@ fn shadings<'a>(runs: &[Run<'a>]) -> Vec<Shading<'a>> {
 
 fn shade(
     shading: &Shading<'_>,
+    hits: &Hits,
     level: &mut Level,
     host: &mut ShadingHost<'_>,
     colors: &mut PacketColors,
 ) {
-    let (scene, problems) = (host.tracer.scene, host.tracer.problems);
-    let (instance, own) = match shading.what {
-        Surface::Material(index) => (&scene.materials[index as usize], false),
-        Surface::Own(instance) => (instance, true),
-    };
+    let tracer = host.tracer;
     // A material that only emits has no `shade`.
     let methods = match shading.method {
         Method::Shade => [Method::Shade, Method::Emission],
         other => [other, other],
     };
-    let Some(call) = methods.into_iter().find_map(|method| scene.call(instance, method, problems))
-    else {
-        return;
-    };
-    let Level { blocks, kept_scratch } = level;
+    if let Surface::Own(run) = shading.what {
+        run.number(tracer.scene, hits, &mut level.numbers);
+    }
+    let Level { blocks, kept_scratch, numbers } = level;
+    let call = methods.into_iter().find_map(|method| match shading.what {
+        Surface::Material(index) => {
+            let material = &tracer.scene.materials[index as usize];
+            tracer.scene.call(material, method, tracer.problems)
+        }
+        Surface::Own(run) => run.call(tracer, method, numbers),
+    });
+    let Some(call) = call else { return };
     let v = variables();
     let result = if call.method == Method::Shade { v.sample_color } else { v.emission_color };
-    if own {
+    match shading.what {
         // The shape's own methods read what its `intersect` left.
-        blocks.call(&call, shading.lanes, Some(kept_scratch), host);
-    } else {
-        blocks.clear_scratch(call.scratch_arrays(scene));
-        blocks.call(&call, shading.lanes, None, host);
-    }
+        Surface::Own(_) => blocks.call(&call, shading.lanes, Some(kept_scratch), host),
+        Surface::Material(_) => {
+            blocks.clear_scratch(call.scratch_arrays);
+            blocks.call(&call, shading.lanes, None, host)
+        }
+    };
     add_colors(&blocks.state, result, shading.lanes, colors);
 }

@@ -1,7 +1,7 @@
 //! What is known of the surfaces that a packet hit, as materials read it: the methods of the
 //! shapes in their own spaces, then everything in world space.
 
-use rtsl::{Kernel, LaneBlock, Method};
+use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
 use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of, moved_packet};
 use crate::math::{Affine, dot, normalize_or, reciprocal};
@@ -9,18 +9,23 @@ use crate::math::{Affine, dot, normalize_or, reciprocal};
 use super::compiled::{CompiledScene, Object};
 use super::host::LaneContext;
 use super::intersection::set_rays;
+use super::object_class::ObjectClass;
 use super::placed_objects::HitObject;
 use super::shading::Tracer;
 use super::variables::{number, set_number, set_vector, variables, vector};
 use super::workspace::{KernelCall, Level};
 
-/// Lanes that hit one object.
+/// Lanes that hit one object, whichever of its elements.
 pub struct Run<'a> {
     /// The object.
     pub object: &'a Object,
     /// Its index among those of the scene.
     pub index: u32,
-    /// Its instance, as maps from the group's space to the world's and back; `None` for the world.
+    /// The class that the traversal found it in.
+    pub class: &'a ObjectClass,
+    /// Which object it is, and by which instance it is placed.
+    hit: HitObject,
+    /// That instance, as maps from the group's space to the world's and back; `None` for the world.
     placement: Option<(Affine, Affine)>,
     /// The lanes.
     pub lanes: LaneMask,
@@ -31,25 +36,84 @@ pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<R
     let mut rest = hits.lanes(lanes);
     let mut runs = Vec::new();
     while rest != 0 {
-        let id = hits.id[rest.trailing_zeros() as usize];
-        let lanes = lanes_of(rest).filter(|lane| hits.id[*lane] == id);
-        let lanes = lanes.fold(0, |lanes, lane| lanes | 1 << lane);
-        rest &= !lanes;
-        runs.extend(run(scene, id, lanes));
+        let first = rest.trailing_zeros() as usize;
+        rest &= rest - 1;
+        let Some(mut run) = run(scene, hits.id[first], 1 << first) else { continue };
+        for lane in lanes_of(rest) {
+            let id = hits.id[lane];
+            if id == hits.id[first] || run.class.has_elements() && run.has_element(scene, id) {
+                run.lanes |= 1 << lane;
+            }
+        }
+        rest &= !run.lanes;
+        runs.push(run);
     }
     runs
 }
 
 fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'a>> {
-    let HitObject { object, instance } = HitObject::of(&scene.geometry, &scene.items, id)?;
-    let placement = match instance {
+    let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
+    let placement = match hit.instance {
         None => None,
         Some(instance) => {
             let inverse = scene.geometry.instances.get(instance as usize)?.inverse;
             Some((*scene.instance_transforms.get(instance as usize)?, inverse))
         }
     };
-    Some(Run { object: &scene.objects[object as usize], index: object, placement, lanes })
+    let index = hit.member.object;
+    let object = &scene.objects[index as usize];
+    let class = &scene.classes[hit.member.class as usize];
+    Some(Run { object, index, class, hit, placement, lanes })
+}
+
+impl Run<'_> {
+    /// Whether a hit is of an element of the same object, placed by the same instance.
+    fn has_element(&self, scene: &CompiledScene, id: HitId) -> bool {
+        let other = HitObject::of(&scene.geometry, &scene.items, id);
+        other.is_some_and(|other| {
+            other.member.object == self.hit.member.object && other.instance == self.hit.instance
+        })
+    }
+
+    /// Sets the numbers by which kernels know what was hit.
+    pub fn number(&self, scene: &CompiledScene, hits: &Hits, numbers: &mut LaneIndices) {
+        let numbers = numbers.as_mut_slice();
+        // All lanes have the number of some object, whether they take part or not.
+        numbers.fill(self.class.number_of(self.hit.member.object, self.hit.element).unwrap_or(0));
+        if self.class.has_elements() {
+            for lane in lanes_of(self.lanes) {
+                let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
+                let number =
+                    hit.and_then(|hit| self.class.number_of(hit.member.object, hit.element));
+                numbers[lane] = number.unwrap_or(numbers[lane]);
+            }
+        }
+    }
+
+    /// What kernels that take the objects of hits are called for.
+    fn objects<'a>(&'a self, numbers: &'a LaneIndices) -> Instances<'a> {
+        if self.class.has_elements() {
+            Instances::Many(&self.class.objects, numbers)
+        } else {
+            Instances::Object(&self.class.objects, numbers.as_slice()[0])
+        }
+    }
+
+    /// The call of a method for its hits; `None` if its class has none.
+    pub fn call<'a>(
+        &'a self,
+        tracer: &Tracer<'a>,
+        method: Method,
+        numbers: &'a LaneIndices,
+    ) -> Option<KernelCall<'a>> {
+        let Tracer { scene, problems } = *tracer;
+        if !self.class.has_elements() {
+            return scene.call(&self.object.primitive, method, problems);
+        }
+        let program = &scene.shader(&self.object.primitive).program;
+        let kernel = self.class.surface_kernel(method)?;
+        Some(KernelCall::new(program, kernel, method, self.objects(numbers), problems))
+    }
 }
 
 /// Runs the methods of one object for its hits and leaves in the state what materials read,
@@ -62,26 +126,24 @@ pub fn prepare(
     level: &mut Level,
     context: &mut LaneContext,
 ) {
-    let Tracer { scene, problems } = tracer;
-    let needs = scene.needs(run.object);
-    if let Some(kernel) = scene.shader(&run.object.primitive).hit_kernel() {
+    let scene = tracer.scene;
+    run.number(scene, hits, &mut level.numbers);
+    if let Some(kernel) = run.class.hit.as_deref() {
         find_again(tracer, kernel, run, rays, level, context);
     }
-    let Level { blocks, kept_scratch } = level;
+    let Level { blocks, kept_scratch, numbers } = level;
     set_local_hits(run, rays, hits, &mut blocks.state);
-    let mut methods = vec![Method::ComputeNormal];
-    if needs.coordinates || needs.derivatives {
-        methods.push(Method::ComputeTextureCoordinates);
-    }
+    let needs = scene.needs(run.object);
+    let methods = [
+        (Method::ComputeNormal, true),
+        (Method::ComputeTextureCoordinates, needs.coordinates || needs.derivatives),
+        (Method::ComputeDerivatives, needs.derivatives),
+    ];
     let mut has_derivatives = false;
-    if needs.derivatives {
-        methods.push(Method::ComputeDerivatives);
-        let shader = scene.shader(&run.object.primitive);
-        has_derivatives = shader.kernel(Method::ComputeDerivatives).is_some();
-    }
-    for method in methods {
-        if let Some(call) = scene.call(&run.object.primitive, method, problems) {
+    for (method, _) in methods.into_iter().filter(|(_, is_needed)| *is_needed) {
+        if let Some(call) = run.call(tracer, method, numbers) {
             blocks.call(&call, run.lanes, Some(&mut *kept_scratch), context);
+            has_derivatives |= method == Method::ComputeDerivatives;
         }
         if method == Method::ComputeNormal {
             normalize_normals(run.lanes, &mut blocks.state);
@@ -96,7 +158,7 @@ pub fn prepare(
 }
 
 /// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
-/// since it is given the same.
+/// since it is given the same: rays in the space of the object's group.
 fn find_again(
     tracer: &Tracer<'_>,
     kernel: &Kernel,
@@ -105,15 +167,20 @@ fn find_again(
     level: &mut Level,
     context: &mut LaneContext,
 ) {
-    let Level { blocks, kept_scratch } = level;
-    set_local_rays(run, rays, &mut blocks.state);
+    let Level { blocks, kept_scratch, numbers } = level;
+    match &run.placement {
+        None => set_rays(&mut blocks.state, &Affine::IDENTITY, rays, run.lanes),
+        Some((_, inverse)) => {
+            let rays = moved_packet(rays, inverse);
+            set_rays(&mut blocks.state, &Affine::IDENTITY, &rays, run.lanes);
+        }
+    }
     for lane in lanes_of(run.lanes) {
         set_number(&mut blocks.state, variables().hit_distance, lane, rays.limit[lane]);
     }
-    let instance = &run.object.primitive;
-    let class = &tracer.scene.shader(instance).program.class().name;
-    let method = Method::Intersect;
-    let call = KernelCall { kernel, method, instance, class, problems: tracer.problems };
+    let program = &tracer.scene.shader(&run.object.primitive).program;
+    let instances = run.objects(numbers);
+    let call = KernelCall::new(program, kernel, Method::Intersect, instances, tracer.problems);
     blocks.call(&call, run.lanes, Some(kept_scratch), context);
 }
 

@@ -4,7 +4,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rtsl::host::Host;
-use rtsl::{CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, new_state};
+use rtsl::{
+    CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
+    Program, new_state,
+};
 
 use crate::acceleration::{LANES, LaneMask};
 use crate::statistics::RayCounts;
@@ -18,6 +21,8 @@ pub struct Workspace {
     free_levels: Vec<Level>,
     /// For `intersect`, which spawns nothing.
     pub intersection: IntersectionBlocks,
+    /// For the camera.
+    pub camera: CallBlocks,
     /// For lights, which spawn nothing.
     pub light: CallBlocks,
     /// Rays traced so far.
@@ -31,6 +36,8 @@ pub struct Level {
     pub blocks: CallBlocks,
     /// What the shapes' `intersect` left for the nearest hits.
     pub kept_scratch: LaneBlock,
+    /// The numbers of the objects that were hit.
+    pub numbers: LaneIndices,
 }
 
 /// The blocks of one call.
@@ -55,6 +62,7 @@ impl Workspace {
         Workspace {
             free_levels: Vec::new(),
             intersection: IntersectionBlocks::new(scene.scratch_arrays),
+            camera: CallBlocks::new(scene.scratch_arrays),
             light: CallBlocks::new(scene.scratch_arrays),
             rays: RayCounts::default(),
             scratch_arrays: scene.scratch_arrays,
@@ -66,6 +74,7 @@ impl Workspace {
         self.free_levels.pop().unwrap_or_else(|| Level {
             blocks: CallBlocks::new(self.scratch_arrays),
             kept_scratch: LaneBlock::new(self.scratch_arrays, LANES),
+            numbers: LaneIndices::new(LANES),
         })
     }
 
@@ -122,7 +131,7 @@ impl CallBlocks {
             count,
             mask: self.is_masked.then_some(&self.mask),
             accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
-            instances: Instances::One(&call.instance.block),
+            instances: call.instances,
             host,
         });
         if status.budget_exhausted {
@@ -141,18 +150,28 @@ pub struct KernelCall<'a> {
     pub kernel: &'a Kernel,
     /// Its method.
     pub method: Method,
-    /// The instance.
-    pub instance: &'a ShaderInstance,
+    /// The instance, or instances.
+    pub instances: Instances<'a>,
+    /// The number of scratch arrays that the kernel may use.
+    pub scratch_arrays: usize,
     /// The class's name, for messages.
     pub class: &'a str,
     /// Where problems go.
     pub problems: &'a Problems,
 }
 
-impl KernelCall<'_> {
-    /// The number of scratch arrays that the kernel may use.
-    pub fn scratch_arrays(&self, scene: &CompiledScene) -> usize {
-        scene.shader(self.instance).program.layout().scratch_arrays as usize
+impl<'a> KernelCall<'a> {
+    /// A call of a method of a program's class.
+    pub fn new(
+        program: &'a Program,
+        kernel: &'a Kernel,
+        method: Method,
+        instances: Instances<'a>,
+        problems: &'a Problems,
+    ) -> Self {
+        let scratch_arrays = program.layout().scratch_arrays as usize;
+        let class = &program.class().name;
+        KernelCall { kernel, method, instances, scratch_arrays, class, problems }
     }
 }
 
@@ -166,7 +185,8 @@ impl CompiledScene {
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
         let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;
-        Some(KernelCall { kernel, method, instance, class: &shader.program.class().name, problems })
+        let instances = Instances::One(&instance.block);
+        Some(KernelCall::new(&shader.program, kernel, method, instances, problems))
     }
 }
 

@@ -171,17 +171,17 @@ fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
 
 /// Random numbers, the same in every run.
 struct Numbers {
-    key: u64,
-    count: u64,
+    key: u32,
+    count: u32,
 }
 
 impl Numbers {
-    const OF_SECONDARY_RAYS: u64 = 1;
-    const OF_RANDOM_RAYS: u64 = 2;
+    const OF_SECONDARY_RAYS: u32 = 1;
+    const OF_RANDOM_RAYS: u32 = 2;
 
     /// For one packet of a purpose.
-    fn new(purpose: u64, packet: usize) -> Self {
-        Numbers { key: hash(purpose, packet as u64), count: 0 }
+    fn new(purpose: u32, packet: usize) -> Self {
+        Numbers { key: hash(purpose, packet as u32), count: 0 }
     }
 
     fn between_minus_one_and_one(&mut self) -> f32 {

@@ -34,52 +34,65 @@ impl Sampler {
     }
 
     /// The place of a sample in its pixel, in [0,1)^2. Dimensions of its own.
-    pub fn pixel_position(&self, pixel: u64, sample: u32) -> [f32; 2] {
+    #[inline(always)]
+    pub fn pixel_position(&self, pixel: u32, sample: u32) -> [f32; 2] {
         self.pair(self.key(pixel, 1), sample)
     }
 
     /// The place of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
-    pub fn lens_position(&self, pixel: u64, sample: u32) -> [f32; 2] {
+    #[inline(always)]
+    pub fn lens_position(&self, pixel: u32, sample: u32) -> [f32; 2] {
         let key = self.key(pixel, 2);
         self.pair(key, permute(sample, self.samples_per_pixel(), hash(key, 3)))
     }
 
     /// The time of a sample within the shutter, in [0,1).
-    pub fn time(&self, pixel: u64, sample: u32) -> f32 {
+    #[inline(always)]
+    pub fn time(&self, pixel: u32, sample: u32) -> f32 {
         self.number(self.key(pixel, 4), sample)
     }
 
     /// The stream of a camera ray.
-    pub fn stream(&self, pixel: u64, sample: u32) -> RayStream {
+    #[inline(always)]
+    pub fn stream(&self, pixel: u32, sample: u32) -> RayStream {
         RayStream { key: self.key(pixel, 5), sample, dimension: 0, children: 0 }
     }
 
     /// The next number of a ray.
+    #[inline(always)]
     pub fn next(&self, stream: &mut RayStream) -> f32 {
-        let key = hash(stream.key, u64::from(stream.dimension));
+        let key = hash(stream.key, stream.dimension);
         stream.dimension = stream.dimension.wrapping_add(1);
         self.number(key, stream.sample)
     }
 
-    fn key(&self, pixel: u64, purpose: u64) -> u64 {
-        hash(hash(self.seed, pixel), purpose)
+    #[inline(always)]
+    fn key(&self, pixel: u32, purpose: u32) -> u32 {
+        hash(hash(self.folded_seed(), pixel), purpose)
     }
 
-    fn number(&self, key: u64, sample: u32) -> f32 {
-        let random = unit_float(hash(key, u64::from(sample)));
+    #[inline(always)]
+    fn folded_seed(&self) -> u32 {
+        hash((self.seed >> 32) as u32, self.seed as u32)
+    }
+
+    #[inline(always)]
+    fn number(&self, key: u32, sample: u32) -> f32 {
+        let random = unit_float(hash(key, sample));
         match self.kind {
             SamplerKind::Independent => random,
             SamplerKind::Stratified { jitter } => {
                 let count = self.samples_per_pixel();
-                let stratum = permute(sample, count, hash(key, u64::MAX));
+                let stratum = permute(sample, count, hash(key, u32::MAX));
                 let within = if jitter { random } else { 0.5 };
-                below_one((stratum as f32 + within) / count as f32)
+                below_one((stratum as i32 as f32 + within) / count as f32)
             }
         }
     }
 
-    fn pair(&self, key: u64, sample: u32) -> [f32; 2] {
-        let random = [0, 1].map(|axis| unit_float(hash(key, u64::from(sample) << 1 | axis)));
+    #[inline(always)]
+    fn pair(&self, key: u32, sample: u32) -> [f32; 2] {
+        let random = [0, 1].map(|axis| unit_float(hash(key, sample << 1 | axis)));
         match self.kind {
             SamplerKind::Independent => random,
             SamplerKind::Stratified { jitter } => {
@@ -96,14 +109,15 @@ impl Sampler {
 }
 
 /// Rounding may lift a number to 1, which lies outside.
+#[inline(always)]
 fn below_one(x: f32) -> f32 {
-    x.min(1.0_f32.next_down())
+    if x < 1.0 { x } else { 1.0_f32.next_down() }
 }
 
 /// Where a ray stands in its sequence of numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayStream {
-    key: u64,
+    key: u32,
     sample: u32,
     dimension: u32,
     children: u32,
@@ -114,7 +128,7 @@ impl RayStream {
     /// it spawned before, alone.
     pub fn spawn(&mut self) -> RayStream {
         self.children = self.children.wrapping_add(1);
-        let key = hash(self.key, u64::from(self.children) << 32 | 0xFFFF_FFFF);
+        let key = hash(hash(self.key, u32::MAX), self.children);
         RayStream { key, sample: self.sample, dimension: 0, children: 0 }
     }
 }

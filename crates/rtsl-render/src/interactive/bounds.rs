@@ -1,0 +1,93 @@
+//! The boxes of objects, as their classes' `computeBounds` gives them.
+
+use rayon::prelude::*;
+use rtsl::host::NoHost;
+use rtsl::{
+    CallArguments, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program, Role,
+    Shape, Variant, new_state, set_defaults,
+};
+
+use crate::acceleration::Bounds;
+
+use super::compiled::ShaderInstance;
+use super::shaders::Shader;
+use super::variables::{variables, vector};
+
+/// Elements that one call bounds.
+const CALL: usize = 256;
+
+/// Asks objects one by one, with one block of state.
+pub struct BoundsMaker {
+    state: LaneBlock,
+}
+
+impl Default for BoundsMaker {
+    fn default() -> Self {
+        BoundsMaker { state: new_state(1) }
+    }
+}
+
+impl BoundsMaker {
+    /// The box of an object in its own space; `None` if it is unbounded.
+    pub fn bounds(&mut self, shader: &Shader, instance: &ShaderInstance) -> Option<Bounds> {
+        let kernel = shader.kernel(Method::ComputeBounds)?;
+        let instances = Instances::One(&instance.block);
+        let mut scratch = shader.program.new_scratch(1);
+        call(kernel, &mut self.state, &mut scratch, 1, instances).then(|| read(&self.state, 0))?
+    }
+}
+
+/// The boxes of an instance's elements in their own space.
+///
+/// # Errors
+/// If the elements can't be made, or their bounds have no code.
+pub fn element_bounds(
+    program: &Program,
+    instance: &Instance,
+) -> Result<Vec<Option<Bounds>>, Diagnostic> {
+    let elements = program.elements(instance)?;
+    if !program.has(Method::ComputeBounds) {
+        return Ok(vec![None; elements.len()]);
+    }
+    let variant = Variant::new(Shape::Leaf).of_objects(elements.form().clone());
+    let kernel = program.kernel(Method::ComputeBounds, variant)?;
+    let mut bounds = vec![None; elements.len()];
+    let chunks = bounds.par_chunks_mut(CALL).enumerate();
+    chunks.for_each_init(
+        || (new_state(CALL), program.new_scratch(CALL)),
+        |(state, scratch), (chunk, bounds)| {
+            let instances = Instances::Range(&elements, (chunk * CALL) as u32);
+            if call(&kernel, state, scratch, bounds.len(), instances) {
+                let read = |lane| read(state, lane);
+                bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
+            }
+        },
+    );
+    Ok(bounds)
+}
+
+/// Whether all went well: a method that runs past its budget bounds nothing.
+fn call(
+    kernel: &Kernel,
+    state: &mut LaneBlock,
+    scratch: &mut LaneBlock,
+    count: usize,
+    instances: Instances<'_>,
+) -> bool {
+    set_defaults(state, Role::Primitive);
+    let status = kernel.call(CallArguments {
+        state,
+        scratch,
+        count,
+        mask: None,
+        accepted: None,
+        instances,
+        host: &mut NoHost,
+    });
+    !status.budget_exhausted
+}
+
+fn read(state: &LaneBlock, lane: usize) -> Option<Bounds> {
+    let v = variables();
+    Bounds::new(vector(state, v.bound_min, lane), vector(state, v.bound_max, lane))
+}
