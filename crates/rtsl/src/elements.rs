@@ -6,6 +6,8 @@
 //! is not contracted, as it is not where a single instance is made, so that the bits are the
 //! same.
 
+use std::sync::OnceLock;
+
 use rtsl_ir::class::ParameterTarget;
 use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
@@ -28,6 +30,9 @@ use crate::tree::ClassTree;
 /// nothing beside them.
 const CALL: usize = 512;
 
+/// Up to so many elements the interpreter makes: code takes as long to compile.
+const FEW: usize = 1024;
+
 /// Where the constructor's kernel finds the number of each element.
 const NUMBER: &str = "rt_Element";
 
@@ -44,8 +49,9 @@ pub(crate) struct ElementMaker {
 /// A constructor that runs for many elements at once.
 #[derive(Debug)]
 struct Constructor {
-    name: String,
-    kernel: Kernel,
+    function: Function,
+    interpreted: OnceLock<Result<Kernel, Diagnostic>>,
+    compiled: OnceLock<Result<Kernel, Diagnostic>>,
     /// Of the instance's data before its constructor ran, the constructor's parameters behind the
     /// members.
     layout: Layout,
@@ -66,12 +72,8 @@ struct MadeWord {
 
 impl ElementMaker {
     /// # Errors
-    /// If the class has no element parameter, or the constructor has no code.
-    pub fn new(
-        tree: &ClassTree,
-        layout: &Layout,
-        shared: &Shared,
-    ) -> Result<ElementMaker, Diagnostic> {
+    /// If the class has no element parameter, or its constructor passes a limit.
+    pub fn new(tree: &ClassTree, layout: &Layout) -> Result<ElementMaker, Diagnostic> {
         let class = &tree.class;
         let element = class.element().ok_or_else(|| errors::no_elements(class))?;
         let name = element.parameter;
@@ -91,19 +93,20 @@ impl ElementMaker {
         let form = ObjectForm::new(made.chain(number_word));
         let position = |word: u32| form.position(word, 1).map(|position| position as usize);
         let number = number_word.and_then(position);
-        let constructor = draft.map(|draft| draft.finish(layout, &form, shared)).transpose()?;
+        let constructor = draft.map(|draft| draft.finish(layout, &form));
         Ok(ElementMaker { form, constructor, number })
     }
 
     /// `count` elements of an instance whose data is `block`.
     ///
     /// # Errors
-    /// If the constructor runs past its budget.
+    /// If the constructor has no code, or runs past its budget.
     pub fn make(
         &self,
         instance: &Instance,
         block: InstanceBlock,
         count: usize,
+        shared: &Shared,
     ) -> Result<Objects, Diagnostic> {
         let words: Vec<u32> =
             self.form.words().iter().map(|word| block.words()[*word as usize]).collect();
@@ -119,14 +122,31 @@ impl ElementMaker {
             }
         }
         if let Some(constructor) = &self.constructor {
-            constructor.run(instance, &mut objects)?;
+            constructor.run(instance, &mut objects, shared)?;
         }
         Ok(objects)
     }
 }
 
 impl Constructor {
-    fn run(&self, instance: &Instance, objects: &mut Objects) -> Result<(), Diagnostic> {
+    /// The kernel for so many elements.
+    fn kernel(&self, count: usize, shared: &Shared) -> Result<&Kernel, Diagnostic> {
+        let job = Job { function: &self.function, shape: Shape::Packet, layout: &self.layout };
+        let kernel = if count <= FEW {
+            self.interpreted.get_or_init(|| pipeline::interpreted(job))
+        } else {
+            self.compiled.get_or_init(|| Ok(pipeline::kernels(&[job], shared)?.remove(0)))
+        };
+        kernel.as_ref().map_err(Clone::clone)
+    }
+
+    fn run(
+        &self,
+        instance: &Instance,
+        objects: &mut Objects,
+        shared: &Shared,
+    ) -> Result<(), Diagnostic> {
+        let kernel = self.kernel(objects.len(), shared)?;
         let block = instance.unmade_block(&self.layout);
         let (words, count) = (objects.form().words().len(), objects.len());
         let mut state = LaneBlock::sparse(0, &[], CALL);
@@ -136,7 +156,7 @@ impl Constructor {
         for (first, rows) in (0..count).step_by(CALL).zip(calls) {
             let numbers = scratch.words_mut(0).iter_mut().zip(first as u32..);
             numbers.for_each(|(word, number)| *word = number);
-            let status = self.kernel.call(CallArguments {
+            let status = kernel.call(CallArguments {
                 state: &mut state,
                 scratch: &mut scratch,
                 count: CALL.min(count - first),
@@ -146,7 +166,7 @@ impl Constructor {
                 host: &mut NoHost,
             });
             if status.budget_exhausted {
-                return Err(errors::endless_constructor(&self.name));
+                return Err(errors::endless_constructor(&self.function.name));
             }
             for output in &self.outputs {
                 let (made, _) =
@@ -203,12 +223,7 @@ impl Draft {
         self.members.iter().map(|(place, _)| place)
     }
 
-    fn finish(
-        self,
-        layout: &Layout,
-        form: &ObjectForm,
-        shared: &Shared,
-    ) -> Result<Constructor, Diagnostic> {
+    fn finish(self, layout: &Layout, form: &ObjectForm) -> Constructor {
         let Draft { function, members } = self;
         let mut layout = Layout {
             scratch: [(NUMBER.to_owned(), 0)].into(),
@@ -235,9 +250,8 @@ impl Draft {
                 is_bool: member.scalar == Scalar::Bool,
             });
         }
-        let job = Job { function: &function, shape: Shape::Packet, layout: &layout };
-        let kernel = pipeline::kernels(&[job], shared)?.remove(0);
-        Ok(Constructor { name: function.name, kernel, layout, outputs })
+        let (interpreted, compiled) = (OnceLock::new(), OnceLock::new());
+        Constructor { function, interpreted, compiled, layout, outputs }
     }
 }
 

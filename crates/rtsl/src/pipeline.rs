@@ -169,7 +169,8 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     Ok(kernels.into_iter().map(Kernel::compiled).collect())
 }
 
-fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
+/// A linked method on the interpreter.
+pub(crate) fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
     let kernel = InterpretedKernel::new(job.function, job.layout, signature(job));
     let failed = |error| errors::code_generation(&job.function.name, &error);
     kernel.map(Kernel::interpreted).map_err(failed)

@@ -174,11 +174,10 @@ impl Program {
         block: InstanceBlock,
     ) -> Result<Objects, Diagnostic> {
         let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
-        let maker = self.elements.get_or_init(|| {
-            ElementMaker::new(&self.tree, &self.layout, &self.shared).map(Box::new)
-        });
+        let maker =
+            self.elements.get_or_init(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new));
         let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make(instance, block, count as usize)
+        maker.make(instance, block, count as usize, &self.shared)
     }
 
     /// The form of objects that share nothing, with placements or without.
