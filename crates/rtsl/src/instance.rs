@@ -175,7 +175,7 @@ impl Instance {
             values.set(PlaceKind::Member, &format!("{path}.{}", place.name), words);
         }
         for (place, words) in self.class.buffers.iter().zip(&self.buffers) {
-            values.set(PlaceKind::Buffer, &format!("{path}.{}", place.name), words);
+            values.set_buffer(&format!("{path}.{}", place.name), Words::Shared(words.clone()));
         }
         for_each_element(&self.class, &self.references, |inner, instance| {
             instance.show(&format!("{path}.{inner}"), values);
@@ -300,8 +300,11 @@ impl<'a> Builder<'a> {
         let mut values = Environment::default();
         values.run(&self.class.initializer)?;
         for (name, words) in &self.members {
-            values.set(PlaceKind::Member, name, words.as_slice());
-            values.set(PlaceKind::Buffer, name, words.as_slice());
+            if self.class.buffers.iter().any(|place| place.name == *name) {
+                values.set_buffer(name, words.clone());
+            } else {
+                values.set(PlaceKind::Member, name, words.as_slice());
+            }
         }
         for (name, words) in &self.constructor_arguments {
             values.set(PlaceKind::Parameter, name, words.as_slice());
