@@ -164,6 +164,23 @@ fn a_flat_patch_looks_like_two_triangles() {
 }
 
 #[test]
+fn a_single_patch_is_an_object_that_lights() {
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
+        Translate 0 3 0 Rotate 90 1 0 0\n\
+        Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] AttributeEnd\n";
+    let dark = "WorldBegin\nShape \"Plane\"\n";
+    let files = |lamp: &str| {
+        let head = "LookAt 0 1 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
+            Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n";
+        Files::default().with("scene.pbrt", format!("{head}{dark}{lamp}"))
+    };
+    assert_eq!(scene(&files(lamp)).objects[1].elements, None);
+    let lit = |pixels: Vec<[u32; 3]>| pixels.iter().filter(|pixel| **pixel != [0; 3]).count();
+    assert_eq!(lit(picture(&files(""))), 0);
+    assert!(lit(picture(&files(lamp))) > 16);
+}
+
+#[test]
 fn meshes_within_objects_are_placed() {
     let placed = format!(
         "ObjectBegin \"pair\"\n{CHECKED}{SQUARE}ObjectEnd\n\

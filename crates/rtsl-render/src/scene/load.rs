@@ -219,7 +219,8 @@ impl<'a, 'f> Loader<'a, 'f> {
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
-                elements: primitive.element_count(),
+                // The instance itself is the first element; where it is the only one, an object like others.
+                elements: primitive.element_count().filter(|count| *count != 1),
                 primitive,
                 transform,
                 motion,
