@@ -33,6 +33,8 @@ const CALL: usize = 512;
 /// Up to so many elements the interpreter makes: code takes as long to compile.
 const FEW: usize = 1024;
 
+const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
+
 /// Where the constructor's kernel finds the number of each element.
 const NUMBER: &str = "rt_Element";
 
@@ -97,32 +99,32 @@ impl ElementMaker {
         Ok(ElementMaker { form, constructor, number })
     }
 
-    /// `count` elements of an instance whose data is `block`.
+    /// `count` elements of an instance whose data is `block`; the element parameter of the `i`th is
+    /// `number(i)`.
     ///
     /// # Errors
     /// If the constructor has no code, or runs past its budget.
     pub fn make(
         &self,
-        instance: &Instance,
-        block: InstanceBlock,
+        (instance, block): (&Instance, InstanceBlock),
         count: usize,
+        number: impl Fn(usize) -> u32,
         shared: &Shared,
     ) -> Result<Objects, Diagnostic> {
         let words: Vec<u32> =
             self.form.words().iter().map(|word| block.words()[*word as usize]).collect();
         let mut objects = Objects::new(self.form.clone(), block.into(), count);
-        let in_block = OBJECTS_IN_BLOCK as usize;
-        for (number, rows) in objects.rows_mut().chunks_exact_mut(words.len().max(1)).enumerate() {
-            rows.iter_mut()
-                .zip(&words)
-                .for_each(|(row, word)| *row = ObjectRow([*word; OBJECTS_IN_BLOCK as usize]));
+        // The lanes past the last element are some element, too.
+        let number = |index: usize| number(index.min(count.saturating_sub(1)));
+        for (block, rows) in objects.rows_mut().chunks_exact_mut(words.len().max(1)).enumerate() {
+            rows.iter_mut().zip(&words).for_each(|(row, word)| row.0.fill(*word));
             if let Some(position) = self.number {
-                let first = number * in_block;
-                rows[position].0 = std::array::from_fn(|lane| (first + lane) as u32);
+                rows[position].0 = std::array::from_fn(|lane| number(block * IN_BLOCK + lane));
             }
         }
         if let Some(constructor) = &self.constructor {
-            constructor.run(instance, &mut objects, shared)?;
+            let kernel = constructor.kernel(count, shared)?;
+            constructor.run(kernel, instance, number, &mut objects)?;
         }
         Ok(objects)
     }
@@ -142,20 +144,19 @@ impl Constructor {
 
     fn run(
         &self,
+        kernel: &Kernel,
         instance: &Instance,
+        number: impl Fn(usize) -> u32,
         objects: &mut Objects,
-        shared: &Shared,
     ) -> Result<(), Diagnostic> {
-        let kernel = self.kernel(objects.len(), shared)?;
         let block = instance.unmade_block(&self.layout);
         let (words, count) = (objects.form().words().len(), objects.len());
         let mut state = LaneBlock::sparse(0, &[], CALL);
         let mut scratch = LaneBlock::new(self.layout.scratch_arrays as usize, CALL);
-        let in_block = OBJECTS_IN_BLOCK as usize;
-        let calls = objects.rows_mut().chunks_mut(CALL / in_block * words);
+        let calls = objects.rows_mut().chunks_mut(CALL / IN_BLOCK * words);
         for (first, rows) in (0..count).step_by(CALL).zip(calls) {
-            let numbers = scratch.words_mut(0).iter_mut().zip(first as u32..);
-            numbers.for_each(|(word, number)| *word = number);
+            let numbers = scratch.words_mut(0).iter_mut().zip(first..);
+            numbers.for_each(|(word, index)| *word = number(index));
             let status = kernel.call(CallArguments {
                 state: &mut state,
                 scratch: &mut scratch,
@@ -169,8 +170,7 @@ impl Constructor {
                 return Err(errors::endless_constructor(&self.function.name));
             }
             for output in &self.outputs {
-                let (made, _) =
-                    scratch.words(output.array).as_chunks::<{ OBJECTS_IN_BLOCK as usize }>();
+                let (made, _) = scratch.words(output.array).as_chunks::<IN_BLOCK>();
                 for (rows, made) in rows.chunks_exact_mut(words).zip(made) {
                     let word = |word: u32| if output.is_bool { word & 1 } else { word };
                     rows[output.position] = ObjectRow(made.map(word));

@@ -150,7 +150,8 @@ impl Program {
     /// # Panics
     /// If the instance belongs to another program.
     pub fn elements(&self, instance: &Instance) -> Result<Objects, Diagnostic> {
-        self.elements_of(instance, self.block(instance))
+        let count = self.element_count(instance)?;
+        self.make_elements(instance, self.block(instance), count, |index| index as u32)
     }
 
     /// The same with one placement for all of them, for kernels that are [placed](Variant::placed).
@@ -165,19 +166,53 @@ impl Program {
         instance: &Instance,
         placement: &Placement,
     ) -> Result<Objects, Diagnostic> {
-        self.elements_of(instance, self.placed_block(instance, placement))
+        let (count, block) =
+            (self.element_count(instance)?, self.placed_block(instance, placement));
+        self.make_elements(instance, block, count, |index| index as u32)
     }
 
-    fn elements_of(
+    /// Elements in an order of the host's, such as that of a hierarchy's leaves: object `i` is the element
+    /// of number `numbers[i]`, however often that occurs. It takes as long as
+    /// [`Program::elements`], where [`Objects::in_order`] would be another pass over all of them. With a
+    /// placement they are for kernels that are [placed](Variant::placed).
+    ///
+    /// # Errors
+    /// As for [`Program::elements`].
+    ///
+    /// # Panics
+    /// If the instance belongs to another program, or has no element of such a number.
+    pub fn elements_in_order(
+        &self,
+        instance: &Instance,
+        placement: Option<&Placement>,
+        numbers: &[u32],
+    ) -> Result<Objects, Diagnostic> {
+        let count = self.element_count(instance)?;
+        let are_elements = numbers.iter().all(|number| (*number as usize) < count);
+        assert!(are_elements, "each number is that of one of {count} elements");
+        let block = match placement {
+            Some(placement) => self.placed_block(instance, placement),
+            None => self.block(instance),
+        };
+        self.make_elements(instance, block, numbers.len(), |index| numbers[index])
+    }
+
+    fn element_count(&self, instance: &Instance) -> Result<usize, Diagnostic> {
+        let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
+        Ok(count as usize)
+    }
+
+    fn make_elements(
         &self,
         instance: &Instance,
         block: InstanceBlock,
+        count: usize,
+        number: impl Fn(usize) -> u32,
     ) -> Result<Objects, Diagnostic> {
-        let count = instance.element_count().ok_or_else(|| errors::no_elements(self.class()))?;
         let maker =
             self.elements.get_or_init(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new));
         let maker = maker.as_ref().map_err(Clone::clone)?;
-        maker.make(instance, block, count as usize, &self.shared)
+        maker.make((instance, block), count, number, &self.shared)
     }
 
     /// The form of objects that share nothing, with placements or without.

@@ -177,6 +177,10 @@ fn kernels_take_elements() {
         let elements = program.elements(&instance).unwrap();
         let order: Vec<u32> = (0..elements.len() as u32).rev().collect();
         let reversed = elements.in_order(&order);
+        let made_so = program.elements_in_order(&instance, None, &order).unwrap();
+        for (number, word) in (0..order.len()).flat_map(|it| (0..11).map(move |word| (it, word))) {
+            assert_eq!(made_so.word(number, word), reversed.word(number, word));
+        }
         let bounds = bounds(&program, Shape::Leaf, Instances::Range(&reversed, 8), 35);
         assert_eq!(prepared_bounds(&program, reversed, 8, 35), bounds);
         for (lane, found) in bounds.iter().enumerate() {
