@@ -283,14 +283,14 @@ fn range(control: &Control) -> Option<(f64, f64)> {
 
 fn label(control: &Control, component: usize) -> String {
     let names: &[&str] = match (control.kind, control.values.len()) {
-        (_, 1) => return shortened(&control.label, 14),
+        (_, 1) => return shortened(&control.label, 13),
         (ControlKind::Color, _) => &["red", "green", "blue"],
         _ => &["x", "y", "z", "w"],
     };
     let name = names.get(component).copied().unwrap_or_default();
     match component {
-        0 => format!("{} {name}", shortened(&control.label, 13 - name.len())),
-        _ => format!("{name:>14}"),
+        0 => format!("{} {name}", shortened(&control.label, 12 - name.len())),
+        _ => format!("{name:>13}"),
     }
 }
 

@@ -246,7 +246,7 @@ fn translate(event: &WindowEvent) -> Option<Event> {
             MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
         })),
         WindowEvent::KeyboardInput { event, .. } => {
-            let key = key(&event.logical_key)?;
+            let key = key(&event.logical_key).filter(|key| !event.repeat || is_step(*key))?;
             Some(match event.state {
                 ElementState::Pressed => Event::KeyPressed(key),
                 ElementState::Released => Event::KeyReleased(key),
@@ -259,6 +259,15 @@ fn translate(event: &WindowEvent) -> Option<Event> {
 
 fn resized(size: PhysicalSize<u32>) -> Event {
     Event::Resized { width: size.width as usize, height: size.height as usize }
+}
+
+/// Keys that go on while they are held; others would show and hide things.
+fn is_step(key: Key) -> bool {
+    match key {
+        Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => true,
+        Key::Character(sign) => matches!(sign, '+' | '=' | '-'),
+        Key::Shift | Key::Tab | Key::Escape | Key::Home | Key::F12 => false,
+    }
 }
 
 fn key(key: &WindowKey) -> Option<Key> {

@@ -11,7 +11,7 @@ use crate::names::no_such;
 #[derive(Debug, Args)]
 pub struct HelpArguments {
     /// A command, or a part of the manual: guide, cli, language, roles, builtins, scenes,
-    /// diagnostics, glsl, architecture.
+    /// viewer, diagnostics, glsl, architecture.
     topic: Option<String>,
 }
 
@@ -39,6 +39,7 @@ const TOPICS: &[Topic] = topics! {
     "roles" "roles, methods and state variables" "reference/roles.md";
     "builtins" "built-in functions" "reference/builtins.md";
     "scenes" "the format of scenes" "scenes.md";
+    "viewer" "the window of `rtsl view`" "view.md";
     "diagnostics" "all errors and warnings" "reference/diagnostics.md";
     "glsl" "what RTSL has of GLSL" "glsl.md";
     "architecture" "how the compiler is built" "architecture.md";

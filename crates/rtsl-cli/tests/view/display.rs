@@ -21,6 +21,9 @@ pub const TAB: u32 = 0xff09;
 /// What happens in one go is far enough apart for people, and for toolkits.
 const PACE: Duration = Duration::from_millis(20);
 
+/// How long a drag takes: there are seven things to do.
+pub const DRAG: Duration = Duration::from_millis(140);
+
 /// A display of its own, ended when it is dropped.
 pub struct Display {
     server: Child,

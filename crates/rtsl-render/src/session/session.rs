@@ -287,12 +287,12 @@ impl Session {
         let CameraRays { rays, .. } = camera_rays(&tracer, &mut workspace, tile, 0);
         let hits = tracer.nearest(&mut workspace, &rays, 1 << lane);
         let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
-        let index = self.compiled.objects.iter().position(|it| std::ptr::eq(it, run.object))?;
+        let index = run.index as usize;
         let [origin, direction] =
             [rays.origin_of(lane), rays.direction_of(lane)].map(|it| it.map(f64::from));
         let t = f64::from(hits.distance[lane]);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let shape = self.origins.objects[index];
+        let shape = *self.origins.objects.get(index)?;
         let material = run.object.material;
         let shader = match material {
             Some(material) => &self.compiled.materials[material as usize],

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::film::SrgbEncoder;
+use crate::film::{HeatScale, SrgbEncoder};
 
 /// What is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum ViewMode {
     /// The image.
     #[default]
     Image,
-    /// The time that a sample of a pixel takes, from blue (16 ns) over green and red to white (260 us).
+    /// The time that a sample of a pixel takes, from dark (16 ns) to light (260 us), by powers of two.
     Time,
 }
 
@@ -34,12 +34,13 @@ pub struct Display {
     /// What radiance is multiplied with.
     scale: f32,
     encoder: SrgbEncoder,
+    heat: HeatScale,
 }
 
 impl Display {
     /// Shows `mode`, images multiplied by `scale`.
     pub fn new(mode: ViewMode, scale: f32) -> Self {
-        Display { mode, scale, encoder: SrgbEncoder::new() }
+        Display { mode, scale, encoder: SrgbEncoder::new(), heat: HeatScale::new() }
     }
 
     /// What it shows.
@@ -51,7 +52,7 @@ impl Display {
     pub fn pixel(&self, color: [f32; 3], time: Duration) -> u32 {
         let channels = match self.mode {
             ViewMode::Image => color.map(|channel| self.encoder.encode(channel * self.scale)),
-            ViewMode::Time => heat(time_on_scale(time)),
+            ViewMode::Time => self.heat.color(time_on_scale(time)),
         };
         channels.into_iter().fold(0, |pixel, channel| pixel << 8 | u32::from(channel))
     }
@@ -65,25 +66,6 @@ fn time_on_scale(time: Duration) -> f32 {
     let power = nanoseconds.ilog2();
     let part = nanoseconds as f32 / (1_u64 << power) as f32 - 1.0;
     ((power as f32 + part - LEAST as f32) / STEPS).clamp(0.0, 1.0)
-}
-
-/// A colour for a number from 0 to 1: black, blue, green, yellow, red, white.
-fn heat(x: f32) -> [u8; 3] {
-    const STOPS: [[f32; 3]; 6] = [
-        [0.0, 0.0, 40.0],
-        [20.0, 60.0, 200.0],
-        [20.0, 170.0, 90.0],
-        [240.0, 210.0, 40.0],
-        [220.0, 50.0, 30.0],
-        [255.0, 255.0, 255.0],
-    ];
-    let place = x.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
-    let below = (place as usize).min(STOPS.len() - 2);
-    let part = place - below as f32;
-    [0, 1, 2].map(|channel: usize| {
-        let (from, to) = (STOPS[below][channel], STOPS[below + 1][channel]);
-        (from + (to - from) * part) as u8
-    })
 }
 
 #[cfg(test)]
@@ -101,7 +83,8 @@ mod tests {
         let display = Display::new(ViewMode::Time, 1.0);
         let pixel = |nanoseconds| display.pixel([0.0; 3], Duration::from_nanos(nanoseconds));
         assert_eq!(pixel(0), pixel(16));
-        assert_eq!(pixel(1 << 18), 0x00FF_FFFF);
+        assert_eq!(pixel(1 << 18), pixel(1 << 30));
+        assert_ne!(pixel(16), pixel(1 << 18));
         let scale: Vec<f32> = [16, 100, 1_000, 10_000, 100_000]
             .map(|time| time_on_scale(Duration::from_nanos(time)))
             .to_vec();
