@@ -163,21 +163,30 @@ fn a_flat_patch_looks_like_two_triangles() {
     assert!(different <= 2, "{different} pixels differ");
 }
 
+/// A floor under what `lamp` says.
+fn lit_floor(lamp: &str) -> Files {
+    let text = "LookAt 0 1 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
+        Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+        Sampler \"stratified\" \"integer pixelsamples\" 64\n\
+        WorldBegin\nShape \"Plane\"\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
+        Translate 0 3 0 Rotate 90 1 0 0\n";
+    Files::default().with("scene.pbrt", format!("{text}{lamp}"))
+}
+
 #[test]
-fn a_single_patch_is_an_object_that_lights() {
-    let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
-        Translate 0 3 0 Rotate 90 1 0 0\n\
-        Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] AttributeEnd\n";
-    let dark = "WorldBegin\nShape \"Plane\"\n";
-    let files = |lamp: &str| {
-        let head = "LookAt 0 1 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
-            Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n";
-        Files::default().with("scene.pbrt", format!("{head}{dark}{lamp}"))
+fn patches_and_small_meshes_light_what_is_around_them() {
+    let brightness = |lamp: &str| {
+        let pixels = picture(&lit_floor(lamp));
+        pixels.iter().flatten().map(|bits| f32::from_bits(*bits)).sum::<f32>()
     };
-    assert_eq!(scene(&files(lamp)).objects[1].elements, None);
-    let lit = |pixels: Vec<[u32; 3]>| pixels.iter().filter(|pixel| **pixel != [0; 3]).count();
-    assert_eq!(lit(picture(&files(""))), 0);
-    assert!(lit(picture(&files(lamp))) > 16);
+    assert_eq!(brightness(""), 0.0);
+    let patch = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]";
+    assert_eq!(scene(&lit_floor(patch)).objects[1].elements, None);
+    let triangles =
+        SQUARE.replace("[0 0 -1  0 0 -1  0 0 -1  0 0 -1]", "[0 0 1  0 0 1  0 0 1  0 0 1]");
+    let (patch, triangles) = (brightness(patch), brightness(&triangles));
+    assert!(patch > 1.0);
+    assert!((triangles / patch - 1.0).abs() < 0.02, "{triangles} and {patch}");
 }
 
 #[test]

@@ -9,7 +9,8 @@
 //! density follows by the map's Jacobian, so any placement of a shape will do. Emission may ask for
 //! random numbers, but for no light.
 //!
-//! Shapes within instances, and shapes without `generateSample`, are seen but not sampled.
+//! Of a mesh each face is a light of its own, if it has few. Meshes of many faces, shapes within
+//! instances, and shapes without `generateSample` are seen but not sampled.
 
 use rtsl::host::{LaneSet, LightLanes, LightQueryLanes};
 use rtsl::{LaneBlock, Method};
@@ -17,7 +18,7 @@ use rtsl::{LaneBlock, Method};
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::math::{dot, normalize_or};
 
-use super::compiled::Object;
+use super::compiled::{Object, ShaderInstance};
 use super::host::{LaneContext, lane_vector, within_cone};
 use super::shading::Tracer;
 use super::surface::{prepare, runs};
@@ -26,15 +27,20 @@ use super::workspace::{CallBlocks, Level, Workspace};
 
 /// A shape that is sampled.
 pub struct AreaLight {
-    /// Its place among the members of the scene, by which hits name it.
+    /// Its place among the items of the scene, by which hits name it.
     pub member: u32,
     /// The index of its object.
     pub object: u32,
+    /// The object's shape, or the element of it that is sampled.
+    pub primitive: ShaderInstance,
     /// The index of the material whose emission it gives off.
     pub emitter: u32,
     /// How much larger a volume of the shape's space is in the world's; positive.
     pub volume_scale: f64,
 }
+
+/// Of a mesh with more elements none is sampled: each of them would cost a ray for every point.
+pub const MOST_SAMPLED_ELEMENTS: u32 = 64;
 
 /// How far from a sample, relative to its distance, the shape may be found: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;
@@ -83,7 +89,7 @@ fn generate(
 ) -> Normals {
     let mut normals = [[0.0; 3]; LANES];
     let object = &tracer.scene.objects[light.object as usize];
-    let Some(call) = tracer.scene.call(&object.primitive, Method::GenerateSample, tracer.problems)
+    let Some(call) = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)
     else {
         return normals;
     };

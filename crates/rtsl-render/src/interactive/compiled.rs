@@ -10,7 +10,7 @@ use crate::math::{Affine, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
-use super::area_light::AreaLight;
+use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, PlacedObjects};
@@ -268,23 +268,30 @@ impl Builder<'_> {
         }
     }
 
-    /// The shapes of the world that emit and can be sampled. Elements are not.
+    /// The shapes of the world that emit and can be sampled.
     fn area_lights(&self, scene: &Scene, items: &[GroupItems]) -> Vec<AreaLight> {
         let has = |instance: &Instance, method: Method| {
             let shader = self.table.instance(instance).shader;
             self.shaders[shader].kernel(method).is_some()
         };
-        let members = items.first().into_iter().flat_map(GroupItems::members);
-        let lights = members.filter_map(|member| {
+        let mut lights = Vec::new();
+        for member in items.first().into_iter().flat_map(GroupItems::members) {
             let object = &scene.objects[member.object as usize];
-            let emitter = object.emitter.filter(|_| object.elements.is_none())?;
+            let Some(emitter) = object.emitter else { continue };
             let sampled = has(&object.primitive, Method::GenerateSample)
-                && has(&scene.materials[emitter as usize], Method::Emission);
+                && has(&scene.materials[emitter as usize], Method::Emission)
+                && object.elements.is_none_or(|count| count <= MOST_SAMPLED_ELEMENTS);
             let volume_scale = object.transform.volume_scale();
-            let (member, object) = (member.first, member.object);
-            sampled.then_some(AreaLight { member, object, emitter, volume_scale })
-        });
-        lights.collect()
+            let primitives = if sampled { self.table.items(object) } else { Vec::new() };
+            lights.extend((member.first..).zip(primitives).map(|(item, primitive)| AreaLight {
+                member: item,
+                object: member.object,
+                primitive,
+                emitter,
+                volume_scale,
+            }));
+        }
+        lights
     }
 
     fn object(&self, object: &SceneObject) -> Object {

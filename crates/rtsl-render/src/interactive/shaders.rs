@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Diagnostics, Engine, Instance, Kernel, KernelRequest, LinkedMethod, Method, Outputs, Program,
-    Role, Shape, Variant, lookup_state,
+    Diagnostics, Engine, Instance, InstanceBlock, Kernel, KernelRequest, LinkedMethod, Method,
+    Outputs, Program, Role, Shape, Variant, lookup_state,
 };
 
 use crate::scene::{Scene, SceneObject};
@@ -292,6 +292,27 @@ impl<'a> ShaderTable<'a> {
         let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
         let (shader, block) = (shader.unwrap_or(0), Arc::new(program.block(instance)));
         ShaderInstance { shader, block, specialised: Specialised::default() }
+    }
+
+    /// An object of the scene, or each of its elements if it has any, for its shader; nothing where
+    /// they can't be made, which making its kernels reports.
+    pub fn items(&self, object: &SceneObject) -> Vec<ShaderInstance> {
+        let whole = self.instance(&object.primitive);
+        if object.elements.is_none() {
+            return vec![whole];
+        }
+        let program = self.engine.program(&object.primitive);
+        let Ok(elements) = program.elements(&object.primitive) else { return Vec::new() };
+        let shared = elements.shared();
+        let items = (0..elements.len()).map(|element| {
+            let mut words = shared.words().to_vec();
+            for (position, word) in elements.form().words().iter().enumerate() {
+                words[*word as usize] = elements.word(element, position);
+            }
+            let block = Arc::new(InstanceBlock::new(&words, shared.buffers().to_vec()));
+            ShaderInstance { shader: whole.shader, block, specialised: Specialised::default() }
+        });
+        items.collect()
     }
 
     /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
