@@ -20,8 +20,6 @@ pub struct Clock<'a> {
     pub effort: Effort,
 }
 
-const LEAST_REPETITIONS: usize = 3;
-
 /// Threads take so many packets at a time: to share them out one by one, and to count their rays so,
 /// would be seen in the figures.
 const BATCH: usize = 16;
@@ -106,11 +104,11 @@ impl Clock<'_> {
         self.threads.for_each_tile(self.tracer.scene, (0, count), proceed, work).1
     }
 
-    /// The seconds of each repetition, after one that only warms up.
+    /// The seconds of each repetition.
     fn repeat(&self, mut work: impl FnMut()) -> Vec<f64> {
         let start = Instant::now();
         let mut times = Vec::new();
-        while times.len() < LEAST_REPETITIONS.min(self.effort.repetitions)
+        while times.is_empty()
             || times.len() < self.effort.repetitions && start.elapsed() < self.effort.time
         {
             let begun = Instant::now();

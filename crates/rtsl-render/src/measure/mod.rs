@@ -35,7 +35,7 @@ pub use self::spread::Spread;
 pub struct Effort {
     /// How often, if time allows.
     pub repetitions: usize,
-    /// After this time there are no repetitions but the first three.
+    /// After this time no repetition is begun but the first.
     pub time: Duration,
 }
 
