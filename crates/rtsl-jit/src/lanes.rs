@@ -28,11 +28,13 @@ impl Chunks {
         self.start.cast()
     }
 
+    #[inline]
     pub(crate) fn all(&self) -> &[u32] {
         // Safety: a chunk is `PADDING` words without gaps; all are owned and initialised.
         unsafe { std::slice::from_raw_parts(self.words(), self.count * PADDING) }
     }
 
+    #[inline]
     pub(crate) fn all_mut(&mut self) -> &mut [u32] {
         // Safety: as for `all`, and borrowed mutably.
         unsafe { std::slice::from_raw_parts_mut(self.words(), self.count * PADDING) }
@@ -129,18 +131,21 @@ impl LaneBlock {
     ///
     /// # Panics
     /// If there is no such component, or it has no array; so for all methods here.
+    #[inline]
     pub fn words(&self, component: usize) -> &[u32] {
         let start = self.start_of(component);
         &self.memory()[start..start + self.lanes]
     }
 
     /// The array of a component, to write.
+    #[inline]
     pub fn words_mut(&mut self, component: usize) -> &mut [u32] {
         let (start, lanes) = (self.start_of(component), self.lanes);
         &mut self.memory_mut()[start..start + lanes]
     }
 
     /// The array of a component of type f32.
+    #[inline]
     pub fn floats(&self, component: usize) -> &[f32] {
         let words = self.words(component);
         // Safety: f32 has the size and alignment of u32, and any bits are a value.
@@ -148,6 +153,7 @@ impl LaneBlock {
     }
 
     /// The array of a component of type f32, to write.
+    #[inline]
     pub fn floats_mut(&mut self, component: usize) -> &mut [f32] {
         let words = self.words_mut(component);
         // Safety: as for `floats`; the words are borrowed mutably.
@@ -156,6 +162,7 @@ impl LaneBlock {
 
     /// The arrays of `N` components that follow one another, such as those of a vector, to
     /// write at the same time.
+    #[inline]
     pub fn vectors_mut<const N: usize>(&mut self, first: usize) -> [&mut [f32]; N] {
         assert!(first + N <= self.components(), "components {first}..{}", first + N);
         let lanes = self.lanes;
@@ -168,16 +175,19 @@ impl LaneBlock {
     }
 
     /// All arrays with their padding, one after another.
+    #[inline]
     pub fn memory(&self) -> &[u32] {
         self.memory.all()
     }
 
     /// All arrays with their padding, to write.
+    #[inline]
     pub fn memory_mut(&mut self) -> &mut [u32] {
         self.memory.all_mut()
     }
 
     /// All arrays with their padding as floats, to write.
+    #[inline]
     pub fn float_memory_mut(&mut self) -> &mut [f32] {
         let words = self.memory_mut();
         // Safety: as for `floats_mut`.
@@ -190,6 +200,7 @@ impl LaneBlock {
         self.table.as_ptr()
     }
 
+    #[inline]
     fn array(&self, component: usize) -> *mut u32 {
         assert!(component < self.components(), "component {component} of {}", self.components());
         let array = self.table[component];
@@ -198,6 +209,7 @@ impl LaneBlock {
     }
 
     /// The word of the memory at which a component's array starts.
+    #[inline]
     fn start_of(&self, component: usize) -> usize {
         (self.array(component).addr() - self.memory.words().addr()) / size_of::<u32>()
     }
@@ -253,11 +265,13 @@ impl LaneMask {
     ///
     /// # Panics
     /// If there is no such lane; so for all methods here.
+    #[inline]
     pub fn get(&self, lane: usize) -> bool {
         self.words.all()[..self.lanes][lane] != 0
     }
 
     /// Changes a lane.
+    #[inline]
     pub fn set(&mut self, lane: usize, is_on: bool) {
         let lanes = self.lanes;
         self.words.all_mut()[..lanes][lane] = if is_on { u32::MAX } else { 0 };
@@ -326,6 +340,7 @@ impl LaneIndices {
     }
 
     /// The numbers, to write.
+    #[inline]
     pub fn as_mut_slice(&mut self) -> &mut [u32] {
         let lanes = self.lanes;
         &mut self.words.all_mut()[..lanes]

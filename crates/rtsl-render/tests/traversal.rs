@@ -5,7 +5,7 @@ use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
     Block, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes,
-    Objects, PacketSpace, RayPacket, RaySpace, lanes_of,
+    Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
 };
 use rtsl_render::math::{Affine, Transform, dot};
 
@@ -168,10 +168,10 @@ proptest! {
         let mut objects = Spheres::new(&spheres);
         let (first, second) = order.split_at(split);
         for part in [first, second] {
-            let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects);
-            let any = geometry.any(&packet(&rays, part), mask(part.len()), &mut objects);
+            let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects, &mut Visits::default());
+            let any = geometry.any(&packet(&rays, part), mask(part.len()), &mut objects, &mut Visits::default());
             for (lane, ray) in part.iter().enumerate() {
-                let alone = geometry.nearest(&packet(&rays, &[*ray]), 1, &mut objects);
+                let alone = geometry.nearest(&packet(&rays, &[*ray]), 1, &mut objects, &mut Visits::default());
                 prop_assert_eq!(key(&together, lane), key(&alone, 0));
                 prop_assert_eq!(any >> lane & 1 != 0, together.id[lane] != HitId::NONE);
             }
@@ -186,7 +186,7 @@ proptest! {
         let geometry = flat(&spheres);
         let order: Vec<usize> = (0..LANES).collect();
         let mut objects = Spheres::new(&spheres);
-        let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects);
+        let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects, &mut Visits::default());
         for (lane, (origin, direction, limit)) in rays.iter().enumerate() {
             let all = spheres.iter().enumerate().filter_map(|(index, sphere)| {
                 sphere.hit(*origin, *direction, 1e-3, *limit).map(|t| (t, index as u32))
@@ -209,7 +209,7 @@ fn the_tree_saves_tests() {
     let geometry = flat(&spheres);
     let mut objects = Spheres::new(&spheres);
     let rays = [([4.0, 4.0, -5.0], [0.0, 0.0, 1.0], f32::INFINITY)];
-    let hits = geometry.nearest(&packet(&rays, &[0]), 1, &mut objects);
+    let hits = geometry.nearest(&packet(&rays, &[0]), 1, &mut objects, &mut Visits::default());
     assert_eq!((hits.distance[0], hits.id[0].outer()), (4.7, 44));
     assert!(objects.tests <= 24, "{}", objects.tests);
 }

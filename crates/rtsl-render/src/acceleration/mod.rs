@@ -48,5 +48,5 @@ pub use hit::{HitId, Hits};
 pub use objects::Objects;
 pub use packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 pub use space::{PacketSpace, RaySpace, Serial};
-pub use traversal::moved_packet;
+pub use traversal::{Visits, moved_packet};
 pub use wide_tree::{Block, Boxes, Child, Item, WIDTH, WideNode, WideTree};

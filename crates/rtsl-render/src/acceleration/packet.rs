@@ -49,13 +49,15 @@ impl Default for RayPacket {
 
 impl RayPacket {
     /// The origin of a lane's ray.
+    #[inline(always)]
     pub fn origin_of(&self, lane: usize) -> [f32; 3] {
-        [0, 1, 2].map(|axis: usize| self.origin[axis][lane])
+        [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]]
     }
 
     /// The direction of a lane's ray.
+    #[inline(always)]
     pub fn direction_of(&self, lane: usize) -> [f32; 3] {
-        [0, 1, 2].map(|axis: usize| self.direction[axis][lane])
+        [self.direction[0][lane], self.direction[1][lane], self.direction[2][lane]]
     }
 
     /// Sets origin and direction of a lane's ray.

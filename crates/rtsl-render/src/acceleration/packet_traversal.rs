@@ -66,10 +66,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
-        let base = self.packets.len();
+        let base = self.visits.packets.len();
         self.visit_child_with_packet(simd, group, root, space, lanes, outer);
-        while self.packets.len() > base {
-            let Some(visit) = self.packets.pop() else { break };
+        while self.visits.packets.len() > base {
+            let Some(visit) = self.visits.packets.pop() else { break };
             let lanes = self.open(visit.lanes);
             if lanes == 0 {
                 continue;
@@ -107,15 +107,15 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let (mut met, entries) =
             space.interval.test(simd, &node.boxes, node.count as usize, farthest);
         let entries = entries.to_array();
-        let base = self.packets.len();
+        let base = self.visits.packets.len();
         while met != 0 {
             let slot = met.trailing_zeros();
             met &= met - 1;
-            self.packets.push(PacketVisit { node: child.index() as u32, child: slot, lanes });
+            self.visits.packets.push(PacketVisit { node: child.index() as u32, child: slot, lanes });
         }
         let entry = |visit: &PacketVisit| entries[visit.child as usize % WIDTH];
         // The nearest last, to be visited first.
-        insertion_sort(&mut self.packets[base..], |one, other| entry(one) > entry(other));
+        insertion_sort(&mut self.visits.packets[base..], |one, other| entry(one) > entry(other));
     }
 
     /// Takes the rays of a packet on one by one.

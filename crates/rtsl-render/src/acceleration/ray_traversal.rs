@@ -34,10 +34,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let base = self.rays.len();
-                self.rays.push(RayVisit { child: root, entry: f32::NEG_INFINITY });
-                while self.rays.len() > base {
-                    let Some(RayVisit { child, entry }) = self.rays.pop() else { break };
+                let base = self.visits.rays.len();
+                self.visits.rays.push(RayVisit { child: root, entry: f32::NEG_INFINITY });
+                while self.visits.rays.len() > base {
+                    let Some(RayVisit { child, entry }) = self.visits.rays.pop() else { break };
                     if entry > self.hits.distance[lane] {
                         continue;
                     }
@@ -49,7 +49,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
                         self.visit_block_with_ray(simd, block, ray, lane, outer);
                     }
                     if self.is_done(lane) {
-                        self.rays.truncate(base);
+                        self.visits.rays.truncate(base);
                     }
                 }
             },
@@ -73,13 +73,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let node = &group.tree.nodes[child.index()];
         let limit = self.hits.distance[lane];
         let (mut met, entries) = ray.test(simd, &node.boxes, node.count as usize, limit);
-        let base = self.rays.len();
+        let base = self.visits.rays.len();
         while met != 0 {
             let slot = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
-            self.rays.push(RayVisit { child: node.children[slot], entry: entries[slot] });
+            self.visits.rays.push(RayVisit { child: node.children[slot], entry: entries[slot] });
         }
-        insertion_sort(&mut self.rays[base..], |one, other| one.entry > other.entry);
+        insertion_sort(&mut self.visits.rays[base..], |one, other| one.entry > other.entry);
     }
 
     #[inline(always)]

@@ -45,6 +45,11 @@ fn finite_reciprocal(component: f32) -> f32 {
     held.copysign(component)
 }
 
+#[inline(always)]
+fn finite_reciprocals([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [finite_reciprocal(x), finite_reciprocal(y), finite_reciprocal(z)]
+}
+
 /// A packet of rays in one space.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
@@ -176,11 +181,13 @@ fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
         least = least.min(on.select(values, f32x8::splat(simd, f32::INFINITY)));
         greatest = greatest.max(on.select(values, f32x8::splat(simd, f32::NEG_INFINITY)));
     }
-    let fold = |lanes: f32x8<S>, choose: fn(f32, f32) -> f32| {
-        let lanes = lanes.to_array();
-        lanes.into_iter().skip(1).fold(lanes[0], choose)
-    };
-    (fold(least, f32::min), fold(greatest, f32::max))
+    let (least, greatest) = (least.to_array(), greatest.to_array());
+    let (mut low, mut high) = (least[0], greatest[0]);
+    for lane in 1..CHUNK {
+        low = if least[lane] < low { least[lane] } else { low };
+        high = if greatest[lane] > high { greatest[lane] } else { high };
+    }
+    (low, high)
 }
 
 impl Interval {
@@ -253,12 +260,13 @@ pub struct RaySpace {
 
 impl RaySpace {
     /// The ray of a lane, which must be finite.
+    #[inline(always)]
     pub fn new(rays: &RayPacket, lane: usize, serial: Serial) -> Self {
         let direction = rays.direction_of(lane);
         RaySpace {
             origin: rays.origin_of(lane),
             direction,
-            inverse: direction.map(finite_reciprocal),
+            inverse: finite_reciprocals(direction),
             epsilon: rays.epsilon[lane],
             limit: rays.limit[lane],
             time: rays.time[lane],
@@ -269,7 +277,7 @@ impl RaySpace {
     /// The same ray in another space; `None` where it is not finite there.
     pub fn moved(&self, origin: [f32; 3], direction: [f32; 3], serial: Serial) -> Option<Self> {
         let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
-        let inverse = direction.map(finite_reciprocal);
+        let inverse = finite_reciprocals(direction);
         is_finite.then_some(RaySpace { origin, direction, inverse, serial, ..*self })
     }
 

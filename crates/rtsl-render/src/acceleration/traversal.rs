@@ -25,13 +25,25 @@ pub enum Search {
 
 impl Geometry {
     /// Finds the nearest hits of the rays of `lanes`.
-    pub fn nearest<O: Objects>(&self, rays: &RayPacket, lanes: LaneMask, objects: &mut O) -> Hits {
-        self.search(rays, lanes, objects, Search::Nearest)
+    pub fn nearest<O: Objects>(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut O,
+        visits: &mut Visits,
+    ) -> Hits {
+        self.search(rays, lanes, objects, visits, Search::Nearest)
     }
 
     /// The rays of `lanes` that hit anything before their limits.
-    pub fn any<O: Objects>(&self, rays: &RayPacket, lanes: LaneMask, objects: &mut O) -> LaneMask {
-        self.search(rays, lanes, objects, Search::Any).lanes(lanes)
+    pub fn any<O: Objects>(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut O,
+        visits: &mut Visits,
+    ) -> LaneMask {
+        self.search(rays, lanes, objects, visits, Search::Any).lanes(lanes)
     }
 
     fn search<O: Objects>(
@@ -39,6 +51,7 @@ impl Geometry {
         rays: &RayPacket,
         lanes: LaneMask,
         objects: &mut O,
+        visits: &mut Visits,
         search: Search,
     ) -> Hits {
         let mut hits = Hits::new(rays);
@@ -48,8 +61,7 @@ impl Geometry {
                 objects,
                 search,
                 hits: &mut hits,
-                packets: Vec::new(),
-                rays: Vec::new(),
+                visits,
                 serial: 0,
             };
             dispatch!(Level::new(), simd => traversal.visit_scene(simd, scene, rays, lanes));
@@ -58,16 +70,22 @@ impl Geometry {
     }
 }
 
+/// What searches have still to visit: empty between searches, kept for its memory.
+#[derive(Debug, Default)]
+pub struct Visits {
+    /// What packets have still to visit, the next last.
+    pub(super) packets: Vec<PacketVisit>,
+    /// What rays have still to visit, the next last.
+    pub(super) rays: Vec<RayVisit>,
+}
+
 /// A search on its way.
 pub(super) struct Traversal<'a, O> {
     pub geometry: &'a Geometry,
     pub objects: &'a mut O,
     pub search: Search,
     pub hits: &'a mut Hits,
-    /// What packets have still to visit, the next last.
-    pub packets: Vec<PacketVisit>,
-    /// What rays have still to visit, the next last.
-    pub rays: Vec<RayVisit>,
+    pub visits: &'a mut Visits,
     serial: Serial,
 }
 

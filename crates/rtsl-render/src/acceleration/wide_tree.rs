@@ -111,8 +111,8 @@ impl Boxes {
     #[inline(always)]
     pub fn get(&self, index: usize) -> Bounds {
         Bounds {
-            min: [0, 1, 2].map(|axis: usize| self.min[axis][index]),
-            max: [0, 1, 2].map(|axis: usize| self.max[axis][index]),
+            min: [self.min[0][index], self.min[1][index], self.min[2][index]],
+            max: [self.max[0][index], self.max[1][index], self.max[2][index]],
         }
     }
 

@@ -137,10 +137,11 @@ impl CameraNumbers {
         let [du, dv] = numbers.pixel_size;
         // A loop for each number, so that each is done in vectors. Lanes outside the image compute
         // too; nobody reads what.
-        let pixels: [[u32; LANES]; 2] = {
-            let places: [(usize, usize); LANES] = std::array::from_fn(|lane| tile.pixel(lane));
-            [places.map(|(x, _)| x as u32), places.map(|(_, y)| y as u32)]
-        };
+        let mut pixels = [[0_u32; LANES]; 2];
+        for lane in 0..LANES {
+            let (x, y) = tile.pixel(lane);
+            (pixels[0][lane], pixels[1][lane]) = (x as u32, y as u32);
+        }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
             let [x, y] = sampler.pixel_position(index(lane), sample);

@@ -11,6 +11,7 @@ use crate::sampling::{RayStream, Sampler};
 
 use super::area_light::{AreaLight, sample};
 use super::compiled::Light;
+use super::lane_vectors::{LaneVectors, blend};
 use super::shading::{Tracer, radiance};
 use super::variables::{number, set_number, set_vector, variables, vector};
 use super::workspace::Workspace;
@@ -57,14 +58,23 @@ impl LaneContext {
         [0, 1, 2].map(|axis: usize| self.geometric_normals[axis][lane])
     }
 
-    /// Sets the normal of the surface that a lane hit.
-    pub fn set_geometric_normal(&mut self, lane: usize, normal: [f32; 3]) {
-        (0..3).for_each(|axis| self.geometric_normals[axis][lane] = normal[axis]);
-    }
-
-    /// Sets whether the ray met the surface from where its normal does not point.
-    pub fn set_seen_from_behind(&mut self, lane: usize, behind: bool) {
-        self.behind = self.behind & !(1 << lane) | LaneMask::from(behind) << lane;
+    /// Sets the normals of the surfaces that lanes hit, and by the sign of the geometric one's product with
+    /// the ray's direction from which side they are seen.
+    #[inline(always)]
+    pub fn set_normals(
+        &mut self,
+        lanes: LaneMask,
+        geometric: &LaneVectors,
+        shading: &LaneVectors,
+        along_ray: &Lanes,
+    ) {
+        for axis in 0..3 {
+            blend(lanes, &geometric[axis], &mut self.geometric_normals[axis]);
+            blend(lanes, &shading[axis], &mut self.shading_normals[axis]);
+        }
+        let behind = along_ray.iter().enumerate();
+        let behind = behind.fold(0, |mask, (lane, x)| mask | LaneMask::from(*x > 0.0) << lane);
+        self.behind = self.behind & !lanes | behind & lanes;
     }
 
     /// The geometric and the shading normal on the side of the surface that is seen: the one that
@@ -80,10 +90,6 @@ impl LaneContext {
         [0, 1, 2].map(|axis: usize| self.shading_normals[axis][lane])
     }
 
-    /// Sets the normal for shading where a lane hit.
-    pub fn set_shading_normal(&mut self, lane: usize, normal: [f32; 3]) {
-        (0..3).for_each(|axis| self.shading_normals[axis][lane] = normal[axis]);
-    }
 }
 
 /// A context alone answers `rand`; cameras, shapes and lights can ask for nothing else.

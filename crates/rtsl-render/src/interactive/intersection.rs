@@ -8,9 +8,8 @@ use rtsl::{
 
 use crate::acceleration::{
     Block, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
-    lanes_of,
 };
-use crate::math::{Affine, reciprocal};
+use crate::math::reciprocal;
 
 use super::compiled::CompiledScene;
 use super::object_class::ObjectClass;
@@ -217,23 +216,4 @@ fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
     set_vector(state, v.inverse_ray_direction, 0, reciprocal(ray.direction));
     set_number(state, v.epsilon, 0, ray.epsilon);
     set_number(state, v.time_seed, 0, ray.time);
-}
-
-/// Sets the rays of `lanes`, taken into an object's space, with what comes with them.
-pub fn set_rays(state: &mut LaneBlock, map: &Affine, rays: &RayPacket, lanes: LaneMask) {
-    let v = variables();
-    // As in the traversal, whoever has no space of its own gets its group's rays unchanged: a product
-    // with the identity would make +0 of -0.
-    let is_placed = !map.is_identity();
-    for lane in lanes_of(lanes) {
-        let (mut origin, mut direction) = (rays.origin_of(lane), rays.direction_of(lane));
-        if is_placed {
-            (origin, direction) = (map.point(origin), map.vector(direction));
-        }
-        set_vector(state, v.ray_origin, lane, origin);
-        set_vector(state, v.ray_direction, lane, direction);
-        set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));
-        set_number(state, v.epsilon, lane, rays.epsilon[lane]);
-        set_number(state, v.time_seed, lane, rays.time[lane]);
-    }
 }

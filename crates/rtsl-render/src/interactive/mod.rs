@@ -12,6 +12,7 @@ mod camera;
 mod compiled;
 mod host;
 mod intersection;
+mod lane_vectors;
 mod object_class;
 mod placed_objects;
 mod render;

@@ -3,14 +3,14 @@
 
 use rtsl::Method;
 
-use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
-use crate::math::normalize_or;
+use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
 
 use super::compiled::CompiledScene;
 use super::host::{LaneContext, ShadingHost};
 use super::intersection::Intersector;
 use super::surface::{Run, add_colors, prepare, runs};
-use super::variables::{set_number, set_vector, variables};
+use super::lane_vectors::{LaneVectors, mapped_vectors, normalized_or, store, store_numbers};
+use super::variables::variables;
 use super::workspace::{Level, Problems, Workspace};
 
 /// What rays are traced with.
@@ -22,14 +22,14 @@ pub struct Tracer<'a> {
 }
 
 /// A colour for each lane, channel by channel.
-pub type PacketColors = [Lanes; 3];
+pub type PacketColors = LaneVectors;
 
 impl Tracer<'_> {
     /// The nearest hits.
     pub fn nearest(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> Hits {
         let blocks = &mut workspace.intersection;
         let mut intersector = Intersector::new(self.scene, blocks, self.problems);
-        self.scene.geometry.nearest(rays, lanes, &mut intersector)
+        self.scene.geometry.nearest(rays, lanes, &mut intersector, &mut workspace.visits)
     }
 
     /// The lanes that hit anything before their limits.
@@ -41,7 +41,7 @@ impl Tracer<'_> {
     ) -> LaneMask {
         let blocks = &mut workspace.intersection;
         let mut intersector = Intersector::new(self.scene, blocks, self.problems);
-        self.scene.geometry.any(rays, lanes, &mut intersector)
+        self.scene.geometry.any(rays, lanes, &mut intersector, &mut workspace.visits)
     }
 }
 
@@ -87,12 +87,10 @@ fn add_sky(
     for light in &tracer.scene.lights {
         let call = tracer.scene.call(&light.instance, Method::Emission, tracer.problems);
         let Some(call) = call else { continue };
-        for lane in lanes_of(lanes) {
-            let direction = light.inverse.vector(rays.direction_of(lane));
-            let direction = normalize_or(direction, [0.0, 0.0, 1.0]);
-            set_vector(&mut blocks.state, v.ray_direction, lane, direction);
-            set_number(&mut blocks.state, v.time_seed, lane, rays.time[lane]);
-        }
+        let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
+        let direction = mapped_vectors(&light.inverse, &rays.direction, lanes);
+        store(&mut blocks.state, v.ray_direction, lanes, &normalized_or(&direction, &up, lanes));
+        store_numbers(&mut blocks.state, v.time_seed, lanes, &rays.time);
         blocks.call(&call, lanes, None, context);
         add_colors(&blocks.state, v.emission_color, lanes, colors);
     }

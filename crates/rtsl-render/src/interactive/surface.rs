@@ -1,18 +1,23 @@
 //! What is known of the surfaces that a packet hit, as materials read it: the methods of the
 //! shapes in their own spaces, then everything in world space.
 
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of, moved_packet};
-use crate::math::{Affine, dot, normalize_or, reciprocal};
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet};
+use crate::math::{Affine, dot, normalize_or};
 
 use super::compiled::{CompiledScene, Object};
 use super::host::LaneContext;
-use super::intersection::set_rays;
+use super::lane_vectors::{
+    LaneVectors, add, array, dots, fill, load, mapped_vectors, normalized_or, store, store_numbers,
+    transposed_vectors, vectors,
+};
 use super::object_class::ObjectClass;
 use super::placed_objects::HitObject;
 use super::shading::Tracer;
-use super::variables::{number, set_number, set_vector, variables, vector};
+use super::shaders::SurfaceNeeds;
+use super::variables::{set_vector, variables};
 use super::workspace::{KernelCall, Level};
 
 /// Lanes that hit one object, whichever of its elements.
@@ -126,148 +131,190 @@ pub fn prepare(
     level: &mut Level,
     context: &mut LaneContext,
 ) {
-    let scene = tracer.scene;
-    run.number(scene, hits, &mut level.numbers);
-    if let Some(kernel) = run.class.hit.as_deref() {
-        find_again(tracer, kernel, run, rays, level, context);
+    let surface = SurfaceOfRun { tracer, run, rays, hits };
+    dispatch!(SimdLevel::new(), simd => surface.prepare(simd, level, context));
+}
+
+/// The hits of a run.
+struct SurfaceOfRun<'a> {
+    tracer: &'a Tracer<'a>,
+    run: &'a Run<'a>,
+    rays: &'a RayPacket,
+    hits: &'a Hits,
+}
+
+impl SurfaceOfRun<'_> {
+    #[inline(always)]
+    fn prepare<S: Simd>(&self, _: S, level: &mut Level, context: &mut LaneContext) {
+        let SurfaceOfRun { tracer, run, .. } = *self;
+        run.number(tracer.scene, self.hits, &mut level.numbers);
+        let in_group = self.rays_in_group();
+        let group_rays = in_group.as_ref().unwrap_or(self.rays);
+        if let Some(kernel) = run.class.hit.as_deref() {
+            self.find_again(kernel, group_rays, level, context);
+        }
+        let needs = tracer.scene.needs(run.object);
+        self.set_local_hits(group_rays, needs, &mut level.blocks.state);
+        let has_derivatives = self.run_methods(needs, level, context);
+        self.to_world(needs.derivatives && has_derivatives, &mut level.blocks.state, context);
+        if needs.derivatives && !has_derivatives {
+            for lane in lanes_of(run.lanes) {
+                set_tangents(lane, &mut level.blocks.state, context);
+            }
+        }
     }
-    let Level { blocks, kept_scratch, numbers } = level;
-    set_local_hits(run, rays, hits, &mut blocks.state);
-    let needs = scene.needs(run.object);
-    let methods = [
-        (Method::ComputeNormal, true),
-        (Method::ComputeTextureCoordinates, needs.coordinates || needs.derivatives),
-        (Method::ComputeDerivatives, needs.derivatives),
-    ];
-    let mut has_derivatives = false;
-    for (method, _) in methods.into_iter().filter(|(_, is_needed)| *is_needed) {
-        if let Some(call) = run.call(tracer, method, numbers) {
-            blocks.call(&call, run.lanes, Some(&mut *kept_scratch), context);
-            has_derivatives |= method == Method::ComputeDerivatives;
+
+    /// The rays in the space of the object's group, where that is not the world.
+    #[inline(always)]
+    fn rays_in_group(&self) -> Option<RayPacket> {
+        let (_, inverse) = self.run.placement.as_ref()?;
+        Some(moved_packet(self.rays, inverse))
+    }
+
+    /// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
+    /// since it is given the same: rays in the space of the object's group.
+    #[inline(always)]
+    fn find_again(
+        &self,
+        kernel: &Kernel,
+        rays: &RayPacket,
+        level: &mut Level,
+        context: &mut LaneContext,
+    ) {
+        let Level { blocks, kept_scratch, numbers } = level;
+        set_rays(&mut blocks.state, rays, self.run.lanes);
+        let component = variables().hit_distance;
+        store_numbers(&mut blocks.state, component, self.run.lanes, &rays.limit);
+        let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
+        let (instances, problems) = (self.run.objects(numbers), self.tracer.problems);
+        let call = KernelCall::new(program, kernel, Method::Intersect, instances, problems);
+        blocks.call(&call, self.run.lanes, Some(kept_scratch), context);
+    }
+
+    /// Sets what the methods of shapes read, and what stands where the class lacks one.
+    #[inline(always)]
+    fn set_local_hits(&self, rays: &RayPacket, needs: SurfaceNeeds, state: &mut LaneBlock) {
+        let lanes = self.run.lanes;
+        let inverse = &self.run.object.inverse;
+        // As in the traversal, whoever has no space of its own gets its group's rays unchanged.
+        let moved = (!inverse.is_identity()).then(|| moved_packet(rays, inverse));
+        let rays = moved.as_ref().unwrap_or(rays);
+        set_rays(state, rays, lanes);
+        let v = variables();
+        let distance = &self.hits.distance;
+        let point = points(rays, distance, lanes);
+        let facing = vectors(lanes, |axis, lane| -rays.direction[axis][lane]);
+        store_numbers(state, v.hit_distance, lanes, distance);
+        for (variable, value) in [
+            (v.hit_point, &point),
+            (v.geometric_normal, &facing),
+            (v.shading_normal, &facing),
+            (v.texture_uvw, &point),
+        ] {
+            store(state, variable, lanes, value);
         }
-        if method == Method::ComputeNormal {
-            normalize_normals(run.lanes, &mut blocks.state);
+        for component in [v.texture_uv, v.texture_uv + 1, v.du, v.dv] {
+            fill(state, component, lanes, 0.0);
+        }
+        if needs.derivatives {
+            for (component, value) in [(v.dsdu, 1.0), (v.dsdv, 0.0), (v.dtdu, 0.0), (v.dtdv, 1.0)] {
+                fill(state, component, lanes, value);
+            }
         }
     }
-    for lane in lanes_of(run.lanes) {
-        to_world(run, rays, hits, lane, &mut blocks.state, context);
-        if !has_derivatives {
-            set_tangents(lane, &mut blocks.state, context);
+
+    /// Runs the methods of the shape that something needs; whether it computed derivatives.
+    #[inline(always)]
+    fn run_methods(
+        &self,
+        needs: SurfaceNeeds,
+        level: &mut Level,
+        context: &mut LaneContext,
+    ) -> bool {
+        let Level { blocks, kept_scratch, numbers } = level;
+        let methods = [
+            (Method::ComputeNormal, true),
+            (Method::ComputeTextureCoordinates, needs.coordinates || needs.derivatives),
+            (Method::ComputeDerivatives, needs.derivatives),
+        ];
+        let mut has_derivatives = false;
+        for (method, _) in methods.into_iter().filter(|(_, is_needed)| *is_needed) {
+            if let Some(call) = self.run.call(self.tracer, method, numbers) {
+                blocks.call(&call, self.run.lanes, Some(&mut *kept_scratch), context);
+                has_derivatives |= method == Method::ComputeDerivatives;
+            }
+            if method == Method::ComputeNormal {
+                normalize_normals(self.run.lanes, &mut blocks.state);
+            }
         }
+        has_derivatives
+    }
+
+    /// Takes rays and surfaces from the object's space to the world's.
+    #[inline(always)]
+    fn to_world(&self, has_tangents: bool, state: &mut LaneBlock, context: &mut LaneContext) {
+        let SurfaceOfRun { run, rays, hits, .. } = *self;
+        let (v, lanes) = (variables(), run.lanes);
+        set_rays(state, rays, lanes);
+        store(state, v.hit_point, lanes, &points(rays, &hits.distance, lanes));
+        let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
+        let geometric = self.normals_to_world(load(state, v.geometric_normal, lanes), &up);
+        let shading = self.normals_to_world(load(state, v.shading_normal, lanes), &geometric);
+        store(state, v.geometric_normal, lanes, &geometric);
+        store(state, v.shading_normal, lanes, &shading);
+        context.set_normals(lanes, &geometric, &shading, &dots(&rays.direction, &geometric, lanes));
+        if has_tangents {
+            for variable in [v.dpdu, v.dpdv] {
+                let forward = &run.object.forward;
+                let mut tangents = mapped_vectors(forward, &load(state, variable, lanes), lanes);
+                if let Some((forward, _)) = &run.placement {
+                    tangents = mapped_vectors(forward, &tangents, lanes);
+                }
+                store(state, variable, lanes, &tangents);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn normals_to_world(&self, normals: LaneVectors, otherwise: &LaneVectors) -> LaneVectors {
+        let (run, lanes) = (self.run, self.run.lanes);
+        let side = if run.object.reverse_orientation { -1.0 } else { 1.0 };
+        let mut normals = transposed_vectors(&run.object.inverse, &normals, lanes);
+        normals = vectors(lanes, |axis, lane| normals[axis][lane] * side);
+        if let Some((_, inverse)) = &run.placement {
+            normals = transposed_vectors(inverse, &normals, lanes);
+        }
+        normalized_or(&normals, otherwise, lanes)
     }
 }
 
-/// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
-/// since it is given the same: rays in the space of the object's group.
-fn find_again(
-    tracer: &Tracer<'_>,
-    kernel: &Kernel,
-    run: &Run<'_>,
-    rays: &RayPacket,
-    level: &mut Level,
-    context: &mut LaneContext,
-) {
-    let Level { blocks, kept_scratch, numbers } = level;
-    match &run.placement {
-        None => set_rays(&mut blocks.state, &Affine::IDENTITY, rays, run.lanes),
-        Some((_, inverse)) => {
-            let rays = moved_packet(rays, inverse);
-            set_rays(&mut blocks.state, &Affine::IDENTITY, &rays, run.lanes);
-        }
-    }
-    for lane in lanes_of(run.lanes) {
-        set_number(&mut blocks.state, variables().hit_distance, lane, rays.limit[lane]);
-    }
-    let program = &tracer.scene.shader(&run.object.primitive).program;
-    let instances = run.objects(numbers);
-    let call = KernelCall::new(program, kernel, Method::Intersect, instances, tracer.problems);
-    blocks.call(&call, run.lanes, Some(kept_scratch), context);
-}
-
-fn set_local_rays(run: &Run<'_>, rays: &RayPacket, state: &mut LaneBlock) {
-    match &run.placement {
-        None => set_rays(state, &run.object.inverse, rays, run.lanes),
-        Some((_, inverse)) => {
-            let rays = moved_packet(rays, inverse);
-            set_rays(state, &run.object.inverse, &rays, run.lanes);
-        }
-    }
-}
-
-fn set_local_hits(run: &Run<'_>, rays: &RayPacket, hits: &Hits, state: &mut LaneBlock) {
+/// Sets rays with what comes with them.
+#[inline(always)]
+fn set_rays(state: &mut LaneBlock, rays: &RayPacket, lanes: LaneMask) {
     let v = variables();
-    set_local_rays(run, rays, state);
-    for lane in lanes_of(run.lanes) {
-        let t = hits.distance[lane];
-        let direction = vector(state, v.ray_direction, lane);
-        let point = along(vector(state, v.ray_origin, lane), direction, t);
-        set_number(state, v.hit_distance, lane, t);
-        set_vector(state, v.hit_point, lane, point);
-        // What stands where the class lacks a method.
-        let facing = direction.map(|x| -x);
-        set_vector(state, v.geometric_normal, lane, facing);
-        set_vector(state, v.shading_normal, lane, facing);
-        set_vector(state, v.texture_uvw, lane, point);
-        for (variable, value) in [(v.dsdu, 1.0), (v.dsdv, 0.0), (v.dtdu, 0.0), (v.dtdv, 1.0)] {
-            set_number(state, variable, lane, value);
-        }
-        for variable in [v.texture_uv, v.texture_uv + 1, v.du, v.dv] {
-            set_number(state, variable, lane, 0.0);
-        }
-    }
+    store(state, v.ray_origin, lanes, &rays.origin);
+    store(state, v.ray_direction, lanes, &rays.direction);
+    let inverse = vectors(lanes, |axis, lane| 1.0 / rays.direction[axis][lane]);
+    store(state, v.inverse_ray_direction, lanes, &inverse);
+    store_numbers(state, v.epsilon, lanes, &rays.epsilon);
+    store_numbers(state, v.time_seed, lanes, &rays.time);
 }
 
-fn along(origin: [f32; 3], direction: [f32; 3], t: f32) -> [f32; 3] {
-    std::array::from_fn(|axis| origin[axis] + t * direction[axis])
+#[inline(always)]
+fn points(rays: &RayPacket, distance: &Lanes, lanes: LaneMask) -> LaneVectors {
+    vectors(lanes, |axis, lane| {
+        rays.origin[axis][lane] + distance[lane] * rays.direction[axis][lane]
+    })
 }
 
+#[inline(always)]
 fn normalize_normals(lanes: LaneMask, state: &mut LaneBlock) {
     let v = variables();
-    for lane in lanes_of(lanes) {
-        let geometric = normalize_or(vector(state, v.geometric_normal, lane), [0.0, 0.0, 1.0]);
-        let shading = normalize_or(vector(state, v.shading_normal, lane), geometric);
-        set_vector(state, v.geometric_normal, lane, geometric);
-        set_vector(state, v.shading_normal, lane, shading);
-    }
-}
-
-fn to_world(
-    run: &Run<'_>,
-    rays: &RayPacket,
-    hits: &Hits,
-    lane: usize,
-    state: &mut LaneBlock,
-    context: &mut LaneContext,
-) {
-    let v = variables();
-    let (origin, direction) = (rays.origin_of(lane), rays.direction_of(lane));
-    set_vector(state, v.ray_origin, lane, origin);
-    set_vector(state, v.ray_direction, lane, direction);
-    set_vector(state, v.inverse_ray_direction, lane, reciprocal(direction));
-    set_vector(state, v.hit_point, lane, along(origin, direction, hits.distance[lane]));
-    let mut geometric = [0.0, 0.0, 1.0];
-    for (variable, is_geometric) in [(v.geometric_normal, true), (v.shading_normal, false)] {
-        let mut normal = run.object.normal_to_group(vector(state, variable, lane));
-        if let Some((_, inverse)) = &run.placement {
-            normal = inverse.transposed_vector(normal);
-        }
-        let normal = normalize_or(normal, geometric);
-        set_vector(state, variable, lane, normal);
-        if is_geometric {
-            geometric = normal;
-            context.set_geometric_normal(lane, normal);
-            context.set_seen_from_behind(lane, dot(direction, normal) > 0.0);
-        } else {
-            context.set_shading_normal(lane, normal);
-        }
-    }
-    for variable in [v.dpdu, v.dpdv] {
-        let mut tangent = run.object.forward.vector(vector(state, variable, lane));
-        if let Some((forward, _)) = &run.placement {
-            tangent = forward.vector(tangent);
-        }
-        set_vector(state, variable, lane, tangent);
-    }
+    let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
+    let geometric = normalized_or(&load(state, v.geometric_normal, lanes), &up, lanes);
+    let shading = normalized_or(&load(state, v.shading_normal, lanes), &geometric, lanes);
+    store(state, v.geometric_normal, lanes, &geometric);
+    store(state, v.shading_normal, lanes, &shading);
 }
 
 /// Tangents of a class that computes none: any frame of the normal.
@@ -294,10 +341,8 @@ fn set_tangents(lane: usize, state: &mut LaneBlock, context: &LaneContext) {
 }
 
 /// The colour of each lane that a call left at component `first`, added to `sum`.
-pub fn add_colors(state: &LaneBlock, first: usize, lanes: LaneMask, sum: &mut [[f32; LANES]; 3]) {
+pub fn add_colors(state: &LaneBlock, first: usize, lanes: LaneMask, sum: &mut LaneVectors) {
     for (channel, sum) in sum.iter_mut().enumerate() {
-        for lane in lanes_of(lanes) {
-            sum[lane] += number(state, first + channel, lane);
-        }
+        add(lanes, array(state.floats(first + channel)), sum);
     }
 }

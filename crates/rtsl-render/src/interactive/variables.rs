@@ -59,11 +59,13 @@ pub fn variables() -> &'static Variables {
 }
 
 /// The vector or colour that starts at component `first`, of one lane.
+#[inline]
 pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
-    [0, 1, 2].map(|axis| block.floats(first + axis)[lane])
+    [block.floats(first)[lane], block.floats(first + 1)[lane], block.floats(first + 2)[lane]]
 }
 
 /// Sets the vector or colour that starts at component `first`, of one lane.
+#[inline]
 pub fn set_vector(block: &mut LaneBlock, first: usize, lane: usize, value: [f32; 3]) {
     for (axis, component) in value.into_iter().enumerate() {
         block.floats_mut(first + axis)[lane] = component;
@@ -71,11 +73,13 @@ pub fn set_vector(block: &mut LaneBlock, first: usize, lane: usize, value: [f32;
 }
 
 /// The number at component `index`, of one lane.
+#[inline]
 pub fn number(block: &LaneBlock, index: usize, lane: usize) -> f32 {
     block.floats(index)[lane]
 }
 
 /// Sets the number at component `index`, of one lane.
+#[inline]
 pub fn set_number(block: &mut LaneBlock, index: usize, lane: usize, value: f32) {
     block.floats_mut(index)[lane] = value;
 }

@@ -9,7 +9,7 @@ use rtsl::{
     Program, new_state,
 };
 
-use crate::acceleration::{LANES, LaneMask};
+use crate::acceleration::{LANES, LaneMask, Visits};
 use crate::statistics::RayCounts;
 
 use super::compiled::{CompiledScene, ShaderInstance};
@@ -21,6 +21,8 @@ pub struct Workspace {
     free_levels: Vec<Level>,
     /// For `intersect`, which spawns nothing.
     pub intersection: IntersectionBlocks,
+    /// For searches.
+    pub visits: Visits,
     /// For the camera.
     pub camera: CallBlocks,
     /// For lights, which spawn nothing.
@@ -62,6 +64,7 @@ impl Workspace {
         Workspace {
             free_levels: Vec::new(),
             intersection: IntersectionBlocks::new(scene.scratch_arrays),
+            visits: Visits::default(),
             camera: CallBlocks::new(scene.scratch_arrays),
             light: CallBlocks::new(scene.scratch_arrays),
             rays: RayCounts::default(),

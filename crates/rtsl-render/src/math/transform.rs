@@ -160,6 +160,7 @@ impl Affine {
     }
 
     /// The point that `p` becomes.
+    #[inline]
     pub fn point(&self, p: [f32; 3]) -> [f32; 3] {
         let v = self.vector(p);
         let origin = self.columns[3];
@@ -167,15 +168,17 @@ impl Affine {
     }
 
     /// The vector that `v` becomes.
+    #[inline]
     pub fn vector(&self, v: [f32; 3]) -> [f32; 3] {
         let [x, y, z, _] = &self.columns;
-        std::array::from_fn(|row| x[row] * v[0] + y[row] * v[1] + z[row] * v[2])
+        let row = |row: usize| x[row] * v[0] + y[row] * v[1] + z[row] * v[2];
+        [row(0), row(1), row(2)]
     }
 
     /// The vector that `v` becomes under the transposed linear part: what a normal becomes under
     /// the transform whose inverse this is.
     pub fn transposed_vector(&self, v: [f32; 3]) -> [f32; 3] {
-        std::array::from_fn(|row| dot(self.columns[row], v))
+        [dot(self.columns[0], v), dot(self.columns[1], v), dot(self.columns[2], v)]
     }
 }
 

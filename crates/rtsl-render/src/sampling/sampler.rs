@@ -92,7 +92,8 @@ impl Sampler {
 
     #[inline(always)]
     fn pair(&self, key: u32, sample: u32) -> [f32; 2] {
-        let random = [0, 1].map(|axis| unit_float(hash(key, sample << 1 | axis)));
+        let random =
+            [unit_float(hash(key, sample << 1)), unit_float(hash(key, sample << 1 | 1))];
         match self.kind {
             SamplerKind::Independent => random,
             SamplerKind::Stratified { jitter } => {
