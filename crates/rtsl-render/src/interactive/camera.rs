@@ -98,10 +98,10 @@ fn camera_rays_in_vectors<S: Simd>(
     }
     let v = variables();
     let state = &blocks.state;
-    for axis in 0..3 {
+    for (axis, weights) in weights.iter_mut().enumerate() {
         rays.origin[axis].copy_from_slice(state.floats(v.ray_origin + axis));
         rays.direction[axis].copy_from_slice(state.floats(v.ray_direction + axis));
-        weights[axis].copy_from_slice(state.floats(v.sample_color + axis));
+        weights.copy_from_slice(state.floats(v.sample_color + axis));
     }
     // Hits behind the origin count for nobody.
     for (epsilon, given) in rays.epsilon.iter_mut().zip(state.floats(v.epsilon)) {
@@ -123,6 +123,7 @@ struct CameraNumbers {
 }
 
 impl CameraNumbers {
+    #[expect(clippy::needless_range_loop, reason = "loops over lanes of several arrays at once")]
     #[inline(always)]
     fn new(settings: &Settings, tile: Tile, sample: u32) -> Self {
         let sampler = &settings.sampler;

@@ -25,8 +25,8 @@ const fn has_any(lanes: LaneMask, start: usize) -> bool {
 pub fn numbers(lanes: LaneMask, number: impl Fn(usize) -> f32) -> Lanes {
     let mut numbers = [0.0; LANES];
     for start in (0..LANES).step_by(STEP).filter(|start| has_any(lanes, *start)) {
-        for lane in start..start + STEP {
-            numbers[lane] = number(lane);
+        for (lane, to) in numbers.iter_mut().enumerate().skip(start).take(STEP) {
+            *to = number(lane);
         }
     }
     numbers
@@ -39,8 +39,8 @@ pub fn vectors(lanes: LaneMask, component: impl Fn(usize, usize) -> f32) -> Lane
     let mut vectors = [[0.0; LANES]; 3];
     for (axis, numbers) in vectors.iter_mut().enumerate() {
         for start in (0..LANES).step_by(STEP).filter(|start| has_any(lanes, *start)) {
-            for lane in start..start + STEP {
-                numbers[lane] = component(axis, lane);
+            for (lane, to) in numbers.iter_mut().enumerate().skip(start).take(STEP) {
+                *to = component(axis, lane);
             }
         }
     }
