@@ -111,7 +111,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
         while met != 0 {
             let slot = met.trailing_zeros();
             met &= met - 1;
-            self.visits.packets.push(PacketVisit { node: child.index() as u32, child: slot, lanes });
+            self.visits.packets.push(PacketVisit {
+                node: child.index() as u32,
+                child: slot,
+                lanes,
+            });
         }
         let entry = |visit: &PacketVisit| entries[visit.child as usize % WIDTH];
         // The nearest last, to be visited first.

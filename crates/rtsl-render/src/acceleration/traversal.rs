@@ -56,14 +56,8 @@ impl Geometry {
     ) -> Hits {
         let mut hits = Hits::new(rays);
         if let Some(scene) = self.groups.first() {
-            let mut traversal = Traversal {
-                geometry: self,
-                objects,
-                search,
-                hits: &mut hits,
-                visits,
-                serial: 0,
-            };
+            let mut traversal =
+                Traversal { geometry: self, objects, search, hits: &mut hits, visits, serial: 0 };
             dispatch!(Level::new(), simd => traversal.visit_scene(simd, scene, rays, lanes));
         }
         hits

@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet};
-use crate::sampling::RayStream;
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, RayStream};
 use crate::scene::Settings;
 
 use super::compiled::CompiledScene;
@@ -87,7 +87,11 @@ fn camera_rays_in_vectors<S: Simd>(
     let scene = tracer.scene;
     let settings = &scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let numbers = CameraNumbers::new(settings, tile, sample);
+    let numbers = match settings.sampler.spread() {
+        INDEPENDENT => CameraNumbers::new::<INDEPENDENT>(settings, tile, sample),
+        POWER_OF_TWO => CameraNumbers::new::<POWER_OF_TWO>(settings, tile, sample),
+        _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
+    };
     let mut context = LaneContext::new(settings.sampler, numbers.streams, numbers.time);
     let mut rays = RayPacket::default();
     let mut weights = [[1.0; LANES]; 3];
@@ -125,7 +129,7 @@ struct CameraNumbers {
 impl CameraNumbers {
     #[expect(clippy::needless_range_loop, reason = "loops over lanes of several arrays at once")]
     #[inline(always)]
-    fn new(settings: &Settings, tile: Tile, sample: u32) -> Self {
+    fn new<const SPREAD: u8>(settings: &Settings, tile: Tile, sample: u32) -> Self {
         let sampler = &settings.sampler;
         let (width, height) = (settings.width as u32, settings.height as u32);
         let mut numbers = CameraNumbers {
@@ -145,7 +149,7 @@ impl CameraNumbers {
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
-            let [x, y] = sampler.pixel_position(index(lane), sample);
+            let [x, y] = sampler.pixel_position::<SPREAD>(index(lane), sample);
             // Rows count from the top, screen coordinates from the bottom.
             let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
             numbers.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
@@ -153,10 +157,10 @@ impl CameraNumbers {
         }
         for lane in 0..LANES {
             [numbers.lens[0][lane], numbers.lens[1][lane]] =
-                sampler.lens_position(index(lane), sample);
+                sampler.lens_position::<SPREAD>(index(lane), sample);
         }
         for lane in 0..LANES {
-            numbers.time[lane] = sampler.time(index(lane), sample);
+            numbers.time[lane] = sampler.time::<SPREAD>(index(lane), sample);
         }
         for lane in 0..LANES {
             numbers.streams[lane] = sampler.stream(index(lane), sample);

@@ -89,7 +89,6 @@ impl LaneContext {
     pub fn shading_normal(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.shading_normals[axis][lane])
     }
-
 }
 
 /// A context alone answers `rand`; cameras, shapes and lights can ask for nothing else.

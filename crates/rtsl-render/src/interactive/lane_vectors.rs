@@ -50,8 +50,11 @@ pub fn vectors(lanes: LaneMask, component: impl Fn(usize, usize) -> f32) -> Lane
 /// The vectors that start at component `first` of a block.
 #[inline(always)]
 pub fn load(block: &LaneBlock, first: usize, lanes: LaneMask) -> LaneVectors {
-    let arrays =
-        [array(block.floats(first)), array(block.floats(first + 1)), array(block.floats(first + 2))];
+    let arrays = [
+        array(block.floats(first)),
+        array(block.floats(first + 1)),
+        array(block.floats(first + 2)),
+    ];
     vectors(lanes, |axis, lane| arrays[axis][lane])
 }
 
@@ -112,9 +115,7 @@ pub fn array(floats: &[f32]) -> &Lanes {
 #[inline(always)]
 pub fn mapped_vectors(map: &Affine, v: &LaneVectors, lanes: LaneMask) -> LaneVectors {
     let [x, y, z, _] = &map.columns;
-    vectors(lanes, |row, lane| {
-        x[row] * v[0][lane] + y[row] * v[1][lane] + z[row] * v[2][lane]
-    })
+    vectors(lanes, |row, lane| x[row] * v[0][lane] + y[row] * v[1][lane] + z[row] * v[2][lane])
 }
 
 /// `Affine::transposed_vector` of each lane.
@@ -129,7 +130,9 @@ pub fn transposed_vectors(map: &Affine, v: &LaneVectors, lanes: LaneMask) -> Lan
 /// The scalar product of each lane.
 #[inline(always)]
 pub fn dots(a: &LaneVectors, b: &LaneVectors, lanes: LaneMask) -> Lanes {
-    numbers(lanes, |lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+    numbers(lanes, |lane| {
+        a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane]
+    })
 }
 
 /// `normalize_or` of each lane.

@@ -8,8 +8,8 @@ use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
 use super::compiled::CompiledScene;
 use super::host::{LaneContext, ShadingHost};
 use super::intersection::Intersector;
-use super::surface::{Run, add_colors, prepare, runs};
 use super::lane_vectors::{LaneVectors, mapped_vectors, normalized_or, store, store_numbers};
+use super::surface::{Run, add_colors, prepare, runs};
 use super::variables::variables;
 use super::workspace::{Level, Problems, Workspace};
 

@@ -15,8 +15,8 @@ use super::lane_vectors::{
 };
 use super::object_class::ObjectClass;
 use super::placed_objects::HitObject;
-use super::shading::Tracer;
 use super::shaders::SurfaceNeeds;
+use super::shading::Tracer;
 use super::variables::{set_vector, variables};
 use super::workspace::{KernelCall, Level};
 

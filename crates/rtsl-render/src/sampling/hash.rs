@@ -22,28 +22,34 @@ pub fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Element `index` of a permutation of `0..length` that `key` chooses: a hash that is reversible
-/// on the next power of two, walked until it falls inside (cycle walking).
-#[inline(always)]
+/// Element `index` of a permutation of `0..length` that `key` chooses: one of the next power of two,
+/// walked until it falls inside (cycle walking).
 pub fn permute(index: u32, length: u32, key: u32) -> u32 {
     if length <= 1 {
         return 0;
     }
-    let mask = length.next_power_of_two().wrapping_sub(1);
-    let shift = (mask.count_ones() / 2).max(1);
     let mut value = index.min(length - 1);
     loop {
-        for round in 0..4 {
-            let word = hash(key, round);
-            // An odd factor, an addition and a shifted exclusive-or are each reversible.
-            value = value.wrapping_mul(word | 1).wrapping_add(word >> 16) & mask;
-            value ^= value >> shift;
-        }
-        // Always so where the length is a power of two: then vectors of lanes need no loop.
-        if length.is_power_of_two() || value < length {
+        value = permute_power_of_two(value, length.next_power_of_two(), key);
+        if value < length {
             return value;
         }
     }
+}
+
+/// The same for a length that is a power of two: a hash that is reversible on so many numbers.
+#[inline(always)]
+pub fn permute_power_of_two(index: u32, length: u32, key: u32) -> u32 {
+    let mask = length.wrapping_sub(1);
+    let shift = (mask.count_ones() / 2).max(1);
+    let mut value = index & mask;
+    for round in 0..4 {
+        let word = hash(key, round);
+        // An odd factor, an addition and a shifted exclusive-or are each reversible.
+        value = value.wrapping_mul(word | 1).wrapping_add(word >> 16) & mask;
+        value ^= value >> shift;
+    }
+    value
 }
 
 #[cfg(test)]

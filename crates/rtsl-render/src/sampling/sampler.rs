@@ -1,6 +1,6 @@
 //! Samplers: how the numbers of one pixel are spread.
 
-use super::hash::{hash, permute, unit_float};
+use super::hash::{hash, permute, permute_power_of_two, unit_float};
 
 /// The kinds of sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,21 +35,21 @@ impl Sampler {
 
     /// The place of a sample in its pixel, in [0,1)^2. Dimensions of its own.
     #[inline(always)]
-    pub fn pixel_position(&self, pixel: u32, sample: u32) -> [f32; 2] {
-        self.pair(self.key(pixel, 1), sample)
+    pub fn pixel_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
+        self.pair::<SPREAD>(self.key(pixel, 1), sample)
     }
 
     /// The place of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
     #[inline(always)]
-    pub fn lens_position(&self, pixel: u32, sample: u32) -> [f32; 2] {
+    pub fn lens_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
         let key = self.key(pixel, 2);
-        self.pair(key, permute(sample, self.samples_per_pixel(), hash(key, 3)))
+        self.pair::<SPREAD>(key, self.permuted::<SPREAD>(sample, hash(key, 3)))
     }
 
     /// The time of a sample within the shutter, in [0,1).
     #[inline(always)]
-    pub fn time(&self, pixel: u32, sample: u32) -> f32 {
-        self.number(self.key(pixel, 4), sample)
+    pub fn time<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> f32 {
+        self.number::<SPREAD>(self.key(pixel, 4), sample)
     }
 
     /// The stream of a camera ray.
@@ -59,11 +59,26 @@ impl Sampler {
     }
 
     /// The next number of a ray.
-    #[inline(always)]
+    #[inline]
     pub fn next(&self, stream: &mut RayStream) -> f32 {
         let key = hash(stream.key, stream.dimension);
         stream.dimension = stream.dimension.wrapping_add(1);
-        self.number(key, stream.sample)
+        match self.spread() {
+            INDEPENDENT => self.number::<INDEPENDENT>(key, stream.sample),
+            POWER_OF_TWO => self.number::<POWER_OF_TWO>(key, stream.sample),
+            _ => self.number::<ANY_COUNT>(key, stream.sample),
+        }
+    }
+
+    /// Which of the ways to spread numbers it takes, decided once for many of them.
+    pub fn spread(&self) -> u8 {
+        match self.kind {
+            SamplerKind::Independent => INDEPENDENT,
+            SamplerKind::Stratified { .. } if self.samples_per_pixel().is_power_of_two() => {
+                POWER_OF_TWO
+            }
+            SamplerKind::Stratified { .. } => ANY_COUNT,
+        }
     }
 
     #[inline(always)]
@@ -77,37 +92,54 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn number(&self, key: u32, sample: u32) -> f32 {
-        let random = unit_float(hash(key, sample));
-        match self.kind {
-            SamplerKind::Independent => random,
-            SamplerKind::Stratified { jitter } => {
-                let count = self.samples_per_pixel();
-                let stratum = permute(sample, count, hash(key, u32::MAX));
-                let within = if jitter { random } else { 0.5 };
-                below_one((stratum as i32 as f32 + within) / count as f32)
-            }
+    fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
+        match SPREAD {
+            POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
+            _ => permute(sample, self.samples_per_pixel(), key),
         }
     }
 
     #[inline(always)]
-    fn pair(&self, key: u32, sample: u32) -> [f32; 2] {
-        let random =
-            [unit_float(hash(key, sample << 1)), unit_float(hash(key, sample << 1 | 1))];
+    fn is_jittered(&self) -> bool {
         match self.kind {
-            SamplerKind::Independent => random,
-            SamplerKind::Stratified { jitter } => {
-                let within = if jitter { random } else { [0.5; 2] };
-                let column = (sample % self.columns) as f32;
-                let row = (sample / self.columns) as f32;
-                [
-                    below_one((column + within[0]) / self.columns as f32),
-                    below_one((row + within[1]) / self.rows as f32),
-                ]
-            }
+            SamplerKind::Independent => true,
+            SamplerKind::Stratified { jitter } => jitter,
         }
     }
+
+    #[inline(always)]
+    fn number<const SPREAD: u8>(&self, key: u32, sample: u32) -> f32 {
+        let random = unit_float(hash(key, sample));
+        if SPREAD == INDEPENDENT {
+            return random;
+        }
+        let stratum = self.permuted::<SPREAD>(sample, hash(key, u32::MAX));
+        let within = if self.is_jittered() { random } else { 0.5 };
+        below_one((stratum as i32 as f32 + within) / self.samples_per_pixel() as f32)
+    }
+
+    #[inline(always)]
+    fn pair<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
+        let random = [unit_float(hash(key, sample << 1)), unit_float(hash(key, sample << 1 | 1))];
+        if SPREAD == INDEPENDENT {
+            return random;
+        }
+        let within = if self.is_jittered() { random } else { [0.5; 2] };
+        let column = (sample % self.columns) as f32;
+        let row = (sample / self.columns) as f32;
+        [
+            below_one((column + within[0]) / self.columns as f32),
+            below_one((row + within[1]) / self.rows as f32),
+        ]
+    }
 }
+
+/// Ways to spread numbers, as parameters of code that makes many: [`SamplerKind::Independent`].
+pub const INDEPENDENT: u8 = 0;
+/// Strata in a number that is a power of two: code without loops, which vectors of lanes can run.
+pub const POWER_OF_TWO: u8 = 1;
+/// Strata in any number.
+pub const ANY_COUNT: u8 = 2;
 
 /// Rounding may lift a number to 1, which lies outside.
 #[inline(always)]
@@ -160,7 +192,7 @@ mod tests {
     fn positions_fill_the_grid() {
         let mut cells: Vec<usize> = (0..16)
             .map(|sample| {
-                let [x, y] = STRATIFIED.lens_position(3, sample);
+                let [x, y] = STRATIFIED.lens_position::<POWER_OF_TWO>(3, sample);
                 (y * 4.0) as usize * 4 + (x * 4.0) as usize
             })
             .collect();
