@@ -73,6 +73,38 @@ pub struct LightLanes {
     pub pdf: LaneFloats,
 }
 
+/// A request for the radiance along rays.
+pub struct TraceRequest<'a> {
+    /// Which rays ask.
+    pub lanes: LaneSet,
+    /// The rays.
+    pub rays: &'a RayLanes,
+    /// The answer; zeros so far.
+    pub radiance: &'a mut LaneColors,
+}
+
+/// A request whether there is anything on rays.
+pub struct OcclusionRequest<'a> {
+    /// Which rays ask.
+    pub lanes: LaneSet,
+    /// The rays.
+    pub rays: &'a RayLanes,
+    /// The answer, bit `i` for lane `i`; zeros so far.
+    pub occluded: u32,
+}
+
+/// A request for samples of a light.
+pub struct LightRequest<'a> {
+    /// Which rays ask.
+    pub lanes: LaneSet,
+    /// The points.
+    pub query: &'a LightQueryLanes,
+    /// The answer; zeros so far.
+    pub light: &'a mut LightLanes,
+    /// The lanes that the light reaches; zeros so far.
+    pub reached: u32,
+}
+
 /// The renderer's side.
 pub trait Host {
     /// The radiance along new rays.
@@ -94,6 +126,28 @@ pub trait Host {
         query: &LightQueryLanes,
         light: &mut LightLanes,
     ) -> u32;
+
+    /// [`Host::trace`] for requests of one call that came together, as many lanes as there may be at a time. All
+    /// have lanes of their own. A host that gains by it answers them as one; so for the other two.
+    fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
+        for TraceRequest { lanes, rays, radiance } in requests {
+            self.trace(*lanes, rays, radiance);
+        }
+    }
+
+    /// [`Host::occluded`] for requests of one call that came together.
+    fn occluded_together(&mut self, requests: &mut [OcclusionRequest<'_>]) {
+        for OcclusionRequest { lanes, rays, occluded } in requests {
+            *occluded = self.occluded(*lanes, rays);
+        }
+    }
+
+    /// [`Host::light_sample`] for requests of one call that came together.
+    fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
+        for LightRequest { lanes, query, light, reached } in requests {
+            *reached = self.light_sample(*lanes, index, query, light);
+        }
+    }
 
     /// The scene's ambient light.
     fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize];

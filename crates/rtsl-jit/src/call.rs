@@ -113,6 +113,7 @@ pub(crate) struct RawCall {
     pub status: u32,
     pub first: MaybeUninit<u32>,
     pub nearest: u32,
+    pub begin: MaybeUninit<u32>,
 }
 
 #[cfg(test)]
@@ -139,6 +140,7 @@ mod tests {
             ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
             ("first", offset_of!(RawCall, first), abi::CALL_FIRST),
             ("nearest", offset_of!(RawCall, nearest), abi::CALL_NEAREST),
+            ("begin", offset_of!(RawCall, begin), abi::CALL_BEGIN),
             ("size", size_of::<RawCall>(), abi::CALL_SIZE),
         ] {
             assert_eq!(offset, expected as usize, "{name}");

@@ -11,15 +11,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_spec::COLOR_COMPONENTS;
 
-type Color = [f32; COLOR_COMPONENTS as usize];
+pub(crate) type Color = [f32; COLOR_COMPONENTS as usize];
 
 /// Pointers to the functions, in the order of the `HOST_` constants of `rtsl_packet::abi`.
 #[repr(C)]
 pub(crate) struct HostTable {
-    trace: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes, *mut LaneColors),
-    occluded: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes) -> u32,
-    light_count: unsafe extern "C" fn(*mut c_void) -> u32,
-    light_sample: unsafe extern "C" fn(
+    pub trace: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes, *mut LaneColors),
+    pub occluded: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes) -> u32,
+    pub light_count: unsafe extern "C" fn(*mut c_void) -> u32,
+    pub light_sample: unsafe extern "C" fn(
         *mut c_void,
         u32,
         u32,
@@ -27,11 +27,11 @@ pub(crate) struct HostTable {
         *const LightQueryLanes,
         *mut LightLanes,
     ) -> u32,
-    ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
-    rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
+    pub ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
+    pub rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
 }
 
-/// The one table: which host is asked stands in the user pointer.
+/// The functions that ask at once: which host stands in the user pointer.
 pub(crate) static HOST_TABLE: HostTable =
     HostTable { trace, occluded, light_count, light_sample, ambient, rand };
 
@@ -42,7 +42,8 @@ pub(crate) struct HostCalls<'a> {
 }
 
 impl HostCalls<'_> {
-    fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
+    /// Asks the host; zeros once it has panicked.
+    pub fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
         if self.panic.is_some() {
             return T::default();
         }

@@ -15,9 +15,10 @@ use crate::leaf::LeafArguments;
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::objects::Objects;
+use crate::side_by_side::{call_side_by_side, chunks_with_rays};
 use crate::signature::Signature;
 
-type Entry = unsafe extern "C" fn(*mut RawCall);
+pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
 
 /// A compiled method. Cheap to clone; the code lives as long as any handle to it.
 #[derive(Clone, Debug)]
@@ -94,6 +95,7 @@ impl CompiledKernel {
             status: 0,
             first: MaybeUninit::uninit(),
             nearest: abi::NO_OBJECT,
+            begin: MaybeUninit::uninit(),
         };
         match instances {
             Instances::One(_) => {}
@@ -109,9 +111,16 @@ impl CompiledKernel {
                 raw.first.write(first);
             }
         }
-        // Safety: the pointers are to memory that the arguments borrow, of the sizes just
-        // checked; what the kernel's shape reads is written; the code keeps to the interface.
-        unsafe { (self.entry)(&mut raw) };
+        match self.signature.separate_chunks {
+            // Safety: the pointers are to memory that the arguments borrow, of the sizes just
+            // checked; what the kernel's shape reads is written; the code keeps to the interface.
+            None => unsafe { (self.entry)(&mut raw) },
+            Some(width) => {
+                let begins = chunks_with_rays(count, width as usize, mask);
+                // Safety: the same, and the code may begin at any chunk of this width.
+                unsafe { call_side_by_side(self.entry, &mut raw, width, &begins, &mut host) };
+            }
+        }
         finish(&raw, host)
     }
 
@@ -142,6 +151,7 @@ impl CompiledKernel {
             status: 0,
             first: MaybeUninit::new(first),
             nearest: abi::NO_OBJECT,
+            begin: MaybeUninit::uninit(),
         };
         // Safety: the caller has seen to it that what the code reads and writes is there.
         unsafe { (self.entry)(&mut raw) };

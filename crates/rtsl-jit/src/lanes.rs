@@ -1,5 +1,7 @@
 //! Storage for the per-ray values of calls: one array of 32-bit words for each component.
 
+use std::ops::Range;
+
 use rtsl_packet::abi::LANE_PADDING;
 
 use crate::components::ComponentSet;
@@ -160,6 +162,35 @@ impl LaneBlock {
         unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
     }
 
+    /// `N` lanes of a component of type f32, from `start` on; padding may be among them.
+    #[inline]
+    pub fn floats_at<const N: usize>(&self, component: usize, start: usize) -> &[f32; N] {
+        let array = self.lanes_at::<N>(component, start);
+        // Safety: the lanes are there, as was checked; f32 has the size and alignment of u32.
+        unsafe { &*array }
+    }
+
+    /// The same, to write.
+    #[inline]
+    pub fn floats_mut_at<const N: usize>(
+        &mut self,
+        component: usize,
+        start: usize,
+    ) -> &mut [f32; N] {
+        let array = self.lanes_at::<N>(component, start);
+        // Safety: as for `floats_at`, and borrowed mutably along with the block.
+        unsafe { &mut *array }
+    }
+
+    /// Where `N` lanes of a component are, all of which exist.
+    #[inline]
+    fn lanes_at<const N: usize>(&self, component: usize, start: usize) -> *mut [f32; N] {
+        let end = start.checked_add(N);
+        assert!(end.is_some_and(|end| end <= self.stride), "lanes from {start} on");
+        // Safety: the array has so many lanes.
+        unsafe { self.array(component).add(start).cast() }
+    }
+
     /// The arrays of `N` components that follow one another, such as those of a vector, to
     /// write at the same time.
     #[inline]
@@ -301,7 +332,13 @@ impl LaneMask {
 
     /// Whether any lane is true.
     pub fn any(&self) -> bool {
-        self.words.all()[..self.lanes].iter().any(|word| *word != 0)
+        self.any_of(0..self.lanes)
+    }
+
+    /// Whether any of these lanes is true.
+    #[inline]
+    pub fn any_of(&self, lanes: Range<usize>) -> bool {
+        self.words.all()[..self.lanes][lanes].iter().any(|word| *word != 0)
     }
 
     /// The lanes that are true, in order.

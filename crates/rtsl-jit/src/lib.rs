@@ -30,6 +30,7 @@ mod objects;
 mod relocation;
 mod runtime;
 mod search;
+mod side_by_side;
 mod signature;
 mod target;
 mod worker;

@@ -32,6 +32,8 @@ pub struct Signature {
     pub shape: Shape,
     /// Whether it says which rays it found a hit for.
     pub accepts: bool,
+    /// Rays in a chunk, where a call may [begin at any](Kernel::begins_at_any_chunk).
+    pub separate_chunks: Option<u32>,
 }
 
 impl Signature {
@@ -57,6 +59,7 @@ impl Signature {
             object_buffers,
             shape: kernel.shape,
             accepts: kernel.accepted_output().is_some(),
+            separate_chunks: kernel.begins_at_any_chunk().then_some(kernel.width),
         }
     }
 

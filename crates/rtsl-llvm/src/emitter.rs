@@ -109,7 +109,8 @@ impl<'a, 'm> Emitter<'a, 'm> {
     /// The function's text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
-        if self.part == Part::Rest {
+        let begins_at_any_chunk = self.kernel.begins_at_any_chunk();
+        if self.part == Part::Rest || begins_at_any_chunk {
             self.begun = self.new_local();
         }
         self.begin_block(start);
@@ -124,7 +125,11 @@ impl<'a, 'm> Emitter<'a, 'm> {
         let single = self.kernel.shape == Shape::Single;
         let (enter, leave) = match self.part {
             Part::All if single => (format!("  br label %{start}\n"), String::new()),
-            Part::All => (enter_unless_empty(Operand::Int(0), start, done), String::new()),
+            Part::All if begins_at_any_chunk => (
+                load_begin(self.begun) + &enter_unless_empty(self.begun, start, done),
+                String::new(),
+            ),
+            Part::All => (enter_unless_empty(self.begun, start, done), String::new()),
             Part::Full => (enter_full_chunks(self.width, start), leave_full_chunks(symbol)),
             Part::Rest => (enter_unless_empty(self.begun, start, done), String::new()),
         };
@@ -312,6 +317,17 @@ fn load_count(name: &str) -> String {
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
   %count.word = load i32, ptr %count.at, align 4
   {name} = zext i32 %count.word to i64
+"
+    )
+}
+
+/// The first ray of the first chunk, in a local of this name.
+fn load_begin(name: Operand) -> String {
+    let begin = rtsl_packet::abi::CALL_BEGIN;
+    format!(
+        "  %begin.at = getelementptr i8, ptr %call, i64 {begin}
+  %begin.word = load i32, ptr %begin.at, align 4
+  {name} = zext i32 %begin.word to i64
 "
     )
 }

@@ -21,6 +21,7 @@
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
 //! | 80 | `first: u32` | leaf shape: the number of the object in lane 0, a multiple of [`OBJECTS_IN_BLOCK`] |
 //! | 84 | `nearest: u32` | leaf shape: `intersect` writes the number of the object with the nearest hit, and leaves it as it is where there is none |
+//! | 88 | `begin: u32` | kernels that [begin at any chunk](crate::Kernel::begins_at_any_chunk): the ray that the first chunk starts with, a multiple of the width |
 //!
 //! In the leaf shape lanes are `count` objects in a row, and the ray is lane 0 of `state` and `scratch`.
 //! Blocks of objects are readable for [`LANE_PADDING`] objects from the first of any block. `intersect` leaves
@@ -67,7 +68,8 @@ pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
 pub const CALL_FIRST: u32 = 80;
 pub const CALL_NEAREST: u32 = 84;
-pub const CALL_SIZE: u32 = 88;
+pub const CALL_BEGIN: u32 = 88;
+pub const CALL_SIZE: u32 = 96;
 
 /// Objects in a block: as many as the vectors of most machines have lanes.
 pub const OBJECTS_IN_BLOCK: u32 = 8;

@@ -114,8 +114,10 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
         Shape::Packet | Shape::CommonOrigin | Shape::Stream => kernel.width > 1,
         Shape::Leaf | Shape::Single => false,
     };
+    // Their chunks may be called side by side, each alone.
+    let alone = kernel.begins_at_any_chunk();
     let known = FACTORS.contains(&factor);
-    known && many_rays && !overwrites_shared && (factor == 1 || fits)
+    known && !alone && many_rays && !overwrites_shared && (factor == 1 || fits)
 }
 
 /// Bytes of the stack that local arrays take for a chunk.

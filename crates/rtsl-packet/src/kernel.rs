@@ -5,7 +5,8 @@
 //! A [`Kernel`] is called for any number of rays. Its [prologue](Kernel::prologue) runs once per call
 //! and computes what all rays share. Its [body](Kernel::body) runs once for each chunk of W
 //! rays, in order, and yields one value for each [output](Kernel::outputs), which are then
-//! stored. The first chunk starts at ray 0; the last may stretch past the last ray.
+//! stored. The first chunk starts at ray 0, or where the call says [so](Kernel::begins_at_any_chunk); the last
+//! may stretch past the last ray.
 //!
 //! # Uniform values, lanes and masks
 //!
@@ -146,6 +147,20 @@ impl Kernel {
         self.values[value.0 as usize]
     }
 
+    /// Whether a call may begin with any of its chunks, as the call says. So it is where the body asks for rays
+    /// or light: chunks can then be called side by side, and what they ask for can be answered
+    /// together.
+    pub fn begins_at_any_chunk(&self) -> bool {
+        match self.shape {
+            // What accepts hits writes for chunks without rays, too.
+            Shape::Packet | Shape::Stream => {
+                self.width > 1 && self.accepted_output().is_none() && self.body.asks_for_rays()
+            }
+            // The one reads what all rays share from the first, the others have one ray.
+            Shape::CommonOrigin | Shape::Leaf | Shape::Single => false,
+        }
+    }
+
     /// The place `id`.
     pub fn place(&self, id: PlaceId) -> &KernelPlace {
         &self.places[id.0 as usize]
@@ -183,6 +198,16 @@ pub struct Region {
     /// The results of an `if`; for the body of a loop a uniform bool, "again", then the next
     /// carried values; for a kernel's body one value for each output.
     pub yields: Vec<Value>,
+}
+
+impl Region {
+    /// Whether it asks the host for rays or light, here or in what it holds.
+    fn asks_for_rays(&self) -> bool {
+        self.ops.iter().any(|op| match &op.kind {
+            OpKind::Trace { .. } | OpKind::Occluded { .. } | OpKind::LightSample { .. } => true,
+            kind => kind.regions().any(Region::asks_for_rays),
+        })
+    }
 }
 
 /// An operation with its results.

@@ -226,5 +226,7 @@ fn signature(job: Job<'_>) -> Signature {
         object_buffers: object_buffers.into(),
         shape: job.shape,
         accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
+        // Only machine code has chunks.
+        separate_chunks: None,
     }
 }

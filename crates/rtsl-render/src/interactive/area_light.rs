@@ -12,17 +12,19 @@
 //! Of a mesh each face is a light of its own, if it has few. Meshes of many faces, shapes within
 //! instances, and shapes without `generateSample` are seen but not sampled.
 
-use rtsl::host::{LaneSet, LightLanes, LightQueryLanes};
-use rtsl::{LaneBlock, Method};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use rtsl::Method;
 
-use crate::acceleration::{Hits, LANES, LaneMask, RayPacket, lanes_of};
-use crate::math::{dot, normalize_or};
+use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
 
-use super::compiled::{Object, ShaderInstance};
-use super::host::{LaneContext, lane_vector, within_cone};
+use super::compiled::ShaderInstance;
+use super::eight::{LaneVectors, difference, dots, eights, is_lit};
+use super::lane_context::LaneContext;
+use super::light_samples::{LightQuery, LightSamples};
 use super::shading::Tracer;
 use super::surface::{prepare, runs};
-use super::variables::{number, set_number, set_vector, variables, vector};
+use super::variables::variables;
 use super::workspace::{CallBlocks, Level, Workspace};
 
 /// A shape that is sampled.
@@ -45,165 +47,167 @@ pub const MOST_SAMPLED_ELEMENTS: u32 = 64;
 /// How far from a sample, relative to its distance, the shape may be found: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;
 
-/// Samples of one light for the lanes of a request, which `context` counts as the request does.
-/// Returns the lanes that it reaches.
+/// Samples of one light. Returns the lanes that it reaches.
 pub fn sample(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
     context: &mut LaneContext,
     light: &AreaLight,
-    lanes: LaneSet,
-    query: &LightQueryLanes,
-    answer: &mut LightLanes,
-) -> u32 {
-    let normals = generate(tracer, &mut workspace.light, context, light, lanes, query, answer);
-    let usable = lanes.iter().filter(|lane| is_usable(answer, *lane));
-    let usable = usable.filter(|lane| within_cone(*lane, query, answer));
-    let reaching = usable.fold(0, |mask: LaneMask, lane| mask | 1 << lane);
-    if reaching == 0 {
-        return 0;
-    }
-    let rays = rays(tracer, context, reaching, query, answer);
-    workspace.rays.shadow += u64::from(reaching.count_ones());
-    let mut level = workspace.take_level();
-    let hits = tracer.nearest(workspace, &rays, reaching);
-    let found = lanes_of(reaching).filter(|lane| is_found(light, &hits, answer, *lane));
-    let found = found.fold(0, |mask: LaneMask, lane| mask | 1 << lane);
-    let lit = emission(tracer, &mut level, context, light, (&rays, &hits), found, &normals, answer);
-    workspace.return_level(level);
-    lit as u32
-}
-
-/// The normals of samples, in world space; zero where the class sets none.
-type Normals = [[f32; 3]; LANES];
-
-/// Runs `generateSample`; directions, distances and densities go to `answer`.
-fn generate(
-    tracer: &Tracer<'_>,
-    blocks: &mut CallBlocks,
-    context: &mut LaneContext,
-    light: &AreaLight,
-    lanes: LaneSet,
-    query: &LightQueryLanes,
-    answer: &mut LightLanes,
-) -> Normals {
-    let mut normals = [[0.0; 3]; LANES];
-    let object = &tracer.scene.objects[light.object as usize];
-    let Some(call) = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)
-    else {
-        return normals;
-    };
-    let v = variables();
-    for lane in lanes.iter() {
-        let state = &mut blocks.state;
-        let origin = object.inverse.point(lane_vector(&query.point, lane));
-        set_vector(state, v.ray_origin, lane, origin);
-        set_number(state, v.epsilon, lane, tracer.scene.epsilon);
-        set_number(state, v.time_seed, lane, context.time[lane]);
-    }
-    blocks.clear_scratch(call.scratch_arrays);
-    blocks.call(&call, LaneMask::from(lanes.active), None, context);
-    for lane in lanes.iter() {
-        place(light, object, &blocks.state, lane, query, answer);
-        let normal = vector(&blocks.state, v.geometric_normal, lane);
-        normals[lane] = object.normal_to_group(normal);
-    }
-    normals
-}
-
-/// Takes a sample from the shape's space to the world's.
-fn place(
-    light: &AreaLight,
-    object: &Object,
-    state: &LaneBlock,
-    lane: usize,
-    query: &LightQueryLanes,
-    answer: &mut LightLanes,
-) {
-    let v = variables();
-    let local = vector(state, v.hit_point, lane);
-    let local_way = subtract(local, vector(state, v.ray_origin, lane));
-    let way = subtract(object.forward.point(local), lane_vector(&query.point, lane));
-    let direction = normalize_or(way, [0.0; 3]);
-    let distance = dot(way, way).sqrt();
-    // The Jacobian of directions under a linear map: its stretch along the direction, cubed, over
-    // its determinant.
-    let stretch = f64::from(distance) / f64::from(dot(local_way, local_way).sqrt());
-    let scale = stretch * stretch * stretch / light.volume_scale;
-    (0..3).for_each(|axis| answer.direction[axis][lane] = direction[axis]);
-    answer.distance[lane] = distance;
-    answer.pdf[lane] = (f64::from(number(state, v.pdf, lane)) * scale) as f32;
-}
-
-fn subtract(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn is_usable(answer: &LightLanes, lane: usize) -> bool {
-    let positive = |x: f32| x > 0.0 && x.is_finite();
-    positive(answer.pdf[lane]) && positive(answer.distance[lane])
-}
-
-/// Rays from the points to be lit to a little behind the samples.
-fn rays(
-    tracer: &Tracer<'_>,
-    context: &LaneContext,
-    lanes: LaneMask,
-    query: &LightQueryLanes,
-    answer: &LightLanes,
-) -> RayPacket {
-    let mut packet = RayPacket::default();
-    for lane in lanes_of(lanes) {
-        let point = lane_vector(&query.point, lane);
-        packet.set(lane, point, lane_vector(&answer.direction, lane));
-        packet.epsilon[lane] = tracer.scene.epsilon;
-        packet.limit[lane] = answer.distance[lane] * (1.0 + TOLERANCE);
-        packet.time[lane] = context.time[lane];
-    }
-    packet
-}
-
-/// Whether a ray found the light itself, at the sample's distance.
-fn is_found(light: &AreaLight, hits: &Hits, answer: &LightLanes, lane: usize) -> bool {
-    // The id of no hit names no member.
-    hits.id[lane].outer() == light.member
-        && hits.distance[lane] >= answer.distance[lane] * (1.0 - TOLERANCE)
-}
-
-/// Runs `emission` where rays found the light; returns the lanes that are lit.
-#[expect(clippy::too_many_arguments, reason = "what is known of a sample so far")]
-fn emission(
-    tracer: &Tracer<'_>,
-    level: &mut Level,
-    context: &mut LaneContext,
-    light: &AreaLight,
-    (rays, hits): (&RayPacket, &Hits),
-    found: LaneMask,
-    normals: &Normals,
-    answer: &mut LightLanes,
+    query: &LightQuery,
+    samples: &mut LightSamples,
 ) -> LaneMask {
-    let emitter = &tracer.scene.materials[light.emitter as usize];
-    let call = tracer.scene.call(emitter, Method::Emission, tracer.problems);
-    let Some(call) = call.filter(|_| found != 0) else { return 0 };
-    for run in &runs(tracer.scene, hits, found) {
-        prepare(tracer, run, rays, hits, level, context);
-    }
-    level.blocks.clear_scratch(call.scratch_arrays);
-    level.blocks.call(&call, found, None, context);
-    let mut lit = 0;
-    for lane in lanes_of(found) {
-        let color = vector(&level.blocks.state, variables().emission_color, lane);
-        (0..3).for_each(|axis| answer.color[axis][lane] = color[axis]);
-        let same_side =
-            is_same_side(normals[lane], context.geometric_normal(lane), rays.direction_of(lane));
-        if same_side && color != [0.0; 3] {
-            lit |= 1 << lane;
-        }
-    }
-    lit
+    let lamp = Lamp { tracer, light, query };
+    dispatch!(SimdLevel::new(), simd => lamp.sample(simd, workspace, context, samples))
 }
 
-/// Whether a ray found the side that was sampled: of a thin lamp, both lie within the tolerance.
-fn is_same_side(sampled: [f32; 3], found: [f32; 3], direction: [f32; 3]) -> bool {
-    dot(sampled, direction) * dot(found, direction) >= 0.0
+/// An area light, and who asks for its light.
+struct Lamp<'a> {
+    tracer: &'a Tracer<'a>,
+    light: &'a AreaLight,
+    query: &'a LightQuery,
+}
+
+impl Lamp<'_> {
+    #[inline(always)]
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        workspace: &mut Workspace,
+        context: &mut LaneContext,
+        samples: &mut LightSamples,
+    ) -> LaneMask {
+        let mut limit = [0.0; LANES];
+        let Some((usable, normals)) =
+            self.generate(simd, &mut workspace.light, context, samples, &mut limit)
+        else {
+            return 0;
+        };
+        let reaching = self.query.within_cones(simd, usable, samples);
+        if reaching == 0 {
+            return 0;
+        }
+        let rays = self.query.rays(samples, self.tracer.scene.epsilon, limit, &context.time);
+        workspace.rays.shadow += u64::from(reaching.count_ones());
+        let hits = self.tracer.nearest(workspace, &rays, reaching);
+        let found = self.found(&hits, samples, reaching);
+        if found == 0 {
+            return 0;
+        }
+        let mut level = workspace.take_level();
+        let lit =
+            self.emission(simd, &mut level, context, (&rays, &hits), found, &normals, samples);
+        workspace.return_level(level);
+        lit
+    }
+
+    /// Runs `generateSample`: directions, distances and densities, and a `limit` for rays that ends a little
+    /// behind the samples. Returns the samples that are of use and their normals in world
+    /// space, zero where the class sets none; `None` if there is no such method.
+    #[inline(always)]
+    fn generate<S: Simd>(
+        &self,
+        simd: S,
+        blocks: &mut CallBlocks,
+        context: &mut LaneContext,
+        samples: &mut LightSamples,
+        limit: &mut Lanes,
+    ) -> Option<(LaneMask, LaneVectors)> {
+        let Lamp { tracer, light, query } = *self;
+        let object = &tracer.scene.objects[light.object as usize];
+        let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
+        let v = variables();
+        for eight in eights(simd, query.lanes) {
+            let origin = eight.point(&object.inverse, &eight.vectors(&query.point));
+            eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
+            eight.store(&mut blocks.state, v.epsilon, eight.splat(tracer.scene.epsilon));
+            eight.store(&mut blocks.state, v.time_seed, eight.numbers(&context.time));
+        }
+        blocks.clear_scratch(call.scratch_arrays);
+        blocks.call(&call, query.lanes, None, context);
+        let state = &blocks.state;
+        let mut normals = [[0.0; LANES]; 3];
+        let mut local_squares = [0.0; LANES];
+        for eight in eights(simd, query.lanes) {
+            let local = eight.load_vectors(state, v.hit_point);
+            let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
+            let point = eight.point(&object.forward, &local);
+            let way = difference(&point, &eight.vectors(&query.point));
+            let distance = dots(&way, &way).sqrt();
+            let nowhere = eight.splat_vector([0.0; 3]);
+            eight.blend_vectors(&eight.normalized_or(&way, &nowhere), &mut samples.direction);
+            eight.blend(distance, &mut samples.distance);
+            eight.blend(distance * (1.0 + TOLERANCE), limit);
+            eight.blend(dots(&local_way, &local_way), &mut local_squares);
+            let normal = eight.load_vectors(state, v.geometric_normal);
+            eight.blend_vectors(&object.normals_to_group(eight, &normal), &mut normals);
+        }
+        let density = state.floats(v.pdf);
+        let mut usable = 0;
+        for lane in lanes_of(query.lanes) {
+            let scale = light.density_scale(samples.distance[lane], local_squares[lane].sqrt());
+            let (pdf, distance) =
+                ((f64::from(density[lane]) * scale) as f32, samples.distance[lane]);
+            samples.pdf[lane] = pdf;
+            let is_usable = pdf > 0.0 && pdf.is_finite() && distance > 0.0 && distance.is_finite();
+            usable |= LaneMask::from(is_usable) << lane;
+        }
+        Some((usable, normals))
+    }
+
+    /// The lanes whose rays found the light itself, at the sample's distance.
+    fn found(&self, hits: &Hits, samples: &LightSamples, lanes: LaneMask) -> LaneMask {
+        // The id of no hit names no member.
+        let is_found = |lane: &usize| {
+            hits.id[*lane].outer() == self.light.member
+                && hits.distance[*lane] >= samples.distance[*lane] * (1.0 - TOLERANCE)
+        };
+        lanes_of(lanes).filter(is_found).fold(0, |found, lane| found | 1 << lane)
+    }
+
+    /// Runs `emission` where rays found the light; returns the lanes that are lit.
+    #[expect(clippy::too_many_arguments, reason = "what is known of the samples so far")]
+    #[inline(always)]
+    fn emission<S: Simd>(
+        &self,
+        simd: S,
+        level: &mut Level,
+        context: &mut LaneContext,
+        (rays, hits): (&RayPacket, &Hits),
+        found: LaneMask,
+        normals: &LaneVectors,
+        samples: &mut LightSamples,
+    ) -> LaneMask {
+        let Tracer { scene, problems } = *self.tracer;
+        let emitter = &scene.materials[self.light.emitter as usize];
+        let Some(call) = scene.call(emitter, Method::Emission, problems) else { return 0 };
+        // The light's surface has normals of its own; its random numbers are those of the rays.
+        let mut own = context.clone();
+        for run in &runs(scene, hits, found) {
+            prepare(self.tracer, run, rays, hits, level, &mut own);
+        }
+        level.blocks.clear_scratch(call.scratch_arrays);
+        level.blocks.call(&call, found, None, &mut own);
+        let mut lit = 0;
+        for eight in eights(simd, found) {
+            let color = eight.load_vectors(&level.blocks.state, variables().emission_color);
+            eight.blend_vectors(&color, &mut samples.color);
+            // Whether rays found the side that was sampled: of a thin lamp, both lie within the tolerance.
+            let direction = eight.vectors(&rays.direction);
+            let sampled = dots(&eight.vectors(normals), &direction);
+            let seen = dots(&own.geometric_normals(eight), &direction);
+            lit |= eight.lanes(is_lit(&color) & (sampled * seen).simd_ge(0.0));
+        }
+        context.streams = own.streams;
+        lit
+    }
+}
+
+impl AreaLight {
+    /// What densities of the shape's space are multiplied with for the world's, by the distances in
+    /// both: the Jacobian of directions under a linear map, which is its stretch along the direction, cubed, over
+    /// its determinant.
+    fn density_scale(&self, distance: f32, local_distance: f32) -> f64 {
+        let stretch = f64::from(distance) / f64::from(local_distance);
+        stretch * stretch * stretch / self.volume_scale
+    }
 }

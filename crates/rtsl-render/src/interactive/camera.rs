@@ -4,11 +4,12 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet};
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, RayStream};
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO};
 use crate::scene::Settings;
 
 use super::compiled::CompiledScene;
-use super::host::LaneContext;
+use super::lane_context::LaneContext;
+use super::lane_streams::LaneStreams;
 use super::shading::{PacketColors, Tracer};
 use super::variables::variables;
 use super::workspace::Workspace;
@@ -92,7 +93,11 @@ fn camera_rays_in_vectors<S: Simd>(
         POWER_OF_TWO => CameraNumbers::new::<POWER_OF_TWO>(settings, tile, sample),
         _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
     };
-    let mut context = LaneContext::new(settings.sampler, numbers.streams, numbers.time);
+    let mut context = LaneContext::new(
+        settings.sampler,
+        LaneStreams::new(numbers.stream_keys, sample),
+        numbers.time,
+    );
     let mut rays = RayPacket::default();
     let mut weights = [[1.0; LANES]; 3];
     let blocks = &mut workspace.camera;
@@ -121,7 +126,7 @@ struct CameraNumbers {
     screen: [Lanes; 2],
     lens: [Lanes; 2],
     time: Lanes,
-    streams: [RayStream; LANES],
+    stream_keys: [u32; LANES],
     /// The size of a pixel.
     pixel_size: [f32; 2],
 }
@@ -136,7 +141,7 @@ impl CameraNumbers {
             screen: [[0.0; LANES]; 2],
             lens: [[0.0; LANES]; 2],
             time: [0.0; LANES],
-            streams: [RayStream::default(); LANES],
+            stream_keys: [0; LANES],
             pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
         };
         let [du, dv] = numbers.pixel_size;
@@ -163,7 +168,7 @@ impl CameraNumbers {
             numbers.time[lane] = sampler.time::<SPREAD>(index(lane), sample);
         }
         for lane in 0..LANES {
-            numbers.streams[lane] = sampler.stream(index(lane), sample);
+            numbers.stream_keys[lane] = sampler.stream_key(index(lane));
         }
         numbers
     }

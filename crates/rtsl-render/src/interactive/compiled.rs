@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use fearless_simd::Simd;
 use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
 use crate::acceleration::{Bounds, Geometry};
@@ -12,6 +13,7 @@ use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
+use super::eight::{Eight, Vectors, scaled};
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, PlacedObjects};
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
@@ -44,10 +46,11 @@ pub struct Object {
 }
 
 impl Object {
-    /// What a normal of its own space is in its group's, of any length, on the side that it shows.
-    pub fn normal_to_group(&self, normal: [f32; 3]) -> [f32; 3] {
+    /// What normals of its own space are in its group's, of any length, on the side that it shows.
+    #[inline(always)]
+    pub fn normals_to_group<S: Simd>(&self, eight: Eight<S>, normals: &Vectors<S>) -> Vectors<S> {
         let side = if self.reverse_orientation { -1.0 } else { 1.0 };
-        self.inverse.transposed_vector(normal).map(|x| x * side)
+        scaled(&eight.transposed_vector(&self.inverse, normals), eight.splat(side))
     }
 }
 

@@ -1,17 +1,19 @@
 //! The radiance along the rays of a packet: nearest hits, surfaces, materials, and for rays that
 //! leave the scene the emission of its lights.
 
-use rtsl::Method;
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
 
-use super::compiled::CompiledScene;
-use super::host::{LaneContext, ShadingHost};
+use super::compiled::{CompiledScene, Light};
+use super::eight::{LaneVectors, eights};
+use super::host::ShadingHost;
 use super::intersection::Intersector;
-use super::lane_vectors::{LaneVectors, mapped_vectors, normalized_or, store, store_numbers};
-use super::surface::{Run, add_colors, prepare, runs};
+use super::lane_context::LaneContext;
+use super::surface::{Run, prepare, runs};
 use super::variables::variables;
-use super::workspace::{Level, Problems, Workspace};
+use super::workspace::{CallBlocks, Level, Problems, Workspace};
 
 /// What rays are traced with.
 pub struct Tracer<'a> {
@@ -87,12 +89,50 @@ fn add_sky(
     for light in &tracer.scene.lights {
         let call = tracer.scene.call(&light.instance, Method::Emission, tracer.problems);
         let Some(call) = call else { continue };
-        let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
-        let direction = mapped_vectors(&light.inverse, &rays.direction, lanes);
-        store(&mut blocks.state, v.ray_direction, lanes, &normalized_or(&direction, &up, lanes));
-        store_numbers(&mut blocks.state, v.time_seed, lanes, &rays.time);
+        dispatch!(SimdLevel::new(), simd => set_directions(simd, light, rays, lanes, blocks));
         blocks.call(&call, lanes, None, context);
         add_colors(&blocks.state, v.emission_color, lanes, colors);
+    }
+}
+
+/// Sets what a light's `emission` reads of rays that leave the scene.
+#[inline(always)]
+fn set_directions<S: Simd>(
+    simd: S,
+    light: &Light,
+    rays: &RayPacket,
+    lanes: LaneMask,
+    blocks: &mut CallBlocks,
+) {
+    let v = variables();
+    for eight in eights(simd, lanes) {
+        let up = eight.splat_vector([0.0, 0.0, 1.0]);
+        let direction = eight.vector(&light.inverse, &eight.vectors(&rays.direction));
+        eight.store_vectors(
+            &mut blocks.state,
+            v.ray_direction,
+            &eight.normalized_or(&direction, &up),
+        );
+        eight.store(&mut blocks.state, v.time_seed, eight.numbers(&rays.time));
+    }
+}
+
+/// The colour of each lane that a call left at component `first`, added to `sum`.
+fn add_colors(state: &LaneBlock, first: usize, lanes: LaneMask, sum: &mut PacketColors) {
+    dispatch!(SimdLevel::new(), simd => add_in_vectors(simd, state, first, lanes, sum));
+}
+
+#[inline(always)]
+fn add_in_vectors<S: Simd>(
+    simd: S,
+    state: &LaneBlock,
+    first: usize,
+    lanes: LaneMask,
+    sum: &mut PacketColors,
+) {
+    for eight in eights(simd, lanes) {
+        let (old, new) = (eight.vectors(sum), eight.load_vectors(state, first));
+        eight.blend_vectors(&[old[0] + new[0], old[1] + new[1], old[2] + new[2]], sum);
     }
 }
 

@@ -1,18 +1,15 @@
 //! What is known of the surfaces that a packet hit, as materials read it: the methods of the
 //! shapes in their own spaces, then everything in world space.
 
-use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use fearless_simd::{Level as SimdLevel, Simd, dispatch, f32x8};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet};
+use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of, moved_packet};
 use crate::math::{Affine, dot, normalize_or};
 
 use super::compiled::{CompiledScene, Object};
-use super::host::LaneContext;
-use super::lane_vectors::{
-    LaneVectors, add, array, dots, fill, load, mapped_vectors, normalized_or, store, store_numbers,
-    transposed_vectors, vectors,
-};
+use super::eight::{Eight, Vectors, eights, points_on_rays};
+use super::lane_context::LaneContext;
 use super::object_class::ObjectClass;
 use super::placed_objects::HitObject;
 use super::shaders::SurfaceNeeds;
@@ -145,18 +142,18 @@ struct SurfaceOfRun<'a> {
 
 impl SurfaceOfRun<'_> {
     #[inline(always)]
-    fn prepare<S: Simd>(&self, _: S, level: &mut Level, context: &mut LaneContext) {
+    fn prepare<S: Simd>(&self, simd: S, level: &mut Level, context: &mut LaneContext) {
         let SurfaceOfRun { tracer, run, .. } = *self;
         run.number(tracer.scene, self.hits, &mut level.numbers);
         let in_group = self.rays_in_group();
         let group_rays = in_group.as_ref().unwrap_or(self.rays);
         if let Some(kernel) = run.class.hit.as_deref() {
-            self.find_again(kernel, group_rays, level, context);
+            self.find_again(simd, kernel, group_rays, level, context);
         }
         let needs = tracer.scene.needs(run.object);
-        self.set_local_hits(group_rays, needs, &mut level.blocks.state);
-        let has_derivatives = self.run_methods(needs, level, context);
-        self.to_world(needs.derivatives && has_derivatives, &mut level.blocks.state, context);
+        self.set_local_hits(simd, group_rays, needs, &mut level.blocks.state);
+        let has_derivatives = self.run_methods(simd, needs, level, context);
+        self.to_world(simd, needs.derivatives && has_derivatives, &mut level.blocks.state, context);
         if needs.derivatives && !has_derivatives {
             for lane in lanes_of(run.lanes) {
                 set_tangents(lane, &mut level.blocks.state, context);
@@ -174,17 +171,21 @@ impl SurfaceOfRun<'_> {
     /// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
     /// since it is given the same: rays in the space of the object's group.
     #[inline(always)]
-    fn find_again(
+    fn find_again<S: Simd>(
         &self,
+        simd: S,
         kernel: &Kernel,
         rays: &RayPacket,
         level: &mut Level,
         context: &mut LaneContext,
     ) {
         let Level { blocks, kept_scratch, numbers } = level;
-        set_rays(&mut blocks.state, rays, self.run.lanes);
-        let component = variables().hit_distance;
-        store_numbers(&mut blocks.state, component, self.run.lanes, &rays.limit);
+        for eight in eights(simd, self.run.lanes) {
+            let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
+            set_rays(eight, &mut blocks.state, rays, &origin, &direction);
+            let limit = eight.numbers(&rays.limit);
+            eight.store(&mut blocks.state, variables().hit_distance, limit);
+        }
         let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
         let (instances, problems) = (self.run.objects(numbers), self.tracer.problems);
         let call = KernelCall::new(program, kernel, Method::Intersect, instances, problems);
@@ -193,40 +194,45 @@ impl SurfaceOfRun<'_> {
 
     /// Sets what the methods of shapes read, and what stands where the class lacks one.
     #[inline(always)]
-    fn set_local_hits(&self, rays: &RayPacket, needs: SurfaceNeeds, state: &mut LaneBlock) {
-        let lanes = self.run.lanes;
+    fn set_local_hits<S: Simd>(
+        &self,
+        simd: S,
+        rays: &RayPacket,
+        needs: SurfaceNeeds,
+        state: &mut LaneBlock,
+    ) {
+        let v = variables();
         let inverse = &self.run.object.inverse;
         // As in the traversal, whoever has no space of its own gets its group's rays unchanged.
-        let moved = (!inverse.is_identity()).then(|| moved_packet(rays, inverse));
-        let rays = moved.as_ref().unwrap_or(rays);
-        set_rays(state, rays, lanes);
-        let v = variables();
-        let distance = &self.hits.distance;
-        let point = points(rays, distance, lanes);
-        let facing = vectors(lanes, |axis, lane| -rays.direction[axis][lane]);
-        store_numbers(state, v.hit_distance, lanes, distance);
-        for (variable, value) in [
-            (v.hit_point, &point),
-            (v.geometric_normal, &facing),
-            (v.shading_normal, &facing),
-            (v.texture_uvw, &point),
-        ] {
-            store(state, variable, lanes, value);
-        }
-        for component in [v.texture_uv, v.texture_uv + 1, v.du, v.dv] {
-            fill(state, component, lanes, 0.0);
-        }
-        if needs.derivatives {
-            for (component, value) in [(v.dsdu, 1.0), (v.dsdv, 0.0), (v.dtdu, 0.0), (v.dtdv, 1.0)] {
-                fill(state, component, lanes, value);
+        let has_own_space = !inverse.is_identity();
+        for eight in eights(simd, self.run.lanes) {
+            let mut origin = eight.vectors(&rays.origin);
+            let mut direction = eight.vectors(&rays.direction);
+            if has_own_space {
+                origin = eight.point(inverse, &origin);
+                direction = eight.vector(inverse, &direction);
+            }
+            set_rays(eight, state, rays, &origin, &direction);
+            let distance = eight.numbers(&self.hits.distance);
+            let point = points_on_rays(&origin, &direction, distance);
+            let facing = [-direction[0], -direction[1], -direction[2]];
+            eight.store(state, v.hit_distance, distance);
+            eight.store_vectors(state, v.hit_point, &point);
+            eight.store_vectors(state, v.geometric_normal, &facing);
+            eight.store_vectors(state, v.shading_normal, &facing);
+            eight.store(state, v.du, eight.splat(0.0));
+            eight.store(state, v.dv, eight.splat(0.0));
+            if needs.coordinates || needs.derivatives {
+                set_coordinates(eight, state, &point);
             }
         }
     }
 
     /// Runs the methods of the shape that something needs; whether it computed derivatives.
     #[inline(always)]
-    fn run_methods(
+    fn run_methods<S: Simd>(
         &self,
+        simd: S,
         needs: SurfaceNeeds,
         level: &mut Level,
         context: &mut LaneContext,
@@ -244,7 +250,7 @@ impl SurfaceOfRun<'_> {
                 has_derivatives |= method == Method::ComputeDerivatives;
             }
             if method == Method::ComputeNormal {
-                normalize_normals(self.run.lanes, &mut blocks.state);
+                normalize_normals(simd, self.run.lanes, &mut blocks.state);
             }
         }
         has_derivatives
@@ -252,69 +258,107 @@ impl SurfaceOfRun<'_> {
 
     /// Takes rays and surfaces from the object's space to the world's.
     #[inline(always)]
-    fn to_world(&self, has_tangents: bool, state: &mut LaneBlock, context: &mut LaneContext) {
+    fn to_world<S: Simd>(
+        &self,
+        simd: S,
+        has_tangents: bool,
+        state: &mut LaneBlock,
+        context: &mut LaneContext,
+    ) {
         let SurfaceOfRun { run, rays, hits, .. } = *self;
-        let (v, lanes) = (variables(), run.lanes);
-        set_rays(state, rays, lanes);
-        store(state, v.hit_point, lanes, &points(rays, &hits.distance, lanes));
-        let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
-        let geometric = self.normals_to_world(load(state, v.geometric_normal, lanes), &up);
-        let shading = self.normals_to_world(load(state, v.shading_normal, lanes), &geometric);
-        store(state, v.geometric_normal, lanes, &geometric);
-        store(state, v.shading_normal, lanes, &shading);
-        context.set_normals(lanes, &geometric, &shading, &dots(&rays.direction, &geometric, lanes));
-        if has_tangents {
-            for variable in [v.dpdu, v.dpdv] {
-                let forward = &run.object.forward;
-                let mut tangents = mapped_vectors(forward, &load(state, variable, lanes), lanes);
-                if let Some((forward, _)) = &run.placement {
-                    tangents = mapped_vectors(forward, &tangents, lanes);
-                }
-                store(state, variable, lanes, &tangents);
+        let v = variables();
+        for eight in eights(simd, run.lanes) {
+            let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
+            set_rays(eight, state, rays, &origin, &direction);
+            let point = points_on_rays(&origin, &direction, eight.numbers(&hits.distance));
+            eight.store_vectors(state, v.hit_point, &point);
+            let up = eight.splat_vector([0.0, 0.0, 1.0]);
+            let geometric = eight.load_vectors(state, v.geometric_normal);
+            let shading = eight.load_vectors(state, v.shading_normal);
+            let geometric = self.normals_to_world(eight, &geometric, &up);
+            let shading = self.normals_to_world(eight, &shading, &geometric);
+            eight.store_vectors(state, v.geometric_normal, &geometric);
+            eight.store_vectors(state, v.shading_normal, &shading);
+            context.set_normals(eight, &geometric, &shading, &direction);
+            if has_tangents {
+                self.tangents_to_world(eight, state);
             }
         }
     }
 
     #[inline(always)]
-    fn normals_to_world(&self, normals: LaneVectors, otherwise: &LaneVectors) -> LaneVectors {
-        let (run, lanes) = (self.run, self.run.lanes);
-        let side = if run.object.reverse_orientation { -1.0 } else { 1.0 };
-        let mut normals = transposed_vectors(&run.object.inverse, &normals, lanes);
-        normals = vectors(lanes, |axis, lane| normals[axis][lane] * side);
-        if let Some((_, inverse)) = &run.placement {
-            normals = transposed_vectors(inverse, &normals, lanes);
+    fn normals_to_world<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        normals: &Vectors<S>,
+        otherwise: &Vectors<S>,
+    ) -> Vectors<S> {
+        let mut normals = self.run.object.normals_to_group(eight, normals);
+        if let Some((_, inverse)) = &self.run.placement {
+            normals = eight.transposed_vector(inverse, &normals);
         }
-        normalized_or(&normals, otherwise, lanes)
+        eight.normalized_or(&normals, otherwise)
+    }
+
+    #[inline(always)]
+    fn tangents_to_world<S: Simd>(&self, eight: Eight<S>, state: &mut LaneBlock) {
+        let v = variables();
+        for variable in [v.dpdu, v.dpdv] {
+            let local = eight.load_vectors(state, variable);
+            let mut tangents = eight.vector(&self.run.object.forward, &local);
+            if let Some((forward, _)) = &self.run.placement {
+                tangents = eight.vector(forward, &tangents);
+            }
+            eight.store_vectors(state, variable, &tangents);
+        }
     }
 }
 
 /// Sets rays with what comes with them.
 #[inline(always)]
-fn set_rays(state: &mut LaneBlock, rays: &RayPacket, lanes: LaneMask) {
+fn set_rays<S: Simd>(
+    eight: Eight<S>,
+    state: &mut LaneBlock,
+    rays: &RayPacket,
+    origin: &Vectors<S>,
+    direction: &Vectors<S>,
+) {
     let v = variables();
-    store(state, v.ray_origin, lanes, &rays.origin);
-    store(state, v.ray_direction, lanes, &rays.direction);
-    let inverse = vectors(lanes, |axis, lane| 1.0 / rays.direction[axis][lane]);
-    store(state, v.inverse_ray_direction, lanes, &inverse);
-    store_numbers(state, v.epsilon, lanes, &rays.epsilon);
-    store_numbers(state, v.time_seed, lanes, &rays.time);
+    let one: f32x8<S> = eight.splat(1.0);
+    let inverse = [one / direction[0], one / direction[1], one / direction[2]];
+    eight.store_vectors(state, v.ray_origin, origin);
+    eight.store_vectors(state, v.ray_direction, direction);
+    eight.store_vectors(state, v.inverse_ray_direction, &inverse);
+    eight.store(state, v.epsilon, eight.numbers(&rays.epsilon));
+    eight.store(state, v.time_seed, eight.numbers(&rays.time));
+}
+
+/// The texture coordinates and derivatives of a class that computes none.
+#[inline(always)]
+fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vectors<S>) {
+    let v = variables();
+    let (zero, one) = (eight.splat(0.0), eight.splat(1.0));
+    eight.store_vectors(state, v.texture_uvw, point);
+    for component in [v.texture_uv, v.texture_uv + 1, v.dsdv, v.dtdu] {
+        eight.store(state, component, zero);
+    }
+    for component in [v.dsdu, v.dtdv] {
+        eight.store(state, component, one);
+    }
 }
 
 #[inline(always)]
-fn points(rays: &RayPacket, distance: &Lanes, lanes: LaneMask) -> LaneVectors {
-    vectors(lanes, |axis, lane| {
-        rays.origin[axis][lane] + distance[lane] * rays.direction[axis][lane]
-    })
-}
-
-#[inline(always)]
-fn normalize_normals(lanes: LaneMask, state: &mut LaneBlock) {
+fn normalize_normals<S: Simd>(simd: S, lanes: LaneMask, state: &mut LaneBlock) {
     let v = variables();
-    let up = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
-    let geometric = normalized_or(&load(state, v.geometric_normal, lanes), &up, lanes);
-    let shading = normalized_or(&load(state, v.shading_normal, lanes), &geometric, lanes);
-    store(state, v.geometric_normal, lanes, &geometric);
-    store(state, v.shading_normal, lanes, &shading);
+    for eight in eights(simd, lanes) {
+        let up = eight.splat_vector([0.0, 0.0, 1.0]);
+        let geometric = eight.load_vectors(state, v.geometric_normal);
+        let geometric = eight.normalized_or(&geometric, &up);
+        let shading = eight.load_vectors(state, v.shading_normal);
+        let shading = eight.normalized_or(&shading, &geometric);
+        eight.store_vectors(state, v.geometric_normal, &geometric);
+        eight.store_vectors(state, v.shading_normal, &shading);
+    }
 }
 
 /// Tangents of a class that computes none: any frame of the normal.
@@ -338,11 +382,4 @@ fn set_tangents(lane: usize, state: &mut LaneBlock, context: &LaneContext) {
     ];
     set_vector(state, v.dpdu, lane, first);
     set_vector(state, v.dpdv, lane, second);
-}
-
-/// The colour of each lane that a call left at component `first`, added to `sum`.
-pub fn add_colors(state: &LaneBlock, first: usize, lanes: LaneMask, sum: &mut LaneVectors) {
-    for (channel, sum) in sum.iter_mut().enumerate() {
-        add(lanes, array(state.floats(first + channel)), sum);
-    }
 }

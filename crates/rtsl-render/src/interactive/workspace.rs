@@ -163,6 +163,13 @@ pub struct KernelCall<'a> {
     pub problems: &'a Problems,
 }
 
+impl KernelCall<'_> {
+    /// Whether the kernel reads or writes a component of the state.
+    pub fn touches(&self, component: usize) -> bool {
+        self.kernel.state_components().contains(component as u32)
+    }
+}
+
 impl<'a> KernelCall<'a> {
     /// A call of a method of a program's class.
     pub fn new(

@@ -8,5 +8,5 @@ mod trigonometry;
 
 pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
-pub use transform::{Affine, Transform, dot, normalize_or, reciprocal};
+pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
 pub use trigonometry::sine_and_cosine_of_degrees;

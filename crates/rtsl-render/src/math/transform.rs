@@ -1,5 +1,7 @@
 //! Transforms: 4x4 matrices in binary64 while a scene is read, 3x4 in binary32 while it renders.
 
+use std::ops::RangeInclusive;
+
 use glam::{DMat4, DVec3, DVec4};
 
 use super::sine_and_cosine_of_degrees;
@@ -187,8 +189,16 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Squares of lengths that lose no bits near the ends of what numbers can be.
+pub const USUAL_SQUARES: RangeInclusive<f32> = 1e-30..=1e30;
+
 /// `v` with length one, or `otherwise` where `v` has no direction.
 pub fn normalize_or(v: [f32; 3], otherwise: [f32; 3]) -> [f32; 3] {
+    let square = dot(v, v);
+    if USUAL_SQUARES.contains(&square) {
+        let factor = 1.0 / square.sqrt();
+        return v.map(|x| x * factor);
+    }
     // Scaled first, so that no square overflows or vanishes.
     let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
     if !(largest > 0.0 && largest.is_finite() && v.iter().all(|x| !x.is_nan())) {

@@ -5,4 +5,4 @@ mod hash;
 mod sampler;
 
 pub use hash::{hash, permute, unit_float};
-pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, RayStream, Sampler, SamplerKind};
+pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler, SamplerKind, child_key};

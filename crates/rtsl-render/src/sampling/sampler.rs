@@ -52,22 +52,16 @@ impl Sampler {
         self.number::<SPREAD>(self.key(pixel, 4), sample)
     }
 
-    /// The stream of a camera ray.
+    /// The key of a camera ray's sequence of numbers.
     #[inline(always)]
-    pub fn stream(&self, pixel: u32, sample: u32) -> RayStream {
-        RayStream { key: self.key(pixel, 5), sample, dimension: 0, children: 0 }
+    pub fn stream_key(&self, pixel: u32) -> u32 {
+        self.key(pixel, 5)
     }
 
-    /// The next number of a ray.
-    #[inline]
-    pub fn next(&self, stream: &mut RayStream) -> f32 {
-        let key = hash(stream.key, stream.dimension);
-        stream.dimension = stream.dimension.wrapping_add(1);
-        match self.spread() {
-            INDEPENDENT => self.number::<INDEPENDENT>(key, stream.sample),
-            POWER_OF_TWO => self.number::<POWER_OF_TWO>(key, stream.sample),
-            _ => self.number::<ANY_COUNT>(key, stream.sample),
-        }
+    /// A number of a ray's sequence.
+    #[inline(always)]
+    pub fn number_of_stream<const SPREAD: u8>(&self, key: u32, dimension: u32, sample: u32) -> f32 {
+        self.number::<SPREAD>(hash(key, dimension), sample)
     }
 
     /// Which of the ways to spread numbers it takes, decided once for many of them.
@@ -147,23 +141,10 @@ fn below_one(x: f32) -> f32 {
     if x < 1.0 { x } else { 1.0_f32.next_down() }
 }
 
-/// Where a ray stands in its sequence of numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayStream {
-    key: u32,
-    sample: u32,
-    dimension: u32,
-    children: u32,
-}
-
-impl RayStream {
-    /// The stream of a new ray that this ray spawns: it depends on this ray, and on how many rays
-    /// it spawned before, alone.
-    pub fn spawn(&mut self) -> RayStream {
-        self.children = self.children.wrapping_add(1);
-        let key = hash(hash(self.key, u32::MAX), self.children);
-        RayStream { key, sample: self.sample, dimension: 0, children: 0 }
-    }
+/// The key of the sequence of a ray that another spawned as its `child`th.
+#[inline(always)]
+pub fn child_key(key: u32, child: u32) -> u32 {
+    hash(hash(key, u32::MAX), child)
 }
 
 #[cfg(test)]
@@ -178,9 +159,10 @@ mod tests {
         for dimension in 0..8 {
             let mut strata: Vec<usize> = (0..16)
                 .map(|sample| {
-                    let mut stream = STRATIFIED.stream(11, sample);
-                    (0..dimension).for_each(|_| _ = STRATIFIED.next(&mut stream));
-                    (STRATIFIED.next(&mut stream) * 16.0) as usize
+                    let key = STRATIFIED.stream_key(11);
+                    let number =
+                        STRATIFIED.number_of_stream::<POWER_OF_TWO>(key, dimension, sample);
+                    (number * 16.0) as usize
                 })
                 .collect();
             strata.sort_unstable();
@@ -198,12 +180,5 @@ mod tests {
             .collect();
         cells.sort_unstable();
         assert_eq!(cells, (0..16).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn rays_of_one_parent_differ() {
-        let mut parent = STRATIFIED.stream(0, 0);
-        let (mut first, mut second) = (parent.spawn(), parent.spawn());
-        assert_ne!(STRATIFIED.next(&mut first), STRATIFIED.next(&mut second));
     }
 }

@@ -1,0 +1,303 @@
+//! Eight lanes of a packet at a time, in registers.
+//!
+//! What is computed for a packet outside of kernels goes eight lanes after eight lanes through one
+//! loop, with all steps in its body: code stays short, and nothing but results goes through memory. Eights of which
+//! no lane takes part are left out. The operations are those of the functions for one vector in their order,
+//! so that the bits are the same.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, mask32x8};
+use rtsl::LaneBlock;
+
+use crate::acceleration::{LaneMask, Lanes};
+use crate::math::{Affine, USUAL_SQUARES};
+
+/// A vector for each lane, component by component.
+pub type LaneVectors = [Lanes; 3];
+
+/// A vector for each of eight lanes.
+pub type Vectors<S> = [f32x8<S>; 3];
+
+const WIDTH: usize = 8;
+
+/// Eight lanes, some of which take part.
+#[derive(Clone, Copy)]
+pub struct Eight<S: Simd> {
+    simd: S,
+    /// The first lane.
+    start: usize,
+    /// Those that take part, as bits and as a mask.
+    bits: u64,
+    on: mask32x8<S>,
+}
+
+/// The eights in which some of `lanes` are.
+#[inline(always)]
+pub fn eights<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
+    Eights { simd, lanes }
+}
+
+/// See [`eights`].
+pub struct Eights<S> {
+    simd: S,
+    /// Those not yet done.
+    lanes: LaneMask,
+}
+
+impl<S: Simd> Iterator for Eights<S> {
+    type Item = Eight<S>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Eight<S>> {
+        if self.lanes == 0 {
+            return None;
+        }
+        let start = self.lanes.trailing_zeros() as usize / WIDTH * WIDTH;
+        let bits = self.lanes >> start & 0xFF;
+        self.lanes &= !(0xFF << start);
+        let on = mask32x8::from_bitmask(self.simd, bits);
+        Some(Eight { simd: self.simd, start, bits, on })
+    }
+}
+
+impl<S: Simd> Eight<S> {
+    /// The same number for all.
+    #[inline(always)]
+    pub fn splat(self, x: f32) -> f32x8<S> {
+        f32x8::splat(self.simd, x)
+    }
+
+    /// The same vector for all.
+    #[inline(always)]
+    pub fn splat_vector(self, [x, y, z]: [f32; 3]) -> Vectors<S> {
+        [self.splat(x), self.splat(y), self.splat(z)]
+    }
+
+    /// Their numbers.
+    #[inline(always)]
+    pub fn numbers(self, lanes: &Lanes) -> f32x8<S> {
+        f32x8::from_slice(self.simd, &lanes[self.start..self.start + WIDTH])
+    }
+
+    /// Their vectors.
+    #[inline(always)]
+    pub fn vectors(self, [x, y, z]: &LaneVectors) -> Vectors<S> {
+        [self.numbers(x), self.numbers(y), self.numbers(z)]
+    }
+
+    /// Their numbers at a component of a block.
+    #[inline(always)]
+    pub fn load(self, block: &LaneBlock, component: usize) -> f32x8<S> {
+        f32x8::load_array_ref(self.simd, block.floats_at(component, self.start))
+    }
+
+    /// Their vectors that start at a component of a block.
+    #[inline(always)]
+    pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
+        [self.load(block, first), self.load(block, first + 1), self.load(block, first + 2)]
+    }
+
+    /// Sets the numbers at a component of a block, of those that take part.
+    #[inline(always)]
+    pub fn store(self, block: &mut LaneBlock, component: usize, value: f32x8<S>) {
+        let to = block.floats_mut_at::<WIDTH>(component, self.start);
+        let old = f32x8::load_array_ref(self.simd, to);
+        *to = self.on.select(value, old).to_array();
+    }
+
+    /// Sets the vectors that start at a component of a block, of those that take part.
+    #[inline(always)]
+    pub fn store_vectors(self, block: &mut LaneBlock, first: usize, value: &Vectors<S>) {
+        self.store(block, first, value[0]);
+        self.store(block, first + 1, value[1]);
+        self.store(block, first + 2, value[2]);
+    }
+
+    /// Sets the numbers of those that take part.
+    #[inline(always)]
+    pub fn blend(self, value: f32x8<S>, to: &mut Lanes) {
+        let old = self.numbers(to);
+        self.on.select(value, old).store_slice(&mut to[self.start..self.start + WIDTH]);
+    }
+
+    /// Sets the vectors of those that take part.
+    #[inline(always)]
+    pub fn blend_vectors(self, value: &Vectors<S>, to: &mut LaneVectors) {
+        self.blend(value[0], &mut to[0]);
+        self.blend(value[1], &mut to[1]);
+        self.blend(value[2], &mut to[2]);
+    }
+
+    /// The lanes that take part and are in the mask, as lanes of the packet.
+    #[inline(always)]
+    pub fn lanes(self, mask: mask32x8<S>) -> LaneMask {
+        (mask.to_bitmask() & self.bits) << self.start
+    }
+
+    /// Which of the eight are in a mask of the packet.
+    #[inline(always)]
+    pub fn mask(self, lanes: LaneMask) -> mask32x8<S> {
+        mask32x8::from_bitmask(self.simd, lanes >> self.start & 0xFF)
+    }
+
+    /// [`normalize_or`](crate::math::normalize_or) of each.
+    #[inline(always)]
+    pub fn normalized_or(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
+        let square = dots(v, v);
+        let usual = square.simd_ge(self.splat(*USUAL_SQUARES.start()))
+            & square.simd_le(self.splat(*USUAL_SQUARES.end()));
+        let factor = self.splat(1.0) / square.sqrt();
+        let normalized = scaled(v, factor);
+        if usual.to_bitmask() & self.bits == self.bits {
+            return normalized;
+        }
+        select(usual, &normalized, &self.normalized_by_parts(v, otherwise))
+    }
+
+    /// The same for vectors whose squares lie near the ends of what numbers can be.
+    #[inline(always)]
+    fn normalized_by_parts(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
+        let largest = larger(larger(v[0].abs(), v[1].abs()), v[2].abs());
+        let scaled = [v[0] / largest, v[1] / largest, v[2] / largest];
+        let length = dots(&scaled, &scaled).sqrt();
+        // No length where a component is NaN or infinite, or all are 0: NaN fails the comparison.
+        let has_length =
+            length.simd_ge(self.splat(1.0)) & largest.simd_lt(self.splat(f32::INFINITY));
+        let normalized = [scaled[0] / length, scaled[1] / length, scaled[2] / length];
+        select(has_length, &normalized, otherwise)
+    }
+
+    /// `Affine::point` of each.
+    #[inline(always)]
+    pub fn point(self, map: &Affine, p: &Vectors<S>) -> Vectors<S> {
+        let v = self.vector(map, p);
+        let origin = &map.columns[3];
+        [v[0] + origin[0], v[1] + origin[1], v[2] + origin[2]]
+    }
+
+    /// `Affine::vector` of each.
+    #[inline(always)]
+    pub fn vector(self, map: &Affine, v: &Vectors<S>) -> Vectors<S> {
+        let [x, y, z, _] = &map.columns;
+        [
+            v[0] * x[0] + v[1] * y[0] + v[2] * z[0],
+            v[0] * x[1] + v[1] * y[1] + v[2] * z[1],
+            v[0] * x[2] + v[1] * y[2] + v[2] * z[2],
+        ]
+    }
+
+    /// `Affine::transposed_vector` of each.
+    #[inline(always)]
+    pub fn transposed_vector(self, map: &Affine, v: &Vectors<S>) -> Vectors<S> {
+        let [x, y, z, _] = &map.columns;
+        [
+            v[0] * x[0] + v[1] * x[1] + v[2] * x[2],
+            v[0] * y[0] + v[1] * y[1] + v[2] * y[2],
+            v[0] * z[0] + v[1] * z[1] + v[2] * z[2],
+        ]
+    }
+}
+
+#[inline(always)]
+fn larger<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+    a.simd_gt(b).select(a, b)
+}
+
+/// The scalar products.
+#[inline(always)]
+pub fn dots<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> f32x8<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The vectors times numbers.
+#[inline(always)]
+pub fn scaled<S: Simd>(v: &Vectors<S>, factor: f32x8<S>) -> Vectors<S> {
+    [v[0] * factor, v[1] * factor, v[2] * factor]
+}
+
+/// The differences.
+#[inline(always)]
+pub fn difference<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Where rays are at their parameters.
+#[inline(always)]
+pub fn points_on_rays<S: Simd>(
+    origin: &Vectors<S>,
+    direction: &Vectors<S>,
+    parameter: f32x8<S>,
+) -> Vectors<S> {
+    [
+        origin[0] + parameter * direction[0],
+        origin[1] + parameter * direction[1],
+        origin[2] + parameter * direction[2],
+    ]
+}
+
+/// The one where the mask holds, elsewhere the other.
+#[inline(always)]
+pub fn select<S: Simd>(mask: mask32x8<S>, one: &Vectors<S>, other: &Vectors<S>) -> Vectors<S> {
+    [mask.select(one[0], other[0]), mask.select(one[1], other[1]), mask.select(one[2], other[2])]
+}
+
+/// Whether each colour has a channel that is not 0.
+#[inline(always)]
+pub fn is_lit<S: Simd>(color: &Vectors<S>) -> mask32x8<S> {
+    let is_dark = color[0].simd_eq(0.0) & color[1].simd_eq(0.0) & color[2].simd_eq(0.0);
+    !is_dark
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use proptest::prelude::*;
+
+    use crate::acceleration::LANES;
+    use crate::math::normalize_or;
+
+    use super::*;
+
+    fn component() -> impl Strategy<Value = f32> {
+        prop_oneof![-2.0_f32..2.0, any::<f32>(), Just(0.0), Just(f32::INFINITY), Just(f32::NAN)]
+    }
+
+    fn normalized(v: &LaneVectors) -> LaneVectors {
+        let mut all = [[0.0; LANES]; 3];
+        dispatch!(Level::new(), simd => {
+            for eight in eights(simd, LaneMask::MAX) {
+                let up = eight.splat_vector([0.0, 0.0, 1.0]);
+                let normalized = eight.normalized_or(&eight.vectors(v), &up);
+                eight.blend_vectors(&normalized, &mut all);
+            }
+        });
+        all
+    }
+
+    proptest! {
+        #[test]
+        fn lanes_are_normalised_as_single_vectors_are(
+            x in component(), y in component(), z in component(), lane in 0..LANES,
+        ) {
+            let mut v = [[1.0; LANES]; 3];
+            (v[0][lane], v[1][lane], v[2][lane]) = (x, y, z);
+            let normalised = normalized(&v);
+            let expected = normalize_or([x, y, z], [0.0, 0.0, 1.0]);
+            for axis in 0..3 {
+                prop_assert_eq!(normalised[axis][lane].to_bits(), expected[axis].to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_lanes_named_change() {
+        let mut to = [1.0; LANES];
+        dispatch!(Level::new(), simd => {
+            for eight in eights(simd, 0x8000_0000_0000_0102) {
+                eight.blend(eight.splat(2.0), &mut to);
+            }
+        });
+        let changed: Vec<usize> = (0..LANES).filter(|lane| to[*lane] == 2.0).collect();
+        assert_eq!(changed, [1, 8, 63]);
+    }
+}

@@ -1,0 +1,122 @@
+//! What belongs to each ray of a packet besides the ray itself.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+
+use crate::acceleration::{LANES, LaneMask, Lanes};
+use crate::sampling::Sampler;
+
+use super::eight::{Eight, LaneVectors, Vectors, dots, select};
+use super::lane_streams::LaneStreams;
+
+/// What belongs to each ray of a packet besides the ray itself.
+#[derive(Clone)]
+pub struct LaneContext {
+    sampler: Sampler,
+    /// Where each ray stands in its sequence of numbers.
+    pub streams: LaneStreams,
+    /// The time within the shutter.
+    pub time: Lanes,
+    geometric_normals: LaneVectors,
+    shading_normals: LaneVectors,
+    /// The lanes whose rays met the surface from where its normal does not point.
+    behind: LaneMask,
+}
+
+impl LaneContext {
+    /// Rays with these streams and times.
+    pub fn new(sampler: Sampler, streams: LaneStreams, time: Lanes) -> Self {
+        LaneContext {
+            sampler,
+            streams,
+            time,
+            geometric_normals: [[0.0; LANES]; 3],
+            shading_normals: [[0.0; LANES]; 3],
+            behind: 0,
+        }
+    }
+
+    /// The context of rays that those of `lanes` spawn.
+    pub fn spawn(&mut self, lanes: LaneMask) -> Self {
+        LaneContext::new(self.sampler, self.streams.spawn(lanes), self.time)
+    }
+
+    /// The normal of the surface that a lane hit.
+    pub fn geometric_normal(&self, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.geometric_normals[axis][lane])
+    }
+
+    /// The normal for shading where a lane hit.
+    pub fn shading_normal(&self, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.shading_normals[axis][lane])
+    }
+
+    /// Sets the normals of the surfaces that rays with these directions hit: which side they are seen from is
+    /// that of the geometric ones.
+    #[inline(always)]
+    pub fn set_normals<S: Simd>(
+        &mut self,
+        eight: Eight<S>,
+        geometric: &Vectors<S>,
+        shading: &Vectors<S>,
+        direction: &Vectors<S>,
+    ) {
+        eight.blend_vectors(geometric, &mut self.geometric_normals);
+        eight.blend_vectors(shading, &mut self.shading_normals);
+        let all = eight.lanes(eight.mask(LaneMask::MAX));
+        let behind = eight.lanes(dots(direction, geometric).simd_gt(0.0));
+        self.behind = self.behind & !all | behind;
+    }
+
+    /// The geometric normals.
+    #[inline(always)]
+    pub fn geometric_normals<S: Simd>(&self, eight: Eight<S>) -> Vectors<S> {
+        eight.vectors(&self.geometric_normals)
+    }
+
+    /// The geometric and the shading normals on the side of the surface that is seen: the one that
+    /// lights light.
+    #[inline(always)]
+    pub fn seen_normals<S: Simd>(&self, eight: Eight<S>) -> [Vectors<S>; 2] {
+        let behind = eight.mask(self.behind);
+        let geometric = eight.vectors(&self.geometric_normals);
+        let shading = eight.vectors(&self.shading_normals);
+        [
+            select(behind, &negated(&geometric), &geometric),
+            select(behind, &negated(&shading), &shading),
+        ]
+    }
+}
+
+#[inline(always)]
+fn negated<S: Simd>(v: &Vectors<S>) -> [f32x8<S>; 3] {
+    [-v[0], -v[1], -v[2]]
+}
+
+/// A context alone answers `rand`; cameras, shapes and lights can ask for nothing else.
+impl Host for LaneContext {
+    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
+        *radiance = Default::default();
+    }
+
+    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
+        0
+    }
+
+    fn light_count(&mut self) -> u32 {
+        0
+    }
+
+    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
+        0
+    }
+
+    fn ambient(&mut self) -> [f32; 3] {
+        [0.0; 3]
+    }
+
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        self.streams.next(&self.sampler, lanes.base as usize, lanes.active, values);
+    }
+}

@@ -1,0 +1,52 @@
+//! Between the lanes of requests, which come chunk by chunk, and those of a packet.
+
+use rtsl::host::{LaneFloats, LaneSet};
+
+use crate::acceleration::{LANES, LaneMask, Lanes};
+
+/// The lanes of a packet that ask.
+pub fn mask_of(lanes: LaneSet) -> LaneMask {
+    LaneMask::from(lanes.active) << lanes.base
+}
+
+/// The bits of a packet's lanes that belong to a request.
+pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
+    (mask >> lanes.base) as u32 & lanes.active
+}
+
+/// Copies a request's lanes to those of a packet.
+#[inline]
+pub fn gather(lanes: LaneSet, from: &LaneFloats, to: &mut Lanes) {
+    copy(lanes, from, &mut to[first(lanes)..]);
+}
+
+/// Copies those of a packet to a request's.
+#[inline]
+pub fn scatter(lanes: LaneSet, from: &Lanes, to: &mut LaneFloats) {
+    copy(lanes, &from[first(lanes)..], to);
+}
+
+fn first(lanes: LaneSet) -> usize {
+    (lanes.base as usize).min(LANES)
+}
+
+/// Copies as far as any lane of the request asks, in the steps that vectors have: other requests
+/// have the lanes behind.
+#[inline]
+fn copy(lanes: LaneSet, from: &[f32], to: &mut [f32]) {
+    match 32 - lanes.active.leading_zeros() {
+        0 => {}
+        1..=4 => copy_step::<4>(from, to),
+        5..=8 => copy_step::<8>(from, to),
+        _ => copy_step::<16>(from, to),
+    }
+}
+
+#[inline(always)]
+fn copy_step<const STEP: usize>(from: &[f32], to: &mut [f32]) {
+    match (from.first_chunk::<STEP>(), to.first_chunk_mut::<STEP>()) {
+        (Some(from), Some(to)) => *to = *from,
+        // The last lanes of a packet, where requests are not those of vectors.
+        _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
+    }
+}
