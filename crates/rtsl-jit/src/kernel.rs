@@ -15,7 +15,7 @@ use crate::leaf::LeafArguments;
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::objects::Objects;
-use crate::side_by_side::{call_side_by_side, chunks_with_rays};
+use crate::side_by_side::call_side_by_side;
 use crate::signature::Signature;
 
 pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
@@ -116,9 +116,8 @@ impl CompiledKernel {
             // checked; what the kernel's shape reads is written; the code keeps to the interface.
             None => unsafe { (self.entry)(&mut raw) },
             Some(width) => {
-                let begins = chunks_with_rays(count, width as usize, mask);
                 // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_side_by_side(self.entry, &mut raw, width, &begins, &mut host) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, mask, &mut host) };
             }
         }
         finish(&raw, host)

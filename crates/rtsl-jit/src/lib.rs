@@ -15,6 +15,7 @@
 mod api;
 mod call;
 mod callbacks;
+mod chunk_stack;
 mod compile;
 mod components;
 mod error;

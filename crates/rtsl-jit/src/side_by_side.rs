@@ -8,42 +8,33 @@
 //!
 //! Lanes know nothing of each other, so results are those of one chunk after another.
 
-use std::cell::RefCell;
 use std::ffi::c_void;
 
-use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult, Yielder};
 use rtsl_ir::host::{
     LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, LightRequest, OcclusionRequest,
     RayLanes, TraceRequest,
 };
+use smallvec::SmallVec;
 
 use crate::call::RawCall;
 use crate::callbacks::{Color, HostCalls, HostTable};
+use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
 use crate::lanes::LaneMask;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
 const MOST_CHUNKS: usize = 16;
 
-/// Room for the largest frames that kernels have: local arrays are limited to a quarter of it by
-/// `rtsl_packet::lower::MAX_SLOT_WORDS`. Pages that are not touched take no memory.
-const STACK_BYTES: usize = 1 << 20;
-
-/// Keeps the stacks of chunks from starting at the same place in their pages: the first cache would have few
-/// places for all of them.
-const STAGGER_BYTES: usize = 448;
-
 /// What a suspended chunk gets back: for requests that are answered by lanes, those.
 type Answer = u32;
 
 /// A chunk on its stack. It returns the status of its call.
-type ChunkCall = Coroutine<Answer, Request, u32, DefaultStack>;
+type ChunkCall = Coroutine<Answer, Request, u32, ChunkStack>;
 
-thread_local! {
-    /// Stacks not in use. As many are in use as chunks are suspended, at all depths of calls from hosts.
-    static STACKS: RefCell<Vec<DefaultStack>> = const { RefCell::new(Vec::new()) };
-}
+/// As many as there are chunks side by side, without memory from the heap: a short `shade` takes as long
+/// as twenty allocations.
+type PerChunk<T> = SmallVec<[T; MOST_CHUNKS]>;
 
 /// What a chunk asks for. The pointers lead to the chunk's stack, and are good until it goes on.
 #[derive(Clone, Copy)]
@@ -86,106 +77,81 @@ struct Waiting {
     request: Request,
 }
 
-/// The first rays of the chunks that have any to do.
-pub(crate) fn chunks_with_rays(count: usize, width: usize, mask: Option<&LaneMask>) -> Vec<u32> {
-    let has_rays =
-        |begin: &usize| mask.is_none_or(|mask| mask.any_of(*begin..count.min(begin + width)));
-    (0..count).step_by(width).filter(has_rays).map(|begin| begin as u32).collect()
-}
-
-/// Runs the chunks that start with the rays of `begins`.
+/// Runs the chunks of a call.
 ///
 /// # Safety
-/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays.
+/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays; `mask` is the call's.
 pub(crate) unsafe fn call_side_by_side(
     entry: Entry,
     raw: &mut RawCall,
     width: u32,
-    begins: &[u32],
+    mask: Option<&LaneMask>,
     host: &mut HostCalls<'_>,
 ) {
     let count = raw.count;
-    for begins in begins.chunks(MOST_CHUNKS) {
-        let mut waiting = Vec::with_capacity(MOST_CHUNKS);
-        for (place, begin) in begins.iter().enumerate() {
+    let end_of = |begin: u32| count.min(begin + width);
+    let has_rays =
+        |begin: &u32| mask.is_none_or(|mask| mask.any_of(*begin as usize..end_of(*begin) as usize));
+    let mut begins = (0..count).step_by(width as usize).filter(has_rays);
+    loop {
+        let group: PerChunk<u32> = begins.by_ref().take(MOST_CHUNKS).collect();
+        let mut waiting = PerChunk::new();
+        for begin in &group {
             raw.begin.write(*begin);
-            raw.count = count.min(begin + width);
+            raw.count = end_of(*begin);
             // One alone has nobody to wait for.
-            let stack = if begins.len() > 1 { take_stack() } else { None };
+            let stack = if group.len() > 1 { ChunkStack::take() } else { None };
             match stack {
                 // Safety: the caller's promise.
                 None => unsafe { entry(raw) },
                 Some(stack) => {
                     // Safety: the same; and below all are run to their ends.
-                    let chunk = unsafe { chunk_on_stack(entry, raw, place, stack) };
-                    resume(raw, host, chunk, 0, &mut waiting);
+                    let chunk = unsafe { chunk_on_stack(entry, raw, stack) };
+                    waiting.extend(go_on(raw, host, chunk, 0));
                 }
             }
         }
         while !waiting.is_empty() {
             answer_commonest(raw, host, &mut waiting);
         }
+        if group.len() < MOST_CHUNKS {
+            break;
+        }
     }
-}
-
-/// A stack not in use; `None` if the system has none to give.
-fn take_stack() -> Option<DefaultStack> {
-    let kept = STACKS.with_borrow_mut(Vec::pop);
-    kept.or_else(|| DefaultStack::new(STACK_BYTES).ok())
 }
 
 /// The chunk that `raw` says, ready to start.
 ///
 /// # Safety
 /// As for [`call_side_by_side`]; and the chunk is run to its end while what `raw` points to is there.
-unsafe fn chunk_on_stack(
-    entry: Entry,
-    raw: &RawCall,
-    place: usize,
-    stack: DefaultStack,
-) -> ChunkCall {
+unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> ChunkCall {
     let mut raw = RawCall { host: &SUSPENDING_TABLE, status: 0, ..*raw };
     Coroutine::with_stack(stack, move |yielder: &Yielder<Answer, Request>, _| {
         raw.user = std::ptr::from_ref(yielder).cast_mut().cast();
-        at_depth(place, &mut || {
-            // Safety: the caller's promise; the user pointer is what the table's functions take.
-            unsafe { entry(&mut raw) };
-        });
+        // Safety: the caller's promise; the user pointer is what the table's functions take.
+        unsafe { entry(&mut raw) };
         raw.status
     })
 }
 
-/// Calls `inner` so many steps further down the stack.
-#[inline(never)]
-fn at_depth(steps: usize, inner: &mut dyn FnMut()) {
-    let room = [0_u8; STAGGER_BYTES];
-    std::hint::black_box(&room);
-    match steps.checked_sub(1) {
-        Some(rest) => at_depth(rest, inner),
-        None => inner(),
-    }
-    // Not the last call, so that the room stays.
-    std::hint::black_box(&room);
-}
-
-/// Lets a chunk go on with an answer, until it waits for others or ends.
-fn resume(
+/// Lets a chunk go on with an answer, until it waits for others; `None` if it ends.
+fn go_on(
     raw: &mut RawCall,
     host: &mut HostCalls<'_>,
     mut chunk: ChunkCall,
     mut answer: Answer,
-    waiting: &mut Vec<Waiting>,
-) {
+) -> Option<Waiting> {
     loop {
         let request = match chunk.resume(answer) {
             CoroutineResult::Yield(request) => request,
             CoroutineResult::Return(status) => {
                 raw.status |= status;
-                return STACKS.with_borrow_mut(|stacks| stacks.push(chunk.into_stack()));
+                chunk.into_stack().keep();
+                return None;
             }
         };
         if let Some(kind) = request.kind() {
-            return waiting.push(Waiting { chunk, kind, request });
+            return Some(Waiting { chunk, kind, request });
         }
         // Safety: the chunk is suspended, and asked just now.
         answer = unsafe { request.answer_now(host) };
@@ -193,16 +159,17 @@ fn resume(
 }
 
 /// Answers the requests of the kind that most chunks wait for, and lets these chunks go on.
-fn answer_commonest(raw: &mut RawCall, host: &mut HostCalls<'_>, waiting: &mut Vec<Waiting>) {
+fn answer_commonest(raw: &mut RawCall, host: &mut HostCalls<'_>, waiting: &mut PerChunk<Waiting>) {
     let Some(kind) = commonest(waiting) else { return };
-    let (asking, others): (Vec<_>, Vec<_>) =
-        std::mem::take(waiting).into_iter().partition(|it| it.kind == kind);
-    *waiting = others;
-    let requests = asking.iter().map(|it| it.request);
+    let asking = waiting.iter().filter(|it| it.kind == kind).map(|it| it.request);
     // Safety: the chunks are suspended, and their requests are those that they asked last.
-    let answers = unsafe { answer_together(host, kind, requests) };
-    for (Waiting { chunk, .. }, answer) in asking.into_iter().zip(answers) {
-        resume(raw, host, chunk, answer, waiting);
+    let mut answers = unsafe { answer_together(host, kind, asking) }.into_iter();
+    for Waiting { chunk, kind: other, request } in std::mem::take(waiting) {
+        if other != kind {
+            waiting.push(Waiting { chunk, kind: other, request });
+        } else if let Some(answer) = answers.next() {
+            waiting.extend(go_on(raw, host, chunk, answer));
+        }
     }
 }
 
@@ -220,22 +187,24 @@ unsafe fn answer_together(
     host: &mut HostCalls<'_>,
     kind: Kind,
     requests: impl Iterator<Item = Request>,
-) -> Vec<Answer> {
+) -> PerChunk<Answer> {
     match kind {
         Kind::Trace => {
             // Safety: the caller's promise; so for the others.
-            let mut requests: Vec<_> = requests.filter_map(|it| unsafe { it.trace() }).collect();
+            let mut requests: PerChunk<_> =
+                requests.filter_map(|it| unsafe { it.trace() }).collect();
             host.ask(|host| host.trace_together(&mut requests));
-            vec![0; requests.len()]
+            SmallVec::from_elem(0, requests.len())
         }
         Kind::Occluded => {
-            let mut requests: Vec<_> =
+            let mut requests: PerChunk<_> =
                 requests.filter_map(|it| unsafe { it.occlusion() }).collect();
             host.ask(|host| host.occluded_together(&mut requests));
             requests.iter().map(|it| it.occluded & it.lanes.active).collect()
         }
         Kind::LightSample(index) => {
-            let mut requests: Vec<_> = requests.filter_map(|it| unsafe { it.light() }).collect();
+            let mut requests: PerChunk<_> =
+                requests.filter_map(|it| unsafe { it.light() }).collect();
             host.ask(|host| host.light_sample_together(index, &mut requests));
             requests.iter().map(|it| it.reached & it.lanes.active).collect()
         }

@@ -1,8 +1,9 @@
 //! Packets on their way through a tree.
 //!
 //! A child is tested twice: with the interval of all rays when its node is visited, eight children
-//! at once, and with each ray when its own turn comes, against the hits found until then. Where few
-//! rays are left they go on one by one.
+//! at once, and with each ray when its own turn comes, against the hits found until then. So is the own box of
+//! an object. Where few rays are left they go on one by one. Rays that go every way start as a
+//! packet, too: near the root most of them meet most boxes.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -15,8 +16,14 @@ use super::space::{CHUNK, PacketSpace, RaySpace, finite_lanes, greatest};
 use super::traversal::{Outer, Search, Traversal, moved_packet};
 use super::wide_tree::{Block, Child, WIDTH};
 
-/// Fewer rays than these go on one by one.
-const FEWEST: u32 = 6;
+/// Fewer rays than these go on from a node one by one.
+const FEWEST_AT_NODES: u32 = 6;
+
+/// The same where the interval says little: a ray alone at least visits what is nearest to it first.
+const FEWEST_IF_LOOSE: u32 = 24;
+
+/// Fewer rays than these test the objects of a leaf one by one.
+const FEWEST_AT_LEAVES: u32 = 4;
 
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
@@ -47,11 +54,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
                     self.visit_block_with_packet(simd, block, space, lanes, outer);
                 }
                 let Some(root) = group.tree.root else { return };
-                if space.interval.is_loose() {
-                    self.visit_with_rays(simd, group, root, space, lanes, outer);
-                } else {
-                    self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
-                }
+                self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
             },
         );
     }
@@ -67,6 +70,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
         outer: Option<&PacketOuter<'_>>,
     ) {
         let base = self.visits.packets.len();
+        if lanes.count_ones() < fewest(space, root) {
+            return self.visit_with_rays(simd, group, root, space, lanes, outer);
+        }
         self.visit_child_with_packet(simd, group, root, space, lanes, outer);
         while self.visits.packets.len() > base {
             let Some(visit) = self.visits.packets.pop() else { break };
@@ -78,7 +84,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let slot = visit.child as usize % WIDTH;
             let child = node.children[slot];
             let lanes = space.test(simd, &node.boxes.get(slot), lanes, &self.hits.distance);
-            if lanes.count_ones() < FEWEST {
+            if lanes.count_ones() < fewest(space, child) {
                 self.visit_with_rays(simd, group, child, space, lanes, outer);
             } else {
                 self.visit_child_with_packet(simd, group, child, space, lanes, outer);
@@ -165,6 +171,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if lanes == 0 {
                 return;
             }
+            let lanes = space.test(simd, &block.boxes.get(index), lanes, &self.hits.distance);
+            if lanes == 0 {
+                continue;
+            }
             if block.class == INSTANCE {
                 self.visit_instance_with_packet(simd, block, index, space, lanes);
             } else {
@@ -187,7 +197,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let lanes = space.test(simd, &bounds, lanes, &self.hits.distance);
                 let moved = moved_packet(&space.rays, map);
                 let lanes = finite_lanes(simd, &moved, lanes);
                 if lanes != 0 {
@@ -246,6 +255,18 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 }
             }
         }
+    }
+}
+
+/// Fewer rays than these go on from a child one by one.
+#[inline(always)]
+fn fewest(space: &PacketSpace, child: Child) -> u32 {
+    if child.is_leaf() {
+        FEWEST_AT_LEAVES
+    } else if space.interval.is_loose() {
+        FEWEST_IF_LOOSE
+    } else {
+        FEWEST_AT_NODES
     }
 }
 

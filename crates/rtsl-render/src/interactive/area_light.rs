@@ -19,7 +19,7 @@ use rtsl::Method;
 use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
 
 use super::compiled::ShaderInstance;
-use super::eight::{LaneVectors, difference, dots, eights, is_lit};
+use super::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
 use super::lane_context::LaneContext;
 use super::light_samples::{LightQuery, LightSamples};
 use super::shading::Tracer;
@@ -116,7 +116,7 @@ impl Lamp<'_> {
         let object = &tracer.scene.objects[light.object as usize];
         let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
         let v = variables();
-        for eight in eights(simd, query.lanes) {
+        for eight in eights_alone(simd, query.lanes) {
             let origin = eight.point(&object.inverse, &eight.vectors(&query.point));
             eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
             eight.store(&mut blocks.state, v.epsilon, eight.splat(tracer.scene.epsilon));
@@ -127,7 +127,7 @@ impl Lamp<'_> {
         let state = &blocks.state;
         let mut normals = [[0.0; LANES]; 3];
         let mut local_squares = [0.0; LANES];
-        for eight in eights(simd, query.lanes) {
+        for eight in eights_alone(simd, query.lanes) {
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
             let point = eight.point(&object.forward, &local);
@@ -188,7 +188,7 @@ impl Lamp<'_> {
         level.blocks.clear_scratch(call.scratch_arrays);
         level.blocks.call(&call, found, None, &mut own);
         let mut lit = 0;
-        for eight in eights(simd, found) {
+        for eight in eights_alone(simd, found) {
             let color = eight.load_vectors(&level.blocks.state, variables().emission_color);
             eight.blend_vectors(&color, &mut samples.color);
             // Whether rays found the side that was sampled: of a thin lamp, both lie within the tolerance.

@@ -200,13 +200,18 @@ impl CompiledScene {
         &self.shaders[instance.shader]
     }
 
-    /// What the material of an object, and its emitter, read of its surface.
+    /// What the material of an object, its emitter and its own methods read of its surface.
     pub fn needs(&self, object: &Object) -> SurfaceNeeds {
         let own = object.material.is_none().then_some(object.primitive.shader);
         let others = [object.material, object.emitter].into_iter().flatten();
         let others = others.map(|material| self.materials[material as usize].shader);
         let needs = own.into_iter().chain(others).map(|it| self.shaders[it].surface_needs());
-        needs.fold(SurfaceNeeds::default(), SurfaceNeeds::union)
+        let shape = &self.shaders[object.primitive.shader];
+        let own = SurfaceNeeds {
+            inverse_directions: shape.reads_inverse_directions,
+            ..SurfaceNeeds::default()
+        };
+        needs.fold(own, SurfaceNeeds::union)
     }
 }
 

@@ -15,10 +15,10 @@ use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 
 use super::area_light::sample;
 use super::compiled::Light;
-use super::eight::{dots, eights, is_lit};
+use super::eight::{dots, eights_alone, is_lit};
 use super::lane_context::LaneContext;
 use super::light_samples::{LightQuery, LightSamples};
-use super::request_lanes::{gather, mask_of, request_bits, scatter};
+use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use super::shading::{Tracer, radiance};
 use super::variables::variables;
 use super::workspace::Workspace;
@@ -73,7 +73,7 @@ impl Host for ShadingHost<'_> {
         let traced = radiance(self.tracer, self.workspace, &rays, lanes, &mut context, depth);
         for request in requests {
             for (channel, color) in request.radiance.iter_mut().enumerate() {
-                scatter(request.lanes, &traced[channel], color);
+                from_packet(request.lanes, &traced[channel], color);
             }
         }
     }
@@ -125,10 +125,10 @@ impl ShadingHost<'_> {
         for (lanes, rays) in requests {
             asking |= mask_of(lanes);
             for axis in 0..3 {
-                gather(lanes, &rays.origin[axis], &mut packet.origin[axis]);
-                gather(lanes, &rays.direction[axis], &mut packet.direction[axis]);
+                to_packet(lanes, &rays.origin[axis], &mut packet.origin[axis]);
+                to_packet(lanes, &rays.direction[axis], &mut packet.direction[axis]);
             }
-            gather(lanes, &rays.limit, &mut packet.limit);
+            to_packet(lanes, &rays.limit, &mut packet.limit);
         }
         (packet, asking)
     }
@@ -188,7 +188,7 @@ impl ShadingHost<'_> {
     ) {
         let v = variables();
         let state = &mut self.workspace.light.state;
-        for eight in eights(simd, query.lanes) {
+        for eight in eights_alone(simd, query.lanes) {
             let point = eight.point(&light.inverse, &eight.vectors(&query.point));
             eight.store_vectors(state, v.hit_point, &point);
             eight.store(state, v.time_seed, eight.numbers(&self.context.time));
@@ -221,7 +221,7 @@ fn read_samples<S: Simd>(
     let v = variables();
     let is_placed = !light.forward.is_identity();
     let mut lit = 0;
-    for eight in eights(simd, lanes) {
+    for eight in eights_alone(simd, lanes) {
         let mut direction = eight.load_vectors(state, v.light_direction);
         let mut distance = eight.load(state, v.light_distance);
         if is_placed {

@@ -117,6 +117,6 @@ impl Host for LaneContext {
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        self.streams.next(&self.sampler, lanes.base as usize, lanes.active, values);
+        self.streams.next(&self.sampler, lanes, values);
     }
 }

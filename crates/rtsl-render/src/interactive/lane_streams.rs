@@ -1,9 +1,12 @@
 //! Where the rays of a packet stand in their sequences of random numbers.
 
 use fearless_simd::{Level, Simd, dispatch};
+use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
 
 use crate::acceleration::{LANES, LaneMask};
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler, child_key};
+
+use super::request_lanes::{from_packet, to_packet};
 
 /// Lanes whose numbers are made at a time.
 const STEP: usize = 8;
@@ -36,13 +39,12 @@ impl LaneStreams {
         LaneStreams::new(keys, self.sample)
     }
 
-    /// The next numbers of up to as many lanes as `values` has, from `first` on: of those with a bit in
-    /// `active`. What the others get means nothing.
-    pub fn next(&mut self, sampler: &Sampler, first: usize, active: u32, values: &mut [f32]) {
+    /// The next numbers of a request's lanes. What others get means nothing.
+    pub fn next(&mut self, sampler: &Sampler, lanes: LaneSet, values: &mut LaneFloats) {
         dispatch!(Level::new(), simd => match sampler.spread() {
-            INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, sampler, first, active, values),
-            POWER_OF_TWO => self.next_in_vectors::<_, POWER_OF_TWO>(simd, sampler, first, active, values),
-            _ => self.next_in_vectors::<_, ANY_COUNT>(simd, sampler, first, active, values),
+            INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, sampler, lanes, values),
+            POWER_OF_TWO => self.next_in_vectors::<_, POWER_OF_TWO>(simd, sampler, lanes, values),
+            _ => self.next_in_vectors::<_, ANY_COUNT>(simd, sampler, lanes, values),
         });
     }
 
@@ -51,43 +53,27 @@ impl LaneStreams {
         &mut self,
         _: S,
         sampler: &Sampler,
-        first: usize,
-        active: u32,
-        values: &mut [f32],
+        lanes: LaneSet,
+        values: &mut LaneFloats,
     ) {
-        for start in (0..values.len()).step_by(STEP) {
-            let active = active.checked_shr(start as u32).unwrap_or(0);
-            let Some(at) = first.checked_add(start).filter(|_| active != 0) else { break };
-            let (Some(keys), Some(dimensions)) =
-                (self.keys.get(at..), self.dimensions.get_mut(at..))
-            else {
+        let sample = self.sample;
+        // Copies, which nothing else can change meanwhile: else the loop does not become vectors.
+        let (mut keys, mut dimensions, mut numbers) =
+            ([0; MAX_LANES], [0; MAX_LANES], [0.0; MAX_LANES]);
+        from_packet(lanes, &self.keys, &mut keys);
+        from_packet(lanes, &self.dimensions, &mut dimensions);
+        for start in (0..MAX_LANES).step_by(STEP) {
+            if lanes.active >> start == 0 {
                 break;
-            };
-            let values = &mut values[start..];
-            let number = |key: u32, dimension: u32| {
-                sampler.number_of_stream::<SPREAD>(key, dimension, self.sample)
-            };
-            let step = (keys.first_chunk(), dimensions.first_chunk_mut(), values.first_chunk_mut());
-            // Arrays of known length are what becomes vectors.
-            if let (
-                Some::<&[u32; STEP]>(keys),
-                Some::<&mut [u32; STEP]>(dimensions),
-                Some::<&mut [f32; STEP]>(values),
-            ) = step
-            {
-                for lane in 0..STEP {
-                    values[lane] = number(keys[lane], dimensions[lane]);
-                    dimensions[lane] = dimensions[lane].wrapping_add(active >> lane & 1);
-                }
-                continue;
             }
-            for (lane, ((key, dimension), value)) in
-                keys.iter().zip(dimensions).zip(values).enumerate()
-            {
-                *value = number(*key, *dimension);
-                *dimension = dimension.wrapping_add(active >> lane & 1);
+            for lane in start..start + STEP {
+                numbers[lane] =
+                    sampler.number_of_stream::<SPREAD>(keys[lane], dimensions[lane], sample);
+                dimensions[lane] = u32::wrapping_add(dimensions[lane], lanes.active >> lane & 1);
             }
         }
+        *values = numbers;
+        to_packet(lanes, &dimensions, &mut self.dimensions);
     }
 }
 
@@ -107,17 +93,16 @@ mod tests {
     #[test]
     fn numbers_do_not_depend_on_who_asks_along() {
         let (mut together, mut alone) = (streams(), streams());
-        let mut of_all = [0.0; 16];
-        // Lanes 20, 22 and 31 ask, lane 22 twice.
+        let (mut of_all, mut of_one) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
+        // Lanes 48, 50 and 59 ask, lane 50 twice.
         for active in [0b1000_0000_0101, 0b100] {
-            together.next(&SAMPLER, 20, active, &mut of_all);
+            together.next(&SAMPLER, LaneSet { base: 48, active }, &mut of_all);
         }
-        let mut of_one = [0.0; 1];
         for _ in 0..2 {
-            alone.next(&SAMPLER, 22, 1, &mut of_one);
+            alone.next(&SAMPLER, LaneSet { base: 50, active: 1 }, &mut of_one);
         }
         assert_eq!(of_all[2].to_bits(), of_one[0].to_bits());
-        assert_eq!(together.dimensions[20..32], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(together.dimensions[48..60], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use rtsl::host::LightRequest;
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 
-use super::eight::{LaneVectors, dots, eights};
-use super::request_lanes::{gather, mask_of, request_bits, scatter};
+use super::eight::{LaneVectors, dots, eights_alone};
+use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 
 /// Points that ask for light.
 pub struct LightQuery {
@@ -45,10 +45,10 @@ impl LightQuery {
         for LightRequest { lanes, query: from, .. } in requests {
             query.lanes |= mask_of(*lanes);
             for axis in 0..3 {
-                gather(*lanes, &from.point[axis], &mut query.point[axis]);
-                gather(*lanes, &from.normal[axis], &mut query.normal[axis]);
+                to_packet(*lanes, &from.point[axis], &mut query.point[axis]);
+                to_packet(*lanes, &from.normal[axis], &mut query.normal[axis]);
             }
-            gather(*lanes, &from.cosine, &mut query.cosine);
+            to_packet(*lanes, &from.cosine, &mut query.cosine);
         }
         query
     }
@@ -62,7 +62,7 @@ impl LightQuery {
         samples: &LightSamples,
     ) -> LaneMask {
         let mut within = 0;
-        for eight in eights(simd, lanes) {
+        for eight in eights_alone(simd, lanes) {
             let least = eight.numbers(&self.cosine);
             let mut inside = least.simd_eq(f32::NEG_INFINITY);
             if eight.lanes(!inside) != 0 {
@@ -108,11 +108,11 @@ impl LightSamples {
         for LightRequest { lanes, light, reached: answer, .. } in requests {
             *answer = request_bits(*lanes, reached);
             for axis in 0..3 {
-                scatter(*lanes, &self.direction[axis], &mut light.direction[axis]);
-                scatter(*lanes, &self.color[axis], &mut light.color[axis]);
+                from_packet(*lanes, &self.direction[axis], &mut light.direction[axis]);
+                from_packet(*lanes, &self.color[axis], &mut light.color[axis]);
             }
-            scatter(*lanes, &self.distance, &mut light.distance);
-            scatter(*lanes, &self.pdf, &mut light.pdf);
+            from_packet(*lanes, &self.distance, &mut light.distance);
+            from_packet(*lanes, &self.pdf, &mut light.pdf);
         }
     }
 }

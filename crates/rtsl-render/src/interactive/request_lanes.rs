@@ -1,8 +1,8 @@
 //! Between the lanes of requests, which come chunk by chunk, and those of a packet.
 
-use rtsl::host::{LaneFloats, LaneSet};
+use rtsl::host::{LaneSet, MAX_LANES};
 
-use crate::acceleration::{LANES, LaneMask, Lanes};
+use crate::acceleration::{LANES, LaneMask};
 
 /// The lanes of a packet that ask.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {
@@ -16,13 +16,13 @@ pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
 
 /// Copies a request's lanes to those of a packet.
 #[inline]
-pub fn gather(lanes: LaneSet, from: &LaneFloats, to: &mut Lanes) {
+pub fn to_packet<T: Copy>(lanes: LaneSet, from: &[T; MAX_LANES], to: &mut [T; LANES]) {
     copy(lanes, from, &mut to[first(lanes)..]);
 }
 
 /// Copies those of a packet to a request's.
 #[inline]
-pub fn scatter(lanes: LaneSet, from: &Lanes, to: &mut LaneFloats) {
+pub fn from_packet<T: Copy>(lanes: LaneSet, from: &[T; LANES], to: &mut [T; MAX_LANES]) {
     copy(lanes, &from[first(lanes)..], to);
 }
 
@@ -32,18 +32,18 @@ fn first(lanes: LaneSet) -> usize {
 
 /// Copies as far as any lane of the request asks, in the steps that vectors have: other requests
 /// have the lanes behind.
-#[inline]
-fn copy(lanes: LaneSet, from: &[f32], to: &mut [f32]) {
+#[inline(always)]
+fn copy<T: Copy>(lanes: LaneSet, from: &[T], to: &mut [T]) {
     match 32 - lanes.active.leading_zeros() {
         0 => {}
-        1..=4 => copy_step::<4>(from, to),
-        5..=8 => copy_step::<8>(from, to),
-        _ => copy_step::<16>(from, to),
+        1..=4 => copy_step::<4, T>(from, to),
+        5..=8 => copy_step::<8, T>(from, to),
+        _ => copy_step::<16, T>(from, to),
     }
 }
 
 #[inline(always)]
-fn copy_step<const STEP: usize>(from: &[f32], to: &mut [f32]) {
+fn copy_step<const STEP: usize, T: Copy>(from: &[T], to: &mut [T]) {
     match (from.first_chunk::<STEP>(), to.first_chunk_mut::<STEP>()) {
         (Some(from), Some(to)) => *to = *from,
         // The last lanes of a packet, where requests are not those of vectors.

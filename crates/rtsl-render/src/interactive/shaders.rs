@@ -22,6 +22,8 @@ pub struct Shader {
     kernels: BTreeMap<Method, (Variant, Arc<Kernel>)>,
     /// What the methods that shade read of their surfaces.
     surface: SurfaceNeeds,
+    /// Whether what is called for hits of its shapes reads one over the rays' directions.
+    pub reads_inverse_directions: bool,
     /// Whether methods that are called for hits read the scratch that `intersect` leaves.
     pub reads_hit_scratch: bool,
     /// What is called for hits of its shapes, and what of each is read.
@@ -57,6 +59,8 @@ pub struct SurfaceNeeds {
     pub coordinates: bool,
     /// Derivatives.
     pub derivatives: bool,
+    /// One over the rays' directions.
+    pub inverse_directions: bool,
 }
 
 impl SurfaceNeeds {
@@ -65,12 +69,17 @@ impl SurfaceNeeds {
         SurfaceNeeds {
             coordinates: self.coordinates || other.coordinates,
             derivatives: self.derivatives || other.derivatives,
+            inverse_directions: self.inverse_directions || other.inverse_directions,
         }
     }
 
     fn of(read: Outputs) -> SurfaceNeeds {
         let any = |names: &[&str]| read.intersection(named(names)) != Outputs::NONE;
-        SurfaceNeeds { coordinates: any(&COORDINATES), derivatives: any(&DERIVATIVES) }
+        SurfaceNeeds {
+            coordinates: any(&COORDINATES),
+            derivatives: any(&DERIVATIVES),
+            inverse_directions: any(&["rt_InverseRayDirection"]),
+        }
     }
 }
 
@@ -128,6 +137,13 @@ impl Entry {
         let read = shading.filter_map(|method| self.linked(method));
         let read = read.map(|linked| Outputs::state(linked.reads.iter().copied()));
         read.fold(Outputs::NONE, Outputs::union)
+    }
+
+    /// Whether what is called for hits of its shapes reads one over the rays' directions.
+    fn reads_inverse_directions(&self) -> bool {
+        let read = self.hit_methods_of_shapes().filter_map(|method| self.linked(method));
+        let mut read = read.map(|linked| Outputs::state(linked.reads.iter().copied()));
+        read.any(|read| SurfaceNeeds::of(read).inverse_directions)
     }
 
     /// Adds the methods that compute what is read of its surfaces.
@@ -342,6 +358,7 @@ impl<'a> ShaderTable<'a> {
                 program: entry.program.clone(),
                 kernels: made,
                 surface: SurfaceNeeds::of(entry.shading_read()),
+                reads_inverse_directions: entry.reads_inverse_directions(),
                 reads_hit_scratch: entry.reads_hit_scratch(),
                 hit_methods: hit_methods.map(|method| (method, entry.read_of(method))).collect(),
             });

@@ -7,7 +7,7 @@ use rtsl::{LaneBlock, Method};
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
 
 use super::compiled::{CompiledScene, Light};
-use super::eight::{LaneVectors, eights};
+use super::eight::{LaneVectors, eights, eights_alone};
 use super::host::ShadingHost;
 use super::intersection::Intersector;
 use super::lane_context::LaneContext;
@@ -105,7 +105,7 @@ fn set_directions<S: Simd>(
     blocks: &mut CallBlocks,
 ) {
     let v = variables();
-    for eight in eights(simd, lanes) {
+    for eight in eights_alone(simd, lanes) {
         let up = eight.splat_vector([0.0, 0.0, 1.0]);
         let direction = eight.vector(&light.inverse, &eight.vectors(&rays.direction));
         eight.store_vectors(

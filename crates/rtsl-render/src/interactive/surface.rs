@@ -153,7 +153,8 @@ impl SurfaceOfRun<'_> {
         let needs = tracer.scene.needs(run.object);
         self.set_local_hits(simd, group_rays, needs, &mut level.blocks.state);
         let has_derivatives = self.run_methods(simd, needs, level, context);
-        self.to_world(simd, needs.derivatives && has_derivatives, &mut level.blocks.state, context);
+        let has_tangents = needs.derivatives && has_derivatives;
+        self.to_world(simd, needs, has_tangents, &mut level.blocks.state, context);
         if needs.derivatives && !has_derivatives {
             for lane in lanes_of(run.lanes) {
                 set_tangents(lane, &mut level.blocks.state, context);
@@ -183,6 +184,7 @@ impl SurfaceOfRun<'_> {
         for eight in eights(simd, self.run.lanes) {
             let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
             set_rays(eight, &mut blocks.state, rays, &origin, &direction);
+            set_inverse(eight, &mut blocks.state, &direction);
             let limit = eight.numbers(&rays.limit);
             eight.store(&mut blocks.state, variables().hit_distance, limit);
         }
@@ -213,6 +215,9 @@ impl SurfaceOfRun<'_> {
                 direction = eight.vector(inverse, &direction);
             }
             set_rays(eight, state, rays, &origin, &direction);
+            if needs.inverse_directions {
+                set_inverse(eight, state, &direction);
+            }
             let distance = eight.numbers(&self.hits.distance);
             let point = points_on_rays(&origin, &direction, distance);
             let facing = [-direction[0], -direction[1], -direction[2]];
@@ -249,7 +254,8 @@ impl SurfaceOfRun<'_> {
                 blocks.call(&call, self.run.lanes, Some(&mut *kept_scratch), context);
                 has_derivatives |= method == Method::ComputeDerivatives;
             }
-            if method == Method::ComputeNormal {
+            // The last of them leaves what is normalised when it is taken to the world.
+            if method == Method::ComputeNormal && (needs.coordinates || needs.derivatives) {
                 normalize_normals(simd, self.run.lanes, &mut blocks.state);
             }
         }
@@ -261,17 +267,24 @@ impl SurfaceOfRun<'_> {
     fn to_world<S: Simd>(
         &self,
         simd: S,
+        needs: SurfaceNeeds,
         has_tangents: bool,
         state: &mut LaneBlock,
         context: &mut LaneContext,
     ) {
         let SurfaceOfRun { run, rays, hits, .. } = *self;
         let v = variables();
+        let is_elsewhere = run.placement.is_some() || !run.object.inverse.is_identity();
         for eight in eights(simd, run.lanes) {
             let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
-            set_rays(eight, state, rays, &origin, &direction);
-            let point = points_on_rays(&origin, &direction, eight.numbers(&hits.distance));
-            eight.store_vectors(state, v.hit_point, &point);
+            if is_elsewhere {
+                set_rays(eight, state, rays, &origin, &direction);
+                if needs.inverse_directions {
+                    set_inverse(eight, state, &direction);
+                }
+                let point = points_on_rays(&origin, &direction, eight.numbers(&hits.distance));
+                eight.store_vectors(state, v.hit_point, &point);
+            }
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
             let geometric = eight.load_vectors(state, v.geometric_normal);
             let shading = eight.load_vectors(state, v.shading_normal);
@@ -324,13 +337,18 @@ fn set_rays<S: Simd>(
     direction: &Vectors<S>,
 ) {
     let v = variables();
-    let one: f32x8<S> = eight.splat(1.0);
-    let inverse = [one / direction[0], one / direction[1], one / direction[2]];
     eight.store_vectors(state, v.ray_origin, origin);
     eight.store_vectors(state, v.ray_direction, direction);
-    eight.store_vectors(state, v.inverse_ray_direction, &inverse);
     eight.store(state, v.epsilon, eight.numbers(&rays.epsilon));
     eight.store(state, v.time_seed, eight.numbers(&rays.time));
+}
+
+/// Sets one over the directions.
+#[inline(always)]
+fn set_inverse<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, direction: &Vectors<S>) {
+    let one: f32x8<S> = eight.splat(1.0);
+    let inverse = [one / direction[0], one / direction[1], one / direction[2]];
+    eight.store_vectors(state, variables().inverse_ray_direction, &inverse);
 }
 
 /// The texture coordinates and derivatives of a class that computes none.

@@ -88,6 +88,8 @@ impl Sampler {
     #[inline(always)]
     fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
         match SPREAD {
+            // Any order of numbers that have nothing to do with each other will do.
+            INDEPENDENT => sample,
             POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
             _ => permute(sample, self.samples_per_pixel(), key),
         }

@@ -1,0 +1,77 @@
+//! Stacks for chunks that wait.
+
+use std::cell::RefCell;
+
+use corosensei::stack::{DefaultStack, Stack, StackPointer};
+
+/// Room for the largest frames that kernels have: local arrays are limited to a quarter of it by
+/// `rtsl_packet::lower::MAX_SLOT_WORDS`. Pages that are not touched take no memory.
+const STACK_BYTES: usize = 1 << 20;
+
+/// Stacks start at different places of their pages, so many bytes apart: the first cache has few places for what
+/// starts at the same.
+const STAGGER_BYTES: usize = 448;
+
+/// So many different places there are.
+const PLACES: usize = 16;
+
+/// A stack of a thread, kept for its next chunk.
+pub(crate) struct ChunkStack {
+    stack: DefaultStack,
+    /// How far below the end of its memory it starts.
+    stagger: usize,
+}
+
+#[derive(Default)]
+struct Kept {
+    stacks: Vec<ChunkStack>,
+    /// How many were made.
+    made: usize,
+}
+
+thread_local! {
+    /// Stacks not in use. As many are in use as chunks are suspended, at all depths of calls from hosts.
+    static KEPT: RefCell<Kept> = RefCell::default();
+}
+
+impl ChunkStack {
+    /// A stack not in use; `None` if the system has none to give.
+    pub fn take() -> Option<ChunkStack> {
+        KEPT.with_borrow_mut(|kept| {
+            kept.stacks.pop().or_else(|| {
+                let stagger = kept.made % PLACES * STAGGER_BYTES;
+                kept.made += 1;
+                let stack = DefaultStack::new(STACK_BYTES).ok()?;
+                Some(ChunkStack { stack, stagger })
+            })
+        })
+    }
+
+    /// Keeps it for the next.
+    pub fn keep(self) {
+        KEPT.with_borrow_mut(|kept| kept.stacks.push(self));
+    }
+}
+
+// Safety: it is a part of a stack that has a guard page at its limit; what is left away at the other end is a
+// multiple of the alignment and far less than the whole.
+unsafe impl Stack for ChunkStack {
+    fn base(&self) -> StackPointer {
+        let base = self.stack.base();
+        StackPointer::new(base.get() - self.stagger).unwrap_or(base)
+    }
+
+    fn limit(&self) -> StackPointer {
+        self.stack.limit()
+    }
+
+    #[cfg(windows)]
+    fn teb_fields(&self) -> corosensei::stack::StackTebFields {
+        self.stack.teb_fields()
+    }
+
+    #[cfg(windows)]
+    fn update_teb_fields(&mut self, stack_limit: usize, guaranteed_stack_bytes: usize) {
+        self.stack.update_teb_fields(stack_limit, guaranteed_stack_bytes);
+    }
+}
