@@ -106,6 +106,9 @@ pub struct LightRequest<'a> {
 }
 
 /// The renderer's side.
+///
+/// `light_count`, `ambient` and `rand` may be asked on a small stack, of which half a megabyte is left: they must
+/// not call kernels.
 pub trait Host {
     /// The radiance along new rays.
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors);

@@ -117,7 +117,7 @@ impl CompiledKernel {
             None => unsafe { (self.entry)(&mut raw) },
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_side_by_side(self.entry, &mut raw, width, mask, &mut host) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
             }
         }
         finish(&raw, host)

@@ -3,8 +3,8 @@
 //! A kernel does the chunks of a call one after another, and what one chunk asks for is a request of `W` rays: few
 //! for a host that traces packets. So the chunks of a kernel that asks for rays or light run side by side, each
 //! on a stack of its own. At such a request a chunk is suspended; when all are suspended or have
-//! ended, the requests of one kind are handed to the host together. The host runs on the stack of its
-//! thread, and so may call kernels.
+//! ended, the requests of one kind are handed to the host together. The host answers them on the stack of its
+//! thread, and so may call kernels. What needs no rays it is asked at once, on the chunk's stack.
 //!
 //! Lanes know nothing of each other, so results are those of one chunk after another.
 
@@ -18,7 +18,7 @@ use rtsl_ir::host::{
 use smallvec::SmallVec;
 
 use crate::call::RawCall;
-use crate::callbacks::{Color, HostCalls, HostTable};
+use crate::callbacks::{Color, HOST_TABLE, HostCalls, HostTable};
 use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
 use crate::lanes::LaneMask;
@@ -30,7 +30,7 @@ const MOST_CHUNKS: usize = 16;
 type Answer = u32;
 
 /// A chunk on its stack. It returns the status of its call.
-type ChunkCall = Coroutine<Answer, Request, u32, ChunkStack>;
+type ChunkCall = Coroutine<Answer, (LaneSet, Request), u32, ChunkStack>;
 
 /// As many as there are chunks side by side, without memory from the heap: a short `shade` takes as long
 /// as twenty allocations.
@@ -39,27 +39,9 @@ type PerChunk<T> = SmallVec<[T; MOST_CHUNKS]>;
 /// What a chunk asks for. The pointers lead to the chunk's stack, and are good until it goes on.
 #[derive(Clone, Copy)]
 enum Request {
-    Trace {
-        lanes: LaneSet,
-        rays: *const RayLanes,
-        radiance: *mut LaneColors,
-    },
-    Occluded {
-        lanes: LaneSet,
-        rays: *const RayLanes,
-    },
-    LightSample {
-        index: u32,
-        lanes: LaneSet,
-        query: *const LightQueryLanes,
-        light: *mut LightLanes,
-    },
-    LightCount,
-    Ambient(*mut Color),
-    Rand {
-        lanes: LaneSet,
-        values: *mut LaneFloats,
-    },
+    Trace { rays: *const RayLanes, radiance: *mut LaneColors },
+    Occluded { rays: *const RayLanes },
+    LightSample { index: u32, query: *const LightQueryLanes, light: *mut LightLanes },
 }
 
 /// What requests have in common that the host answers together.
@@ -72,9 +54,17 @@ enum Kind {
 
 /// A chunk that is suspended.
 struct Waiting {
-    chunk: ChunkCall,
-    kind: Kind,
+    /// Taken when it has ended.
+    chunk: Option<ChunkCall>,
+    lanes: LaneSet,
     request: Request,
+}
+
+/// What the user pointer of a chunk points to.
+struct ChunkUser<'a> {
+    yielder: &'a Yielder<Answer, (LaneSet, Request)>,
+    /// The user pointer of the whole call.
+    call: *mut c_void,
 }
 
 /// Runs the chunks of a call.
@@ -86,7 +76,6 @@ pub(crate) unsafe fn call_side_by_side(
     raw: &mut RawCall,
     width: u32,
     mask: Option<&LaneMask>,
-    host: &mut HostCalls<'_>,
 ) {
     let count = raw.count;
     let end_of = |begin: u32| count.min(begin + width);
@@ -107,12 +96,13 @@ pub(crate) unsafe fn call_side_by_side(
                 Some(stack) => {
                     // Safety: the same; and below all are run to their ends.
                     let chunk = unsafe { chunk_on_stack(entry, raw, stack) };
-                    waiting.extend(go_on(raw, host, chunk, 0));
+                    waiting.extend(Waiting::start(raw, chunk));
                 }
             }
         }
         while !waiting.is_empty() {
-            answer_commonest(raw, host, &mut waiting);
+            // Safety: the chunks are suspended, and their requests are those that they asked last.
+            unsafe { answer_commonest(raw, &mut waiting) };
         }
         if group.len() < MOST_CHUNKS {
             break;
@@ -126,163 +116,160 @@ pub(crate) unsafe fn call_side_by_side(
 /// As for [`call_side_by_side`]; and the chunk is run to its end while what `raw` points to is there.
 unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> ChunkCall {
     let mut raw = RawCall { host: &SUSPENDING_TABLE, status: 0, ..*raw };
-    Coroutine::with_stack(stack, move |yielder: &Yielder<Answer, Request>, _| {
-        raw.user = std::ptr::from_ref(yielder).cast_mut().cast();
+    Coroutine::with_stack(stack, move |yielder: &Yielder<_, _>, _| {
+        let mut user = ChunkUser { yielder, call: raw.user };
+        raw.user = (&raw mut user).cast();
         // Safety: the caller's promise; the user pointer is what the table's functions take.
         unsafe { entry(&mut raw) };
         raw.status
     })
 }
 
-/// Lets a chunk go on with an answer, until it waits for others; `None` if it ends.
-fn go_on(
-    raw: &mut RawCall,
-    host: &mut HostCalls<'_>,
-    mut chunk: ChunkCall,
-    mut answer: Answer,
-) -> Option<Waiting> {
-    loop {
-        let request = match chunk.resume(answer) {
-            CoroutineResult::Yield(request) => request,
+impl Waiting {
+    /// Runs a chunk until it waits for others; `None` if it ends.
+    fn start(raw: &mut RawCall, mut chunk: ChunkCall) -> Option<Waiting> {
+        match chunk.resume(0) {
+            CoroutineResult::Yield((lanes, request)) => {
+                Some(Waiting { chunk: Some(chunk), lanes, request })
+            }
             CoroutineResult::Return(status) => {
                 raw.status |= status;
                 chunk.into_stack().keep();
-                return None;
+                None
             }
-        };
-        if let Some(kind) = request.kind() {
-            return Some(Waiting { chunk, kind, request });
         }
-        // Safety: the chunk is suspended, and asked just now.
-        answer = unsafe { request.answer_now(host) };
+    }
+
+    /// Lets it go on with an answer, until it waits again or ends.
+    fn go_on(&mut self, raw: &mut RawCall, answer: Answer) {
+        let Some(mut chunk) = self.chunk.take() else { return };
+        match chunk.resume(answer) {
+            CoroutineResult::Yield((lanes, request)) => {
+                *self = Waiting { chunk: Some(chunk), lanes, request };
+            }
+            CoroutineResult::Return(status) => {
+                raw.status |= status;
+                chunk.into_stack().keep();
+            }
+        }
+    }
+
+    fn kind(&self) -> Kind {
+        match self.request {
+            Request::Trace { .. } => Kind::Trace,
+            Request::Occluded { .. } => Kind::Occluded,
+            Request::LightSample { index, .. } => Kind::LightSample(index),
+        }
     }
 }
 
 /// Answers the requests of the kind that most chunks wait for, and lets these chunks go on.
-fn answer_commonest(raw: &mut RawCall, host: &mut HostCalls<'_>, waiting: &mut PerChunk<Waiting>) {
+///
+/// # Safety
+/// As for [`answers`].
+unsafe fn answer_commonest(raw: &mut RawCall, waiting: &mut PerChunk<Waiting>) {
     let Some(kind) = commonest(waiting) else { return };
-    let asking = waiting.iter().filter(|it| it.kind == kind).map(|it| it.request);
-    // Safety: the chunks are suspended, and their requests are those that they asked last.
-    let mut answers = unsafe { answer_together(host, kind, asking) }.into_iter();
-    for Waiting { chunk, kind: other, request } in std::mem::take(waiting) {
-        if other != kind {
-            waiting.push(Waiting { chunk, kind: other, request });
-        } else if let Some(answer) = answers.next() {
-            waiting.extend(go_on(raw, host, chunk, answer));
-        }
+    let asking = waiting.iter().filter(|it| it.kind() == kind);
+    // Safety: the user pointer is the call's; nothing else uses what it points to, since all chunks are suspended.
+    let host = unsafe { &mut *raw.user.cast() };
+    // Safety: the caller's promise.
+    let mut answers = unsafe { answers(host, kind, asking) }.into_iter();
+    for chunk in waiting.iter_mut().filter(|it| it.kind() == kind) {
+        chunk.go_on(raw, answers.next().unwrap_or_default());
     }
+    waiting.retain(|it| it.chunk.is_some());
 }
 
 /// The kind that most wait for, of equals that of the first.
 fn commonest(waiting: &[Waiting]) -> Option<Kind> {
-    let count = |kind: &Kind| waiting.iter().filter(|it| it.kind == *kind).count();
-    waiting.iter().map(|it| it.kind).rev().max_by_key(count)
+    let first = waiting.first()?.kind();
+    if waiting.iter().all(|it| it.kind() == first) {
+        return Some(first);
+    }
+    let count = |kind: &Kind| waiting.iter().filter(|it| it.kind() == *kind).count();
+    waiting.iter().map(Waiting::kind).rev().max_by_key(count)
 }
 
 /// The host's answers to requests of one kind.
 ///
 /// # Safety
 /// The chunks that ask are suspended, and have not gone on since.
-unsafe fn answer_together(
+unsafe fn answers<'a>(
     host: &mut HostCalls<'_>,
     kind: Kind,
-    requests: impl Iterator<Item = Request>,
+    asking: impl Iterator<Item = &'a Waiting>,
 ) -> PerChunk<Answer> {
     match kind {
         Kind::Trace => {
             // Safety: the caller's promise; so for the others.
-            let mut requests: PerChunk<_> =
-                requests.filter_map(|it| unsafe { it.trace() }).collect();
+            let mut requests: PerChunk<_> = asking.filter_map(|it| unsafe { it.trace() }).collect();
             host.ask(|host| host.trace_together(&mut requests));
             SmallVec::from_elem(0, requests.len())
         }
         Kind::Occluded => {
             let mut requests: PerChunk<_> =
-                requests.filter_map(|it| unsafe { it.occlusion() }).collect();
+                asking.filter_map(|it| unsafe { it.occlusion() }).collect();
             host.ask(|host| host.occluded_together(&mut requests));
             requests.iter().map(|it| it.occluded & it.lanes.active).collect()
         }
         Kind::LightSample(index) => {
-            let mut requests: PerChunk<_> =
-                requests.filter_map(|it| unsafe { it.light() }).collect();
+            let mut requests: PerChunk<_> = asking.filter_map(|it| unsafe { it.light() }).collect();
             host.ask(|host| host.light_sample_together(index, &mut requests));
             requests.iter().map(|it| it.reached & it.lanes.active).collect()
         }
     }
 }
 
-impl Request {
-    /// With which others it is answered; `None` if at once.
-    fn kind(self) -> Option<Kind> {
-        match self {
-            Request::Trace { .. } => Some(Kind::Trace),
-            Request::Occluded { .. } => Some(Kind::Occluded),
-            Request::LightSample { index, .. } => Some(Kind::LightSample(index)),
-            Request::LightCount | Request::Ambient(_) | Request::Rand { .. } => None,
-        }
-    }
-
-    /// Answers what needs no rays.
-    ///
+impl Waiting {
     /// # Safety
-    /// As for [`answer_together`].
-    unsafe fn answer_now(self, host: &mut HostCalls<'_>) -> Answer {
-        match self {
-            Request::LightCount => host.ask(|host| host.light_count()),
-            Request::Ambient(color) => {
-                // Safety: the caller's promise.
-                unsafe { *color = host.ask(|host| host.ambient()) };
-                0
-            }
-            Request::Rand { lanes, values } => {
-                // Safety: the caller's promise.
-                let values = unsafe { &mut *values };
-                host.ask(|host| host.rand(lanes, values));
-                0
-            }
-            Request::Trace { .. } | Request::Occluded { .. } | Request::LightSample { .. } => 0,
-        }
-    }
-
-    /// # Safety
-    /// As for [`answer_together`].
-    unsafe fn trace<'a>(self) -> Option<TraceRequest<'a>> {
-        let Request::Trace { lanes, rays, radiance } = self else { return None };
+    /// As for [`answers`].
+    unsafe fn trace<'a>(&self) -> Option<TraceRequest<'a>> {
+        let Request::Trace { rays, radiance } = self.request else { return None };
         // Safety: the caller's promise.
         let (rays, radiance) = unsafe { (&*rays, &mut *radiance) };
-        Some(TraceRequest { lanes, rays, radiance })
+        Some(TraceRequest { lanes: self.lanes, rays, radiance })
     }
 
     /// # Safety
-    /// As for [`answer_together`].
-    unsafe fn occlusion<'a>(self) -> Option<OcclusionRequest<'a>> {
-        let Request::Occluded { lanes, rays } = self else { return None };
+    /// As for [`answers`].
+    unsafe fn occlusion<'a>(&self) -> Option<OcclusionRequest<'a>> {
+        let Request::Occluded { rays } = self.request else { return None };
         // Safety: the caller's promise.
         let rays = unsafe { &*rays };
-        Some(OcclusionRequest { lanes, rays, occluded: 0 })
+        Some(OcclusionRequest { lanes: self.lanes, rays, occluded: 0 })
     }
 
     /// # Safety
-    /// As for [`answer_together`].
-    unsafe fn light<'a>(self) -> Option<LightRequest<'a>> {
-        let Request::LightSample { index: _, lanes, query, light } = self else { return None };
+    /// As for [`answers`].
+    unsafe fn light<'a>(&self) -> Option<LightRequest<'a>> {
+        let Request::LightSample { index: _, query, light } = self.request else { return None };
         // Safety: the caller's promise.
         let (query, light) = unsafe { (&*query, &mut *light) };
-        Some(LightRequest { lanes, query, light, reached: 0 })
+        Some(LightRequest { lanes: self.lanes, query, light, reached: 0 })
     }
 }
 
-/// The host's functions for chunks on stacks of their own: each suspends the chunk, whose yielder is the user
-/// pointer. Answers begin as zeros.
+/// The host's functions for chunks on stacks of their own. What needs rays suspends the chunk; its answers begin as
+/// zeros.
 static SUSPENDING_TABLE: HostTable =
     HostTable { trace, occluded, light_count, light_sample, ambient, rand };
 
 /// # Safety
-/// `user` is the yielder of the running chunk.
-unsafe fn suspend(user: *mut c_void, request: Request) -> Answer {
+/// `user` is that of the running chunk.
+unsafe fn suspend(user: *mut c_void, base: u32, active: u32, request: Request) -> Answer {
     // Safety: the caller's promise.
-    let yielder: &Yielder<Answer, Request> = unsafe { &*user.cast() };
-    yielder.suspend(request)
+    let user: &ChunkUser<'_> = unsafe { &*user.cast() };
+    user.yielder.suspend((LaneSet { base, active }, request))
+}
+
+/// The user pointer of the whole call, for what is asked at once.
+///
+/// # Safety
+/// `user` is that of the running chunk.
+unsafe fn user_of_call(user: *mut c_void) -> *mut c_void {
+    // Safety: the caller's promise.
+    let user: &ChunkUser<'_> = unsafe { &*user.cast() };
+    user.call
 }
 
 unsafe extern "C" fn trace(
@@ -295,7 +282,7 @@ unsafe extern "C" fn trace(
     // Safety: kernels pass their user pointer, and lanes on their own stack.
     unsafe {
         radiance.write(LaneColors::default());
-        suspend(user, Request::Trace { lanes: LaneSet { base, active }, rays, radiance });
+        suspend(user, base, active, Request::Trace { rays, radiance });
     }
 }
 
@@ -306,12 +293,7 @@ unsafe extern "C" fn occluded(
     rays: *const RayLanes,
 ) -> u32 {
     // Safety: as for `trace`.
-    unsafe { suspend(user, Request::Occluded { lanes: LaneSet { base, active }, rays }) }
-}
-
-unsafe extern "C" fn light_count(user: *mut c_void) -> u32 {
-    // Safety: as for `trace`.
-    unsafe { suspend(user, Request::LightCount) }
+    unsafe { suspend(user, base, active, Request::Occluded { rays }) }
 }
 
 unsafe extern "C" fn light_sample(
@@ -322,27 +304,24 @@ unsafe extern "C" fn light_sample(
     query: *const LightQueryLanes,
     light: *mut LightLanes,
 ) -> u32 {
-    let lanes = LaneSet { base, active };
     // Safety: as for `trace`.
     unsafe {
         light.write(LightLanes::default());
-        suspend(user, Request::LightSample { index, lanes, query, light })
+        suspend(user, base, active, Request::LightSample { index, query, light })
     }
+}
+
+unsafe extern "C" fn light_count(user: *mut c_void) -> u32 {
+    // Safety: as for `trace`; the host is not asked elsewhere while a chunk runs.
+    unsafe { (HOST_TABLE.light_count)(user_of_call(user)) }
 }
 
 unsafe extern "C" fn ambient(user: *mut c_void, color: *mut Color) {
-    // Safety: as for `trace`.
-    unsafe {
-        color.write(Color::default());
-        suspend(user, Request::Ambient(color));
-    }
+    // Safety: as for `light_count`.
+    unsafe { (HOST_TABLE.ambient)(user_of_call(user), color) };
 }
 
 unsafe extern "C" fn rand(user: *mut c_void, base: u32, active: u32, values: *mut LaneFloats) {
-    let lanes = LaneSet { base, active };
-    // Safety: as for `trace`.
-    unsafe {
-        values.write(LaneFloats::default());
-        suspend(user, Request::Rand { lanes, values });
-    }
+    // Safety: as for `light_count`.
+    unsafe { (HOST_TABLE.rand)(user_of_call(user), base, active, values) };
 }
