@@ -74,6 +74,40 @@ impl AddAssign for RayCounts {
     }
 }
 
+/// The lanes of SIMD vectors that took part in calls, of all that these vectors have. A vector without
+/// any is left out by the code, and does not count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LaneUse {
+    on: u64,
+    all: u64,
+}
+
+impl LaneUse {
+    /// No calls.
+    pub const NONE: LaneUse = LaneUse { on: 0, all: 0 };
+
+    /// Adds a call for `lanes`, bit by bit, in vectors of `width` lanes.
+    pub fn add_call(&mut self, lanes: u64, width: u32) {
+        let vector = u64::MAX >> (64 - width);
+        let starts = (0..64).step_by(width as usize);
+        let vectors = starts.filter(|start| lanes >> start & vector != 0).count() as u64;
+        self.on += u64::from(lanes.count_ones());
+        self.all += vectors * u64::from(width);
+    }
+
+    /// The part that took part; `None` where nothing was called.
+    pub fn part(&self) -> Option<f32> {
+        (self.all > 0).then(|| (self.on as f64 / self.all as f64) as f32)
+    }
+}
+
+impl AddAssign for LaneUse {
+    fn add_assign(&mut self, other: LaneUse) {
+        self.on += other.on;
+        self.all += other.all;
+    }
+}
+
 impl Statistics {
     /// The figures as JSON, for `--stats`.
     pub fn to_json(&self) -> String {
@@ -105,4 +139,24 @@ fn memory_bytes(name: &str) -> u64 {
     let line = status.lines().find_map(|line| line.strip_prefix(name));
     let kibibytes = line.and_then(|rest| rest.trim().trim_end_matches("kB").trim().parse().ok());
     kibibytes.map_or(0, |kibibytes: u64| kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_count_where_their_vector_runs() {
+        let part = |lanes: u64, width: u32| {
+            let mut lane_use = LaneUse::default();
+            lane_use.add_call(lanes, width);
+            lane_use.part()
+        };
+        assert_eq!(part(u64::MAX, 8), Some(1.0));
+        assert_eq!(part(0x0100_0000_0000_0001, 8), Some(0.125));
+        assert_eq!(part(0xF, 16), Some(0.25));
+        assert_eq!(part(0xF, 4), Some(1.0));
+        assert_eq!(part(0x8001, 1), Some(1.0));
+        assert_eq!(part(0, 8), None);
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use rtsl::EngineOptions;
 use rtsl_render::film::{Aov, AovImage, write_image_with};
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
@@ -21,11 +22,16 @@ Shape "disk" "float radius" 1.7
 "#;
 
 fn render(aovs: &[Aov], threads: usize) -> RenderResult {
+    render_with(aovs, threads, EngineOptions::default())
+}
+
+fn render_with(aovs: &[Aov], threads: usize, engine: EngineOptions) -> RenderResult {
     let files = MemoryFiles([(PathBuf::from("scene.pbrt"), SCENE.to_owned())].into());
     let request = RenderRequest {
         scene: "scene.pbrt".into(),
         aovs: aovs.to_vec(),
         threads: Some(threads),
+        engine,
         ..RenderRequest::default()
     };
     render_scene_from(&request, &files)
@@ -40,7 +46,7 @@ fn three_places(image: &AovImage) -> [[f32; 3]; 3] {
 #[test]
 fn each_image_shows_what_it_says() {
     let result = render(&Aov::ALL, 2);
-    let [distance, normal, object, class, time] = &result.aovs[..] else { panic!() };
+    let [distance, normal, object, class, time, nodes, lanes] = &result.aovs[..] else { panic!() };
     let [ball, wall, nothing] = three_places(distance).map(|value| value[0]);
     assert!((4.0..4.05).contains(&ball) && (wall - 8.0).abs() < 1e-5, "{ball} {wall}");
     assert_eq!(nothing, f32::INFINITY);
@@ -53,11 +59,23 @@ fn each_image_shows_what_it_says() {
     assert_eq!(numbers(class), [0.0, 1.0, -1.0]);
     assert_eq!(result.statistics.object_classes, ["Sphere", "Disk"]);
     assert!(time.pixels.iter().all(|value| value[0] > 0.0));
+    // The root is a leaf with a block for each class.
+    assert!(nodes.pixels.iter().all(|value| value[0] == 2.0), "{:?}", nodes.pixels);
+    let [ball, wall, nothing] = three_places(lanes).map(|value| value[0]);
+    assert!(ball == wall && wall == nothing, "all tiles see the same, mirrored");
+    assert!(0.5 < ball && ball < 1.0, "{ball}");
+}
+
+#[test]
+fn a_single_lane_is_always_used() {
+    let engine = EngineOptions { width: Some(1), ..EngineOptions::default() };
+    let result = render_with(&[Aov::Lanes], 1, engine);
+    assert!(result.aovs[0].pixels.iter().all(|value| value[0] == 1.0));
 }
 
 #[test]
 fn the_picture_does_not_depend_on_them_nor_they_on_threads() {
-    let constant = [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class];
+    let constant: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Time).collect();
     let (with, alone) = (render(&constant, 1), render(&[], 1));
     assert_eq!(with.image, alone.image);
     assert_eq!(with.aovs, render(&constant, 2).aovs);

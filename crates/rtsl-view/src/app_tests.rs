@@ -223,6 +223,8 @@ fn keys_show_and_hide() {
     assert_eq!(viewer.pixels(), viewer.image());
     viewer.press(Key::Character('2'));
     assert_eq!(viewer.app.session().view_mode(), ViewMode::Time);
+    viewer.press(Key::Character('4'));
+    assert_eq!(viewer.app.session().view_mode(), ViewMode::Lanes);
     viewer.press(Key::F12);
     viewer.press(Key::Character('c'));
     let wishes = viewer.app.take_wishes();

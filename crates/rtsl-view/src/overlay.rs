@@ -28,6 +28,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("home", "the scene's camera"),
     ("c", "print the camera for the scene file"),
     ("1 2", "image, time per pixel"),
+    ("3 4", "nodes per ray, lanes used"),
     ("tab", "panel"),
     ("o", "figures"),
     ("h", "this help"),

@@ -41,7 +41,8 @@ pub struct RenderArguments {
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
     /// Besides the picture, what its pixels show and take, with commas between: distance, normal,
-    /// object, class, time. In an EXR as further channels, beside a PNG as files of their own.
+    /// object, class, time, nodes, lanes. In an EXR as further channels, beside a PNG as files of their
+    /// own.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov)]
     aov: Vec<Aov>,
     /// Make no kernels for the scene's values while rendering, which renders of more than a second do.

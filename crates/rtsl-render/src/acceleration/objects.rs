@@ -28,6 +28,11 @@ pub trait Objects {
     /// the lowest, and where it is.
     fn ray(&mut self, space: &RaySpace, block: &Block) -> Option<(usize, f32)>;
 
+    /// Is told that the rays of `lanes` are tested against the boxes of a node or of a block. For
+    /// those who count.
+    #[inline(always)]
+    fn visited(&mut self, _lanes: LaneMask) {}
+
     /// Tests one ray against the `index`th item of a block.
     fn ray_against_one(&mut self, space: &RaySpace, block: &Block, index: usize) -> Option<f32>;
 }

@@ -108,6 +108,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             }
             return;
         }
+        self.objects.visited(lanes);
         let node = &group.tree.nodes[child.index()];
         let farthest = greatest(simd, &self.hits.distance, lanes);
         let (mut met, entries) =
@@ -161,6 +162,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
+        self.objects.visited(lanes);
         let count = usize::from(block.count);
         let farthest = greatest(simd, &self.hits.distance, lanes);
         let (mut met, _) = space.interval.test(simd, &block.boxes, count, farthest);

@@ -70,6 +70,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         ray: &RaySpace,
         lane: usize,
     ) {
+        self.objects.visited(1 << lane);
         let node = &group.tree.nodes[child.index()];
         let limit = self.hits.distance[lane];
         let (mut met, entries) = ray.test(simd, &node.boxes, node.count as usize, limit);
@@ -91,6 +92,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lane: usize,
         outer: Option<&RayOuter<'_>>,
     ) {
+        self.objects.visited(1 << lane);
         if block.class == INSTANCE {
             self.visit_instances_with_ray(simd, block, ray, lane);
             return;

@@ -1,7 +1,7 @@
 //! Images of something else than colour ("arbitrary output variables"): what each pixel shows, and what it
 //! takes to render.
 
-use super::{HeatScale, SrgbEncoder};
+use super::{HeatScale, SrgbEncoder, logarithm};
 
 /// What is known of a pixel besides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -18,11 +18,18 @@ pub enum Aov {
     Class,
     /// Nanoseconds for a sample of the pixel; the same for the 64 pixels of a tile.
     Time,
+    /// The nodes and blocks of the hierarchy that a camera ray of the pixel visits, the mean of all
+    /// samples.
+    Nodes,
+    /// The part of SIMD lanes that took part in calls of `intersect` and `shade`, for the rays of the pixel
+    /// and all that they spawn; the same for the 64 pixels of a tile, which go together.
+    Lanes,
 }
 
 impl Aov {
     /// All of them.
-    pub const ALL: [Aov; 5] = [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class, Aov::Time];
+    pub const ALL: [Aov; 7] =
+        [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class, Aov::Time, Aov::Nodes, Aov::Lanes];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -32,6 +39,8 @@ impl Aov {
             Aov::Object => "object",
             Aov::Class => "class",
             Aov::Time => "time",
+            Aov::Nodes => "nodes",
+            Aov::Lanes => "lanes",
         }
     }
 
@@ -48,6 +57,8 @@ impl Aov {
             Aov::Object => &["object"],
             Aov::Class => &["class"],
             Aov::Time => &["time"],
+            Aov::Nodes => &["nodes"],
+            Aov::Lanes => &["lanes"],
         }
     }
 }
@@ -71,11 +82,16 @@ impl AovImage {
         AovImage { aov, width, height, pixels: vec![[0.0; 3]; width * height] }
     }
 
-    /// What people look at, as bytes of sRGB: distances and times on the heat scale, by their
-    /// logarithms; normals as colours of their components; numbers in colours that differ.
+    /// What people look at, as bytes of sRGB: distances, times and visits on the heat scale, by their
+    /// logarithms; parts of lanes on the whole of it; normals as colours of their components; numbers in
+    /// colours that differ.
     pub fn to_srgb(&self) -> Vec<u8> {
         match self.aov {
-            Aov::Distance | Aov::Time => self.heat(),
+            Aov::Distance | Aov::Time | Aov::Nodes => self.heat(),
+            Aov::Lanes => {
+                let scale = HeatScale::new();
+                self.pixels.iter().flat_map(|pixel| scale.color(pixel[0])).collect()
+            }
             Aov::Normal => {
                 let encoder = SrgbEncoder::new();
                 let shown = self.pixels.iter().flatten().map(|x| encoder.encode(0.5 * x + 0.5));
@@ -100,12 +116,6 @@ impl AovImage {
         let color = |pixel: &[f32; 3]| scale.color((logarithm(pixel[0]) - least) / width);
         self.pixels.iter().flat_map(color).collect()
     }
-}
-
-/// The logarithm to base 2 of what is not negative, straight between powers of two, plus 127: what the bits
-/// of a float are, read as a number.
-fn logarithm(value: f32) -> f32 {
-    value.max(0.0).to_bits() as f32 / 8_388_608.0
 }
 
 /// A colour for a number; black for -1.

@@ -46,6 +46,12 @@ impl Default for HeatScale {
     }
 }
 
+/// The logarithm to base 2 of what is not negative, straight between powers of two: what the bits of a
+/// float are, read as a number. -127 for 0.
+pub fn logarithm(value: f32) -> f32 {
+    value.max(0.0).to_bits() as f32 / 8_388_608.0 - 127.0
+}
+
 /// The point of the spiral in Oklab.
 fn spiral(x: f64) -> [f64; 3] {
     let chroma = CHROMA * 4.0 * x * (1.0 - x);

@@ -8,6 +8,7 @@ mod srgb;
 pub use aov::{Aov, AovImage};
 pub use file::{ImageError, ImageFormat, write_image, write_image_with, write_pixels};
 pub use heat::HeatScale;
+pub(crate) use heat::logarithm;
 pub use srgb::SrgbEncoder;
 
 /// An image of linear RGB colours, rows from top to bottom.

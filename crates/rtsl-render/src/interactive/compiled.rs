@@ -97,6 +97,8 @@ pub struct CompiledScene {
     pub epsilon: f32,
     /// The greatest number of scratch arrays of a shader.
     pub scratch_arrays: usize,
+    /// Lanes of a vector of the kernels.
+    pub width: u32,
     /// The time that kernels took.
     pub compile_time: Duration,
     /// The time that bounds and the acceleration structure took.
@@ -256,6 +258,7 @@ impl Builder<'_> {
             classes,
             instance_transforms: scene.instances.iter().map(|it| it.transform.affine()).collect(),
             scratch_arrays: scratch.max().unwrap_or(0),
+            width: self.table.engine().width(),
             compile_time: Duration::ZERO,
             build_time: Duration::ZERO,
             specialisation: self.specialisation(&scene),

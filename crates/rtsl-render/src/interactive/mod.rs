@@ -28,6 +28,7 @@ mod tile_aovs;
 mod tile_sample;
 mod tiles;
 mod variables;
+mod work_counts;
 mod workspace;
 
 pub(crate) use camera::{CameraRays, TILE, Tile, camera_rays};
@@ -38,6 +39,8 @@ pub(crate) use render::exhausted_budgets;
 pub use render::{RenderOptions, Rendered, render};
 pub(crate) use shading::Tracer;
 pub(crate) use surface::{prepare, runs};
+pub(crate) use tile_aovs::visits_of_sample;
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};
 pub(crate) use tiles::{RenderThreads, tiles_of};
+pub(crate) use work_counts::WorkCounts;
 pub(crate) use workspace::{Problems, Workspace};

@@ -9,15 +9,16 @@ use rtsl::{Diagnostic, diagnostic_codes as codes};
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::{Aov, AovImage, Image};
 use crate::messages::Messages;
-use crate::statistics::RayCounts;
+use crate::statistics::{LaneUse, RayCounts};
 
 use super::camera::Tile;
 use super::compiled::CompiledScene;
 use super::shading::Tracer;
 use super::specialisation::SPECIALISE_AFTER;
-use super::tile_aovs::{ObjectClasses, TileAovs, TileValues};
+use super::tile_aovs::{ObjectClasses, TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;
 use super::tiles::{RenderThreads, tiles_of};
+use super::work_counts::WorkCounts;
 use super::workspace::{Problems, Workspace};
 
 /// How to render.
@@ -135,6 +136,8 @@ impl<'a> Job<'a> {
         let tracer = Tracer { scene: self.scene, problems: &self.problems };
         let samples = self.scene.settings.sampler.samples_per_pixel();
         let begun = Instant::now();
+        let counts_lanes = self.options.aovs.contains(&Aov::Lanes);
+        workspace.counts = counts_lanes.then(|| WorkCounts::new(self.scene.width));
         let mut sums = [[0.0; 3]; LANES];
         let mut taken = 0;
         let mut dropped = 0;
@@ -147,10 +150,12 @@ impl<'a> Job<'a> {
             taken += 1;
             dropped += sample_tile(&tracer, workspace, tile, sample).add_to(&mut sums);
         }
-        let time = begun.elapsed();
+        let counts = workspace.counts.take();
+        let lane_use = counts.map_or(LaneUse::default(), |counts| counts.lane_use);
+        let work = TileWork { time: begun.elapsed(), lane_use };
         let aovs = self.tile_aovs(workspace, &tracer, tile, taken);
         self.keep_tile(tile, &sums.map(|sum| sum.map(|channel| channel / taken as f32)), |aov| {
-            aovs.values(aov, time, taken)
+            aovs.values(aov, work, taken)
         });
         self.dropped.fetch_add(dropped, Ordering::Relaxed);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -169,7 +174,7 @@ impl<'a> Job<'a> {
         samples: u32,
     ) -> TileAovs {
         let mut aovs = TileAovs::new();
-        if self.options.aovs.iter().any(|aov| *aov != Aov::Time) {
+        if self.options.aovs.iter().any(|aov| !matches!(aov, Aov::Time | Aov::Lanes)) {
             for sample in 0..samples {
                 aovs.add(tracer, workspace, &self.object_classes, tile, sample);
             }

@@ -13,6 +13,7 @@ use super::intersection::Intersector;
 use super::lane_context::LaneContext;
 use super::surface::{Run, prepare, runs};
 use super::variables::variables;
+use super::work_counts::CountedObjects;
 use super::workspace::{CallBlocks, Level, Problems, Workspace};
 
 /// What rays are traced with.
@@ -29,9 +30,16 @@ pub type PacketColors = LaneVectors;
 impl Tracer<'_> {
     /// The nearest hits.
     pub fn nearest(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> Hits {
-        let blocks = &mut workspace.intersection;
-        let mut intersector = Intersector::new(self.scene, blocks, self.problems);
-        self.scene.geometry.nearest(rays, lanes, &mut intersector, &mut workspace.visits)
+        let Workspace { intersection, visits, counts, .. } = workspace;
+        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        let geometry = &self.scene.geometry;
+        match counts {
+            None => geometry.nearest(rays, lanes, &mut intersector, visits),
+            Some(counts) => {
+                let mut counted = CountedObjects::new(intersector, counts);
+                geometry.nearest(rays, lanes, &mut counted, visits)
+            }
+        }
     }
 
     /// The lanes that hit anything before their limits.
@@ -41,9 +49,15 @@ impl Tracer<'_> {
         rays: &RayPacket,
         lanes: LaneMask,
     ) -> LaneMask {
-        let blocks = &mut workspace.intersection;
-        let mut intersector = Intersector::new(self.scene, blocks, self.problems);
-        self.scene.geometry.any(rays, lanes, &mut intersector, &mut workspace.visits)
+        let Workspace { intersection, visits, counts, .. } = workspace;
+        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        let geometry = &self.scene.geometry;
+        match counts {
+            None => geometry.any(rays, lanes, &mut intersector, visits),
+            Some(counts) => {
+                geometry.any(rays, lanes, &mut CountedObjects::new(intersector, counts), visits)
+            }
+        }
     }
 }
 
@@ -212,6 +226,9 @@ fn shade(
         Surface::Own(run) => run.call(tracer, method, numbers),
     });
     let Some(call) = call else { return };
+    if let Some(counts) = &mut host.workspace.counts {
+        counts.add_call(shading.lanes);
+    }
     let v = variables();
     let result = if call.method == Method::Shade { v.sample_color } else { v.emission_color };
     match shading.what {

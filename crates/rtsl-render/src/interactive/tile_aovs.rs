@@ -3,14 +3,16 @@
 
 use std::time::Duration;
 
-use crate::acceleration::{LANES, lanes_of};
+use crate::acceleration::{Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::film::Aov;
 use crate::math::dot;
+use crate::statistics::LaneUse;
 
 use super::camera::{CameraRays, Tile, camera_rays};
 use super::compiled::CompiledScene;
 use super::shading::Tracer;
 use super::surface::{prepare, runs};
+use super::work_counts::WorkCounts;
 use super::workspace::Workspace;
 
 /// The classes of a scene's objects, in the order in which objects have them.
@@ -44,7 +46,17 @@ pub struct TileAovs {
     object: [f32; LANES],
     class: [f32; LANES],
     hits: [u32; LANES],
+    visited: [u32; LANES],
     samples: u32,
+}
+
+/// What the samples of a tile took.
+#[derive(Clone, Copy, Default)]
+pub struct TileWork {
+    /// The time.
+    pub time: Duration,
+    /// The lanes that took part in calls, where that was counted.
+    pub lane_use: LaneUse,
 }
 
 /// The values of a tile.
@@ -59,6 +71,7 @@ impl TileAovs {
             object: [-1.0; LANES],
             class: [-1.0; LANES],
             hits: [0; LANES],
+            visited: [0; LANES],
             samples: 0,
         }
     }
@@ -76,7 +89,10 @@ impl TileAovs {
         let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, sample);
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
-        let hits = tracer.nearest(workspace, &rays, lanes);
+        let (hits, visited) = counted_hits(tracer, workspace, &rays, lanes);
+        for (sum, visited) in self.visited.iter_mut().zip(visited) {
+            *sum += visited;
+        }
         for run in &runs(tracer.scene, &hits, lanes) {
             prepare(tracer, run, &rays, &hits, &mut level, &mut context);
             for lane in lanes_of(run.lanes) {
@@ -94,9 +110,10 @@ impl TileAovs {
         self.samples += 1;
     }
 
-    /// The values, for a tile whose samples took this time in all.
-    pub fn values(&self, aov: Aov, time: Duration, samples: u32) -> TileValues {
-        let time = time.as_nanos() as f32 / (samples.max(1) as usize * LANES) as f32;
+    /// The values, for a tile whose samples took this in all.
+    pub fn values(&self, aov: Aov, work: TileWork, samples: u32) -> TileValues {
+        let time = work.time.as_nanos() as f32 / (samples.max(1) as usize * LANES) as f32;
+        let lanes = work.lane_use.part().unwrap_or(0.0);
         std::array::from_fn(|lane| match aov {
             // Where nothing is hit, 0 / 0 would not do.
             Aov::Distance if self.hits[lane] == 0 => [f32::INFINITY; 3],
@@ -105,6 +122,34 @@ impl TileAovs {
             Aov::Object => [self.object[lane]; 3],
             Aov::Class => [self.class[lane]; 3],
             Aov::Time => [time; 3],
+            Aov::Nodes => [self.visited[lane] as f32 / self.samples.max(1) as f32; 3],
+            Aov::Lanes => [lanes; 3],
         })
     }
+}
+
+/// The nodes and blocks that the camera rays of a sample visit.
+pub fn visits_of_sample(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    tile: Tile,
+    sample: u32,
+) -> [u32; LANES] {
+    let settings = &tracer.scene.settings;
+    let lanes = tile.lanes(settings.width, settings.height);
+    let rays = camera_rays(tracer, workspace, tile, sample).rays;
+    counted_hits(tracer, workspace, &rays, lanes).1
+}
+
+/// The nearest hits, and for each lane the nodes and blocks that its ray visits.
+fn counted_hits(
+    tracer: &Tracer<'_>,
+    workspace: &mut Workspace,
+    rays: &RayPacket,
+    lanes: LaneMask,
+) -> (Hits, [u32; LANES]) {
+    workspace.counts = Some(WorkCounts::new(tracer.scene.width));
+    let hits = tracer.nearest(workspace, rays, lanes);
+    let counts = workspace.counts.take();
+    (hits, counts.map_or([0; LANES], |counts| counts.visited))
 }

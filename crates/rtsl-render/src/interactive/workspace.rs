@@ -14,6 +14,7 @@ use crate::statistics::RayCounts;
 
 use super::compiled::{CompiledScene, ShaderInstance};
 use super::intersection::IntersectionBlocks;
+use super::work_counts::WorkCounts;
 
 /// What one thread needs.
 pub struct Workspace {
@@ -29,6 +30,8 @@ pub struct Workspace {
     pub light: CallBlocks,
     /// Rays traced so far.
     pub rays: RayCounts,
+    /// What searches and shading do, while somebody wants to know.
+    pub counts: Option<WorkCounts>,
     scratch_arrays: usize,
 }
 
@@ -68,6 +71,7 @@ impl Workspace {
             camera: CallBlocks::new(scene.scratch_arrays),
             light: CallBlocks::new(scene.scratch_arrays),
             rays: RayCounts::default(),
+            counts: None,
             scratch_arrays: scene.scratch_arrays,
         }
     }

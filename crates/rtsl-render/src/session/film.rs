@@ -6,8 +6,9 @@ use std::time::Duration;
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::Image;
 use crate::interactive::{Tile, TileSample, TileSums, tiles_of};
+use crate::statistics::LaneUse;
 
-use super::view_mode::Display;
+use super::view_mode::{Display, PixelFacts};
 
 /// A film. Each tile has a lock of its own, so that threads fill it without waiting for one another.
 pub struct Film {
@@ -17,20 +18,45 @@ pub struct Film {
     records: Vec<Mutex<Record>>,
 }
 
+/// What samples of a tile took.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleWork {
+    /// The time.
+    pub time: Duration,
+    /// The lanes that took part in calls, where that was counted.
+    pub lane_use: LaneUse,
+    /// The nodes and blocks that the camera ray of each pixel visited, where that was counted.
+    pub visited: [u32; LANES],
+}
+
+impl SampleWork {
+    /// Nothing.
+    pub const NONE: SampleWork =
+        SampleWork { time: Duration::ZERO, lane_use: LaneUse::NONE, visited: [0; LANES] };
+
+    fn add(&mut self, other: &SampleWork) {
+        self.time += other.time;
+        self.lane_use += other.lane_use;
+        for (sum, visited) in self.visited.iter_mut().zip(other.visited) {
+            *sum = sum.saturating_add(visited);
+        }
+    }
+}
+
 /// What is known of a tile.
 struct Record {
     sums: TileSums,
     /// Samples of each pixel.
     taken: u32,
-    /// The time that they took.
-    time: Duration,
+    /// What they took.
+    work: SampleWork,
     /// What is shown, `0x00RRGGBB`. It outlives the samples, until there are others to show.
     shown: [u32; LANES],
 }
 
 impl Record {
     const EMPTY: Record =
-        Record { sums: [[0.0; 3]; LANES], taken: 0, time: Duration::ZERO, shown: [0; LANES] };
+        Record { sums: [[0.0; 3]; LANES], taken: 0, work: SampleWork::NONE, shown: [0; LANES] };
 
     fn average(&self, lane: usize) -> [f32; 3] {
         self.sums[lane].map(|channel| channel / self.taken as f32)
@@ -41,9 +67,12 @@ impl Record {
             return;
         }
         // The time of a tile counts for each of its pixels.
-        let time = self.time / (self.taken * LANES as u32);
+        let time = self.work.time / (self.taken * LANES as u32);
+        let lanes = self.work.lane_use.part().unwrap_or(0.0);
         for lane in 0..LANES {
-            self.shown[lane] = display.pixel(self.average(lane), time);
+            let visited = self.work.visited[lane] as f32 / self.taken as f32;
+            let facts = PixelFacts { color: self.average(lane), time, visited, lanes };
+            self.shown[lane] = display.pixel(&facts);
         }
     }
 }
@@ -74,13 +103,13 @@ impl Film {
         }
     }
 
-    /// Adds a sample of the tile `index`, which took this time.
-    pub fn add(&self, index: usize, sample: &TileSample, time: Duration, display: &Display) {
+    /// Adds a sample of the tile `index`, and what it took.
+    pub fn add(&self, index: usize, sample: &TileSample, work: &SampleWork, display: &Display) {
         let mut record = self.record(index);
         // Samples that are not finite count as black.
         sample.add_to(&mut record.sums);
         record.taken += 1;
-        record.time += time;
+        record.work.add(work);
         record.show(display);
     }
 
@@ -150,8 +179,8 @@ mod tests {
         let display = Display::new(ViewMode::Image, 1.0);
         let mut film = Film::new(10, 9);
         assert_eq!(film.tiles().len(), 4);
-        film.add(1, &sample(&film, 1, 0.0), Duration::ZERO, &display);
-        film.add(1, &sample(&film, 1, 1.0), Duration::ZERO, &display);
+        film.add(1, &sample(&film, 1, 0.0), &SampleWork::NONE, &display);
+        film.add(1, &sample(&film, 1, 1.0), &SampleWork::NONE, &display);
         let image = film.image();
         assert_eq!((image.pixels[8], image.pixels[7]), ([0.5; 3], [0.0; 3]));
         let mut pixels = vec![7; 12 * 9];
@@ -167,7 +196,7 @@ mod tests {
     fn a_smaller_film_is_enlarged() {
         let display = Display::new(ViewMode::Image, 1.0);
         let (small, film) = (Film::new(2, 1), Film::new(20, 10));
-        small.add(0, &sample(&small, 0, 1.0), Duration::ZERO, &display);
+        small.add(0, &sample(&small, 0, 1.0), &SampleWork::NONE, &display);
         film.show_scaled(&small);
         let mut pixels = vec![0; 200];
         film.copy_to(&mut pixels, 20);

@@ -2,23 +2,25 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rtsl::{Diagnostic, Engine, SourceMap, diagnostic_codes as codes};
 
 use crate::film::exposure_scale;
 use crate::interactive::{
-    CameraRays, CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, Workspace, camera_rays,
-    exhausted_budgets, runs, sample_tile,
+    CameraRays, CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, WorkCounts, Workspace,
+    camera_rays, exhausted_budgets, runs, sample_tile, visits_of_sample,
 };
 use crate::math::Transform;
 use crate::messages::Messages;
 use crate::reader::DiskFiles;
+use crate::sampling::hash;
 use crate::scene::{EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource};
-use crate::statistics::RayCounts;
+use crate::statistics::{LaneUse, RayCounts};
 
 use super::control::{Control, Thing};
-use super::film::Film;
+use super::film::{Film, SampleWork};
 use super::options::SessionOptions;
 use super::picked::Picked;
 use super::status::Status;
@@ -48,6 +50,8 @@ pub struct Session {
     phase: Phase,
     /// What a pixel of a whole frame took of late.
     pixel_time: Option<Duration>,
+    /// The lanes that took part in calls since the status told of them.
+    lane_use: Mutex<LaneUse>,
     status: Status,
 }
 
@@ -106,6 +110,7 @@ impl Session {
             problems: Problems::default(),
             phase: Phase::Frame,
             pixel_time: None,
+            lane_use: Mutex::default(),
             source,
             options,
             engine,
@@ -197,11 +202,16 @@ impl Session {
         self.display.mode()
     }
 
-    /// Shows something else.
+    /// Shows something else. What is counted only while it is shown takes new samples.
     pub fn set_view_mode(&mut self, mode: ViewMode) {
+        let starts_to_count = mode.is_counted() && mode != self.display.mode();
         let exposure = self.scene.settings.exposure + self.options.exposure;
         self.display = Display::new(mode, exposure_scale(exposure));
-        self.film.show(&self.display);
+        if starts_to_count {
+            self.restart();
+        } else {
+            self.film.show(&self.display);
+        }
     }
 
     /// The parts of the scene that have parameters, in the order of its text.
@@ -429,7 +439,7 @@ impl Session {
         first: usize,
         deadline: Option<Instant>,
     ) -> (usize, RayCounts) {
-        let Session { compiled, problems, display, .. } = self;
+        let Session { compiled, problems, display, lane_use, .. } = self;
         let tracer = Tracer { scene: compiled, problems };
         // However little time there is, one tile is done.
         let begun = AtomicBool::new(false);
@@ -442,11 +452,22 @@ impl Session {
             (first, film.tiles().len()),
             || !problems.any() && in_time(),
             |workspace, index| {
+                let tile = film.tiles()[index];
+                workspace.counts = counts_lanes(display.mode(), index, sample)
+                    .then(|| WorkCounts::new(compiled.width));
                 let start = Instant::now();
-                let taken = sample_tile(&tracer, workspace, film.tiles()[index], sample);
+                let taken = sample_tile(&tracer, workspace, tile, sample);
+                let mut work = SampleWork { time: start.elapsed(), ..SampleWork::NONE };
+                if let Some(counts) = workspace.counts.take() {
+                    work.lane_use = counts.lane_use;
+                    *lock(lane_use) += counts.lane_use;
+                }
+                if display.mode() == ViewMode::Nodes {
+                    work.visited = visits_of_sample(&tracer, workspace, tile, sample);
+                }
                 // A sample that was cut short is none.
                 if !problems.any() {
-                    film.add(index, &taken, start.elapsed(), display);
+                    film.add(index, &taken, &work, display);
                 }
             },
         )
@@ -470,7 +491,7 @@ impl Session {
         (1..GREATEST_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(GREATEST_REDUCTION)
     }
 
-    /// Counts rays, those of late more than those of long ago.
+    /// Counts rays, those of late more than those of long ago, and the lanes that took part.
     fn count(&mut self, rays: RayCounts, time: Duration) {
         const MEMORY: f64 = 0.3;
         let seconds = time.as_secs_f64().max(1e-9);
@@ -478,7 +499,24 @@ impl Session {
         let before = self.status.rays_per_second;
         let part = if before == 0.0 { 1.0 } else { (seconds / MEMORY).min(1.0) };
         self.status.rays_per_second = before + (now - before) * part;
+        let lanes = std::mem::take(&mut *lock(&self.lane_use)).part();
+        self.status.lane_utilisation = lanes.or(self.status.lane_utilisation);
     }
+}
+
+/// Whether the lanes that take part in a sample of a tile are counted. Where only figures ask, few tiles
+/// tell enough; where times are shown, none shall take longer than it must.
+fn counts_lanes(mode: ViewMode, tile: usize, sample: u32) -> bool {
+    const ONE_OF: u32 = 16;
+    match mode {
+        ViewMode::Lanes => true,
+        ViewMode::Time => false,
+        ViewMode::Image | ViewMode::Nodes => hash(tile as u32, sample).is_multiple_of(ONE_OF),
+    }
+}
+
+fn lock(lane_use: &Mutex<LaneUse>) -> MutexGuard<'_, LaneUse> {
+    lane_use.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn check_size(scene: &Scene) -> Result<(), Messages> {

@@ -23,7 +23,8 @@ pub struct Status {
     pub target: String,
     /// Threads that render.
     pub threads: usize,
-    /// The part of SIMD lanes that did useful work; `None` where nobody counted.
+    /// The part of SIMD lanes that took part in calls of `intersect` and `shade` of late, by some of the
+    /// tiles; `None` where nobody counted yet.
     pub lane_utilisation: Option<f32>,
     /// What stopped the render, if something did.
     pub problem: Option<String>,

@@ -312,3 +312,24 @@ fn times_are_shown_as_heat() {
     session.set_view_mode(ViewMode::Image);
     assert_eq!(shown(&session), image);
 }
+
+#[test]
+fn visits_and_lanes_are_shown_as_heat_and_leave_the_image_alone() {
+    let folder = Folder::new("counts");
+    let mut session = folder.open();
+    let first = finish(&mut session);
+    let image = shown(&session);
+    for mode in [ViewMode::Nodes, ViewMode::Lanes] {
+        session.set_view_mode(mode);
+        assert!(session.is_busy(), "what is counted takes samples");
+        assert_eq!(finish(&mut session), first);
+        assert_ne!(shown(&session), image);
+    }
+    let heat = shown(&session);
+    assert_eq!(heat[0], heat[1], "all pixels of a tile go together");
+    let lanes = session.status().lane_utilisation.expect("they were counted");
+    assert!(lanes > 0.5 && lanes < 1.0, "{lanes}");
+    session.set_view_mode(ViewMode::Image);
+    assert!(!session.is_busy());
+    assert_eq!(shown(&session), image);
+}
