@@ -1,13 +1,15 @@
 //! The hit of a ray depends on the ray and the scene alone: random scenes of spheres, instances
 //! among them, traversed in random packets, against a plain loop over all objects.
 
+use std::sync::Arc;
+
 use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
     Block, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes,
     Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
 };
-use rtsl_render::math::{Affine, Transform, dot};
+use rtsl_render::math::{Affine, MovingTransform, Transform, dot};
 
 #[derive(Clone, Copy, Debug)]
 struct Sphere {
@@ -109,6 +111,7 @@ fn packet(rays: &[Ray], order: &[usize]) -> RayPacket {
         packet.set(lane, origin, direction);
         packet.epsilon[lane] = 1e-3;
         packet.limit[lane] = limit;
+        packet.time[lane] = *ray as f32 / LANES as f32;
     }
     packet
 }
@@ -131,13 +134,21 @@ fn scene(spheres: &[Sphere]) -> Geometry {
     let place = Transform::translate([3.0, 0.0, 0.0]).after(Transform::scale([0.5, 0.5, 0.5]));
     let inverse = place.inverse().map_or(Affine::IDENTITY, Transform::affine);
     let placed = group.bounds().and_then(|bounds| bounds.transformed(place));
+    let way = Transform::rotate(70.0, [1.0, 2.0, 0.5]).unwrap_or(Transform::IDENTITY);
+    let way = Transform::translate([-3.0, 1.0, 2.0]).after(way);
+    let motion = MovingTransform::new(place, way, [0.0, 1.0]).map(Arc::new);
+    let moving = group.bounds().zip(motion.as_ref()).and_then(|(own, motion)| own.moved(motion));
     let mut world = items(spheres);
     // One object without a box.
     world[0].bounds = None;
     world.push(Item { bounds: placed, class: INSTANCE });
+    world.push(Item { bounds: moving, class: INSTANCE });
     Geometry {
         groups: vec![Group::new(world), group],
-        instances: vec![Instance { group: 1, inverse }],
+        instances: vec![
+            Instance { group: 1, inverse, motion: None },
+            Instance { group: 1, inverse, motion },
+        ],
         first_instance: spheres.len() as u32,
     }
 }

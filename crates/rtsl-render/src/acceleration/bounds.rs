@@ -1,6 +1,6 @@
 //! Axis-aligned boxes.
 
-use crate::math::Transform;
+use crate::math::{MovingTransform, Transform};
 
 /// An axis-aligned box with finite corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,14 @@ impl Bounds {
             }
         }
         Bounds::new(min.map(|x| (x as f32).next_down()), max.map(|x| (x as f32).next_up()))
+    }
+
+    /// The box that holds what this one holds while it moves: of points that go on straight lines from key
+    /// to key, the union over the keys.
+    pub fn moved(&self, motion: &MovingTransform) -> Option<Self> {
+        let mut keys = motion.keys().iter().map(|key| self.transformed(*key));
+        let first = keys.next()??;
+        keys.try_fold(first, |all, key| Some(all.union(&key?)))
     }
 
     /// The box grown on all sides by the fixed rule that every object's own box obeys.

@@ -1,8 +1,13 @@
 //! What rays are traced against: groups of items, each with its tree.
 
-use crate::math::Affine;
+use std::sync::Arc;
+
+use crate::math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;
+use super::packet::{LaneMask, RayPacket};
+use super::space::{RaySpace, Serial};
+use super::traversal::{moved_packet, moved_packet_by, moved_ray};
 use super::wide_tree::{Item, WideTree};
 
 /// Groups of items: the first is the scene itself, the others are placed by its instances.
@@ -31,8 +36,30 @@ pub struct Group {
 pub struct Instance {
     /// The index of the group.
     pub group: u32,
-    /// From the scene's space into that group's.
+    /// From the scene's space into that group's; of what moves, when the shutter opens.
     pub inverse: Affine,
+    /// From the group's space to the scene's for as long as the shutter is open, if it moves.
+    pub motion: Option<Arc<MovingTransform>>,
+}
+
+impl Instance {
+    /// The rays of a packet in the group's space. Of rays that move only those of `lanes` count.
+    #[inline(always)]
+    pub fn moved_packet(&self, rays: &RayPacket, lanes: LaneMask) -> RayPacket {
+        match &self.motion {
+            None => moved_packet(rays, &self.inverse),
+            Some(motion) => moved_packet_by(rays, lanes, |time| motion.inverse_at(time)),
+        }
+    }
+
+    /// A ray in the group's space; `None` where it is not finite there.
+    #[inline(always)]
+    pub fn moved_ray(&self, ray: &RaySpace, serial: Serial) -> Option<RaySpace> {
+        match &self.motion {
+            None => moved_ray(ray, &self.inverse, serial),
+            Some(motion) => moved_ray(ray, &motion.inverse_at(ray.time), serial),
+        }
+    }
 }
 
 impl Group {

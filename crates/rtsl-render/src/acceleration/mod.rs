@@ -20,6 +20,9 @@
 //!    Tests of many rays at once leave out no box that one of the rays would meet.
 //! 4. **Ties go to the lower id.**
 //!
+//! What moves has the box that holds it for as long as the shutter is open, and the map into its space is
+//! that of the ray's own time: both are functions of ray and scene too.
+//!
 //! So the result is the least (distance, id) of all hits that count, whichever way and in whatever
 //! company a ray is sent. This leaves the traversal free to do what is fast: see the module `traversal`.
 //!
@@ -48,5 +51,5 @@ pub use hit::{HitId, Hits};
 pub use objects::Objects;
 pub use packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 pub use space::{PacketSpace, RaySpace, Serial};
-pub use traversal::{Visits, moved_packet};
+pub use traversal::{Visits, moved_packet, moved_packet_by};
 pub use wide_tree::{Block, Boxes, Child, Item, WIDTH, WideNode, WideTree};

@@ -13,7 +13,7 @@ use super::hit::HitId;
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, lanes_of};
 use super::space::{CHUNK, PacketSpace, RaySpace, finite_lanes, greatest};
-use super::traversal::{Outer, Search, Traversal, moved_packet};
+use super::traversal::{Outer, Search, Traversal};
 use super::wide_tree::{Block, Child, WIDTH};
 
 /// Fewer rays than these go on from a node one by one.
@@ -195,11 +195,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
     ) {
         let item = block.items[index];
         let bounds = block.boxes.get(index);
-        let Some((group, map)) = self.instance(item) else { return };
+        let Some((group, instance)) = self.instance(item) else { return };
         simd.vectorize(
             #[inline(always)]
             || {
-                let moved = moved_packet(&space.rays, map);
+                let moved = instance.moved_packet(&space.rays, lanes);
                 let lanes = finite_lanes(simd, &moved, lanes);
                 if lanes != 0 {
                     let moved = PacketSpace::new(simd, moved, lanes, self.next_serial());

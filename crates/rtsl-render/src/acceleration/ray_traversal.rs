@@ -7,7 +7,7 @@ use super::geometry::{Group, INSTANCE};
 use super::objects::Objects;
 use super::packet_traversal::insertion_sort;
 use super::space::RaySpace;
-use super::traversal::{Outer, Search, Traversal, moved_ray};
+use super::traversal::{Outer, Search, Traversal};
 use super::wide_tree::{Block, Child, WIDTH};
 
 /// A child that a ray meets.
@@ -154,8 +154,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 continue;
             }
             let item = block.items[index];
-            let Some((group, map)) = self.instance(item) else { continue };
-            let Some(moved) = moved_ray(ray, map, self.next_serial()) else { continue };
+            let Some((group, instance)) = self.instance(item) else { continue };
+            let Some(moved) = instance.moved_ray(ray, self.next_serial()) else { continue };
             let outer = Outer { item, bounds: block.boxes.get(index), space: ray };
             for block in group.tree.unbounded() {
                 self.visit_block_with_ray(simd, block, &moved, lane, Some(&outer));

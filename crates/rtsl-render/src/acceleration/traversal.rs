@@ -6,10 +6,10 @@ use fearless_simd::{Level, Simd, dispatch};
 use crate::math::Affine;
 
 use super::bounds::Bounds;
-use super::geometry::{Geometry, Group};
+use super::geometry::{Geometry, Group, Instance};
 use super::hit::{HitId, Hits};
 use super::objects::Objects;
-use super::packet::{LANES, LaneMask, RayPacket};
+use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
 use super::packet_traversal::PacketVisit;
 use super::ray_traversal::RayVisit;
 use super::space::{PacketSpace, RaySpace, Serial, finite_lanes};
@@ -131,11 +131,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// The group and the map into its space that an item of the scene leads to.
-    pub fn instance(&self, item: u32) -> Option<(&'a Group, &'a Affine)> {
+    /// The group that an item of the scene leads to, and how it is placed.
+    pub fn instance(&self, item: u32) -> Option<(&'a Group, &'a Instance)> {
         let index = item.checked_sub(self.geometry.first_instance)?;
         let instance = self.geometry.instances.get(index as usize)?;
-        Some((self.geometry.groups.get(instance.group as usize)?, &instance.inverse))
+        Some((self.geometry.groups.get(instance.group as usize)?, instance))
     }
 }
 
@@ -153,6 +153,20 @@ pub fn moved_packet(rays: &RayPacket, map: &Affine) -> RayPacket {
             moved.origin[row][lane] = turned(&rays.origin, lane) + origin[row];
             moved.direction[row][lane] = turned(&rays.direction, lane);
         }
+    }
+    moved
+}
+
+/// The rays of `lanes` under maps of their own, each by its time; others stay as they are.
+pub fn moved_packet_by(
+    rays: &RayPacket,
+    lanes: LaneMask,
+    map_at: impl Fn(f32) -> Affine,
+) -> RayPacket {
+    let mut moved = rays.clone();
+    for lane in lanes_of(lanes) {
+        let map = map_at(rays.time[lane]);
+        moved.set(lane, map.point(rays.origin_of(lane)), map.vector(rays.direction_of(lane)));
     }
     moved
 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet};
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet, moved_packet_by};
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO};
 use crate::scene::Settings;
 
@@ -118,7 +118,11 @@ fn camera_rays_in_vectors<S: Simd>(
     }
     rays.limit.copy_from_slice(state.floats(v.hit_distance));
     rays.time = numbers.time;
-    CameraRays { rays: moved_packet(&rays, &scene.camera_to_world), context, weights }
+    let rays = match &scene.camera_motion {
+        None => moved_packet(&rays, &scene.camera_to_world),
+        Some(motion) => moved_packet_by(&rays, lanes, |time| motion.map_at(time)),
+    };
+    CameraRays { rays, context, weights }
 }
 
 /// What the camera is given, lane by lane.

@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
 use crate::acceleration::{Bounds, Geometry};
-use crate::math::{Affine, Transform};
+use crate::math::{Affine, MovingTransform, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
@@ -33,7 +33,7 @@ pub struct ShaderInstance {
 pub struct Object {
     /// Its shape.
     pub primitive: ShaderInstance,
-    /// From its own space to its group's, and back.
+    /// From its own space to its group's. What moves is a group of its own, and a moving instance.
     pub forward: Affine,
     /// From its group's space to its own.
     pub inverse: Affine,
@@ -72,8 +72,10 @@ pub struct CompiledScene {
     pub shaders: Vec<Shader>,
     /// The camera.
     pub camera: ShaderInstance,
-    /// From the camera's space to the world's.
+    /// From the camera's space to the world's; of one that moves, when the shutter opens.
     pub camera_to_world: Affine,
+    /// The same for as long as the shutter is open, if it moves.
+    pub camera_motion: Option<Arc<MovingTransform>>,
     /// The materials.
     pub materials: Vec<ShaderInstance>,
     /// The lights.
@@ -91,7 +93,8 @@ pub struct CompiledScene {
     pub items: Vec<GroupItems>,
     /// What blocks of the geometry's trees name as their classes.
     pub classes: Vec<ObjectClass>,
-    /// From a group's space to the world's, for the instances of the geometry.
+    /// From a group's space to the world's, for the instances of the geometry; of those that move, when
+    /// the shutter opens.
     pub instance_transforms: Vec<Affine>,
     /// The least distance of a hit.
     pub epsilon: f32,
@@ -234,12 +237,13 @@ impl Builder<'_> {
             Some(shapes) => shapes,
             None => {
                 let bounds = self.bounds(&scene)?;
-                let epsilon = scene.settings.epsilon.unwrap_or_else(|| epsilon(&bounds));
-                (Arc::new(placed.geometry(&scene, &bounds)), epsilon)
+                let epsilon =
+                    scene.settings.epsilon.unwrap_or_else(|| epsilon(&scene.objects, &bounds));
+                (Arc::new(placed.geometry(&bounds)), epsilon)
             }
         };
         let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
-        let items = placed.groups;
+        let PlacedObjects { groups: items, instances, .. } = placed;
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         let area_lights = self.area_lights(&scene, &items);
         Ok(CompiledScene {
@@ -248,6 +252,7 @@ impl Builder<'_> {
             shaders: Vec::new(),
             camera: self.table.instance(&scene.camera),
             camera_to_world: scene.camera_to_world.affine(),
+            camera_motion: scene.camera_motion.clone(),
             materials: scene.materials.iter().map(|it| self.table.instance(it)).collect(),
             lights: scene.lights.iter().map(|light| self.light(light)).collect(),
             area_lights,
@@ -256,7 +261,7 @@ impl Builder<'_> {
             geometry,
             items,
             classes,
-            instance_transforms: scene.instances.iter().map(|it| it.transform.affine()).collect(),
+            instance_transforms: instances.iter().map(|it| it.transform.affine()).collect(),
             scratch_arrays: scratch.max().unwrap_or(0),
             width: self.table.engine().width(),
             compile_time: Duration::ZERO,
@@ -308,8 +313,8 @@ impl Builder<'_> {
     fn object(&self, object: &SceneObject) -> Object {
         Object {
             primitive: self.table.instance(&object.primitive),
-            forward: object.transform.affine(),
-            inverse: inverse(object.transform),
+            forward: object.fixed_transform().affine(),
+            inverse: inverse(object.fixed_transform()),
             material: (!is_own_material(object)).then_some(object.material),
             emitter: object.emitter,
             reverse_orientation: object.reverse_orientation,
@@ -328,7 +333,7 @@ impl Builder<'_> {
                 None => vec![maker.bounds(shader, &instance)],
             };
             let placed =
-                |own: Option<Bounds>| own.and_then(|own| own.transformed(object.transform));
+                |own: Option<Bounds>| own.and_then(|own| own.transformed(object.fixed_transform()));
             Ok(own.into_iter().map(placed).collect())
         });
         bounds.collect()
@@ -344,8 +349,15 @@ pub fn inverse(transform: Transform) -> Affine {
 /// The least distance of a hit: 1e-4 of the scene's scale. The scale is the median diagonal of
 /// the objects' boxes, so that one large floor does not blur small things; but at least a hundredth
 /// of the diagonal of all, so that a fine mesh does not fall below the rounding of coordinates.
-fn epsilon(own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
-    let bounds: Vec<Bounds> = own_bounds.iter().flatten().flatten().copied().collect();
+fn epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
+    let placed = objects.iter().zip(own_bounds).flat_map(|(object, bounds)| {
+        let bounds = bounds.iter().flatten();
+        bounds.filter_map(|own| match object.motion {
+            None => Some(*own),
+            Some(_) => own.transformed(object.transform),
+        })
+    });
+    let bounds: Vec<Bounds> = placed.collect();
     let mut diagonals: Vec<f64> = bounds.iter().map(Bounds::diagonal).collect();
     diagonals.sort_unstable_by(f64::total_cmp);
     let Some(median) = diagonals.get(diagonals.len() / 2) else { return 1e-4 };

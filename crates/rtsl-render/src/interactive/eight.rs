@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
 use rtsl::LaneBlock;
 
-use crate::acceleration::{LaneMask, Lanes};
+use crate::acceleration::{LaneMask, Lanes, lanes_of};
 use crate::math::{Affine, USUAL_SQUARES};
 
 /// A vector for each lane, component by component.
@@ -142,6 +142,21 @@ impl<S: Simd> Eight<S> {
         self.blend(value[0], &mut to[0]);
         self.blend(value[1], &mut to[1]);
         self.blend(value[2], &mut to[2]);
+    }
+
+    /// What becomes of the vector of each lane of the packet, where every lane has a way of its own.
+    #[inline(always)]
+    pub fn each(
+        self,
+        vectors: &Vectors<S>,
+        map: impl Fn(usize, [f32; 3]) -> [f32; 3],
+    ) -> Vectors<S> {
+        let mut mapped = vectors.map(|component| component.to_array());
+        for index in lanes_of(self.bits) {
+            let vector = map(self.start + index, [0, 1, 2].map(|axis: usize| mapped[axis][index]));
+            (0..3).for_each(|axis| mapped[axis][index] = vector[axis]);
+        }
+        mapped.map(|component| f32x8::load_array(self.simd, component))
     }
 
     /// The lanes that take part and are in the mask, as lanes of the packet.

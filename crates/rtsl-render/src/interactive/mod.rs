@@ -18,6 +18,7 @@ mod lane_streams;
 mod light_samples;
 mod object_class;
 mod placed_objects;
+mod placement;
 mod render;
 mod request_lanes;
 mod shaders;

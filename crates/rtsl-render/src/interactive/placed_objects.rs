@@ -1,11 +1,13 @@
 //! The objects of a scene as items of groups, with trees over them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rtsl::Diagnostic;
 
 use crate::acceleration::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
-use crate::scene::{Scene, SceneObject};
+use crate::math::MovingTransform;
+use crate::scene::{PlacedGroup, Scene, SceneObject};
 
 use super::compiled::{Object, inverse};
 use super::object_class::{ObjectClass, objects_in_order};
@@ -13,8 +15,11 @@ use super::shaders::Shader;
 
 /// The objects of a scene as items of groups. This much is the same for scenes with the same shapes.
 pub struct PlacedObjects {
-    /// What the items of the groups are.
+    /// What the items of the groups are: first the scene's, then those of the scene's groups, then objects
+    /// that move, each a group of its own.
     pub groups: Vec<GroupItems>,
+    /// Where groups stand: first the scene's instances, then the objects that move.
+    pub instances: Vec<PlacedGroup>,
     /// The classes, by their numbers.
     keys: Vec<ClassKey>,
 }
@@ -76,8 +81,8 @@ impl PlacedObjects {
     /// The objects of a scene.
     pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
         let mut numbers = ClassNumbers::default();
-        let groups = std::iter::once(&scene.world).chain(&scene.groups);
-        let groups = groups.enumerate().map(|(group, members)| {
+        let Groups { groups, instances } = Groups::of(scene);
+        let groups = groups.iter().enumerate().map(|(group, members)| {
             let mut items = GroupItems::default();
             for object in members {
                 let elements = scene.objects[*object as usize].elements;
@@ -94,12 +99,12 @@ impl PlacedObjects {
             }
             items
         });
-        PlacedObjects { groups: groups.collect(), keys: numbers.into_keys() }
+        PlacedObjects { groups: groups.collect(), instances, keys: numbers.into_keys() }
     }
 
     /// Builds the trees. `bounds` are those of each object, or of its elements, in the space of the object's
     /// group.
-    pub fn geometry(&self, scene: &Scene, bounds: &[Vec<Option<Bounds>>]) -> Geometry {
+    pub fn geometry(&self, bounds: &[Vec<Option<Bounds>>]) -> Geometry {
         let items = |group: &GroupItems| -> Vec<Item> {
             let items = group.members.iter().flat_map(|member| {
                 let bounds = bounds[member.object as usize].iter();
@@ -111,9 +116,27 @@ impl PlacedObjects {
         let mut world = lists.next().unwrap_or_default();
         let placed: Vec<Group> = lists.map(Group::new).collect();
         let first_instance = world.len() as u32;
-        let instances = add_instances(scene, &placed, &mut world);
+        let instances = self.add_instances(&placed, &mut world);
         let groups = std::iter::once(Group::new(world)).chain(placed).collect();
         Geometry { groups, instances, first_instance }
+    }
+
+    /// Adds the instances behind the world's objects.
+    fn add_instances(&self, placed: &[Group], world: &mut Vec<Item>) -> Vec<Instance> {
+        let instances = self.instances.iter().map(|instance| {
+            let PlacedGroup { group, transform, motion } = instance;
+            let placed = &placed[*group as usize];
+            let own = placed.bounds();
+            let bounds = match motion {
+                // There is nothing to hit: a box that nothing meets.
+                _ if placed.is_empty() => Some(Bounds::NOWHERE),
+                None => own.and_then(|bounds| bounds.transformed(*transform)),
+                Some(motion) => own.and_then(|bounds| bounds.moved(motion)),
+            };
+            world.push(Item { bounds, class: INSTANCE });
+            Instance { group: group + 1, inverse: inverse(*transform), motion: motion.clone() }
+        });
+        instances.collect()
     }
 
     /// What blocks of the trees name as their classes.
@@ -152,21 +175,48 @@ impl PlacedObjects {
     }
 }
 
-/// Adds the instances behind the world's objects.
-fn add_instances(scene: &Scene, placed: &[Group], world: &mut Vec<Item>) -> Vec<Instance> {
-    let mut instances = Vec::with_capacity(scene.instances.len());
-    for instance in &scene.instances {
-        let group = &placed[instance.group as usize];
-        let bounds = match group.is_empty() {
-            // There is nothing to hit: a box that nothing meets.
-            true => Some(Bounds::NOWHERE),
-            false => group.bounds().and_then(|bounds| bounds.transformed(instance.transform)),
+/// The objects of each group, and where groups stand.
+struct Groups {
+    groups: Vec<Vec<u32>>,
+    instances: Vec<PlacedGroup>,
+}
+
+impl Groups {
+    fn of(scene: &Scene) -> Self {
+        let motion = |object: u32| scene.objects[object as usize].motion.as_ref();
+        let still = |members: &Vec<u32>| {
+            members.iter().copied().filter(|object| motion(*object).is_none()).collect()
         };
-        world.push(Item { bounds, class: INSTANCE });
-        instances
-            .push(Instance { group: instance.group + 1, inverse: inverse(instance.transform) });
+        let groups = std::iter::once(&scene.world).chain(&scene.groups).map(still);
+        let mut all = Groups { groups: groups.collect(), instances: scene.instances.clone() };
+        for (object, motion) in scene.world.iter().filter_map(|it| Some((*it, motion(*it)?))) {
+            let group = all.add_group(object);
+            all.add_moving(group, motion.clone());
+        }
+        for (number, members) in scene.groups.iter().enumerate() {
+            let placed = || scene.instances.iter().filter(|it| it.group as usize == number);
+            for (object, motion) in members.iter().filter_map(|it| Some((*it, motion(*it)?))) {
+                let group = all.add_group(object);
+                for instance in placed() {
+                    let outer = instance.motion.as_deref().cloned();
+                    let outer = outer.unwrap_or_else(|| instance.transform.into());
+                    all.add_moving(group, Arc::new(outer.after(motion)));
+                }
+            }
+        }
+        all
     }
-    instances
+
+    /// Adds a group of one object; returns its number as instances count.
+    fn add_group(&mut self, object: u32) -> u32 {
+        self.groups.push(vec![object]);
+        self.groups.len() as u32 - 2
+    }
+
+    fn add_moving(&mut self, group: u32, motion: Arc<MovingTransform>) {
+        let transform = motion.keys()[0];
+        self.instances.push(PlacedGroup { group, transform, motion: Some(motion) });
+    }
 }
 
 /// Numbers for classes, in the order in which they are met.

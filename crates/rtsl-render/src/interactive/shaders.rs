@@ -258,7 +258,7 @@ impl<'a> ShaderTable<'a> {
             let entry = self.entry(&object.primitive);
             entry.want([Method::Intersect, Method::ComputeBounds, Method::ComputeNormal]);
             if object.elements.is_none() {
-                entry.placements.insert(!inverse(object.transform).is_identity());
+                entry.placements.insert(!inverse(object.fixed_transform()).is_identity());
             }
             if is_own_material(object) {
                 entry.is_own_material = true;

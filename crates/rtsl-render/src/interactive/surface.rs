@@ -4,14 +4,15 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch, f32x8};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
-use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of, moved_packet};
-use crate::math::{Affine, dot, normalize_or};
+use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of};
+use crate::math::{dot, normalize_or};
 
 use super::compiled::{CompiledScene, Object};
 use super::eight::{Eight, Vectors, eights, points_on_rays};
 use super::lane_context::LaneContext;
 use super::object_class::ObjectClass;
 use super::placed_objects::HitObject;
+use super::placement::Placement;
 use super::shaders::SurfaceNeeds;
 use super::shading::Tracer;
 use super::variables::{set_vector, variables};
@@ -27,8 +28,8 @@ pub struct Run<'a> {
     pub class: &'a ObjectClass,
     /// Which object it is, and by which instance it is placed.
     hit: HitObject,
-    /// That instance, as maps from the group's space to the world's and back; `None` for the world.
-    placement: Option<(Affine, Affine)>,
+    /// Where that instance stands; `None` for the world.
+    placement: Option<Placement<'a>>,
     /// The lanes.
     pub lanes: LaneMask,
 }
@@ -58,8 +59,8 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'
     let placement = match hit.instance {
         None => None,
         Some(instance) => {
-            let inverse = scene.geometry.instances.get(instance as usize)?.inverse;
-            Some((*scene.instance_transforms.get(instance as usize)?, inverse))
+            let forward = *scene.instance_transforms.get(instance as usize)?;
+            Some(Placement::new(scene.geometry.instances.get(instance as usize)?, forward))
         }
     };
     let index = hit.member.object;
@@ -165,8 +166,8 @@ impl SurfaceOfRun<'_> {
     /// The rays in the space of the object's group, where that is not the world.
     #[inline(always)]
     fn rays_in_group(&self) -> Option<RayPacket> {
-        let (_, inverse) = self.run.placement.as_ref()?;
-        Some(moved_packet(self.rays, inverse))
+        let placement = self.run.placement.as_ref()?;
+        Some(placement.rays_in_group(self.rays, self.run.lanes))
     }
 
     /// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
@@ -307,8 +308,8 @@ impl SurfaceOfRun<'_> {
         otherwise: &Vectors<S>,
     ) -> Vectors<S> {
         let mut normals = self.run.object.normals_to_group(eight, normals);
-        if let Some((_, inverse)) = &self.run.placement {
-            normals = eight.transposed_vector(inverse, &normals);
+        if let Some(placement) = &self.run.placement {
+            normals = placement.normals_to_world(eight, &normals, &self.rays.time);
         }
         eight.normalized_or(&normals, otherwise)
     }
@@ -319,8 +320,8 @@ impl SurfaceOfRun<'_> {
         for variable in [v.dpdu, v.dpdv] {
             let local = eight.load_vectors(state, variable);
             let mut tangents = eight.vector(&self.run.object.forward, &local);
-            if let Some((forward, _)) = &self.run.placement {
-                tangents = eight.vector(forward, &tangents);
+            if let Some(placement) = &self.run.placement {
+                tangents = placement.vectors_to_world(eight, &tangents, &self.rays.time);
             }
             eight.store_vectors(state, variable, &tangents);
         }

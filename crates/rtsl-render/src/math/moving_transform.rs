@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use super::Transform;
+use super::{Affine, Transform};
 
 /// A transform that moves: its values at equally spaced times, the first when the shutter opens, the
 /// last when it closes. In between each component is interpolated, so a point moves on straight lines
@@ -51,6 +51,34 @@ impl MovingTransform {
         let place = time.clamp(0.0, 1.0) * intervals as f64;
         let before = (place as usize).min(intervals - 1);
         self.keys[before].mix(self.keys[before + 1], place - before as f64)
+    }
+
+    /// The transform at the time of a ray.
+    pub fn map_at(&self, time: f32) -> Affine {
+        self.at(f64::from(time)).affine()
+    }
+
+    /// Its inverse at the time of a ray.
+    pub fn inverse_at(&self, time: f32) -> Affine {
+        self.at(f64::from(time)).affine_inverse()
+    }
+
+    /// This motion after `first`: exact where one of both stands still, else as good as keys are.
+    pub fn after(&self, first: &MovingTransform) -> MovingTransform {
+        let intervals = match (self.moves(), first.moves()) {
+            (true, true) => MOST_INTERVALS,
+            (true, false) => self.keys.len() - 1,
+            (false, _) => first.keys.len() - 1,
+        };
+        let times = (0..=intervals).map(|index| index as f64 / intervals as f64);
+        MovingTransform { keys: times.map(|time| self.at(time).after(first.at(time))).collect() }
+    }
+}
+
+impl From<Transform> for MovingTransform {
+    /// What stands still.
+    fn from(transform: Transform) -> Self {
+        MovingTransform { keys: vec![transform; 2] }
     }
 }
 
@@ -243,6 +271,34 @@ mod tests {
         assert!(MovingTransform::new(Transform::IDENTITY, mirror, WHOLE).is_none());
         let flat = Transform::scale([1.0, 0.0, 1.0]);
         assert!(MovingTransform::new(Transform::IDENTITY, flat, WHOLE).is_none());
+    }
+
+    #[test]
+    fn maps_of_rays_lead_there_and_back() {
+        let start = rotation(10.0).after(Transform::scale([1.0, 2.0, 0.5]));
+        let end = Transform::translate([5.0, 1.0, 0.0]).after(rotation(100.0));
+        let moving = MovingTransform::new(start, end, WHOLE).unwrap();
+        for time in [0.0, 0.3, 0.999, 1.0] {
+            let point = moving.map_at(time).point([0.1, 0.2, 0.3]);
+            let back = moving.inverse_at(time).point(point);
+            assert!(distance(back.map(f64::from), [0.1, 0.2, 0.3]) < 1e-6, "{back:?} at {time}");
+        }
+    }
+
+    #[test]
+    fn motions_follow_each_other() {
+        let slide = |x| Transform::translate([x, 0.0, 0.0]);
+        let sliding = MovingTransform::new(slide(0.0), slide(4.0), WHOLE).unwrap();
+        let turning = MovingTransform::new(rotation(0.0), rotation(80.0), WHOLE).unwrap();
+        let still = MovingTransform::from(rotation(20.0));
+        for (second, first) in [(&sliding, &turning), (&turning, &sliding), (&still, &sliding)] {
+            let both = second.after(first);
+            for time in [0.0, 0.21, 0.5, 1.0] {
+                let expected = second.at(time).point(first.at(time).point([1.0, 2.0, 3.0]));
+                assert!(distance(both.at(time).point([1.0, 2.0, 3.0]), expected) < 1e-3);
+            }
+        }
+        assert_eq!(still.after(&sliding).keys().len(), 2);
     }
 
     #[test]

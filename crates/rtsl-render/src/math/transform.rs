@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DVec3, DVec4};
 
 use super::sine_and_cosine_of_degrees;
 
@@ -123,11 +123,15 @@ impl Transform {
 
     /// The map in binary32.
     pub fn affine(self) -> Affine {
-        let column = |index: usize| {
-            let column = self.0.col(index);
-            [column.x as f32, column.y as f32, column.z as f32]
-        };
+        let column = |index: usize| self.0.col(index).truncate().as_vec3().to_array();
         Affine { columns: [column(0), column(1), column(2), column(3)] }
+    }
+
+    /// The inverse of an affine map that has one, in binary32.
+    pub fn affine_inverse(self) -> Affine {
+        let DAffine3 { matrix3: m, translation } = DAffine3::from_mat4(self.0).inverse();
+        let columns = [m.x_axis, m.y_axis, m.z_axis, translation];
+        Affine { columns: columns.map(|column| column.as_vec3().to_array()) }
     }
 }
 

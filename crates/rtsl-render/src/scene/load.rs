@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
-    most_similar,
+    Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
 };
 
 use crate::math::Transform;
@@ -173,11 +172,10 @@ impl<'a, 'f> Loader<'a, 'f> {
         let lights = self.lights(&mut parts);
         self.check_unused_entities();
         let instances = description.instances.iter().map(|it| {
-            let (transform, motion) = parts.place(it.span, it.transform, it.end_transform);
+            let (transform, motion) = parts.shutter.place(it.transform, it.end_transform);
             PlacedGroup { group: it.object as u32, transform, motion }
         });
         let instances = instances.collect();
-        self.warn_of_motion(parts.first_moving);
         let scene = Scene {
             settings,
             camera: camera?,
@@ -232,13 +230,6 @@ impl<'a, 'f> Loader<'a, 'f> {
         indices
     }
 
-    fn warn_of_motion(&mut self, first: Option<Span>) {
-        let Some(first) = first else { return };
-        let message = "what moves is shown where it stands when the shutter opens";
-        let diagnostic = Diagnostic::new(codes::MOTION_NOT_SHOWN, message);
-        self.diagnostics.push(diagnostic.at(first, "this moves, and maybe what follows"));
-    }
-
     /// The index of a material among those of the scene.
     fn material(&mut self, material: Option<EntityId>, parts: &mut SceneParts) -> Option<u32> {
         if let Some(index) = parts.material_indices.get(&material) {
@@ -291,7 +282,13 @@ impl<'a, 'f> Loader<'a, 'f> {
             if entity.class == "ambient" {
                 self.add_ambient(entity, &mut parts.ambient);
             } else if let Some(light) = self.instance(*id) {
-                let (transform, _) = parts.place_entity(entity, Transform::IDENTITY);
+                let (transform, motion) = parts.place_entity(entity, Transform::IDENTITY);
+                if motion.is_some() {
+                    let message =
+                        "a light does not move: it stands where it is when the shutter opens";
+                    let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
+                    self.diagnostics.push(diagnostic.at(entity.class_span, ""));
+                }
                 lights.push(PlacedLight { light, transform });
                 parts.light_origins.push(*id);
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Instance, Span};
+use rtsl::Instance;
 
 use crate::math::{MovingTransform, Transform};
 
@@ -23,36 +23,25 @@ pub struct SceneParts {
     pub light_origins: Vec<EntityId>,
     pub object_origins: Vec<EntityId>,
     pub shutter: Shutter,
-    /// The first thing that moves while the shutter is open.
-    pub first_moving: Option<Span>,
 }
 
 /// Where something is when the shutter opens, and how it moves until it closes.
 pub type Placement = (Transform, Option<Arc<MovingTransform>>);
 
 impl SceneParts {
-    /// The placement of what goes from `start` to `end`, if it moves.
-    pub fn place(&mut self, span: Span, start: Transform, end: Option<Transform>) -> Placement {
-        let placement = self.shutter.place(start, end);
-        if placement.1.is_some() {
-            self.first_moving.get_or_insert(span);
-        }
-        placement
-    }
-
     /// The placement of a shape or light that first undergoes `first`.
-    pub fn place_entity(&mut self, entity: &Entity, first: Transform) -> Placement {
+    pub fn place_entity(&self, entity: &Entity, first: Transform) -> Placement {
         let end = entity.end_transform.map(|end| end.after(first));
-        self.place(entity.class_span, entity.transform.after(first), end)
+        self.shutter.place(entity.transform.after(first), end)
     }
 
     /// The placement of the camera, from its own space to the world's; `None` where it has no inverse.
-    pub fn place_camera(&mut self, camera: &Entity) -> Option<Placement> {
+    pub fn place_camera(&self, camera: &Entity) -> Option<Placement> {
         let start = camera.transform.inverse()?;
         let end = match camera.end_transform {
             Some(end) => Some(end.inverse()?),
             None => None,
         };
-        Some(self.place(camera.class_span, start, end))
+        Some(self.shutter.place(start, end))
     }
 }

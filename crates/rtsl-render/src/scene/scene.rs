@@ -100,6 +100,16 @@ pub struct SceneObject {
     pub reverse_orientation: bool,
 }
 
+impl SceneObject {
+    /// From its own space to that of its group for good; of what moves, its group has its own space.
+    pub fn fixed_transform(&self) -> Transform {
+        match self.motion {
+            None => self.transform,
+            Some(_) => Transform::IDENTITY,
+        }
+    }
+}
+
 /// A group, placed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGroup {

@@ -50,7 +50,7 @@ pub struct Session {
     phase: Phase,
     /// What a pixel of a whole frame took of late.
     pixel_time: Option<Duration>,
-    /// The lanes that took part in calls since the status told of them.
+    /// The lanes that took part in calls since the first sample.
     lane_use: Mutex<LaneUse>,
     status: Status,
 }
@@ -171,13 +171,21 @@ impl Session {
         self.scene.camera_to_world
     }
 
-    /// Moves the camera.
+    /// Moves the camera. While it stands where the scene's stands when the shutter opens, it moves as that
+    /// one does; elsewhere it stands still.
     pub fn set_camera(&mut self, camera_to_world: Transform) {
         if camera_to_world != self.camera_to_world {
             self.camera_to_world = camera_to_world;
-            self.compiled.camera_to_world = camera_to_world.affine();
+            self.place_camera();
             self.restart();
         }
+    }
+
+    fn place_camera(&mut self) {
+        let is_of_scene = self.camera_to_world == self.scene.camera_to_world;
+        let motion = self.scene.camera_motion.as_ref().filter(|_| is_of_scene);
+        self.compiled.camera_motion = motion.cloned();
+        self.compiled.camera_to_world = self.camera_to_world.affine();
     }
 
     /// Changes columns and rows. Sizes that no image may have are ignored.
@@ -365,16 +373,17 @@ impl Session {
         if scene.camera_to_world != self.scene.camera_to_world {
             self.camera_to_world = scene.camera_to_world;
         }
-        self.compiled.camera_to_world = self.camera_to_world.affine();
         let exposure = exposure_scale(scene.settings.exposure + self.options.exposure);
         self.display = Display::new(self.display.mode(), exposure);
         self.scene = scene;
         self.origins = origins;
+        self.place_camera();
         self.restart();
     }
 
     fn restart(&mut self) {
         self.film.clear();
+        self.lane_use = Mutex::default();
         self.problems = Problems::default();
         self.status.problem = None;
         self.phase = Phase::Frame;
@@ -499,7 +508,7 @@ impl Session {
         let before = self.status.rays_per_second;
         let part = if before == 0.0 { 1.0 } else { (seconds / MEMORY).min(1.0) };
         self.status.rays_per_second = before + (now - before) * part;
-        let lanes = std::mem::take(&mut *lock(&self.lane_use)).part();
+        let lanes = lock(&self.lane_use).part();
         self.status.lane_utilisation = lanes.or(self.status.lane_utilisation);
     }
 }

@@ -23,8 +23,8 @@ pub struct Status {
     pub target: String,
     /// Threads that render.
     pub threads: usize,
-    /// The part of SIMD lanes that took part in calls of `intersect` and `shade` of late, by some of the
-    /// tiles; `None` where nobody counted yet.
+    /// The part of SIMD lanes that took part in calls of `intersect` and `shade` since the first sample,
+    /// by some of the tiles; `None` where nobody counted yet.
     pub lane_utilisation: Option<f32>,
     /// What stopped the render, if something did.
     pub problem: Option<String>,

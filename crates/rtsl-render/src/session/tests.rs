@@ -140,6 +140,28 @@ fn a_moved_camera_starts_again_and_comes_back() {
 }
 
 #[test]
+fn only_the_camera_of_the_scene_moves() {
+    let folder = Folder::new("shutter");
+    let slide = "ActiveTransform EndTime Translate 2 0 0 ActiveTransform All\n";
+    folder.write("scene.pbrt", &format!("{slide}{SCENE}"));
+    let mut session = folder.open();
+    let moving = finish(&mut session);
+    assert_eq!(moving, folder.render(&[]));
+    let start = session.scene_camera();
+    session.set_camera(start.after(Transform::translate([1e-9, 0.0, 0.0])));
+    let still = finish(&mut session);
+    folder.write("scene.pbrt", SCENE);
+    assert_eq!(bytes(&still), bytes(&folder.render(&[])));
+    session.set_camera(start);
+    assert_eq!(finish(&mut session), moving);
+}
+
+/// What people see of an image.
+fn bytes(image: &Image) -> Vec<u8> {
+    image.to_srgb(0.0)
+}
+
+#[test]
 fn another_size_is_that_of_a_batch_render() {
     let folder = Folder::new("size");
     let mut session = folder.open();

@@ -1,0 +1,61 @@
+//! Where the group of a hit stands in the world: the same for all rays of an instance that stands still,
+//! for each ray what its time says where the instance moves.
+
+use fearless_simd::Simd;
+
+use crate::acceleration::{Instance, LaneMask, Lanes, RayPacket};
+use crate::math::Affine;
+
+use super::eight::{Eight, Vectors};
+
+/// An instance, with both of its maps.
+pub struct Placement<'a> {
+    instance: &'a Instance,
+    /// From the group's space to the world's, of what stands still.
+    forward: Affine,
+}
+
+impl<'a> Placement<'a> {
+    /// That of an instance which leads to the world by `forward`, unless it moves.
+    pub fn new(instance: &'a Instance, forward: Affine) -> Self {
+        Placement { instance, forward }
+    }
+
+    /// The rays of `lanes` in the group's space.
+    #[inline(always)]
+    pub fn rays_in_group(&self, rays: &RayPacket, lanes: LaneMask) -> RayPacket {
+        self.instance.moved_packet(rays, lanes)
+    }
+
+    /// Vectors of the group's space in the world's, each at its time.
+    #[inline(always)]
+    pub fn vectors_to_world<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        vectors: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.vector(&self.forward, vectors),
+            Some(motion) => {
+                eight.each(vectors, |lane, vector| motion.map_at(time[lane]).vector(vector))
+            }
+        }
+    }
+
+    /// Normals of the group's space in the world's, of any length, each at its time.
+    #[inline(always)]
+    pub fn normals_to_world<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        normals: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.transposed_vector(&self.instance.inverse, normals),
+            Some(motion) => eight.each(normals, |lane, normal| {
+                motion.inverse_at(time[lane]).transposed_vector(normal)
+            }),
+        }
+    }
+}
