@@ -80,6 +80,12 @@ impl Bounds {
         }
     }
 
+    /// Its surface; 0 for the empty box.
+    pub fn area(&self) -> f64 {
+        let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);
+        2.0 * (side(0) * side(1) + side(1) * side(2) + side(2) * side(0))
+    }
+
     /// The distance of its corners; 0 for the empty box.
     pub fn diagonal(&self) -> f64 {
         let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);

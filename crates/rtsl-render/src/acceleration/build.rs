@@ -33,6 +33,7 @@ impl WideTree {
         builder.fold();
         builder.add_unbounded();
         builder.tree.bound_nodes();
+        builder.tree.visits_when_built = builder.tree.visits();
         builder.tree
     }
 }

@@ -65,9 +65,13 @@ impl Instance {
 impl Group {
     /// A group of items, each with its bounds as its class gives them.
     pub fn new(items: impl IntoIterator<Item = Item>) -> Self {
-        let padded = |item: Item| Item { bounds: item.bounds.map(|own| own.padded()), ..item };
-        let items: Vec<Item> = items.into_iter().map(padded).collect();
-        Group { tree: WideTree::build(&items) }
+        Group { tree: WideTree::build(&padded(items)) }
+    }
+
+    /// A group of the same items after some of them moved. Nothing is built where that serves as well.
+    pub fn moved(&self, items: impl IntoIterator<Item = Item>) -> Self {
+        let items = padded(items);
+        Group { tree: self.tree.refitted(&items).unwrap_or_else(|| WideTree::build(&items)) }
     }
 
     /// The union of all own boxes; `None` where an item has none, or there is no item.
@@ -80,4 +84,10 @@ impl Group {
     pub fn is_empty(&self) -> bool {
         self.tree.blocks.is_empty()
     }
+}
+
+/// Items with their own boxes.
+fn padded(items: impl IntoIterator<Item = Item>) -> Vec<Item> {
+    let padded = |item: Item| Item { bounds: item.bounds.map(|own| own.padded()), ..item };
+    items.into_iter().map(padded).collect()
 }

@@ -21,6 +21,8 @@ pub struct WideTree {
     pub bounds: Bounds,
     /// The first block of items without bounds.
     pub first_unbounded: u32,
+    /// What [`WideTree::visits`] was when it was built.
+    pub(super) visits_when_built: f64,
 }
 
 /// Eight boxes, coordinate by coordinate.
@@ -102,6 +104,13 @@ impl Child {
     }
 }
 
+impl Block {
+    /// Its items.
+    pub fn items(&self) -> &[u32] {
+        &self.items[..usize::from(self.count)]
+    }
+}
+
 impl Boxes {
     /// No boxes.
     pub const EMPTY: Boxes =
@@ -143,15 +152,29 @@ impl WideTree {
         &self.blocks[self.first_unbounded as usize..]
     }
 
-    /// Takes boxes of items that moved, and computes those of nodes anew. The tree stays as it
-    /// is, so it serves best what moved little. Items without bounds are left alone.
-    pub fn refit(&mut self, own_box: impl Fn(u32) -> Bounds) {
-        for block in &mut self.blocks[..self.first_unbounded as usize] {
+    /// The tree for items that moved since it was built: with their boxes, and those of nodes computed
+    /// anew. `None` where it does not serve any more: an item got bounds or lost them, or rays would visit
+    /// many more nodes than when it was built.
+    pub fn refitted(&self, items: &[Item]) -> Option<WideTree> {
+        const MOST_VISITS: f64 = 1.5;
+        let is_bounded = |item: &u32| items.get(*item as usize).map(|it| it.bounds.is_some());
+        let keep = |blocks: &[Block], bounded: bool| {
+            let mut items = blocks.iter().flat_map(Block::items);
+            items.all(|item| is_bounded(item) == Some(bounded))
+        };
+        let (bounded, unbounded) = self.blocks.split_at(self.first_unbounded as usize);
+        if !(keep(bounded, true) && keep(unbounded, false)) {
+            return None;
+        }
+        let mut tree = self.clone();
+        for block in &mut tree.blocks[..self.first_unbounded as usize] {
             for index in 0..usize::from(block.count) {
-                block.boxes.set(index, &own_box(block.items[index]));
+                let bounds = items[block.items[index] as usize].bounds;
+                block.boxes.set(index, &bounds.unwrap_or_default());
             }
         }
-        self.bound_nodes();
+        tree.bound_nodes();
+        (tree.visits() <= MOST_VISITS * self.visits_when_built).then_some(tree)
     }
 
     /// Computes the boxes of nodes from those of items. Backwards, every child is done before its
@@ -178,8 +201,13 @@ impl WideTree {
         }
     }
 
-    /// The memory that it takes, in bytes.
-    pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    /// How many of its children a ray through its box meets on average, if children are met by their
+    /// surfaces' share.
+    pub fn visits(&self) -> f64 {
+        let of_node = |node: &WideNode| {
+            let children = (0..node.count as usize).map(|child| node.boxes.get(child).area());
+            children.sum::<f64>()
+        };
+        self.nodes.iter().map(of_node).sum::<f64>() / self.bounds.area().max(f64::MIN_POSITIVE)
     }
 }

@@ -116,7 +116,7 @@ impl CompiledScene {
     /// # Errors
     /// If a class lacks a method that its use needs, or a kernel can't be made.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
-        Self::with_shapes(None, scene, engine, messages)
+        Self::with_shapes(&Shapes::New, scene, engine, messages)
     }
 
     /// Like [`CompiledScene::new`], for a scene whose shapes and placements
@@ -130,7 +130,21 @@ impl CompiledScene {
         engine: &Engine,
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
-        Self::with_shapes(Some((self.geometry.clone(), self.epsilon)), scene, engine, messages)
+        Self::with_shapes(&Shapes::Same(self), scene, engine, messages)
+    }
+
+    /// Like [`CompiledScene::new`], for a scene of which this may have been an earlier state: where shapes
+    /// only moved, or changed their parameters, the trees of this one follow.
+    ///
+    /// # Errors
+    /// As for [`CompiledScene::new`].
+    pub fn with_moved_shapes(
+        &self,
+        scene: Scene,
+        engine: &Engine,
+        messages: &mut Messages,
+    ) -> Result<Self, Messages> {
+        Self::with_shapes(&Shapes::Moved(self), scene, engine, messages)
     }
 
     /// Takes over the values of the instances of `scene` that are other objects than those of
@@ -173,7 +187,7 @@ impl CompiledScene {
     }
 
     fn with_shapes(
-        shapes: Option<(Arc<Geometry>, f32)>,
+        shapes: &Shapes<'_>,
         scene: Scene,
         engine: &Engine,
         messages: &mut Messages,
@@ -220,26 +234,42 @@ impl CompiledScene {
     }
 }
 
+/// What is known of the shapes of a scene.
+enum Shapes<'a> {
+    /// Nothing.
+    New,
+    /// They are those of another scene, in the same places.
+    Same(&'a CompiledScene),
+    /// They may be those of another scene, in other places.
+    Moved(&'a CompiledScene),
+}
+
+impl Shapes<'_> {
+    /// What has to follow shapes that moved.
+    fn earlier(&self) -> Option<(&Geometry, &[GroupItems])> {
+        match self {
+            Shapes::New | Shapes::Same(_) => None,
+            Shapes::Moved(earlier) => Some((&earlier.geometry, &earlier.items)),
+        }
+    }
+}
+
 struct Builder<'a> {
     table: &'a ShaderTable<'a>,
     shaders: &'a [Shader],
 }
 
 impl Builder<'_> {
-    fn build(
-        &self,
-        scene: Scene,
-        shapes: Option<(Arc<Geometry>, f32)>,
-    ) -> Result<CompiledScene, Diagnostic> {
+    fn build(&self, scene: Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
         let placed = PlacedObjects::new(&scene, &objects);
         let (geometry, epsilon) = match shapes {
-            Some(shapes) => shapes,
-            None => {
+            Shapes::Same(earlier) => (earlier.geometry.clone(), earlier.epsilon),
+            Shapes::New | Shapes::Moved(_) => {
                 let bounds = self.bounds(&scene)?;
                 let epsilon =
                     scene.settings.epsilon.unwrap_or_else(|| epsilon(&scene.objects, &bounds));
-                (Arc::new(placed.geometry(&bounds)), epsilon)
+                (Arc::new(placed.geometry(&bounds, shapes.earlier())), epsilon)
             }
         };
         let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;

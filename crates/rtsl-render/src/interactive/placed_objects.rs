@@ -26,7 +26,7 @@ pub struct PlacedObjects {
 
 /// What the items of a group are: an item for each object, or for each of its elements, in their
 /// order. In the scene's group the instances follow.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct GroupItems {
     members: Vec<GroupMember>,
     /// How many items they are.
@@ -34,7 +34,7 @@ pub struct GroupItems {
 }
 
 /// An object of a group.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GroupMember {
     /// The number of the object.
     pub object: u32,
@@ -102,9 +102,18 @@ impl PlacedObjects {
         PlacedObjects { groups: groups.collect(), instances, keys: numbers.into_keys() }
     }
 
-    /// Builds the trees. `bounds` are those of each object, or of its elements, in the space of the object's
-    /// group.
-    pub fn geometry(&self, bounds: &[Vec<Option<Bounds>>]) -> Geometry {
+    /// Builds the trees, or takes those of a scene with the same items and lets them follow. `bounds` are
+    /// those of each object, or of its elements, in the space of the object's group.
+    pub fn geometry(
+        &self,
+        bounds: &[Vec<Option<Bounds>>],
+        earlier: Option<(&Geometry, &[GroupItems])>,
+    ) -> Geometry {
+        let earlier = earlier.filter(|(geometry, groups)| self.has_same_items(geometry, groups));
+        let group = |number: usize, items: Vec<Item>| match earlier {
+            Some((geometry, _)) => geometry.groups[number].moved(items),
+            None => Group::new(items),
+        };
         let items = |group: &GroupItems| -> Vec<Item> {
             let items = group.members.iter().flat_map(|member| {
                 let bounds = bounds[member.object as usize].iter();
@@ -114,11 +123,16 @@ impl PlacedObjects {
         };
         let mut lists = self.groups.iter().map(items);
         let mut world = lists.next().unwrap_or_default();
-        let placed: Vec<Group> = lists.map(Group::new).collect();
+        let placed: Vec<Group> = (1..).zip(lists).map(|(number, it)| group(number, it)).collect();
         let first_instance = world.len() as u32;
         let instances = self.add_instances(&placed, &mut world);
-        let groups = std::iter::once(Group::new(world)).chain(placed).collect();
+        let groups = std::iter::once(group(0, world)).chain(placed).collect();
         Geometry { groups, instances, first_instance }
+    }
+
+    /// Whether all items are what those of another scene are, wherever they stand.
+    fn has_same_items(&self, geometry: &Geometry, groups: &[GroupItems]) -> bool {
+        self.groups == groups && self.instances.len() == geometry.instances.len()
     }
 
     /// Adds the instances behind the world's objects.

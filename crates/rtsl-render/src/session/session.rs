@@ -356,7 +356,7 @@ impl Session {
             self.compiled = if same_shapes {
                 self.compiled.with_other_shaders(scene.clone(), engine, messages)?
             } else {
-                CompiledScene::new(scene.clone(), engine, messages)?
+                self.compiled.with_moved_shapes(scene.clone(), engine, messages)?
             };
         }
         self.adopt(scene, origins);
