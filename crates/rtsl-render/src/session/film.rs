@@ -8,6 +8,7 @@ use crate::film::Image;
 use crate::interactive::{Tile, TileSample, TileSums, tiles_of};
 use crate::statistics::LaneUse;
 
+use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};
 
 /// A film. Each tile has a lock of its own, so that threads fill it without waiting for one another.
@@ -46,6 +47,8 @@ impl SampleWork {
 /// What is known of a tile.
 struct Record {
     sums: TileSums,
+    /// How far samples of a pixel lie apart.
+    scatter: Scatter,
     /// Samples of each pixel.
     taken: u32,
     /// What they took.
@@ -55,8 +58,13 @@ struct Record {
 }
 
 impl Record {
-    const EMPTY: Record =
-        Record { sums: [[0.0; 3]; LANES], taken: 0, work: SampleWork::NONE, shown: [0; LANES] };
+    const EMPTY: Record = Record {
+        sums: [[0.0; 3]; LANES],
+        scatter: Scatter::NONE,
+        taken: 0,
+        work: SampleWork::NONE,
+        shown: [0; LANES],
+    };
 
     fn average(&self, lane: usize) -> [f32; 3] {
         self.sums[lane].map(|channel| channel / self.taken as f32)
@@ -108,9 +116,46 @@ impl Film {
         let mut record = self.record(index);
         // Samples that are not finite count as black.
         sample.add_to(&mut record.sums);
+        record.scatter.add(sample, display.scale());
         record.taken += 1;
         record.work.add(work);
         record.show(display);
+    }
+
+    /// The samples that each pixel of the tile `index` has.
+    pub fn taken(&self, index: usize) -> u32 {
+        self.record(index).taken
+    }
+
+    /// How far the colours of the tile `index` may be off, as people see it.
+    pub fn error(&self, index: usize) -> f32 {
+        let record = self.record(index);
+        record.scatter.error(record.taken)
+    }
+
+    /// The samples that a pixel has, on average.
+    pub fn mean_samples(&self) -> u32 {
+        let taken = (0..self.tiles.len()).map(|index| u64::from(self.taken(index)));
+        (taken.sum::<u64>() / self.tiles.len().max(1) as u64) as u32
+    }
+
+    /// The tiles whose next sample serves the picture best, until all have `wanted`: those without the
+    /// samples by which errors are known, then a quarter of the unfinished ones, by their errors.
+    pub fn most_in_need(&self, wanted: u32) -> Vec<usize> {
+        const FIRST_SAMPLES: u32 = 4;
+        const PART: usize = 4;
+        let taken: Vec<u32> = (0..self.tiles.len()).map(|index| self.taken(index)).collect();
+        let least = taken.iter().copied().min().unwrap_or(wanted);
+        let tiles = 0..self.tiles.len();
+        if least < FIRST_SAMPLES.min(wanted) {
+            return tiles.filter(|index| taken[*index] == least).collect();
+        }
+        let unfinished = tiles.filter(|index| taken[*index] < wanted);
+        let mut errors: Vec<(f32, usize)> =
+            unfinished.map(|index| (self.error(index), index)).collect();
+        errors.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
+        errors.truncate(errors.len().div_ceil(PART));
+        errors.into_iter().map(|(_, index)| index).collect()
     }
 
     /// Shows what there is in another way.

@@ -12,6 +12,7 @@ mod control;
 mod film;
 mod options;
 mod picked;
+mod scatter;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod session;
 mod status;

@@ -48,6 +48,9 @@ pub struct Session {
     camera_to_world: Transform,
     problems: Problems,
     phase: Phase,
+    /// The tiles that wait for a sample, each once, and how many of them were begun.
+    waiting: Vec<usize>,
+    begun: usize,
     /// What a pixel of a whole frame took of late.
     pixel_time: Option<Duration>,
     /// The lanes that took part in calls since the first sample.
@@ -60,8 +63,8 @@ pub struct Session {
 enum Phase {
     /// A whole frame.
     Frame,
-    /// More samples: the next tile of this sample.
-    Refinement { sample: u32, tile: usize },
+    /// More samples: of the tiles that wait.
+    Refinement,
     /// Nothing: all samples are taken.
     Rest,
     /// Nothing: a shader ran past its budget.
@@ -109,6 +112,8 @@ impl Session {
             camera_to_world: scene.camera_to_world,
             problems: Problems::default(),
             phase: Phase::Frame,
+            waiting: Vec::new(),
+            begun: 0,
             pixel_time: None,
             lane_use: Mutex::default(),
             source,
@@ -128,7 +133,7 @@ impl Session {
         let start = Instant::now();
         let rays = match self.phase {
             Phase::Frame => self.render_frame(),
-            Phase::Refinement { sample, tile } => self.refine(sample, tile, start + budget),
+            Phase::Refinement => self.refine(start + budget),
             Phase::Rest | Phase::Stopped => return false,
         };
         self.count(rays, start.elapsed());
@@ -142,7 +147,7 @@ impl Session {
 
     /// Whether [`Session::advance`] has anything to do.
     pub fn is_busy(&self) -> bool {
-        matches!(self.phase, Phase::Frame | Phase::Refinement { .. })
+        matches!(self.phase, Phase::Frame | Phase::Refinement)
     }
 
     /// What was rendered.
@@ -155,7 +160,7 @@ impl Session {
         let samples_wanted = self.compiled.settings.sampler.samples_per_pixel();
         let samples = match self.phase {
             Phase::Frame | Phase::Stopped => 0,
-            Phase::Refinement { sample, .. } => sample,
+            Phase::Refinement => self.film.mean_samples(),
             Phase::Rest => samples_wanted,
         };
         Status { size: self.film.size(), samples, samples_wanted, ..self.status.clone() }
@@ -401,7 +406,8 @@ impl Session {
         self.frame.clear();
         let settings = &mut self.compiled.settings;
         (settings.width, settings.height) = size;
-        let (_, rays) = self.render_tiles(&self.frame, 0, 0, None);
+        let all: Vec<usize> = (0..self.frame.tiles().len()).collect();
+        let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
         let settings = &mut self.compiled.settings;
         (settings.width, settings.height) = (width, height);
         if self.problems.any() {
@@ -412,7 +418,7 @@ impl Session {
         } else {
             self.film.show_scaled(&self.frame);
         }
-        self.phase = self.phase_of(u32::from(reduction == 1), 0);
+        self.choose_tiles();
         self.status.frame_time = start.elapsed();
         self.status.reduction = reduction;
         self.pixel_time = Some(start.elapsed().div_f64((size.0 * size.1) as f64));
@@ -420,14 +426,16 @@ impl Session {
     }
 
     /// Adds samples until the deadline.
-    fn refine(&mut self, mut sample: u32, mut tile: usize, deadline: Instant) -> RayCounts {
+    fn refine(&mut self, deadline: Instant) -> RayCounts {
         let mut sum = RayCounts::default();
-        while let Phase::Refinement { .. } = self.phase {
-            let (next, rays) = self.render_tiles(&self.film, sample, tile, Some(deadline));
+        while let Phase::Refinement = self.phase {
+            let (begun, rays) =
+                self.render_tiles(&self.film, &self.waiting, self.begun, Some(deadline));
             sum += rays;
-            let is_complete = next == self.film.tiles().len();
-            (sample, tile) = if is_complete { (sample + 1, 0) } else { (sample, next) };
-            self.phase = self.phase_of(sample, tile);
+            self.begun = begun;
+            if begun == self.waiting.len() {
+                self.choose_tiles();
+            }
             if Instant::now() >= deadline || self.problems.any() {
                 break;
             }
@@ -435,16 +443,20 @@ impl Session {
         sum
     }
 
-    fn phase_of(&self, sample: u32, tile: usize) -> Phase {
+    /// Chooses the tiles that get the next sample.
+    fn choose_tiles(&mut self) {
         let wanted = self.compiled.settings.sampler.samples_per_pixel();
-        if sample < wanted { Phase::Refinement { sample, tile } } else { Phase::Rest }
+        self.waiting = self.film.most_in_need(wanted);
+        self.begun = 0;
+        self.phase = if self.waiting.is_empty() { Phase::Rest } else { Phase::Refinement };
     }
 
-    /// Renders a sample of the tiles from `first` on; returns the first that was not begun.
+    /// Takes the next sample of some tiles, from the one in the place `first` on; returns the place of the
+    /// first that was not begun.
     fn render_tiles(
         &self,
         film: &Film,
-        sample: u32,
+        tiles: &[usize],
         first: usize,
         deadline: Option<Instant>,
     ) -> (usize, RayCounts) {
@@ -458,10 +470,11 @@ impl Session {
         };
         self.threads.for_each_tile(
             compiled,
-            (first, film.tiles().len()),
+            (first, tiles.len()),
             || !problems.any() && in_time(),
-            |workspace, index| {
-                let tile = film.tiles()[index];
+            |workspace, place| {
+                let index = tiles[place];
+                let (tile, sample) = (film.tiles()[index], film.taken(index));
                 workspace.counts = counts_lanes(display.mode(), index, sample)
                     .then(|| WorkCounts::new(compiled.width));
                 let start = Instant::now();

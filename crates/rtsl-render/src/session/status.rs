@@ -7,7 +7,7 @@ use std::time::Duration;
 pub struct Status {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Samples that every pixel has.
+    /// Samples that a pixel has, on average: where the picture is rough there are more.
     pub samples: u32,
     /// Samples that every pixel will have.
     pub samples_wanted: u32,

@@ -336,6 +336,30 @@ fn times_are_shown_as_heat() {
 }
 
 #[test]
+fn samples_go_first_where_the_picture_is_rough() {
+    let folder = Folder::new("rough");
+    let text = SCENE.replace("\"integer pixelsamples\" 4", "\"integer pixelsamples\" 16");
+    // The sphere is as rough as can be, the floor not at all.
+    let text = text.replace("\"Lambertian\" \"rgb kd\"", "\"Noise\" \"rgb kd\"");
+    folder.write("scene.pbrt", &text);
+    let noise = "class Noise : rt_Material; public color kd = color(0.5);
+        void shade() { rt_SampleColor = kd * rand(); }";
+    folder.write("noise.rtsl", noise);
+    let mut session = folder.open();
+    let tile = |session: &Session, x: usize, y: usize| {
+        let tiles = session.film().tiles();
+        tiles.iter().position(|it| (it.x, it.y) == (x, y)).unwrap()
+    };
+    let (ball, sky) = (tile(&session, 16, 8), tile(&session, 0, 0));
+    while session.film().taken(ball) < 16 {
+        assert!(session.advance(Duration::from_micros(1)));
+    }
+    assert_eq!(session.film().taken(sky), 4, "only as many as all have first");
+    assert_eq!(finish(&mut session), folder.render(&[]));
+    assert_eq!(session.film().taken(sky), 16);
+}
+
+#[test]
 fn visits_and_lanes_are_shown_as_heat_and_leave_the_image_alone() {
     let folder = Folder::new("counts");
     let mut session = folder.open();

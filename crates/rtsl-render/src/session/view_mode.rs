@@ -77,6 +77,11 @@ impl Display {
         self.mode
     }
 
+    /// What radiance is multiplied with.
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
     /// What stands for a pixel: `0x00RRGGBB`.
     pub fn pixel(&self, facts: &PixelFacts) -> u32 {
         let channels = match self.mode {
