@@ -189,6 +189,24 @@ fn lamps_light_by_their_form_factors() {
 }
 
 #[test]
+fn moving_lamps_light_by_the_mean_of_their_form_factors() {
+    // A sphere of radius r at height d: (r / d)^2, over the time.
+    let table = [
+        ("ActiveTransform EndTime Translate 0 1 0 ActiveTransform All", 0.25 / 6.0),
+        (
+            "ActiveTransform StartTime Scale 0.5 0.5 0.5 ActiveTransform EndTime Scale 1.5 1.5 1.5\n\
+             ActiveTransform All",
+            0.25 / 4.0 * 13.0 / 12.0,
+        ),
+    ];
+    for (motion, form_factor) in table {
+        let expected = 2.0 * form_factor;
+        let found = under_lamp(&format!("{motion} Shape \"Sphere\" \"float radius\" 0.5"));
+        assert!((found - expected).abs() <= 0.01 * expected, "{motion}: {found} {expected}");
+    }
+}
+
+#[test]
 fn thin_lamps_count_one_side_once() {
     // A tube of radius r = 0.001 and half length 2 seen from 2 below: as bright as the strip of width
     // 2 r that it looks like, whose form factor is 2 r / pi times the integral of 4 / (4 + y^2)^2.

@@ -16,7 +16,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
 
-use crate::acceleration::{Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
 
 use super::compiled::ShaderInstance;
 use super::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
@@ -29,15 +29,17 @@ use super::workspace::{CallBlocks, Level, Workspace};
 
 /// A shape that is sampled.
 pub struct AreaLight {
-    /// Its place among the items of the scene, by which hits name it.
-    pub member: u32,
+    /// By which hits name it.
+    pub id: HitId,
+    /// The number of the instance that places it, if it moves.
+    pub instance: Option<u32>,
     /// The index of its object.
     pub object: u32,
     /// The object's shape, or the element of it that is sampled.
     pub primitive: ShaderInstance,
     /// The index of the material whose emission it gives off.
     pub emitter: u32,
-    /// How much larger a volume of the shape's space is in the world's; positive.
+    /// How much larger a volume of the shape's space is in its group's; positive.
     pub volume_scale: f64,
 }
 
@@ -115,9 +117,14 @@ impl Lamp<'_> {
         let Lamp { tracer, light, query } = *self;
         let object = &tracer.scene.objects[light.object as usize];
         let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
+        let placement = light.instance.and_then(|it| tracer.scene.placement(it));
         let v = variables();
         for eight in eights_alone(simd, query.lanes) {
-            let origin = eight.point(&object.inverse, &eight.vectors(&query.point));
+            let mut origin = eight.vectors(&query.point);
+            if let Some(placement) = &placement {
+                origin = placement.points_to_group(eight, &origin, &context.time);
+            }
+            let origin = eight.point(&object.inverse, &origin);
             eight.store_vectors(&mut blocks.state, v.ray_origin, &origin);
             eight.store(&mut blocks.state, v.epsilon, eight.splat(tracer.scene.epsilon));
             eight.store(&mut blocks.state, v.time_seed, eight.numbers(&context.time));
@@ -130,7 +137,14 @@ impl Lamp<'_> {
         for eight in eights_alone(simd, query.lanes) {
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
-            let point = eight.point(&object.forward, &local);
+            let mut point = eight.point(&object.forward, &local);
+            let normal = eight.load_vectors(state, v.geometric_normal);
+            let mut normal = object.normals_to_group(eight, &normal);
+            if let Some(placement) = &placement {
+                point = placement.points_to_world(eight, &point, &context.time);
+                normal = placement.normals_to_world(eight, &normal, &context.time);
+            }
+            eight.blend_vectors(&normal, &mut normals);
             let way = difference(&point, &eight.vectors(&query.point));
             let distance = dots(&way, &way).sqrt();
             let nowhere = eight.splat_vector([0.0; 3]);
@@ -138,15 +152,15 @@ impl Lamp<'_> {
             eight.blend(distance, &mut samples.distance);
             eight.blend(distance * (1.0 + TOLERANCE), limit);
             eight.blend(dots(&local_way, &local_way), &mut local_squares);
-            let normal = eight.load_vectors(state, v.geometric_normal);
-            eight.blend_vectors(&object.normals_to_group(eight, &normal), &mut normals);
         }
         let density = state.floats(v.pdf);
         let mut usable = 0;
         for lane in lanes_of(query.lanes) {
-            let scale = light.density_scale(samples.distance[lane], local_squares[lane].sqrt());
-            let (pdf, distance) =
-                ((f64::from(density[lane]) * scale) as f32, samples.distance[lane]);
+            let distance = samples.distance[lane];
+            let placed = placement.as_ref();
+            let volume = placed.map_or(1.0, |placement| placement.volume_scale(context.time[lane]));
+            let scale = light.density_scale(distance, local_squares[lane].sqrt()) / volume;
+            let pdf = (f64::from(density[lane]) * scale) as f32;
             samples.pdf[lane] = pdf;
             let is_usable = pdf > 0.0 && pdf.is_finite() && distance > 0.0 && distance.is_finite();
             usable |= LaneMask::from(is_usable) << lane;
@@ -156,9 +170,8 @@ impl Lamp<'_> {
 
     /// The lanes whose rays found the light itself, at the sample's distance.
     fn found(&self, hits: &Hits, samples: &LightSamples, lanes: LaneMask) -> LaneMask {
-        // The id of no hit names no member.
         let is_found = |lane: &usize| {
-            hits.id[*lane].outer() == self.light.member
+            hits.id[*lane] == self.light.id
                 && hits.distance[*lane] >= samples.distance[*lane] * (1.0 - TOLERANCE)
         };
         lanes_of(lanes).filter(is_found).fold(0, |found, lane| found | 1 << lane)

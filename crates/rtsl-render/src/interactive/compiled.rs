@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use fearless_simd::Simd;
 use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
-use crate::acceleration::{Bounds, Geometry};
+use crate::acceleration::{Bounds, Geometry, HitId};
 use crate::math::{Affine, MovingTransform, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
@@ -15,7 +15,8 @@ use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
 use super::eight::{Eight, Vectors, scaled};
 use super::object_class::ObjectClass;
-use super::placed_objects::{GroupItems, PlacedObjects};
+use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
+use super::placement::Placement;
 use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
 
@@ -219,6 +220,12 @@ impl CompiledScene {
         &self.shaders[instance.shader]
     }
 
+    /// Where an instance of the geometry stands.
+    pub fn placement(&self, instance: u32) -> Option<Placement<'_>> {
+        let forward = *self.instance_transforms.get(instance as usize)?;
+        Some(Placement::new(self.geometry.instances.get(instance as usize)?, forward))
+    }
+
     /// What the material of an object, its emitter and its own methods read of its surface.
     pub fn needs(&self, object: &Object) -> SurfaceNeeds {
         let own = object.material.is_none().then_some(object.primitive.shader);
@@ -321,16 +328,23 @@ impl Builder<'_> {
             self.shaders[shader].kernel(method).is_some()
         };
         let mut lights = Vec::new();
-        for member in items.first().into_iter().flat_map(GroupItems::members) {
+        let world = items.first().into_iter().flat_map(GroupItems::members);
+        let world = world.map(|member| (*member, None));
+        for (member, instance) in world.chain(moving_members(scene, items)) {
             let object = &scene.objects[member.object as usize];
             let Some(emitter) = object.emitter else { continue };
             let sampled = has(&object.primitive, Method::GenerateSample)
                 && has(&scene.materials[emitter as usize], Method::Emission)
                 && object.elements.is_none_or(|count| count <= MOST_SAMPLED_ELEMENTS);
-            let volume_scale = object.transform.volume_scale();
+            let volume_scale = object.fixed_transform().volume_scale();
+            let id = |item: u32| match instance {
+                None => HitId::new(item, 0),
+                Some(instance) => HitId::new(items[0].count() + instance, item),
+            };
             let primitives = if sampled { self.table.items(object) } else { Vec::new() };
             lights.extend((member.first..).zip(primitives).map(|(item, primitive)| AreaLight {
-                member: item,
+                id: id(item),
+                instance,
                 object: member.object,
                 primitive,
                 emitter,
@@ -368,6 +382,22 @@ impl Builder<'_> {
         });
         bounds.collect()
     }
+}
+
+/// The objects of the world that move, and the instances that place them.
+fn moving_members<'a>(
+    scene: &'a Scene,
+    items: &'a [GroupItems],
+) -> impl Iterator<Item = (GroupMember, Option<u32>)> {
+    let moves = |object: &&u32| scene.objects[**object as usize].motion.is_some();
+    let moving = scene.world.iter().filter(moves).count();
+    // Their groups come behind those of the scene, their instances behind the scene's.
+    let groups = items.iter().skip(1 + scene.groups.len()).take(moving);
+    let first = scene.instances.len() as u32;
+    let members = groups.zip(first..).flat_map(|(group, instance)| {
+        group.members().iter().map(move |member| (*member, Some(instance)))
+    });
+    members
 }
 
 /// The inverse of a placement.

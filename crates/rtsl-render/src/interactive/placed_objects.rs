@@ -63,6 +63,11 @@ impl GroupItems {
         &self.members
     }
 
+    /// How many items there are.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
     /// The object that an item belongs to.
     pub fn member(&self, item: u32) -> Option<GroupMember> {
         if item >= self.count {

@@ -27,6 +27,38 @@ impl<'a> Placement<'a> {
         self.instance.moved_packet(rays, lanes)
     }
 
+    /// Points of the world in the group's space, each at its time.
+    #[inline(always)]
+    pub fn points_to_group<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        points: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.point(&self.instance.inverse, points),
+            Some(motion) => {
+                eight.each(points, |lane, point| motion.inverse_at(time[lane]).point(point))
+            }
+        }
+    }
+
+    /// Points of the group's space in the world's, each at its time.
+    #[inline(always)]
+    pub fn points_to_world<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        points: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.point(&self.forward, points),
+            Some(motion) => {
+                eight.each(points, |lane, point| motion.map_at(time[lane]).point(point))
+            }
+        }
+    }
+
     /// Vectors of the group's space in the world's, each at its time.
     #[inline(always)]
     pub fn vectors_to_world<S: Simd>(
@@ -56,6 +88,14 @@ impl<'a> Placement<'a> {
             Some(motion) => eight.each(normals, |lane, normal| {
                 motion.inverse_at(time[lane]).transposed_vector(normal)
             }),
+        }
+    }
+
+    /// How much larger a volume of the group's space is in the world's; positive.
+    pub fn volume_scale(&self, time: f32) -> f64 {
+        match &self.instance.motion {
+            None => self.forward.volume_scale(),
+            Some(motion) => motion.map_at(time).volume_scale(),
         }
     }
 }

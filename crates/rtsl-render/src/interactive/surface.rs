@@ -58,10 +58,7 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
     let placement = match hit.instance {
         None => None,
-        Some(instance) => {
-            let forward = *scene.instance_transforms.get(instance as usize)?;
-            Some(Placement::new(scene.geometry.instances.get(instance as usize)?, forward))
-        }
+        Some(instance) => Some(scene.placement(instance)?),
     };
     let index = hit.member.object;
     let object = &scene.objects[index as usize];

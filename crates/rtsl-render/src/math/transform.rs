@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use glam::{DAffine3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
 use super::sine_and_cosine_of_degrees;
 
@@ -179,6 +179,12 @@ impl Affine {
         let [x, y, z, _] = &self.columns;
         let row = |row: usize| x[row] * v[0] + y[row] * v[1] + z[row] * v[2];
         [row(0), row(1), row(2)]
+    }
+
+    /// How much larger volumes become; positive.
+    pub fn volume_scale(&self) -> f64 {
+        let [x, y, z, _] = self.columns.map(|column| DVec3::from_array(column.map(f64::from)));
+        DMat3::from_cols(x, y, z).determinant().abs()
     }
 
     /// The vector that `v` becomes under the transposed linear part: what a normal becomes under
