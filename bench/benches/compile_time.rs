@@ -14,7 +14,7 @@ use rtsl::{
     Backend, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
     ParameterType, Scalar, Shape, Value,
 };
-use rtsl_render::{RenderRequest, render_scene};
+use rtsl_render::{Progress, RenderRequest, render_scene};
 
 /// The best of so many counts: what else the machine does only adds.
 const REPETITIONS: usize = 5;
@@ -200,7 +200,8 @@ fn print_row(label: &str, row: &Row) {
 
 /// Renders the scene as this process's only work and prints a line at the first tile.
 fn report_first_tile(scene: &str) {
-    let progress = |_: usize, _: usize| {
+    let progress = |progress: Progress| {
+        let Progress::Rendering { .. } = progress else { return };
         // The parent listens to the first of two threads.
         let mut out = std::io::stdout().lock();
         let _ = out.write_all(b"tile\n").and_then(|()| out.flush());

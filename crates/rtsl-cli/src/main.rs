@@ -9,6 +9,7 @@ mod eval;
 mod files;
 mod json;
 mod names;
+mod progress_line;
 mod report;
 
 use std::process::ExitCode;

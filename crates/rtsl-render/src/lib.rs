@@ -12,6 +12,7 @@ pub mod math;
 pub mod measure;
 pub mod mesh;
 pub mod messages;
+pub mod progress;
 pub mod reader;
 pub mod request;
 pub mod sampling;
@@ -20,5 +21,6 @@ pub mod session;
 pub mod statistics;
 
 pub use messages::Messages;
+pub use progress::Progress;
 pub use request::{RenderRequest, RenderResult, render_scene};
 pub use statistics::Statistics;

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
 use crate::film::{Aov, AovImage, Image};
-use crate::interactive::{CompiledScene, RenderOptions, render};
+use crate::interactive::{BuildStep, CompiledScene, RenderOptions, render};
 use crate::messages::Messages;
+use crate::progress::Progress;
 use crate::reader::{DiskFiles, FileSource};
 use crate::scene::{LoadOptions, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
@@ -38,10 +39,18 @@ pub struct RenderRequest<'a> {
     pub aovs: Vec<Aov>,
     /// Makes no kernels for the scene's values while rendering. Never changes the image.
     pub general_kernels_only: bool,
-    /// Is told how many of how many tiles are done, from any thread.
-    pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Is told what the render is at, from any thread.
+    pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
+}
+
+impl RenderRequest<'_> {
+    fn tell(&self, progress: Progress) {
+        if let Some(listener) = self.progress {
+            listener(progress);
+        }
+    }
 }
 
 /// What came of it.
@@ -85,11 +94,12 @@ pub fn render_scene_from(
     })?;
     let cold_start = start.elapsed();
     let Prepared { scene, mut statistics, warnings, .. } = prepared;
+    let tiles_done = |done, of| request.tell(Progress::Rendering { done, of });
     let rendered = render(
         &scene,
         RenderOptions {
             threads: request.threads,
-            progress: request.progress,
+            progress: request.progress.is_some().then_some(&tiles_done),
             cancel: request.cancel,
             time_limit: request.time_limit,
             aovs: &request.aovs,
@@ -131,6 +141,7 @@ impl Prepared {
         files: &dyn FileSource,
     ) -> Result<Prepared, Messages> {
         let start = Instant::now();
+        request.tell(Progress::Reading);
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
         let mut loaded = load_scene(&request.scene, files, &LoadOptions { defines, search_path })?;
         apply(request, &mut loaded.scene.settings);
@@ -148,7 +159,11 @@ impl Prepared {
         let engine_time = start.elapsed();
         let elements = loaded.scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
         let primitives = elements.sum();
-        let scene = CompiledScene::new(loaded.scene, &engine, &mut warnings)?;
+        let told = |step| match step {
+            BuildStep::Kernels { shaders } => request.tell(Progress::Compiling { shaders }),
+            BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
+        };
+        let scene = CompiledScene::with_progress(loaded.scene, &engine, &mut warnings, &told)?;
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
             check_seconds: loaded.compile_time.as_secs_f64(),

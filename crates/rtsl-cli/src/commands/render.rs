@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rtsl_render::film::{Aov, ImageFormat, write_image_with};
-use rtsl_render::{Messages, RenderRequest, render_scene};
+use rtsl_render::{Messages, Progress, RenderRequest, render_scene};
 
 use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::files::write_result;
+use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
 
 /// The command line of `rtsl render`.
@@ -77,11 +77,8 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     match arguments.renderer {
         Renderer::Interactive => {}
     }
-    let bar = progress_bar(reporter);
-    let progress = |done: usize, of: usize| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-    };
+    let bar = ProgressLine::new(reporter);
+    let progress = |progress: Progress| bar.show(progress);
     let request = RenderRequest {
         scene: arguments.scene.clone(),
         defines: arguments.defines.clone(),
@@ -98,7 +95,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         cancel: None,
     };
     let rendered = render_scene(&request);
-    bar.finish_and_clear();
+    bar.clear();
     let rendered = match rendered {
         Ok(rendered) => rendered,
         Err(messages) => {
@@ -126,20 +123,6 @@ fn check_output(output: &Path) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
-}
-
-fn progress_bar(reporter: &Reporter) -> ProgressBar {
-    let target = if reporter.shows_progress() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}%  {elapsed}, {eta} left")
-    {
-        bar.set_style(style);
-    }
-    bar
 }
 
 /// Reports the messages about a scene.

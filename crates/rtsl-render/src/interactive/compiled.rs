@@ -65,6 +65,18 @@ pub struct Light {
     pub inverse: Affine,
 }
 
+/// A step in making a scene ready.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildStep {
+    /// Kernels are made.
+    Kernels {
+        /// For how many shaders.
+        shaders: usize,
+    },
+    /// Shapes are bounded, and the acceleration structure is built.
+    Hierarchy,
+}
+
 /// A scene, ready to be rendered.
 pub struct CompiledScene {
     /// Film, sampler and integrator.
@@ -117,7 +129,20 @@ impl CompiledScene {
     /// # Errors
     /// If a class lacks a method that its use needs, or a kernel can't be made.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::New, scene, engine, messages)
+        Self::with_progress(scene, engine, messages, &|_| {})
+    }
+
+    /// Like [`CompiledScene::new`]; tells `listener` what comes next.
+    ///
+    /// # Errors
+    /// As for [`CompiledScene::new`].
+    pub fn with_progress(
+        scene: Scene,
+        engine: &Engine,
+        messages: &mut Messages,
+        listener: &dyn Fn(BuildStep),
+    ) -> Result<Self, Messages> {
+        Self::with_shapes(&Shapes::New, scene, engine, messages, listener)
     }
 
     /// Like [`CompiledScene::new`], for a scene whose shapes and placements
@@ -131,7 +156,7 @@ impl CompiledScene {
         engine: &Engine,
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::Same(self), scene, engine, messages)
+        Self::with_shapes(&Shapes::Same(self), scene, engine, messages, &|_| {})
     }
 
     /// Like [`CompiledScene::new`], for a scene of which this may have been an earlier state: where shapes
@@ -145,7 +170,7 @@ impl CompiledScene {
         engine: &Engine,
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::Moved(self), scene, engine, messages)
+        Self::with_shapes(&Shapes::Moved(self), scene, engine, messages, &|_| {})
     }
 
     /// Takes over the values of the instances of `scene` that are other objects than those of
@@ -192,9 +217,11 @@ impl CompiledScene {
         scene: Scene,
         engine: &Engine,
         messages: &mut Messages,
+        listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
         let start = Instant::now();
         let shaders = ShaderTable::new(engine, &scene);
+        listener(BuildStep::Kernels { shaders: shaders.len() });
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);
         let failed = diagnostics.has_errors();
@@ -203,6 +230,7 @@ impl CompiledScene {
             return Err(std::mem::take(messages));
         }
         let compile_time = start.elapsed();
+        listener(BuildStep::Hierarchy);
         let start = Instant::now();
         let compiled = Builder { table: &shaders, shaders: &shaders_done }.build(scene, shapes);
         let mut compiled = compiled.map_err(|problem| {
@@ -394,10 +422,9 @@ fn moving_members<'a>(
     // Their groups come behind those of the scene, their instances behind the scene's.
     let groups = items.iter().skip(1 + scene.groups.len()).take(moving);
     let first = scene.instances.len() as u32;
-    let members = groups.zip(first..).flat_map(|(group, instance)| {
+    groups.zip(first..).flat_map(|(group, instance)| {
         group.members().iter().map(move |member| (*member, Some(instance)))
-    });
-    members
+    })
 }
 
 /// The inverse of a placement.

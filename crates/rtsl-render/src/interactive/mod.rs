@@ -33,7 +33,7 @@ mod work_counts;
 mod workspace;
 
 pub(crate) use camera::{CameraRays, TILE, Tile, camera_rays};
-pub use compiled::CompiledScene;
+pub use compiled::{BuildStep, CompiledScene};
 pub(crate) use host::ShadingHost;
 pub(crate) use lane_context::LaneContext;
 pub(crate) use render::exhausted_budgets;

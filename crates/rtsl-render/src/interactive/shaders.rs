@@ -232,6 +232,11 @@ impl Entry {
 }
 
 impl<'a> ShaderTable<'a> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
     /// The shaders of a scene.
     pub fn new(engine: &'a Engine, scene: &Scene) -> Self {
         let mut table = ShaderTable { engine, entries: Vec::new(), by_address: BTreeMap::new() };
