@@ -11,6 +11,7 @@ pub mod app;
 pub mod camera_control;
 mod canvas;
 pub mod input;
+mod libraries;
 mod overlay;
 mod panel;
 mod watch;

@@ -18,6 +18,7 @@ use winit::window::{Window, WindowId};
 
 use crate::app::{App, Wish};
 use crate::input::{Button, Event, Key};
+use crate::libraries;
 use crate::watch::FileWatch;
 
 /// Samples are added for this long before events are looked at: input is never later.
@@ -56,6 +57,9 @@ pub enum ViewError {
 /// # Errors
 /// If there is no display, or a picture can't be written.
 pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
+    if let Some(library) = libraries::missing() {
+        return Err(ViewError::NoDisplay(format!("the library {library} cannot be loaded")));
+    }
     let events = EventLoop::<FilesChanged>::with_user_event().build().map_err(no_display)?;
     let context = Context::new(events.owned_display_handle()).map_err(no_display)?;
     let proxy = events.create_proxy();
