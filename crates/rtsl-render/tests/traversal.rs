@@ -6,8 +6,8 @@ use std::sync::Arc;
 use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
-    Block, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes,
-    Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
+    Block, BlockHead, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES,
+    LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
 };
 use rtsl_render::math::{Affine, MovingTransform, Transform, dot};
 
@@ -73,8 +73,8 @@ impl Objects for Spheres<'_> {
         &self.distance
     }
 
-    fn ray(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
-        let hits = (0..usize::from(block.count))
+    fn ray(&mut self, ray: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
+        let hits = (0..usize::from(head.count))
             .filter_map(|index| Some((index, self.ray_against_one(ray, block, index)?)));
         hits.min_by(|(_, one), (_, other)| one.total_cmp(other))
     }

@@ -1,10 +1,8 @@
 //! Building the hierarchy: a library makes a binary tree, which is folded into one of wide nodes.
 //!
 //! The library's builder (parallel locally-ordered clustering, then reinsertion) is
-//! deterministic, on any number of threads. Folding opens the largest child of a node until there
-//! are eight, as Wald, Benthin and Boulos do ("Getting Rid of Packets", 2008, section 4); a subtree
-//! of at most eight items becomes a leaf, since one test of eight objects costs about what one of
-//! eight boxes does.
+//! deterministic, on any number of threads. Which of its subtrees become leaves, of at most eight items, is
+//! the plan's to say: see the module `fold_plan`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,6 +13,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::bounds::Bounds;
+use super::fold_plan::FoldPlan;
 use super::wide_tree::{Block, Boxes, Child, Item, WIDTH, WideNode, WideTree};
 
 impl WideTree {
@@ -22,11 +21,12 @@ impl WideTree {
     pub fn build(items: &[Item]) -> WideTree {
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let numbers: Vec<u32> = bounded.map(|(number, _)| number as u32).collect();
+        let binary = binary_tree(items, &numbers);
         let mut builder = Builder {
             items,
-            binary: binary_tree(items, &numbers),
+            plan: FoldPlan::new(&binary),
+            binary,
             numbers,
-            items_below: Vec::new(),
             blocks_of_class: BTreeMap::new(),
             tree: WideTree::default(),
         };
@@ -34,6 +34,7 @@ impl WideTree {
         builder.add_unbounded();
         builder.tree.bound_nodes();
         builder.tree.visits_when_built = builder.tree.visits();
+        builder.tree.heads = builder.tree.blocks.iter().map(Block::head).collect();
         builder.tree
     }
 }
@@ -54,10 +55,9 @@ fn binary_tree(items: &[Item], numbers: &[u32]) -> Bvh2 {
 struct Builder<'a> {
     items: &'a [Item],
     binary: Bvh2,
+    plan: FoldPlan,
     /// The items with bounds, as the binary tree counts them.
     numbers: Vec<u32>,
-    /// For each node of the binary tree.
-    items_below: Vec<u32>,
     /// How many blocks each class has so far.
     blocks_of_class: BTreeMap<u32, u32>,
     tree: WideTree,
@@ -71,73 +71,86 @@ struct Link {
     parent: Option<(usize, usize)>,
 }
 
+/// An item of the leaf that is the child `slot` of a node.
+#[derive(Clone, Copy)]
+struct LeafItem {
+    item: u32,
+    slot: usize,
+}
+
 impl Builder<'_> {
     fn fold(&mut self) {
         if self.numbers.is_empty() {
             return;
         }
-        self.count_items();
+        if self.plan.is_leaf(&self.binary, 0) {
+            let mut items = Vec::new();
+            self.add_items(0, |item| items.push(item));
+            self.tree.root = Some(Child::leaf(0));
+            self.add_blocks(items);
+            return;
+        }
+        let (mut sources, mut leaf_items) = (Vec::new(), Vec::new());
         let mut stack = vec![Link { source: 0, parent: None }];
         while let Some(Link { source, parent }) = stack.pop() {
-            let child = if self.items_below[source] as usize <= WIDTH {
-                self.add_leaf(source)
-            } else {
-                let index = self.tree.nodes.len();
-                let sources = self.open(source);
-                let children = [Child::node(0); WIDTH];
-                let count = sources.len() as u32;
-                self.tree.nodes.push(WideNode { boxes: Boxes::EMPTY, children, count });
-                let links = sources.into_iter().enumerate().rev();
-                stack.extend(
-                    links.map(|(slot, source)| Link { source, parent: Some((index, slot)) }),
-                );
-                Child::node(index as u32)
-            };
+            let index = self.tree.nodes.len();
             match parent {
-                Some((node, slot)) => self.tree.nodes[node].children[slot] = child,
-                None => self.tree.root = Some(child),
+                Some((node, slot)) => {
+                    self.tree.nodes[node].children[slot] = Child::node(index as u32);
+                }
+                None => self.tree.root = Some(Child::node(index as u32)),
             }
-        }
-    }
-
-    fn count_items(&mut self) {
-        let nodes = &self.binary.nodes;
-        self.items_below = vec![0; nodes.len()];
-        let mut stack = vec![(0_usize, false)];
-        while let Some((index, children_done)) = stack.pop() {
-            let node = &nodes[index];
-            let first = node.first_index as usize;
-            if node.is_leaf() {
-                self.items_below[index] = node.prim_count;
-            } else if children_done {
-                self.items_below[index] = self.items_below[first] + self.items_below[first + 1];
-            } else {
-                stack.extend([(index, true), (first, false), (first + 1, false)]);
+            sources.clear();
+            self.plan.add_children(&self.binary, source, &mut sources);
+            self.tree.nodes.push(WideNode { count: sources.len() as u32, ..WideNode::EMPTY });
+            for (slot, source) in sources.iter().enumerate() {
+                if self.plan.is_leaf(&self.binary, *source) {
+                    self.add_leaf(index, slot, *source, &mut leaf_items);
+                }
             }
+            self.place(index, &mut leaf_items);
+            let inner = sources.iter().enumerate().rev();
+            let inner = inner.filter(|(_, source)| !self.plan.is_leaf(&self.binary, **source));
+            stack.extend(
+                inner.map(|(slot, source)| Link { source: *source, parent: Some((index, slot)) }),
+            );
         }
     }
 
-    /// The nodes of the binary tree that become the children of one that is made of `source`.
-    fn open(&self, source: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(WIDTH);
-        let first = self.binary.nodes[source].first_index as usize;
-        children.extend([first, first + 1]);
-        while children.len() < WIDTH {
-            let can_open = |index: &usize| self.items_below[children[*index]] as usize > WIDTH;
-            let area = |index: &usize| self.binary.nodes[children[*index]].aabb().half_area();
-            let largest = (0..children.len())
-                .filter(can_open)
-                .max_by(|a, b| area(a).total_cmp(&area(b)).then(b.cmp(a)));
-            let Some(index) = largest else { break };
-            let first = self.binary.nodes[children[index]].first_index as usize;
-            children[index] = first;
-            children.insert(index + 1, first + 1);
+    /// Adds a leaf to those of a node that wait for a block. They share one where they fit: it takes less
+    /// memory, and a ray that meets several of them tests their items by one call.
+    fn add_leaf(&mut self, node: usize, slot: usize, source: usize, waiting: &mut Vec<LeafItem>) {
+        let before = waiting.len();
+        self.add_items(source, |item| waiting.push(LeafItem { item, slot }));
+        let class = |it: &LeafItem| self.items[it.item as usize].class;
+        let fits =
+            waiting.len() <= WIDTH && waiting.iter().all(|it| class(it) == class(&waiting[0]));
+        if !fits && before > 0 {
+            let rest = waiting.split_off(before);
+            self.place(node, waiting);
+            *waiting = rest;
         }
-        children
     }
 
-    fn add_leaf(&mut self, source: usize) -> Child {
-        let mut items = Vec::with_capacity(WIDTH);
+    /// Makes the blocks of leaves of a node.
+    fn place(&mut self, node: usize, leaves: &mut Vec<LeafItem>) {
+        if leaves.is_empty() {
+            return;
+        }
+        let first = self.tree.blocks.len();
+        self.add_blocks(leaves.iter().map(|it| it.item).collect());
+        let is_one = self.tree.blocks.len() == first + 1;
+        for LeafItem { item, slot } in leaves.drain(..) {
+            let parent = &mut self.tree.nodes[node];
+            parent.children[slot] = Child::leaf(first as u32);
+            let position = self.tree.blocks[first].items.iter().position(|it| *it == item);
+            let bit = position.filter(|_| is_one).map_or(WideNode::ALL_ITEMS, |it| 1 << it);
+            parent.items[slot] |= bit;
+        }
+    }
+
+    /// The items below a node of the binary tree.
+    fn add_items(&self, source: usize, mut add: impl FnMut(u32)) {
         let mut stack = vec![source];
         while let Some(index) = stack.pop() {
             let node = &self.binary.nodes[index];
@@ -145,17 +158,14 @@ impl Builder<'_> {
             if node.is_leaf() {
                 let positions =
                     &self.binary.primitive_indices[first..first + node.prim_count as usize];
-                items.extend(positions.iter().map(|position| self.numbers[*position as usize]));
+                positions.iter().for_each(|position| add(self.numbers[*position as usize]));
             } else {
                 stack.extend([first, first + 1]);
             }
         }
-        let first = self.tree.blocks.len() as u32;
-        self.add_blocks(items);
-        Child::leaf(first)
     }
 
-    /// Adds the blocks of a leaf of these items.
+    /// Adds the blocks of these items, which are one leaf or several.
     fn add_blocks(&mut self, mut items: Vec<u32>) {
         let class = |item: &u32| self.items[*item as usize].class;
         items.sort_unstable_by_key(|item| (class(item), *item));

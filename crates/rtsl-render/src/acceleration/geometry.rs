@@ -6,7 +6,8 @@ use crate::math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;
 use super::packet::{LaneMask, RayPacket};
-use super::space::{RaySpace, Serial};
+use super::ray_space::RaySpace;
+use super::space::Serial;
 use super::traversal::{moved_packet, moved_packet_by, moved_ray};
 use super::wide_tree::{Item, WideTree};
 

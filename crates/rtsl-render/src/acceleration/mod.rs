@@ -35,11 +35,13 @@
 
 mod bounds;
 mod build;
+mod fold_plan;
 mod geometry;
 mod hit;
 mod objects;
 mod packet;
 mod packet_traversal;
+mod ray_space;
 mod ray_traversal;
 mod space;
 mod traversal;
@@ -50,6 +52,7 @@ pub use geometry::{Geometry, Group, INSTANCE, Instance};
 pub use hit::{HitId, Hits};
 pub use objects::Objects;
 pub use packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
-pub use space::{PacketSpace, RaySpace, Serial};
+pub use ray_space::RaySpace;
+pub use space::{PacketSpace, Serial};
 pub use traversal::{Visits, moved_packet, moved_packet_by};
-pub use wide_tree::{Block, Boxes, Child, Item, WIDTH, WideNode, WideTree};
+pub use wide_tree::{Block, BlockHead, Boxes, Child, Item, WIDTH, WideNode, WideTree};

@@ -3,8 +3,9 @@
 use fearless_simd::Simd;
 
 use super::packet::{LaneMask, Lanes};
-use super::space::{PacketSpace, RaySpace};
-use super::wide_tree::Block;
+use super::ray_space::RaySpace;
+use super::space::PacketSpace;
+use super::wide_tree::{Block, BlockHead};
 
 /// Tests single objects. What they answer must be a function of the ray and the object alone: the
 /// limit that counts is the ray's own, never that of a hit found before. So it does not matter in
@@ -25,8 +26,8 @@ pub trait Objects {
     fn distance(&self) -> &Lanes;
 
     /// Tests one ray against all items of a block: the index of the nearest hit, of equally near ones
-    /// the lowest, and where it is.
-    fn ray(&mut self, space: &RaySpace, block: &Block) -> Option<(usize, f32)>;
+    /// the lowest, and where it is. What `head` says need not be read from `block`.
+    fn ray(&mut self, space: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)>;
 
     /// Is told that the rays of `lanes` are tested against the boxes of a node or of a block. For
     /// those who count.

@@ -12,9 +12,10 @@ use super::geometry::{Group, INSTANCE};
 use super::hit::HitId;
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, lanes_of};
-use super::space::{CHUNK, PacketSpace, RaySpace, finite_lanes, greatest};
+use super::ray_space::RaySpace;
+use super::space::{CHUNK, PacketSpace, finite_lanes, greatest};
 use super::traversal::{Outer, Search, Traversal};
-use super::wide_tree::{Block, Child, WIDTH};
+use super::wide_tree::{Block, Child, WIDTH, WideNode};
 
 /// Fewer rays than these go on from a node one by one.
 const FEWEST_AT_NODES: u32 = 6;
@@ -51,7 +52,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
             #[inline(always)]
             || {
                 for block in group.tree.unbounded() {
-                    self.visit_block_with_packet(simd, block, space, lanes, outer);
+                    let all = WideNode::ALL_ITEMS;
+                    self.visit_block_with_packet(simd, block, all, space, lanes, outer);
                 }
                 let Some(root) = group.tree.root else { return };
                 self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
@@ -73,7 +75,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         if lanes.count_ones() < fewest(space, root) {
             return self.visit_with_rays(simd, group, root, space, lanes, outer);
         }
-        self.visit_child_with_packet(simd, group, root, space, lanes, outer);
+        let all = WideNode::ALL_ITEMS;
+        self.visit_child_with_packet(simd, group, (root, all), space, lanes, outer);
         while self.visits.packets.len() > base {
             let Some(visit) = self.visits.packets.pop() else { break };
             let lanes = self.open(visit.lanes);
@@ -87,24 +90,26 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if lanes.count_ones() < fewest(space, child) {
                 self.visit_with_rays(simd, group, child, space, lanes, outer);
             } else {
+                let child = (child, node.items[slot]);
                 self.visit_child_with_packet(simd, group, child, space, lanes, outer);
             }
         }
     }
 
+    /// Visits a node, or these items of a leaf.
     #[inline(always)]
     fn visit_child_with_packet<S: Simd>(
         &mut self,
         simd: S,
         group: &'a Group,
-        child: Child,
+        (child, items): (Child, u8),
         space: &PacketSpace,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
         if child.is_leaf() {
             for block in group.tree.leaf(child.index()) {
-                self.visit_block_with_packet(simd, block, space, lanes, outer);
+                self.visit_block_with_packet(simd, block, items, space, lanes, outer);
             }
             return;
         }
@@ -158,6 +163,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         &mut self,
         simd: S,
         block: &'a Block,
+        items: u8,
         space: &PacketSpace,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
@@ -165,7 +171,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         self.objects.visited(lanes);
         let count = usize::from(block.count);
         let farthest = greatest(simd, &self.hits.distance, lanes);
-        let (mut met, _) = space.interval.test(simd, &block.boxes, count, farthest);
+        let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
+        let mut met = met & u64::from(items);
         while met != 0 {
             let index = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;

@@ -6,9 +6,9 @@ use fearless_simd::Simd;
 use super::geometry::{Group, INSTANCE};
 use super::objects::Objects;
 use super::packet_traversal::insertion_sort;
-use super::space::RaySpace;
-use super::traversal::{Outer, Search, Traversal};
-use super::wide_tree::{Block, Child, WIDTH};
+use super::ray_space::{RayBoxTest, RaySpace};
+use super::traversal::{Outer, Search, Traversal, Visits};
+use super::wide_tree::{Block, BlockHead, Child, WIDTH, WideNode, WideTree};
 
 /// A child that a ray meets.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,48 @@ pub struct RayVisit {
 }
 
 type RayOuter<'a> = Outer<'a, RaySpace>;
+
+impl Visits {
+    /// Of the children that a ray meets, the nearest; the others are pushed, the nearest of them last.
+    #[inline(always)]
+    fn push_farther(
+        &mut self,
+        node: &WideNode,
+        mut met: u64,
+        entries: &[f32; WIDTH],
+    ) -> Option<Child> {
+        let mut take = || {
+            let slot = met.trailing_zeros() as usize % WIDTH;
+            let visit = RayVisit { child: node.children[slot], entry: entries[slot] };
+            let is_any = met != 0;
+            met &= met.wrapping_sub(1);
+            is_any.then_some(visit)
+        };
+        let mut nearest = take()?;
+        let base = self.rays.len();
+        while let Some(visit) = take() {
+            let is_nearer = visit.entry < nearest.entry;
+            self.rays.push(if is_nearer { nearest } else { visit });
+            nearest = if is_nearer { visit } else { nearest };
+        }
+        if self.rays.len() > base + 1 {
+            insertion_sort(&mut self.rays[base..], |one, other| one.entry > other.entry);
+        }
+        Some(nearest.child)
+    }
+
+    /// The next child above `base` whose entry is not behind `limit`.
+    #[inline(always)]
+    fn next_of_ray(&mut self, base: usize, limit: f32) -> Option<Child> {
+        while self.rays.len() > base {
+            let visit = self.rays.pop()?;
+            if visit.entry <= limit {
+                return Some(visit.child);
+            }
+        }
+        None
+    }
+}
 
 impl<'a, O: Objects> Traversal<'a, O> {
     /// Takes the ray of a lane through the part of a group's tree that begins with `root`.
@@ -34,23 +76,22 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
+                let tree = &group.tree;
+                let test = RayBoxTest::new(simd, ray);
                 let base = self.visits.rays.len();
-                self.visits.rays.push(RayVisit { child: root, entry: f32::NEG_INFINITY });
-                while self.visits.rays.len() > base {
-                    let Some(RayVisit { child, entry }) = self.visits.rays.pop() else { break };
-                    if entry > self.hits.distance[lane] {
-                        continue;
+                let mut next = Some(root);
+                let mut last = None;
+                while let Some(leaf) = self.next_leaf(tree, &test, next, lane, base) {
+                    // Of leaves that share a block the first tests all items.
+                    if last != Some(leaf) {
+                        last = Some(leaf);
+                        self.visit_leaf_with_ray(simd, tree, leaf.index(), ray, lane, outer);
+                        if self.is_done(lane) {
+                            self.visits.rays.truncate(base);
+                            break;
+                        }
                     }
-                    if !child.is_leaf() {
-                        self.visit_node_with_ray(simd, group, child, ray, lane);
-                        continue;
-                    }
-                    for block in group.tree.leaf(child.index()) {
-                        self.visit_block_with_ray(simd, block, ray, lane, outer);
-                    }
-                    if self.is_done(lane) {
-                        self.visits.rays.truncate(base);
-                    }
+                    next = self.visits.next_of_ray(base, self.hits.distance[lane]);
                 }
             },
         );
@@ -61,43 +102,64 @@ impl<'a, O: Objects> Traversal<'a, O> {
         self.open(1 << lane) == 0
     }
 
+    /// The nearest leaf that is reached from `next` on and met before the nearest hit so far.
     #[inline(always)]
-    fn visit_node_with_ray<S: Simd>(
+    fn next_leaf<S: Simd>(
+        &mut self,
+        tree: &WideTree,
+        test: &RayBoxTest<S>,
+        mut next: Option<Child>,
+        lane: usize,
+        base: usize,
+    ) -> Option<Child> {
+        let limit = self.hits.distance[lane];
+        let nodes = tree.nodes.as_slice();
+        while let Some(child) = next
+            && !child.is_leaf()
+        {
+            self.objects.visited(1 << lane);
+            let node = &nodes[child.index()];
+            let (met, entries) = test.test(&node.boxes, limit);
+            let nearest = self.visits.push_farther(node, met, &entries);
+            next = nearest.or_else(|| self.visits.next_of_ray(base, limit));
+        }
+        next
+    }
+
+    #[inline(always)]
+    fn visit_leaf_with_ray<S: Simd>(
         &mut self,
         simd: S,
-        group: &Group,
-        child: Child,
+        tree: &'a WideTree,
+        first: usize,
         ray: &RaySpace,
         lane: usize,
+        outer: Option<&RayOuter<'_>>,
     ) {
-        self.objects.visited(1 << lane);
-        let node = &group.tree.nodes[child.index()];
-        let limit = self.hits.distance[lane];
-        let (mut met, entries) = ray.test(simd, &node.boxes, node.count as usize, limit);
-        let base = self.visits.rays.len();
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize % WIDTH;
-            met &= met - 1;
-            self.visits.rays.push(RayVisit { child: node.children[slot], entry: entries[slot] });
+        for (head, block) in tree.heads[first..].iter().zip(&tree.blocks[first..]) {
+            self.visit_block_with_ray(simd, head, block, ray, lane, outer);
+            if head.is_last {
+                return;
+            }
         }
-        insertion_sort(&mut self.visits.rays[base..], |one, other| one.entry > other.entry);
     }
 
     #[inline(always)]
     fn visit_block_with_ray<S: Simd>(
         &mut self,
         simd: S,
+        head: &BlockHead,
         block: &'a Block,
         ray: &RaySpace,
         lane: usize,
         outer: Option<&RayOuter<'_>>,
     ) {
         self.objects.visited(1 << lane);
-        if block.class == INSTANCE {
+        if head.class == INSTANCE {
             self.visit_instances_with_ray(simd, block, ray, lane);
             return;
         }
-        let Some((index, distance)) = self.objects.ray(ray, block) else { return };
+        let Some((index, distance)) = self.objects.ray(ray, head, block) else { return };
         if distance > self.hits.distance[lane] {
             return;
         }
@@ -145,8 +207,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         ray: &RaySpace,
         lane: usize,
     ) {
-        let count = usize::from(block.count);
-        let (mut met, entries) = ray.test(simd, &block.boxes, count, self.hits.distance[lane]);
+        let test = RayBoxTest::new(simd, ray);
+        let (mut met, entries) = test.test(&block.boxes, self.hits.distance[lane]);
         while met != 0 && !self.is_done(lane) {
             let index = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
@@ -158,7 +220,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let Some(moved) = instance.moved_ray(ray, self.next_serial()) else { continue };
             let outer = Outer { item, bounds: block.boxes.get(index), space: ray };
             for block in group.tree.unbounded() {
-                self.visit_block_with_ray(simd, block, &moved, lane, Some(&outer));
+                self.visit_block_with_ray(simd, &block.head(), block, &moved, lane, Some(&outer));
             }
             if let Some(root) = group.tree.root {
                 self.visit_tree_with_ray(simd, group, root, &moved, lane, Some(&outer));

@@ -24,13 +24,13 @@ use fearless_simd::{Simd, f32x8, mask32x8};
 
 use super::bounds::Bounds;
 use super::packet::{LANES, LaneMask, Lanes, RayPacket};
-use super::wide_tree::{Boxes, WIDTH};
+use super::wide_tree::Boxes;
 
 /// Lanes are tested so many at a time.
 pub const CHUNK: usize = 8;
 
 /// Entry and exit are widened by this part.
-const SLACK: f32 = 1.0 / 4096.0;
+pub const SLACK: f32 = 1.0 / 4096.0;
 
 /// A number that no two sets of prepared rays of a search share, by which those who were handed them know
 /// them again. None is 0.
@@ -39,15 +39,10 @@ pub type Serial = u32;
 /// One over a direction's component. Near 0 it is held to the greatest finite number: a ray
 /// along a slab's face counts as inside.
 #[inline(always)]
-fn finite_reciprocal(component: f32) -> f32 {
+pub fn finite_reciprocal(component: f32) -> f32 {
     let magnitude = 1.0 / component.abs();
     let held = if magnitude < f32::MAX { magnitude } else { f32::MAX };
     held.copysign(component)
-}
-
-#[inline(always)]
-fn finite_reciprocals([x, y, z]: [f32; 3]) -> [f32; 3] {
-    [finite_reciprocal(x), finite_reciprocal(y), finite_reciprocal(z)]
 }
 
 /// A packet of rays in one space.
@@ -221,8 +216,8 @@ impl Interval {
             if self.mixed[axis] {
                 continue;
             }
-            let min = f32x8::load_array_ref(simd, &boxes.min[axis]);
-            let max = f32x8::load_array_ref(simd, &boxes.max[axis]);
+            let min = f32x8::load_array_ref(simd, boxes.min(axis));
+            let max = f32x8::load_array_ref(simd, boxes.max(axis));
             let (least, greatest) = (self.min_inverse[axis], self.max_inverse[axis]);
             let (first, last) = if least.is_sign_negative() {
                 (max - self.min_origin[axis], min - self.max_origin[axis])
@@ -237,90 +232,6 @@ impl Interval {
             & exit.simd_ge(f32x8::splat(simd, self.epsilon))
             & entry.simd_le(f32x8::splat(simd, limit));
         (meets.to_bitmask() & ((1 << count) - 1), entry)
-    }
-}
-
-/// One ray in one space.
-#[derive(Clone, Copy, Debug)]
-pub struct RaySpace {
-    /// Where it starts.
-    pub origin: [f32; 3],
-    /// Its direction, of any length.
-    pub direction: [f32; 3],
-    inverse: [f32; 3],
-    /// The least parameter of a hit (exclusive).
-    pub epsilon: f32,
-    /// The greatest parameter of a hit (exclusive).
-    pub limit: f32,
-    /// The time within the shutter.
-    pub time: f32,
-    /// Names this ray.
-    pub serial: Serial,
-}
-
-impl RaySpace {
-    /// The ray of a lane, which must be finite.
-    #[inline(always)]
-    pub fn new(rays: &RayPacket, lane: usize, serial: Serial) -> Self {
-        let direction = rays.direction_of(lane);
-        RaySpace {
-            origin: rays.origin_of(lane),
-            direction,
-            inverse: finite_reciprocals(direction),
-            epsilon: rays.epsilon[lane],
-            limit: rays.limit[lane],
-            time: rays.time[lane],
-            serial,
-        }
-    }
-
-    /// The same ray in another space; `None` where it is not finite there.
-    pub fn moved(&self, origin: [f32; 3], direction: [f32; 3], serial: Serial) -> Option<Self> {
-        let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
-        let inverse = finite_reciprocals(direction);
-        is_finite.then_some(RaySpace { origin, direction, inverse, serial, ..*self })
-    }
-
-    /// The boxes, as bits, of the first `count` that the ray meets before `limit`, and its entries.
-    #[inline(always)]
-    pub fn test<S: Simd>(
-        &self,
-        simd: S,
-        boxes: &Boxes,
-        count: usize,
-        limit: f32,
-    ) -> (u64, [f32; WIDTH]) {
-        let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
-        let mut far = f32x8::splat(simd, f32::INFINITY);
-        for axis in 0..3 {
-            let (first, last) = if self.inverse[axis].is_sign_negative() {
-                (&boxes.max[axis], &boxes.min[axis])
-            } else {
-                (&boxes.min[axis], &boxes.max[axis])
-            };
-            let (origin, inverse) = (self.origin[axis], self.inverse[axis]);
-            near = near.max((f32x8::load_array_ref(simd, first) - origin) * inverse);
-            far = far.min((f32x8::load_array_ref(simd, last) - origin) * inverse);
-        }
-        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
-        let meets = entry.simd_le(exit)
-            & exit.simd_ge(f32x8::splat(simd, self.epsilon))
-            & entry.simd_le(f32x8::splat(simd, limit));
-        (meets.to_bitmask() & ((1 << count) - 1), entry.to_array())
-    }
-
-    /// Whether it meets the box, and not behind `distance`: [`PacketSpace::test`] for one ray.
-    #[inline(always)]
-    pub fn holds(&self, bounds: &Bounds, distance: f32) -> bool {
-        let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
-        for axis in 0..3 {
-            let first = (bounds.min[axis] - self.origin[axis]) * self.inverse[axis];
-            let second = (bounds.max[axis] - self.origin[axis]) * self.inverse[axis];
-            near = near.max(first.min(second));
-            far = far.min(first.max(second));
-        }
-        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
-        entry <= exit && exit >= self.epsilon && entry <= distance
     }
 }
 

@@ -11,8 +11,9 @@ use super::hit::{HitId, Hits};
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
 use super::packet_traversal::PacketVisit;
+use super::ray_space::RaySpace;
 use super::ray_traversal::RayVisit;
-use super::space::{PacketSpace, RaySpace, Serial, finite_lanes};
+use super::space::{PacketSpace, Serial, finite_lanes};
 
 /// Nearest hits, or any hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,6 +15,8 @@ pub struct WideTree {
     pub nodes: Vec<WideNode>,
     /// The blocks of items, leaf after leaf; those of items without bounds at the end.
     pub blocks: Vec<Block>,
+    /// The head of each block.
+    pub heads: Vec<BlockHead>,
     /// Where the walk begins; `None` if no item has bounds.
     pub root: Option<Child>,
     /// The box of all items with bounds.
@@ -29,10 +31,8 @@ pub struct WideTree {
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes {
-    /// The least coordinates, axis by axis.
-    pub min: [[f32; WIDTH]; 3],
-    /// The greatest coordinates.
-    pub max: [[f32; WIDTH]; 3],
+    /// The least coordinates, axis by axis, then the greatest.
+    pub planes: [[f32; WIDTH]; 6],
 }
 
 /// A node.
@@ -43,7 +43,10 @@ pub struct WideNode {
     pub boxes: Boxes,
     /// The children.
     pub children: [Child; WIDTH],
-    /// How many there are.
+    /// Of each child that is a leaf, the items of its block that are its own, as bits: leaves of a node share
+    /// blocks. All where the leaf has several blocks.
+    pub items: [u8; WIDTH],
+    /// How many children there are.
     pub count: u32,
 }
 
@@ -66,6 +69,20 @@ pub struct Block {
     /// How many items there are.
     pub count: u8,
     /// Whether it is the last of its leaf.
+    pub is_last: bool,
+}
+
+/// What a ray reads of a block that it does not hit. These lie apart from the boxes, which are much more, so
+/// that caches hold them.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockHead {
+    /// As in the [`Block`].
+    pub of_class: u32,
+    /// As in the [`Block`].
+    pub class: u32,
+    /// As in the [`Block`].
+    pub count: u8,
+    /// As in the [`Block`].
     pub is_last: bool,
 }
 
@@ -104,7 +121,26 @@ impl Child {
     }
 }
 
+impl WideNode {
+    /// No children.
+    pub const EMPTY: WideNode = WideNode {
+        boxes: Boxes::EMPTY,
+        children: [Child::node(0); WIDTH],
+        items: [0; WIDTH],
+        count: 0,
+    };
+
+    /// All items of a block.
+    pub const ALL_ITEMS: u8 = 0xFF;
+}
+
 impl Block {
+    /// What a ray reads of it first.
+    pub fn head(&self) -> BlockHead {
+        let Block { boxes: _, items: _, of_class, class, count, is_last } = *self;
+        BlockHead { of_class, class, count, is_last }
+    }
+
     /// Its items.
     pub fn items(&self) -> &[u32] {
         &self.items[..usize::from(self.count)]
@@ -112,30 +148,46 @@ impl Block {
 }
 
 impl Boxes {
-    /// No boxes.
-    pub const EMPTY: Boxes =
-        Boxes { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
+    /// No boxes: such as no ray meets.
+    pub const EMPTY: Boxes = {
+        let (least, greatest) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        Boxes { planes: [least, least, least, greatest, greatest, greatest] }
+    };
+
+    /// The least coordinates along an axis.
+    #[inline(always)]
+    pub fn min(&self, axis: usize) -> &[f32; WIDTH] {
+        &self.planes[axis]
+    }
+
+    /// The greatest coordinates along an axis.
+    #[inline(always)]
+    pub fn max(&self, axis: usize) -> &[f32; WIDTH] {
+        &self.planes[3 + axis]
+    }
 
     /// One of the boxes.
     #[inline(always)]
     pub fn get(&self, index: usize) -> Bounds {
+        let [x, y, z, far_x, far_y, far_z] = &self.planes;
         Bounds {
-            min: [self.min[0][index], self.min[1][index], self.min[2][index]],
-            max: [self.max[0][index], self.max[1][index], self.max[2][index]],
+            min: [x[index], y[index], z[index]],
+            max: [far_x[index], far_y[index], far_z[index]],
         }
     }
 
     /// Sets one of the boxes.
     pub fn set(&mut self, index: usize, bounds: &Bounds) {
         for axis in 0..3 {
-            self.min[axis][index] = bounds.min[axis];
-            self.max[axis][index] = bounds.max[axis];
+            self.planes[axis][index] = bounds.min[axis];
+            self.planes[3 + axis][index] = bounds.max[axis];
         }
     }
 
-    /// The smallest box that holds the first `count`.
-    pub fn union(&self, count: usize) -> Bounds {
-        (0..count).fold(Bounds::EMPTY, |all, index| all.union(&self.get(index)))
+    /// The smallest box that holds those of `which`, as bits, that are below `count`.
+    pub fn union(&self, which: u8, count: usize) -> Bounds {
+        let indices = (0..count).filter(|index| which >> index & 1 != 0);
+        indices.fold(Bounds::EMPTY, |all, index| all.union(&self.get(index)))
     }
 }
 
@@ -183,21 +235,22 @@ impl WideTree {
         for index in (0..self.nodes.len()).rev() {
             let node = self.nodes[index];
             for child in 0..node.count as usize {
-                let bounds = self.bounds_of(node.children[child]);
+                let bounds = self.bounds_of(node.children[child], node.items[child]);
                 self.nodes[index].boxes.set(child, &bounds);
             }
         }
-        self.bounds = self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root));
+        self.bounds =
+            self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, WideNode::ALL_ITEMS));
     }
 
-    fn bounds_of(&self, child: Child) -> Bounds {
+    fn bounds_of(&self, child: Child, items: u8) -> Bounds {
         if child.is_leaf() {
             let blocks = self.leaf(child.index()).iter();
-            let bounds = blocks.map(|block| block.boxes.union(usize::from(block.count)));
+            let bounds = blocks.map(|block| block.boxes.union(items, usize::from(block.count)));
             bounds.fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
         } else {
             let node = &self.nodes[child.index()];
-            node.boxes.union(node.count as usize)
+            node.boxes.union(WideNode::ALL_ITEMS, node.count as usize)
         }
     }
 

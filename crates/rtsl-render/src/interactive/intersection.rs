@@ -7,7 +7,8 @@ use rtsl::{
 };
 
 use crate::acceleration::{
-    Block, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
+    Block, BlockHead, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial,
+    WIDTH,
 };
 use crate::math::reciprocal;
 
@@ -64,8 +65,8 @@ impl<'a> Intersector<'a> {
         Intersector { scene, problems, blocks, loaded_packet: 0, loaded_ray: 0 }
     }
 
-    fn class(&self, block: &Block) -> &'a ObjectClass {
-        &self.scene.classes[block.class as usize]
+    fn class(&self, class: u32) -> &'a ObjectClass {
+        &self.scene.classes[class as usize]
     }
 
     fn report(&self, class: &ObjectClass, status: CallStatus) {
@@ -104,7 +105,7 @@ impl Objects for Intersector<'_> {
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
-        let class = self.class(block);
+        let class = self.class(block.class);
         let v = variables();
         let IntersectionBlocks { packet, distance, .. } = &mut *self.blocks;
         if self.loaded_packet != space.serial {
@@ -128,17 +129,17 @@ impl Objects for Intersector<'_> {
     }
 
     #[inline(always)]
-    fn ray(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
-        let class = self.class(block);
+    fn ray(&mut self, ray: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
+        let class = self.class(head.class);
         let Some(kernel) = class.leaf_kernel() else { return self.nearest_one_by_one(ray, block) };
         self.load_ray(ray);
         let RayBlocks { state, scratch } = &mut self.blocks.ray;
-        let first = ObjectClass::number(block, 0);
+        let first = ObjectClass::first_number(head.of_class);
         let status = kernel.call(LeafArguments {
             state,
             scratch,
             first,
-            count: u32::from(block.count),
+            count: u32::from(head.count),
             host: &mut NoHost,
         });
         let nearest = status.nearest.map(|number| (number - first) as usize);
@@ -149,7 +150,7 @@ impl Objects for Intersector<'_> {
 
     #[cold]
     fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
-        let class = self.class(block);
+        let class = self.class(block.class);
         self.load_ray(ray);
         let RayBlocks { state, scratch } = &mut self.blocks.ray;
         let accepted = &mut self.blocks.packet.accepted;

@@ -170,7 +170,13 @@ impl ObjectClass {
     /// The number of the `index`th item of a block, by which kernels know it.
     #[inline(always)]
     pub fn number(block: &Block, index: usize) -> u32 {
-        block.of_class * WIDTH as u32 + index as u32
+        ObjectClass::first_number(block.of_class) + index as u32
+    }
+
+    /// The number of the first item of a block of this number among those of its class.
+    #[inline(always)]
+    pub fn first_number(block_of_class: u32) -> u32 {
+        block_of_class * WIDTH as u32
     }
 
     /// The number by which kernels know an object, or an element of the one that these are elements of.

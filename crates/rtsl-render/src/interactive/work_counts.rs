@@ -4,7 +4,7 @@
 use fearless_simd::Simd;
 
 use crate::acceleration::{
-    Block, LANES, LaneMask, Lanes, Objects, PacketSpace, RaySpace, lanes_of,
+    Block, BlockHead, LANES, LaneMask, Lanes, Objects, PacketSpace, RaySpace, lanes_of,
 };
 use crate::statistics::LaneUse;
 
@@ -61,10 +61,10 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.distance()
     }
 
-    fn ray(&mut self, space: &RaySpace, block: &Block) -> Option<(usize, f32)> {
+    fn ray(&mut self, space: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
         // The lanes are the block's objects.
-        self.counts.add_call((1 << block.count) - 1);
-        self.objects.ray(space, block)
+        self.counts.add_call((1 << head.count) - 1);
+        self.objects.ray(space, head, block)
     }
 
     fn visited(&mut self, lanes: LaneMask) {

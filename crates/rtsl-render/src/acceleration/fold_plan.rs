@@ -1,0 +1,146 @@
+//! Which subtrees of a binary tree become leaves, and which of its nodes those of the wide tree.
+//!
+//! The plan is the cheapest of all by the surface area heuristic, found bottom up as Ylitie, Karras and
+//! Laine do ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017, section
+//! 3.3): for each node and each number of trees, the least cost of covering what is below the node by at most so
+//! many.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use obvhs::bvh2::Bvh2;
+
+use super::wide_tree::WIDTH;
+
+/// What a visit of a leaf costs, in visits of nodes.
+const LEAF_COST: f32 = 2.0;
+
+/// Subtrees this far down are planned by one thread each.
+const PARALLEL_DEPTH: u32 = 8;
+
+/// How a tree is folded.
+pub struct FoldPlan {
+    /// For each inner node of the binary tree a byte for each number of trees.
+    choices: Vec<AtomicU64>,
+}
+
+/// How what is below a node is covered by at most so many trees: how many of them its first child gets, or
+/// one of these.
+type Choice = u8;
+/// By one less.
+const FEWER: Choice = 0xFF;
+/// By one leaf.
+const LEAF: Choice = 0xFE;
+
+/// The least costs for at most 1 to 8 trees, and how many items there are.
+#[derive(Clone, Copy)]
+struct Cover {
+    costs: [f32; WIDTH],
+    items: u32,
+}
+
+impl FoldPlan {
+    /// The best for a tree.
+    pub fn new(binary: &Bvh2) -> Self {
+        let choices = std::iter::repeat_with(|| AtomicU64::new(0)).take(binary.nodes.len());
+        let plan = FoldPlan { choices: choices.collect() };
+        if !binary.nodes.is_empty() {
+            plan.cover(binary, 0, PARALLEL_DEPTH);
+        }
+        plan
+    }
+
+    /// Whether the subtree below a node becomes a leaf where it is one tree.
+    pub fn is_leaf(&self, binary: &Bvh2, node: usize) -> bool {
+        binary.nodes[node].is_leaf() || self.choice(node, 1) == LEAF
+    }
+
+    /// Adds the nodes that become the children of the wide node that `node` becomes.
+    pub fn add_children(&self, binary: &Bvh2, node: usize, children: &mut Vec<usize>) {
+        let mut stack = self.split(binary, node, self.choice(node, 1), WIDTH).to_vec();
+        while let Some((node, mut trees)) = stack.pop() {
+            while trees > 1 && !binary.nodes[node].is_leaf() && self.choice(node, trees) == FEWER {
+                trees -= 1;
+            }
+            if trees == 1 || binary.nodes[node].is_leaf() {
+                children.push(node);
+            } else {
+                stack.extend(self.split(binary, node, self.choice(node, trees), trees));
+            }
+        }
+    }
+
+    /// The children of a node, the second first, and how many trees each gets.
+    fn split(
+        &self,
+        binary: &Bvh2,
+        node: usize,
+        first: Choice,
+        trees: usize,
+    ) -> [(usize, usize); 2] {
+        let child = binary.nodes[node].first_index as usize;
+        [(child + 1, trees - usize::from(first)), (child, usize::from(first))]
+    }
+
+    fn choice(&self, node: usize, trees: usize) -> Choice {
+        self.choices[node].load(Ordering::Relaxed).to_le_bytes()[trees - 1]
+    }
+
+    fn cover(&self, binary: &Bvh2, node: usize, parallel_depth: u32) -> Cover {
+        let first = binary.nodes[node].first_index as usize;
+        if parallel_depth == 0 || binary.nodes[node].is_leaf() {
+            return self.cover_alone(binary, node);
+        }
+        let below = |child| self.cover(binary, child, parallel_depth - 1);
+        let (first, second) = rayon::join(|| below(first), || below(first + 1));
+        self.join(binary, node, &first, &second)
+    }
+
+    /// Without recursion: trees may be deep.
+    fn cover_alone(&self, binary: &Bvh2, root: usize) -> Cover {
+        let mut stack = vec![(root, false)];
+        let mut done: Vec<Cover> = Vec::new();
+        while let Some((index, children_done)) = stack.pop() {
+            let node = &binary.nodes[index];
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                let cost = node.aabb().half_area() * LEAF_COST;
+                done.push(Cover { costs: [cost; WIDTH], items: node.prim_count });
+            } else if !children_done {
+                stack.extend([(index, true), (first + 1, false), (first, false)]);
+            } else if let (Some(second), Some(first)) = (done.pop(), done.pop()) {
+                done.push(self.join(binary, index, &first, &second));
+            }
+        }
+        done.pop().unwrap_or(Cover { costs: [0.0; WIDTH], items: 0 })
+    }
+
+    /// Chooses for a node when its children are known.
+    fn join(&self, binary: &Bvh2, node: usize, first: &Cover, second: &Cover) -> Cover {
+        let area = binary.nodes[node].aabb().half_area();
+        let items = first.items + second.items;
+        let mut costs = [f32::INFINITY; WIDTH];
+        let mut choices = [FEWER; WIDTH];
+        for trees in 2..=WIDTH {
+            for of_first in 1..trees {
+                let cost = first.costs[of_first - 1] + second.costs[trees - of_first - 1];
+                if cost < costs[trees - 1] {
+                    costs[trees - 1] = cost;
+                    choices[trees - 1] = of_first as Choice;
+                }
+            }
+        }
+        let as_node = area + costs[WIDTH - 1];
+        let as_leaf = if items as usize <= WIDTH { area * LEAF_COST } else { f32::INFINITY };
+        let is_leaf = as_leaf <= as_node;
+        (costs[0], choices[0]) =
+            if is_leaf { (as_leaf, LEAF) } else { (as_node, choices[WIDTH - 1]) };
+        for trees in 2..=WIDTH {
+            if costs[trees - 2] <= costs[trees - 1] {
+                costs[trees - 1] = costs[trees - 2];
+                choices[trees - 1] = FEWER;
+            }
+        }
+        self.choices[node].store(u64::from_le_bytes(choices), Ordering::Relaxed);
+        Cover { costs, items }
+    }
+}
