@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rtsl_packet::ObjectForm;
 use rtsl_packet::abi::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
 
+use crate::huge_pages::with_capacity_in_huge_pages;
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
@@ -47,7 +48,9 @@ impl Objects {
 
     fn zeros(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
         assert!(count < NO_OBJECT as usize, "objects have numbers");
-        let rows = vec![ObjectRow::default(); blocks(count) * form.words().len()];
+        let row_count = blocks(count) * form.words().len();
+        let mut rows = with_capacity_in_huge_pages(row_count);
+        rows.resize(row_count, ObjectRow::default());
         let (buffers, entries) = (Arc::default(), BufferEntries::default());
         Objects { form, shared, count, rows, buffers, entries }
     }

@@ -11,6 +11,7 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use rtsl::in_huge_pages;
 
 use super::bounds::Bounds;
 use super::fold_plan::FoldPlan;
@@ -33,9 +34,15 @@ impl WideTree {
         builder.fold();
         builder.add_unbounded();
         builder.tree.bound_nodes();
-        builder.tree.visits_when_built = builder.tree.visits();
-        builder.tree.heads = builder.tree.blocks.iter().map(Block::head).collect();
-        builder.tree
+        let tree = builder.tree;
+        let visits_when_built = tree.visits();
+        WideTree {
+            heads: in_huge_pages(tree.blocks.iter().map(Block::head).collect()),
+            nodes: in_huge_pages(tree.nodes),
+            blocks: in_huge_pages(tree.blocks),
+            visits_when_built,
+            ..tree
+        }
     }
 }
 

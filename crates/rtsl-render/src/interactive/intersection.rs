@@ -14,7 +14,7 @@ use crate::math::reciprocal;
 
 use super::compiled::CompiledScene;
 use super::object_class::ObjectClass;
-use super::variables::{number, set_number, set_vector, variables};
+use super::variables::variables;
 use super::workspace::{CallBlocks, Problems};
 
 /// The memory of one thread for calls of `intersect`.
@@ -75,12 +75,12 @@ impl<'a> Intersector<'a> {
         }
     }
 
+    #[inline(always)]
     fn load_ray(&mut self, ray: &RaySpace) {
         if self.loaded_ray != ray.serial {
             load_ray(&mut self.blocks.ray.state, ray);
             self.loaded_ray = ray.serial;
         }
-        set_number(&mut self.blocks.ray.state, variables().hit_distance, 0, ray.limit);
     }
 
     #[cold]
@@ -143,7 +143,8 @@ impl Objects for Intersector<'_> {
             host: &mut NoHost,
         });
         let nearest = status.nearest.map(|number| (number - first) as usize);
-        let found = nearest.map(|index| (index, number(state, variables().hit_distance, 0)));
+        let distance = take_distance(state, ray);
+        let found = nearest.map(|index| (index, distance));
         self.report(class, status);
         found
     }
@@ -163,8 +164,8 @@ impl Objects for Intersector<'_> {
             instances: Instances::Object(&class.objects, ObjectClass::number(block, index)),
             host: &mut NoHost,
         });
-        let distance = number(state, variables().hit_distance, 0);
         let hit = accepted.get(0);
+        let distance = take_distance(state, ray);
         self.report(class, status);
         hit.then_some(distance)
     }
@@ -209,12 +210,28 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
     state.floats_mut(v.time_seed).copy_from_slice(&rays.time);
 }
 
-/// Sets the ray of a block for one.
+/// Sets the ray of a block for one, whose limit is where its hits end.
 fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
     let v = variables();
-    set_vector(state, v.ray_origin, 0, ray.origin);
-    set_vector(state, v.ray_direction, 0, ray.direction);
-    set_vector(state, v.inverse_ray_direction, 0, reciprocal(ray.direction));
-    set_number(state, v.epsilon, 0, ray.epsilon);
-    set_number(state, v.time_seed, 0, ray.time);
+    let inverse = reciprocal(ray.direction);
+    for axis in 0..3 {
+        *first_lane(state, v.ray_origin + axis) = ray.origin[axis];
+        *first_lane(state, v.ray_direction + axis) = ray.direction[axis];
+        *first_lane(state, v.inverse_ray_direction + axis) = inverse[axis];
+    }
+    *first_lane(state, v.epsilon) = ray.epsilon;
+    *first_lane(state, v.time_seed) = ray.time;
+    *first_lane(state, v.hit_distance) = ray.limit;
+}
+
+/// The parameter of the hit that the last call found. The ray's limit takes its place, for the next.
+#[inline(always)]
+fn take_distance(state: &mut LaneBlock, ray: &RaySpace) -> f32 {
+    std::mem::replace(first_lane(state, variables().hit_distance), ray.limit)
+}
+
+#[inline(always)]
+fn first_lane(state: &mut LaneBlock, component: usize) -> &mut f32 {
+    let [lane] = state.floats_mut_at::<1>(component, 0);
+    lane
 }

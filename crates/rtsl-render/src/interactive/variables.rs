@@ -72,18 +72,6 @@ pub fn set_vector(block: &mut LaneBlock, first: usize, lane: usize, value: [f32;
     }
 }
 
-/// The number at component `index`, of one lane.
-#[inline]
-pub fn number(block: &LaneBlock, index: usize, lane: usize) -> f32 {
-    block.floats(index)[lane]
-}
-
-/// Sets the number at component `index`, of one lane.
-#[inline]
-pub fn set_number(block: &mut LaneBlock, index: usize, lane: usize, value: f32) {
-    block.floats_mut(index)[lane] = value;
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
