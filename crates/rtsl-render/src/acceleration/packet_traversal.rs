@@ -2,8 +2,7 @@
 //!
 //! A child is tested twice: with the interval of all rays when its node is visited, eight children
 //! at once, and with each ray when its own turn comes, against the hits found until then. So is the own box of
-//! an object. Where few rays are left they go on one by one. Rays that go every way start as a
-//! packet, too: near the root most of them meet most boxes.
+//! an object. Where few rays are left they go on one by one.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -20,7 +19,8 @@ use super::wide_tree::{Block, Child, WIDTH, WideNode};
 /// Fewer rays than these go on from a node one by one.
 const FEWEST_AT_NODES: u32 = 6;
 
-/// The same where the interval says little: a ray alone at least visits what is nearest to it first.
+/// The same where the interval says little, and any hit will do. Where the nearest is looked for such rays go
+/// alone from the root on: each visits first what is nearest to it.
 const FEWEST_IF_LOOSE: u32 = 24;
 
 /// Fewer rays than these test the objects of a leaf one by one.
@@ -61,6 +61,19 @@ impl<'a, O: Objects> Traversal<'a, O> {
         );
     }
 
+    /// Fewer rays than these go on from a child one by one.
+    #[inline(always)]
+    fn fewest(&self, space: &PacketSpace, child: Child) -> u32 {
+        if child.is_leaf() {
+            return FEWEST_AT_LEAVES;
+        }
+        match (space.interval.is_loose(), self.search) {
+            (false, Search::Nearest | Search::Any) => FEWEST_AT_NODES,
+            (true, Search::Any) => FEWEST_IF_LOOSE,
+            (true, Search::Nearest) => u32::MAX,
+        }
+    }
+
     #[inline(always)]
     fn visit_tree_with_packet<S: Simd>(
         &mut self,
@@ -72,7 +85,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
         outer: Option<&PacketOuter<'_>>,
     ) {
         let base = self.visits.packets.len();
-        if lanes.count_ones() < fewest(space, root) {
+        // Of rays that go every way many miss all.
+        let lanes = match space.interval.is_loose() {
+            true => space.test(simd, &group.tree.bounds, lanes, &self.hits.distance),
+            false => lanes,
+        };
+        if lanes.count_ones() < self.fewest(space, root) {
             return self.visit_with_rays(simd, group, root, space, lanes, outer);
         }
         let all = WideNode::ALL_ITEMS;
@@ -87,7 +105,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let slot = visit.child as usize % WIDTH;
             let child = node.children[slot];
             let lanes = space.test(simd, &node.boxes.get(slot), lanes, &self.hits.distance);
-            if lanes.count_ones() < fewest(space, child) {
+            if lanes.count_ones() < self.fewest(space, child) {
                 self.visit_with_rays(simd, group, child, space, lanes, outer);
             } else {
                 let child = (child, node.items[slot]);
@@ -264,18 +282,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 }
             }
         }
-    }
-}
-
-/// Fewer rays than these go on from a child one by one.
-#[inline(always)]
-fn fewest(space: &PacketSpace, child: Child) -> u32 {
-    if child.is_leaf() {
-        FEWEST_AT_LEAVES
-    } else if space.interval.is_loose() {
-        FEWEST_IF_LOOSE
-    } else {
-        FEWEST_AT_NODES
     }
 }
 

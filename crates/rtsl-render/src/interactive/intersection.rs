@@ -213,12 +213,13 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
 /// Sets the ray of a block for one, whose limit is where its hits end.
 fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
     let v = variables();
-    let inverse = reciprocal(ray.direction);
-    for axis in 0..3 {
-        *first_lane(state, v.ray_origin + axis) = ray.origin[axis];
-        *first_lane(state, v.ray_direction + axis) = ray.direction[axis];
-        *first_lane(state, v.inverse_ray_direction + axis) = inverse[axis];
-    }
+    let mut set = |first: usize, vector: [f32; 3]| {
+        let components = (first..).zip(vector);
+        components.for_each(|(component, value)| *first_lane(state, component) = value);
+    };
+    set(v.ray_origin, ray.origin);
+    set(v.ray_direction, ray.direction);
+    set(v.inverse_ray_direction, reciprocal(ray.direction));
     *first_lane(state, v.epsilon) = ray.epsilon;
     *first_lane(state, v.time_seed) = ray.time;
     *first_lane(state, v.hit_distance) = ray.limit;
