@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;
@@ -89,6 +91,7 @@ impl Group {
 
 /// Items with their own boxes.
 fn padded(items: impl IntoIterator<Item = Item>) -> Vec<Item> {
-    let padded = |item: Item| Item { bounds: item.bounds.map(|own| own.padded()), ..item };
-    items.into_iter().map(padded).collect()
+    let mut items: Vec<Item> = items.into_iter().collect();
+    items.par_iter_mut().for_each(|item| item.bounds = item.bounds.map(|own| own.padded()));
+    items
 }

@@ -16,6 +16,9 @@ use super::variables::{variables, vector};
 /// Elements that one call bounds.
 const CALL: usize = 256;
 
+/// Elements that are made at a time, to be bounded and forgotten: all at once would be more than caches hold.
+const MADE: usize = 8192;
+
 /// Asks objects one by one, with one block of state.
 pub struct BoundsMaker {
     state: LaneBlock,
@@ -37,32 +40,38 @@ impl BoundsMaker {
     }
 }
 
-/// The boxes of an instance's elements in their own space.
+/// The boxes of an instance's elements, of which there are so many, in their own space.
 ///
 /// # Errors
 /// If the elements can't be made, or their bounds have no code.
 pub fn element_bounds(
     program: &Program,
     instance: &Instance,
+    count: u32,
 ) -> Result<Vec<Option<Bounds>>, Diagnostic> {
-    let elements = program.elements(instance)?;
-    if !program.has(Method::ComputeBounds) {
-        return Ok(vec![None; elements.len()]);
+    let mut bounds = vec![None; count as usize];
+    if !program.has(Method::ComputeBounds) || count == 0 {
+        return Ok(bounds);
     }
-    let variant = Variant::new(Shape::Leaf).of_objects(elements.form().clone());
+    let one = program.elements_in_order(instance, None, &[0])?;
+    let variant = Variant::new(Shape::Leaf).of_objects(one.form().clone());
     let kernel = program.kernel(Method::ComputeBounds, variant)?;
-    let mut bounds = vec![None; elements.len()];
-    let chunks = bounds.par_chunks_mut(CALL).enumerate();
-    chunks.for_each_init(
+    bounds.par_chunks_mut(MADE).enumerate().try_for_each_init(
         || (new_state(CALL), program.new_scratch(CALL)),
         |(state, scratch), (chunk, bounds)| {
-            let instances = Instances::Range(&elements, (chunk * CALL) as u32);
-            if call(&kernel, state, scratch, bounds.len(), instances) {
-                let read = |lane| read(state, lane);
-                bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
+            let first = (chunk * MADE) as u32;
+            let numbers: Vec<u32> = (first..first + bounds.len() as u32).collect();
+            let elements = program.elements_in_order(instance, None, &numbers)?;
+            for (chunk, bounds) in bounds.chunks_mut(CALL).enumerate() {
+                let instances = Instances::Range(&elements, (chunk * CALL) as u32);
+                if call(&kernel, state, scratch, bounds.len(), instances) {
+                    let read = |lane| read(state, lane);
+                    bounds.iter_mut().enumerate().for_each(|(lane, bounds)| *bounds = read(lane));
+                }
             }
+            Ok(())
         },
-    );
+    )?;
     Ok(bounds)
 }
 

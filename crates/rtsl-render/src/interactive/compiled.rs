@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Simd;
+use rayon::prelude::*;
 use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
 use crate::acceleration::{Bounds, Geometry, HitId};
@@ -300,12 +301,14 @@ impl Builder<'_> {
         let placed = PlacedObjects::new(&scene, &objects);
         let (geometry, epsilon) = match shapes {
             Shapes::Same(earlier) => (earlier.geometry.clone(), earlier.epsilon),
-            Shapes::New | Shapes::Moved(_) => {
+            Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {
+                // The compiler works while the trees are built.
+                scope.spawn(|| placed.prepare_classes(&scene, &objects, self.shaders));
                 let bounds = self.bounds(&scene)?;
                 let epsilon =
                     scene.settings.epsilon.unwrap_or_else(|| epsilon(&scene.objects, &bounds));
-                (Arc::new(placed.geometry(&bounds, shapes.earlier())), epsilon)
-            }
+                Ok((Arc::new(placed.geometry(&bounds, shapes.earlier())), epsilon))
+            })?,
         };
         let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
         let PlacedObjects { groups: items, instances, .. } = placed;
@@ -400,13 +403,15 @@ impl Builder<'_> {
         let bounds = scene.objects.iter().map(|object| {
             let instance = self.table.instance(&object.primitive);
             let shader = &self.shaders[instance.shader];
-            let own = match object.elements {
-                Some(_) => element_bounds(&shader.program, &object.primitive)?,
-                None => vec![maker.bounds(shader, &instance)],
-            };
             let placed =
                 |own: Option<Bounds>| own.and_then(|own| own.transformed(object.fixed_transform()));
-            Ok(own.into_iter().map(placed).collect())
+            Ok(match object.elements {
+                Some(count) => {
+                    let own = element_bounds(&shader.program, &object.primitive, count)?;
+                    own.into_par_iter().map(placed).collect()
+                }
+                None => vec![placed(maker.bounds(shader, &instance))],
+            })
         });
         bounds.collect()
     }
@@ -445,9 +450,12 @@ fn epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
         })
     });
     let bounds: Vec<Bounds> = placed.collect();
-    let mut diagonals: Vec<f64> = bounds.iter().map(Bounds::diagonal).collect();
-    diagonals.sort_unstable_by(f64::total_cmp);
-    let Some(median) = diagonals.get(diagonals.len() / 2) else { return 1e-4 };
+    if bounds.is_empty() {
+        return 1e-4;
+    }
+    let mut diagonals: Vec<f64> = bounds.par_iter().map(Bounds::diagonal).collect();
+    let middle = diagonals.len() / 2;
+    let (_, median, _) = diagonals.select_nth_unstable_by(middle, f64::total_cmp);
     let all = bounds.iter().fold(Bounds::EMPTY, |all, bounds| all.union(bounds));
     let scale = median.max(all.diagonal() / 100.0);
     if scale > 0.0 { (scale * 1e-4) as f32 } else { 1e-4 }

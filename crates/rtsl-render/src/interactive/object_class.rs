@@ -112,20 +112,39 @@ impl ObjectClass {
         (tree, class): (&WideTree, u32),
         first: u32,
     ) -> Result<ObjectClass, Diagnostic> {
-        let is_placed = !inverse.is_identity();
-        let elements = if is_placed {
-            shader.program.placed_elements(&object.primitive, &placement(inverse))?
-        } else {
-            shader.program.elements(&object.primitive)?
-        };
         let order = items_in_order(tree, class).into_iter().map(|item| item - first);
         let order: Vec<u32> = order.collect();
-        let mut numbers = vec![0; elements.len()];
+        let mut numbers = vec![0; object.elements.unwrap_or(0) as usize];
         // Backwards, so that of repetitions the first counts.
         for (number, element) in order.iter().enumerate().rev() {
             numbers[*element as usize] = number as u32;
         }
-        let made = elements.in_order(&order);
+        ObjectClass::of_numbered_elements(shader, object, inverse, &order, numbers)
+    }
+
+    /// Compiles what elements need, so that it is there when they are made.
+    ///
+    /// # Errors
+    /// If an element or a kernel can't be made.
+    pub fn prepare_elements(
+        shader: &Shader,
+        object: &SceneObject,
+        inverse: &Affine,
+    ) -> Result<(), Diagnostic> {
+        ObjectClass::of_numbered_elements(shader, object, inverse, &[0], vec![0]).map(drop)
+    }
+
+    fn of_numbered_elements(
+        shader: &Shader,
+        object: &SceneObject,
+        inverse: &Affine,
+        order: &[u32],
+        numbers: Vec<u32>,
+    ) -> Result<ObjectClass, Diagnostic> {
+        let placement = (!inverse.is_identity()).then(|| placement(inverse));
+        let program = &shader.program;
+        let made = program.elements_in_order(&object.primitive, placement.as_ref(), order)?;
+        let is_placed = placement.is_some();
         ObjectClass::new(shader, is_placed, made, Which::Elements(numbers))
     }
 

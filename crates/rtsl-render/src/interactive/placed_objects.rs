@@ -158,6 +158,18 @@ impl PlacedObjects {
         instances.collect()
     }
 
+    /// Compiles what the classes of elements need. What goes wrong here does so again, and is said, where the
+    /// classes are made.
+    pub fn prepare_classes(&self, scene: &Scene, objects: &[Object], shaders: &[Shader]) {
+        for key in &self.keys {
+            if let Some((object, _)) = key.elements {
+                let inverse = &objects[object as usize].inverse;
+                let object = &scene.objects[object as usize];
+                let _ = ObjectClass::prepare_elements(&shaders[key.shader], object, inverse);
+            }
+        }
+    }
+
     /// What blocks of the trees name as their classes.
     ///
     /// # Errors
