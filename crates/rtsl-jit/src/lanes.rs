@@ -314,20 +314,17 @@ impl LaneMask {
         self.words.all_mut()[..lanes].fill(if is_on { u32::MAX } else { 0 });
     }
 
-    /// The first 64 lanes, a bit each; what the mask has no lanes for is 0.
+    /// The lanes as kernels hold them: 0 for false, all bits for true.
     #[inline]
-    pub fn bits(&self) -> u64 {
-        let words = self.words.all()[..self.lanes.min(64)].iter().enumerate();
-        words.fold(0, |bits, (lane, word)| bits | u64::from(word >> 31) << lane)
+    pub fn words(&self) -> &[u32] {
+        &self.words.all()[..self.lanes]
     }
 
-    /// Changes the first 64 lanes, as far as there are so many.
+    /// The same, to write.
     #[inline]
-    pub fn set_bits(&mut self, bits: u64) {
-        let lanes = self.lanes.min(64);
-        for (lane, word) in self.words.all_mut()[..lanes].iter_mut().enumerate() {
-            *word = ((bits >> lane) as u32 & 1).wrapping_neg();
-        }
+    pub fn words_mut(&mut self) -> &mut [u32] {
+        let lanes = self.lanes;
+        &mut self.words.all_mut()[..lanes]
     }
 
     /// Whether any lane is true.
@@ -416,14 +413,13 @@ mod tests {
     }
 
     #[test]
-    fn masks_are_bits() {
-        let mut mask = LaneMask::new(64);
-        mask.set_bits(0x8000_0000_0000_0005);
-        assert_eq!(mask.iter_on().collect::<Vec<_>>(), [0, 2, 63]);
-        assert_eq!(mask.bits(), 0x8000_0000_0000_0005);
-        let mut short = LaneMask::new(3);
-        short.set_bits(u64::MAX);
-        assert_eq!(short.bits(), 7);
+    fn masks_are_words_of_all_bits() {
+        let mut mask = LaneMask::new(21);
+        mask.words_mut()[20] = u32::MAX;
+        mask.set(3, true);
+        assert_eq!(mask.iter_on().collect::<Vec<_>>(), [3, 20]);
+        assert!(mask.words()[3] == u32::MAX && mask.words().len() == 21);
+        assert!(mask.any_of(18..21) && !mask.any_of(4..20));
     }
 
     #[test]

@@ -1,6 +1,10 @@
 //! Which hits rays have.
 
-use super::packet::{LANES, LaneMask, Lanes, RayPacket};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use super::space::CHUNK;
 
 /// Which object was hit: the item of the scene, and for an instance the item of its group.
 /// Ordered: the lower id wins ties.
@@ -57,6 +61,32 @@ impl Hits {
     pub fn is_nearer(&self, lane: usize, distance: f32, id: HitId) -> bool {
         let nearest = self.distance[lane];
         distance < nearest || (distance == nearest && id < self.id[lane])
+    }
+
+    /// Takes those of the hits of one object that are nearer than what their lanes had.
+    #[inline(always)]
+    pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
+        for start in (0..LANES).step_by(CHUNK) {
+            let valid = lanes >> start & 0xFF;
+            if valid == 0 {
+                continue;
+            }
+            let new = f32x8::from_slice(simd, &found[start..start + CHUNK]);
+            let old = f32x8::from_slice(simd, &self.distance[start..start + CHUNK]);
+            let nearer = new.simd_lt(old).to_bitmask() & valid;
+            let equal = new.simd_eq(old).to_bitmask() & valid;
+            if nearer == 0xFF {
+                new.store_slice(&mut self.distance[start..start + CHUNK]);
+                self.id[start..start + CHUNK].fill(id);
+                self.found |= 0xFF << start;
+                continue;
+            }
+            for lane in lanes_of(nearer | equal) {
+                if nearer >> lane & 1 != 0 || id < self.id[start + lane] {
+                    self.set(start + lane, found[start + lane], id);
+                }
+            }
+        }
     }
 
     /// Takes a hit of one lane.

@@ -7,10 +7,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
+use super::bounds::Bounds;
 use super::geometry::{Group, INSTANCE};
-use super::hit::HitId;
 use super::objects::Objects;
-use super::packet::{LANES, LaneMask, lanes_of};
+use super::packet::{LANES, LaneMask, Lanes, lanes_of};
 use super::ray_space::RaySpace;
 use super::space::{CHUNK, PacketSpace, finite_lanes, greatest};
 use super::traversal::{Outer, Search, Traversal};
@@ -104,7 +104,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let node = &group.tree.nodes[visit.node as usize];
             let slot = visit.child as usize % WIDTH;
             let child = node.children[slot];
-            let lanes = space.test(simd, &node.boxes.get(slot), lanes, &self.hits.distance);
+            let lanes =
+                test_child(simd, &node.boxes.get(slot), child, space, lanes, &self.hits.distance);
             if lanes.count_ones() < self.fewest(space, child) {
                 self.visit_with_rays(simd, group, child, space, lanes, outer);
             } else {
@@ -133,7 +134,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
         self.objects.visited(lanes);
         let node = &group.tree.nodes[child.index()];
-        let farthest = greatest(simd, &self.hits.distance, lanes);
+        let farthest = self.farthest(simd, lanes);
         let (mut met, entries) =
             space.interval.test(simd, &node.boxes, node.count as usize, farthest);
         let entries = entries.to_array();
@@ -188,7 +189,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     ) {
         self.objects.visited(lanes);
         let count = usize::from(block.count);
-        let farthest = greatest(simd, &self.hits.distance, lanes);
+        let farthest = self.farthest(simd, lanes);
         let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
         let mut met = met & u64::from(items);
         while met != 0 {
@@ -198,14 +199,18 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if lanes == 0 {
                 return;
             }
-            let lanes = space.test(simd, &block.boxes.get(index), lanes, &self.hits.distance);
+            let mut entries = [0.0; LANES];
+            let bounds = block.boxes.get(index);
+            let limit = &self.hits.distance;
+            let lanes = space.test_with_entries(simd, &bounds, lanes, limit, &mut entries);
             if lanes == 0 {
                 continue;
             }
             if block.class == INSTANCE {
                 self.visit_instance_with_packet(simd, block, index, space, lanes);
             } else {
-                self.test_object_with_packet(simd, block, index, space, lanes, outer);
+                let item = PacketItem { block, index, lanes, entries: &entries };
+                self.test_object_with_packet(simd, item, space, outer);
             }
         }
     }
@@ -239,50 +244,77 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn test_object_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        block: &Block,
-        index: usize,
+        item: PacketItem<'_>,
         space: &PacketSpace,
-        lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
+        let PacketItem { block, index, lanes, entries } = item;
         let hit = self.objects.packet(simd, space, block, index, lanes) & lanes;
         if hit == 0 {
             return;
         }
         let distance = self.objects.distance();
-        let mut held = space.test(simd, &block.boxes.get(index), hit, distance);
+        // These lanes meet the box, so all that is left to ask is whether they do before they hit.
+        let mut held = not_greater(simd, entries, distance, hit);
         if let Some(outer) = outer {
             held = outer.space.test(simd, &outer.bounds, held, distance);
         }
         match self.search {
             Search::Any => self.hits.mark(held),
             Search::Nearest => {
-                self.keep_nearer(simd, held, Outer::id(outer, block.items[index]));
+                self.hits.keep_nearer(simd, held, distance, Outer::id(outer, block.items[index]));
+                self.farthest_of = 0;
             }
         }
     }
 
-    /// Takes those of the hits found last that are nearer than what their lanes had.
+    /// The farthest that any of `lanes`, at least one, still looks for hits.
     #[inline(always)]
-    fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, id: HitId) {
-        let found = self.objects.distance();
-        for chunk in 0..LANES / CHUNK {
-            let start = chunk * CHUNK;
-            let valid = lanes >> start & 0xFF;
-            if valid == 0 {
-                continue;
-            }
-            let new = f32x8::from_slice(simd, &found[start..start + CHUNK]);
-            let old = f32x8::from_slice(simd, &self.hits.distance[start..start + CHUNK]);
-            let nearer = new.simd_lt(old).to_bitmask() & valid;
-            let equal = new.simd_eq(old).to_bitmask() & valid;
-            for lane in lanes_of(nearer | equal) {
-                if nearer >> lane & 1 != 0 || id < self.hits.id[start + lane] {
-                    self.hits.set(start + lane, found[start + lane], id);
-                }
-            }
+    fn farthest<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> f32 {
+        if self.farthest_of != lanes {
+            self.farthest = greatest(simd, &self.hits.distance, lanes);
+            self.farthest_of = lanes;
+        }
+        self.farthest
+    }
+}
+
+/// An item of a block, and the rays that meet its box.
+struct PacketItem<'a> {
+    block: &'a Block,
+    index: usize,
+    lanes: LaneMask,
+    /// Where they meet it.
+    entries: &'a Lanes,
+}
+
+/// The rays that are to visit a child. Where an interval keeps rays together, a few that meet a node speak for all.
+#[inline(always)]
+fn test_child<S: Simd>(
+    simd: S,
+    bounds: &Bounds,
+    child: Child,
+    space: &PacketSpace,
+    lanes: LaneMask,
+    limit: &Lanes,
+) -> LaneMask {
+    let is_exact = child.is_leaf() || space.interval.is_loose();
+    let enough = if is_exact { u32::MAX } else { FEWEST_AT_NODES };
+    space.test_some(simd, bounds, lanes, limit, enough)
+}
+
+/// The lanes of `mask` for which the one number is not greater than the other.
+#[inline(always)]
+fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> LaneMask {
+    let mut passed = 0;
+    for start in (0..LANES).step_by(CHUNK) {
+        if mask >> start & 0xFF != 0 {
+            let one = f32x8::from_slice(simd, &one[start..start + CHUNK]);
+            let other = f32x8::from_slice(simd, &other[start..start + CHUNK]);
+            passed |= one.simd_le(other).to_bitmask() << start;
         }
     }
+    passed & mask
 }
 
 /// Sorts a few, so that `is_before` holds from each to the next.

@@ -124,18 +124,70 @@ impl PacketSpace {
         mask: LaneMask,
         limit: &Lanes,
     ) -> LaneMask {
+        self.test_some(simd, bounds, mask, limit, u32::MAX)
+    }
+
+    /// The same, but as soon as `enough` are found to meet the box, the lanes not yet tested are taken to
+    /// meet it too.
+    #[inline(always)]
+    pub fn test_some<S: Simd>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+        enough: u32,
+    ) -> LaneMask {
+        let mut rest = mask;
         let mut passed = 0;
-        for chunk in 0..LANES / CHUNK {
-            let start = chunk * CHUNK;
+        while rest != 0 {
+            let start = rest.trailing_zeros() as usize / CHUNK * CHUNK;
+            let chunk = rest & 0xFF << start;
+            rest &= !chunk;
+            let (meets, _) = self.test_chunk(simd, bounds, start, limit);
+            passed |= meets << start & chunk;
+            if passed.count_ones() >= enough {
+                return passed | rest;
+            }
+        }
+        passed
+    }
+
+    /// As [`PacketSpace::test`], with the rays' entries.
+    #[inline(always)]
+    pub fn test_with_entries<S: Simd>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        mask: LaneMask,
+        limit: &Lanes,
+        entries: &mut Lanes,
+    ) -> LaneMask {
+        let mut passed = 0;
+        for start in (0..LANES).step_by(CHUNK) {
             if mask >> start & 0xFF != 0 {
-                let (entry, exit) = self.slabs(simd, bounds, start);
-                let limit = f32x8::from_slice(simd, &limit[start..start + CHUNK]);
-                let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + CHUNK]);
-                let meets = entry.simd_le(exit) & exit.simd_ge(epsilon) & entry.simd_le(limit);
-                passed |= meets.to_bitmask() << start;
+                let (meets, entry) = self.test_chunk(simd, bounds, start, limit);
+                entry.store_slice(&mut entries[start..start + CHUNK]);
+                passed |= meets << start;
             }
         }
         passed & mask
+    }
+
+    /// Which of the lanes from `start` on meet a box, as the lowest bits, and their entries.
+    #[inline(always)]
+    fn test_chunk<S: Simd>(
+        &self,
+        simd: S,
+        bounds: &Bounds,
+        start: usize,
+        limit: &Lanes,
+    ) -> (u64, f32x8<S>) {
+        let (entry, exit) = self.slabs(simd, bounds, start);
+        let limit = f32x8::from_slice(simd, &limit[start..start + CHUNK]);
+        let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + CHUNK]);
+        let meets = entry.simd_le(exit) & exit.simd_ge(epsilon) & entry.simd_le(limit);
+        (meets.to_bitmask(), entry)
     }
 
     #[inline(always)]

@@ -57,8 +57,16 @@ impl Geometry {
     ) -> Hits {
         let mut hits = Hits::new(rays);
         if let Some(scene) = self.groups.first() {
-            let mut traversal =
-                Traversal { geometry: self, objects, search, hits: &mut hits, visits, serial: 0 };
+            let mut traversal = Traversal {
+                geometry: self,
+                objects,
+                search,
+                hits: &mut hits,
+                visits,
+                serial: 0,
+                farthest: f32::INFINITY,
+                farthest_of: 0,
+            };
             dispatch!(Level::new(), simd => traversal.visit_scene(simd, scene, rays, lanes));
         }
         hits
@@ -82,6 +90,9 @@ pub(super) struct Traversal<'a, O> {
     pub hits: &'a mut Hits,
     pub visits: &'a mut Visits,
     serial: Serial,
+    /// The farthest limit or hit of these lanes of the packet; of none, if that is not known.
+    pub farthest: f32,
+    pub farthest_of: LaneMask,
 }
 
 /// The instance whose group is visited, for rays as the scene knows them.

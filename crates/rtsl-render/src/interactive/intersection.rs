@@ -7,12 +7,12 @@ use rtsl::{
 };
 
 use crate::acceleration::{
-    Block, BlockHead, LANES, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial,
-    WIDTH,
+    Block, BlockHead, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
 };
 use crate::math::reciprocal;
 
 use super::compiled::CompiledScene;
+use super::mask_bits::bits;
 use super::object_class::ObjectClass;
 use super::variables::variables;
 use super::workspace::{CallBlocks, Problems};
@@ -23,8 +23,6 @@ pub struct IntersectionBlocks {
     packet: CallBlocks,
     /// For single rays.
     ray: RayBlocks,
-    /// The parameters that the last packet call left.
-    distance: Box<Lanes>,
 }
 
 /// State and scratch of one ray.
@@ -40,7 +38,6 @@ impl IntersectionBlocks {
         IntersectionBlocks {
             packet: CallBlocks::new(scratch_arrays),
             ray: RayBlocks { state, scratch: LaneBlock::new(scratch_arrays, WIDTH) },
-            distance: Box::new([0.0; LANES]),
         }
     }
 }
@@ -52,6 +49,8 @@ pub struct Intersector<'a> {
     blocks: &'a mut IntersectionBlocks,
     /// The packet and the ray that the blocks hold.
     loaded_packet: Serial,
+    /// Whether the packet's limits are where kernels read them: not after hits, which stand there then.
+    has_limits: bool,
     loaded_ray: Serial,
 }
 
@@ -62,7 +61,7 @@ impl<'a> Intersector<'a> {
         blocks: &'a mut IntersectionBlocks,
         problems: &'a Problems,
     ) -> Self {
-        Intersector { scene, problems, blocks, loaded_packet: 0, loaded_ray: 0 }
+        Intersector { scene, problems, blocks, loaded_packet: 0, has_limits: false, loaded_ray: 0 }
     }
 
     fn class(&self, class: u32) -> &'a ObjectClass {
@@ -107,25 +106,26 @@ impl Objects for Intersector<'_> {
     ) -> LaneMask {
         let class = self.class(block.class);
         let v = variables();
-        let IntersectionBlocks { packet, distance, .. } = &mut *self.blocks;
+        let packet = &mut self.blocks.packet;
         if self.loaded_packet != space.serial {
             load_packet(simd, &mut packet.state, &space.rays);
             self.loaded_packet = space.serial;
+            self.has_limits = false;
         }
-        packet.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
+        if !self.has_limits {
+            packet.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
+        }
         let kernel = class.packet_kernel(space.has_common_origin);
         let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
-        let (accepted, status) = packet.intersect(kernel, lanes, instances);
-        if accepted != 0 {
-            distance.copy_from_slice(packet.state.floats(v.hit_distance));
-        }
+        let (accepted, status) = packet.intersect(simd, kernel, lanes, instances);
+        self.has_limits = accepted == 0;
         self.report(class, status);
         accepted
     }
 
     #[inline(always)]
     fn distance(&self) -> &Lanes {
-        &self.blocks.distance
+        self.blocks.packet.state.floats_at(variables().hit_distance, 0)
     }
 
     #[inline(always)]
@@ -174,13 +174,14 @@ impl Objects for Intersector<'_> {
 impl CallBlocks {
     /// Calls `intersect` for `lanes`: those that accepted a hit.
     #[inline(always)]
-    fn intersect(
+    fn intersect<S: Simd>(
         &mut self,
+        simd: S,
         kernel: &Kernel,
         lanes: LaneMask,
         instances: Instances<'_>,
     ) -> (LaneMask, CallStatus) {
-        let count = self.prepare_mask(lanes);
+        let count = self.prepare_mask(simd, lanes);
         let status = kernel.call(CallArguments {
             state: &mut self.state,
             scratch: &mut self.scratch,
@@ -190,7 +191,7 @@ impl CallBlocks {
             instances,
             host: &mut NoHost,
         });
-        (self.accepted.bits() & lanes, status)
+        (bits(simd, &self.accepted, lanes), status)
     }
 }
 

@@ -16,6 +16,7 @@ mod intersection;
 mod lane_context;
 mod lane_streams;
 mod light_samples;
+mod mask_bits;
 mod object_class;
 mod placed_objects;
 mod placement;

@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::host::Host;
 use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
@@ -14,6 +15,7 @@ use crate::statistics::RayCounts;
 
 use super::compiled::{CompiledScene, ShaderInstance};
 use super::intersection::IntersectionBlocks;
+use super::mask_bits::{bits, set_bits};
 use super::work_counts::WorkCounts;
 
 /// What one thread needs.
@@ -112,11 +114,11 @@ impl CallBlocks {
     /// Makes a mask of lanes where a call needs one: how many rays the call is for.
     // Without a mask full packets go the way that was made for them.
     #[inline(always)]
-    pub fn prepare_mask(&mut self, lanes: LaneMask) -> usize {
+    pub fn prepare_mask<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> usize {
         let count = LANES - lanes.leading_zeros() as usize;
         self.is_masked = lanes.trailing_ones() as usize != count;
         if self.is_masked && self.masked != lanes {
-            self.mask.set_bits(lanes);
+            set_bits(simd, &mut self.mask, lanes);
             self.masked = lanes;
         }
         count
@@ -131,7 +133,7 @@ impl CallBlocks {
         scratch: Option<&mut LaneBlock>,
         host: &mut dyn Host,
     ) -> LaneMask {
-        let count = self.prepare_mask(lanes);
+        let count = dispatch!(SimdLevel::new(), simd => self.prepare_mask(simd, lanes));
         let status = call.kernel.call(CallArguments {
             state: &mut self.state,
             scratch: scratch.unwrap_or(&mut self.scratch),
@@ -145,7 +147,9 @@ impl CallBlocks {
             call.problems.report(call.class, call.method);
         }
         match call.method {
-            Method::Intersect => self.accepted.bits() & lanes,
+            Method::Intersect => {
+                dispatch!(SimdLevel::new(), simd => bits(simd, &self.accepted, lanes))
+            }
             _ => 0,
         }
     }
