@@ -49,7 +49,7 @@ impl Objects for Spheres<'_> {
     fn packet<S: Simd>(
         &mut self,
         _: S,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         block: &Block,
         index: usize,
         lanes: LaneMask,

@@ -16,7 +16,7 @@ pub trait Objects {
     fn packet<S: Simd>(
         &mut self,
         simd: S,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         block: &Block,
         index: usize,
         lanes: LaneMask,

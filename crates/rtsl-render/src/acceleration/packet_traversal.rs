@@ -36,7 +36,7 @@ pub struct PacketVisit {
     lanes: LaneMask,
 }
 
-type PacketOuter<'a> = Outer<'a, PacketSpace>;
+type PacketOuter<'a> = Outer<'a, PacketSpace<'a>>;
 
 impl<'a, O: Objects> Traversal<'a, O> {
     /// Takes a packet through a group.
@@ -44,7 +44,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         &mut self,
         simd: S,
         group: &'a Group,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
@@ -63,7 +63,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Fewer rays than these go on from a child one by one.
     #[inline(always)]
-    fn fewest(&self, space: &PacketSpace, child: Child) -> u32 {
+    fn fewest(&self, space: &PacketSpace<'_>, child: Child) -> u32 {
         if child.is_leaf() {
             return FEWEST_AT_LEAVES;
         }
@@ -80,7 +80,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd: S,
         group: &'a Group,
         root: Child,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
@@ -122,7 +122,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd: S,
         group: &'a Group,
         (child, items): (Child, u8),
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
@@ -160,16 +160,16 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd: S,
         group: &'a Group,
         child: Child,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
         for lane in lanes_of(lanes) {
-            let ray = RaySpace::new(&space.rays, lane, self.next_serial());
+            let ray = RaySpace::new(space.rays, lane, self.next_serial());
             match outer {
                 None => self.visit_tree_with_ray(simd, group, child, &ray, lane, None),
                 Some(outer) => {
-                    let scene_ray = RaySpace::new(&outer.space.rays, lane, self.next_serial());
+                    let scene_ray = RaySpace::new(outer.space.rays, lane, self.next_serial());
                     let outer = Outer { item: outer.item, bounds: outer.bounds, space: &scene_ray };
                     self.visit_tree_with_ray(simd, group, child, &ray, lane, Some(&outer));
                 }
@@ -183,7 +183,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd: S,
         block: &'a Block,
         items: u8,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
@@ -220,7 +220,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd: S,
         block: &'a Block,
         index: usize,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         lanes: LaneMask,
     ) {
         let item = block.items[index];
@@ -229,10 +229,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let moved = instance.moved_packet(&space.rays, lanes);
+                let moved = instance.moved_packet(space.rays, lanes);
                 let lanes = finite_lanes(simd, &moved, lanes);
                 if lanes != 0 {
-                    let moved = PacketSpace::new(simd, moved, lanes, self.next_serial());
+                    let moved = PacketSpace::new(simd, &moved, lanes, self.next_serial());
                     let outer = Outer { item, bounds, space };
                     self.visit_group_with_packet(simd, group, &moved, lanes, Some(&outer));
                 }
@@ -245,7 +245,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         &mut self,
         simd: S,
         item: PacketItem<'_>,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         outer: Option<&PacketOuter<'_>>,
     ) {
         let PacketItem { block, index, lanes, entries } = item;
@@ -294,7 +294,7 @@ fn test_child<S: Simd>(
     simd: S,
     bounds: &Bounds,
     child: Child,
-    space: &PacketSpace,
+    space: &PacketSpace<'_>,
     lanes: LaneMask,
     limit: &Lanes,
 ) -> LaneMask {

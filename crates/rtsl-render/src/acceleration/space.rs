@@ -48,17 +48,17 @@ pub fn finite_reciprocal(component: f32) -> f32 {
 /// A packet of rays in one space.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub struct PacketSpace {
+pub struct PacketSpace<'a> {
     /// The rays.
-    pub rays: RayPacket,
+    pub rays: &'a RayPacket,
     /// One over the directions, held finite.
     inverse: [Lanes; 3],
     /// What holds all rays.
     pub interval: Interval,
     /// Names these rays.
     pub serial: Serial,
-    /// Whether all rays start at one point.
-    pub has_common_origin: bool,
+    /// Where all rays start, if that is one point.
+    pub common_origin: Option<[f32; 3]>,
 }
 
 /// The least and greatest of what rays have.
@@ -73,16 +73,16 @@ pub struct Interval {
     mixed: [bool; 3],
 }
 
-impl PacketSpace {
+impl<'a> PacketSpace<'a> {
     /// Prepares the rays of `lanes`, which must be finite.
     #[inline(always)]
-    pub fn new<S: Simd>(simd: S, rays: RayPacket, lanes: LaneMask, serial: Serial) -> Self {
+    pub fn new<S: Simd>(simd: S, rays: &'a RayPacket, lanes: LaneMask, serial: Serial) -> Self {
         let mut space = PacketSpace {
             rays,
             inverse: [[0.0; LANES]; 3],
             interval: Interval::EMPTY,
             serial,
-            has_common_origin: false,
+            common_origin: None,
         };
         for axis in 0..3 {
             for lane in 0..LANES {
@@ -91,11 +91,7 @@ impl PacketSpace {
         }
         space.interval = space.interval_of(simd, lanes);
         let Interval { min_origin, max_origin, .. } = space.interval;
-        space.has_common_origin = min_origin == max_origin;
-        if space.has_common_origin {
-            // Code for rays from one point reads it from the first lane, whether that takes part or not.
-            (0..3).for_each(|axis| space.rays.origin[axis][0] = min_origin[axis]);
-        }
+        space.common_origin = (min_origin == max_origin).then_some(min_origin);
         space
     }
 

@@ -123,7 +123,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     ) {
         let lanes = finite_lanes(simd, rays, lanes);
         if lanes != 0 {
-            let space = PacketSpace::new(simd, rays.clone(), lanes, self.next_serial());
+            let space = PacketSpace::new(simd, rays, lanes, self.next_serial());
             self.visit_group_with_packet(simd, scene, &space, lanes, None);
         }
     }

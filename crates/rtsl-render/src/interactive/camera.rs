@@ -1,13 +1,15 @@
 //! Camera rays of a tile.
 
+use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet, moved_packet_by};
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO};
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet_by};
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler};
 use crate::scene::Settings;
 
 use super::compiled::CompiledScene;
+use super::eight::eights_alone;
 use super::lane_context::LaneContext;
 use super::lane_streams::LaneStreams;
 use super::shading::{PacketColors, Tracer};
@@ -67,24 +69,40 @@ pub struct CameraRays {
     pub weights: PacketColors,
 }
 
-/// Makes the rays of one sample of a tile.
+impl CameraRays {
+    /// None yet.
+    fn new(sampler: Sampler) -> Self {
+        CameraRays {
+            rays: RayPacket::default(),
+            context: LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]),
+            weights: [[1.0; LANES]; 3],
+        }
+    }
+}
+
+/// Makes the rays of one sample of a tile, in memory of the workspace: [`Workspace::keep_camera_rays`] takes it back.
 pub fn camera_rays(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
     tile: Tile,
     sample: u32,
-) -> CameraRays {
-    dispatch!(Level::new(), simd => camera_rays_in_vectors(simd, tracer, workspace, tile, sample))
+) -> Box<CameraRays> {
+    let kept = workspace.take_camera_rays();
+    let mut camera =
+        kept.unwrap_or_else(|| Box::new(CameraRays::new(tracer.scene.settings.sampler)));
+    dispatch!(Level::new(), simd => fill(simd, tracer, workspace, tile, sample, &mut camera));
+    camera
 }
 
 #[inline(always)]
-fn camera_rays_in_vectors<S: Simd>(
-    _: S,
+fn fill<S: Simd>(
+    simd: S,
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
     tile: Tile,
     sample: u32,
-) -> CameraRays {
+    camera: &mut CameraRays,
+) {
     let scene = tracer.scene;
     let settings = &scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
@@ -93,36 +111,36 @@ fn camera_rays_in_vectors<S: Simd>(
         POWER_OF_TWO => CameraNumbers::new::<POWER_OF_TWO>(settings, tile, sample),
         _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
     };
-    let mut context = LaneContext::new(
-        settings.sampler,
-        LaneStreams::new(numbers.stream_keys, sample),
-        numbers.time,
-    );
-    let mut rays = RayPacket::default();
-    let mut weights = [[1.0; LANES]; 3];
+    let CameraRays { rays, context, weights } = camera;
+    context.streams = LaneStreams::new(numbers.stream_keys, sample);
+    context.time = numbers.time;
     let blocks = &mut workspace.camera;
     numbers.set(scene, &mut blocks.state);
     if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) {
-        blocks.call(&call, lanes, None, &mut context);
+        blocks.call(&call, lanes, None, context);
     }
-    let v = variables();
-    let state = &blocks.state;
-    for (axis, weights) in weights.iter_mut().enumerate() {
-        rays.origin[axis].copy_from_slice(state.floats(v.ray_origin + axis));
-        rays.direction[axis].copy_from_slice(state.floats(v.ray_direction + axis));
-        weights.copy_from_slice(state.floats(v.sample_color + axis));
+    let (v, state) = (variables(), &blocks.state);
+    let map = scene.camera_motion.is_none().then_some(&scene.camera_to_world);
+    for eight in eights_alone(simd, LaneMask::MAX) {
+        let mut origin = eight.load_vectors(state, v.ray_origin);
+        let mut direction = eight.load_vectors(state, v.ray_direction);
+        if let Some(map) = map {
+            origin = eight.point(map, &origin);
+            direction = eight.vector(map, &direction);
+        }
+        eight.blend_vectors(&origin, &mut rays.origin);
+        eight.blend_vectors(&direction, &mut rays.direction);
+        eight.blend_vectors(&eight.load_vectors(state, v.sample_color), weights);
+        eight.blend(eight.load(state, v.hit_distance), &mut rays.limit);
+        // Hits behind the origin count for nobody.
+        let epsilon = eight.load(state, v.epsilon);
+        let zero = eight.splat(0.0);
+        eight.blend(epsilon.simd_gt(zero).select(epsilon, zero), &mut rays.epsilon);
     }
-    // Hits behind the origin count for nobody.
-    for (epsilon, given) in rays.epsilon.iter_mut().zip(state.floats(v.epsilon)) {
-        *epsilon = if *given > 0.0 { *given } else { 0.0 };
-    }
-    rays.limit.copy_from_slice(state.floats(v.hit_distance));
     rays.time = numbers.time;
-    let rays = match &scene.camera_motion {
-        None => moved_packet(&rays, &scene.camera_to_world),
-        Some(motion) => moved_packet_by(&rays, lanes, |time| motion.map_at(time)),
-    };
-    CameraRays { rays, context, weights }
+    if let Some(motion) = &scene.camera_motion {
+        *rays = moved_packet_by(rays, lanes, |time| motion.map_at(time));
+    }
 }
 
 /// What the camera is given, lane by lane.

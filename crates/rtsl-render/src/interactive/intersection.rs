@@ -7,7 +7,7 @@ use rtsl::{
 };
 
 use crate::acceleration::{
-    Block, BlockHead, LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Serial, WIDTH,
+    Block, BlockHead, LaneMask, Lanes, Objects, PacketSpace, RaySpace, Serial, WIDTH,
 };
 use crate::math::reciprocal;
 
@@ -99,7 +99,7 @@ impl Objects for Intersector<'_> {
     fn packet<S: Simd>(
         &mut self,
         simd: S,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         block: &Block,
         index: usize,
         lanes: LaneMask,
@@ -108,14 +108,14 @@ impl Objects for Intersector<'_> {
         let v = variables();
         let packet = &mut self.blocks.packet;
         if self.loaded_packet != space.serial {
-            load_packet(simd, &mut packet.state, &space.rays);
+            load_packet(simd, &mut packet.state, space);
             self.loaded_packet = space.serial;
             self.has_limits = false;
         }
         if !self.has_limits {
             packet.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
         }
-        let kernel = class.packet_kernel(space.has_common_origin);
+        let kernel = class.packet_kernel(space.common_origin.is_some());
         let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
         let (accepted, status) = packet.intersect(simd, kernel, lanes, instances);
         self.has_limits = accepted == 0;
@@ -197,8 +197,9 @@ impl CallBlocks {
 
 /// Sets the rays of all lanes, whether they take part or not.
 #[inline(always)]
-fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
+fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, space: &PacketSpace<'_>) {
     let v = variables();
+    let rays = space.rays;
     for axis in 0..3 {
         state.floats_mut(v.ray_origin + axis).copy_from_slice(&rays.origin[axis]);
         state.floats_mut(v.ray_direction + axis).copy_from_slice(&rays.direction[axis]);
@@ -209,6 +210,10 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, rays: &RayPacket) {
     }
     state.floats_mut(v.epsilon).copy_from_slice(&rays.epsilon);
     state.floats_mut(v.time_seed).copy_from_slice(&rays.time);
+    // Code for rays from one point reads it from the first lane, whether that takes part or not.
+    if let Some(origin) = space.common_origin {
+        (0..3).for_each(|axis| state.floats_mut(v.ray_origin + axis)[0] = origin[axis]);
+    }
 }
 
 /// Sets the ray of a block for one, whose limit is where its hits end.

@@ -86,15 +86,16 @@ impl TileAovs {
         sample: u32,
     ) {
         let settings = &tracer.scene.settings;
-        let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, sample);
+        let mut camera = camera_rays(tracer, workspace, tile, sample);
+        let CameraRays { rays, context, .. } = &mut *camera;
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
-        let (hits, visited) = counted_hits(tracer, workspace, &rays, lanes);
+        let (hits, visited) = counted_hits(tracer, workspace, rays, lanes);
         for (sum, visited) in self.visited.iter_mut().zip(visited) {
             *sum += visited;
         }
         for run in &runs(tracer.scene, &hits, lanes) {
-            prepare(tracer, run, &rays, &hits, &mut level, &mut context);
+            prepare(tracer, run, rays, &hits, &mut level, context);
             for lane in lanes_of(run.lanes) {
                 let (direction, normal) = (rays.direction_of(lane), context.shading_normal(lane));
                 self.distance[lane] += hits.distance[lane] * dot(direction, direction).sqrt();
@@ -107,6 +108,7 @@ impl TileAovs {
             }
         }
         workspace.return_level(level);
+        workspace.keep_camera_rays(camera);
         self.samples += 1;
     }
 
@@ -137,8 +139,10 @@ pub fn visits_of_sample(
 ) -> [u32; LANES] {
     let settings = &tracer.scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let rays = camera_rays(tracer, workspace, tile, sample).rays;
-    counted_hits(tracer, workspace, &rays, lanes).1
+    let camera = camera_rays(tracer, workspace, tile, sample);
+    let (_, visited) = counted_hits(tracer, workspace, &camera.rays, lanes);
+    workspace.keep_camera_rays(camera);
+    visited
 }
 
 /// The nearest hits, and for each lane the nodes and blocks that its ray visits.

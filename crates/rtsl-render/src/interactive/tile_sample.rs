@@ -25,12 +25,14 @@ pub fn sample_tile(
 ) -> TileSample {
     let settings = &tracer.scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let CameraRays { rays, mut context, weights } = camera_rays(tracer, workspace, tile, sample);
+    let mut camera = camera_rays(tracer, workspace, tile, sample);
+    let CameraRays { rays, context, weights } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
-    let mut colors = radiance(tracer, workspace, &rays, lanes, &mut context, 0);
-    for (channel, weights) in colors.iter_mut().zip(&weights) {
+    let mut colors = radiance(tracer, workspace, rays, lanes, context, 0);
+    for (channel, weights) in colors.iter_mut().zip(weights) {
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
     }
+    workspace.keep_camera_rays(camera);
     TileSample { lanes, colors }
 }
 

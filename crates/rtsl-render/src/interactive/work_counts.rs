@@ -48,7 +48,7 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
     fn packet<S: Simd>(
         &mut self,
         simd: S,
-        space: &PacketSpace,
+        space: &PacketSpace<'_>,
         block: &Block,
         index: usize,
         lanes: LaneMask,

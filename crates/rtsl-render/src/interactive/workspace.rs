@@ -13,6 +13,7 @@ use rtsl::{
 use crate::acceleration::{LANES, LaneMask, Visits};
 use crate::statistics::RayCounts;
 
+use super::camera::CameraRays;
 use super::compiled::{CompiledScene, ShaderInstance};
 use super::intersection::IntersectionBlocks;
 use super::mask_bits::{bits, set_bits};
@@ -22,6 +23,8 @@ use super::work_counts::WorkCounts;
 pub struct Workspace {
     /// Levels of shading not in use: one is in use for each ray whose shading spawned the next.
     free_levels: Vec<Level>,
+    /// Camera rays not in use.
+    free_camera_rays: Option<Box<CameraRays>>,
     /// For `intersect`, which spawns nothing.
     pub intersection: IntersectionBlocks,
     /// For searches.
@@ -68,6 +71,7 @@ impl Workspace {
     pub fn new(scene: &CompiledScene) -> Self {
         Workspace {
             free_levels: Vec::new(),
+            free_camera_rays: None,
             intersection: IntersectionBlocks::new(scene.scratch_arrays),
             visits: Visits::default(),
             camera: CallBlocks::new(scene.scratch_arrays),
@@ -85,6 +89,16 @@ impl Workspace {
             kept_scratch: LaneBlock::new(self.scratch_arrays, LANES),
             numbers: LaneIndices::new(LANES),
         })
+    }
+
+    /// Camera rays not in use, if there are any.
+    pub fn take_camera_rays(&mut self) -> Option<Box<CameraRays>> {
+        self.free_camera_rays.take()
+    }
+
+    /// Takes camera rays back, to be filled again.
+    pub fn keep_camera_rays(&mut self, rays: Box<CameraRays>) {
+        self.free_camera_rays = Some(rays);
     }
 
     /// Gives a level back.

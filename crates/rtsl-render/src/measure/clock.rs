@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::acceleration::LaneMask;
-use crate::interactive::{RenderThreads, Tile, Tracer, Workspace, sample_tile};
+use crate::interactive::{RenderThreads, Tile, Tracer, Workspace, camera_rays, sample_tile};
 use crate::statistics::RayCounts;
 
-use super::rays::{Packet, RaySets, primary};
+use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::{Effort, Spread};
 
@@ -29,8 +29,12 @@ impl Clock<'_> {
     pub fn rays(&self) -> Vec<RayMeasurement> {
         let sets = RaySets::new(&self.tracer, &self.tiles);
         let primary = self.measure("primary", self.tiles.len(), |workspace, index| {
-            let packet = primary(&self.tracer, workspace, self.tiles[index]);
-            (packet.lanes, self.nearest(workspace, &packet))
+            let (tile, settings) = (self.tiles[index], &self.tracer.scene.settings);
+            let lanes = tile.lanes(settings.width, settings.height);
+            let camera = camera_rays(&self.tracer, workspace, tile, 0);
+            let hits = self.tracer.nearest(workspace, &camera.rays, lanes).lanes(lanes);
+            workspace.keep_camera_rays(camera);
+            (lanes, hits)
         });
         let shadow = self.measure("shadow", sets.shadow.len(), |workspace, index| {
             let Packet { rays, lanes } = &sets.shadow[index];

@@ -26,13 +26,6 @@ pub struct RaySets {
 /// Packets of a kind are no more: a quarter of a million rays tell enough, and take 9 MiB.
 const MOST_PACKETS: usize = 4096;
 
-/// The camera rays of a tile.
-pub fn primary(tracer: &Tracer<'_>, workspace: &mut Workspace, tile: Tile) -> Packet {
-    let settings = &tracer.scene.settings;
-    let lanes = tile.lanes(settings.width, settings.height);
-    Packet { rays: camera_rays(tracer, workspace, tile, 0).rays, lanes }
-}
-
 impl RaySets {
     /// From what the primary rays of `tiles`, or of some of them evenly spread, hit.
     pub fn new(tracer: &Tracer<'_>, tiles: &[Tile]) -> Self {
@@ -59,17 +52,19 @@ impl RaySets {
         index: usize,
     ) {
         let settings = &tracer.scene.settings;
-        let CameraRays { rays, mut context, .. } = camera_rays(tracer, workspace, tile, 0);
+        let mut camera = camera_rays(tracer, workspace, tile, 0);
+        let CameraRays { rays, context, .. } = &mut *camera;
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
-        let hits = tracer.nearest(workspace, &rays, lanes);
+        let hits = tracer.nearest(workspace, rays, lanes);
         for run in &runs(tracer.scene, &hits, lanes) {
-            prepare(tracer, run, &rays, &hits, &mut level, &mut context);
+            prepare(tracer, run, rays, &hits, &mut level, context);
         }
         workspace.return_level(level);
-        let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays: &rays };
-        let secondary = surface.secondary(tracer, &context, index);
-        let shadow = surface.shadow(tracer, workspace, &mut context, index);
+        let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays };
+        let secondary = surface.secondary(tracer, context, index);
+        let shadow = surface.shadow(tracer, workspace, context, index);
+        workspace.keep_camera_rays(camera);
         self.secondary.extend(Some(secondary).filter(|packet| packet.lanes != 0));
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
     }

@@ -9,8 +9,8 @@ use rtsl::{Diagnostic, Engine, SourceMap, diagnostic_codes as codes};
 
 use crate::film::exposure_scale;
 use crate::interactive::{
-    CameraRays, CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, WorkCounts, Workspace,
-    camera_rays, exhausted_budgets, runs, sample_tile, visits_of_sample,
+    CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, WorkCounts, Workspace, camera_rays,
+    exhausted_budgets, runs, sample_tile, visits_of_sample,
 };
 use crate::math::Transform;
 use crate::messages::Messages;
@@ -307,8 +307,8 @@ impl Session {
         let mut workspace = Workspace::new(&self.compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
-        let CameraRays { rays, .. } = camera_rays(&tracer, &mut workspace, tile, 0);
-        let hits = tracer.nearest(&mut workspace, &rays, 1 << lane);
+        let rays = &camera_rays(&tracer, &mut workspace, tile, 0).rays;
+        let hits = tracer.nearest(&mut workspace, rays, 1 << lane);
         let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
         let index = run.index as usize;
         let [origin, direction] =
