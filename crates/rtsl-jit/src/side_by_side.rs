@@ -90,15 +90,8 @@ pub(crate) unsafe fn call_side_by_side(
             raw.count = end_of(*begin);
             // One alone has nobody to wait for.
             let stack = if group.len() > 1 { ChunkStack::take() } else { None };
-            match stack {
-                // Safety: the caller's promise.
-                None => unsafe { entry(raw) },
-                Some(stack) => {
-                    // Safety: the same; and below all are run to their ends.
-                    let chunk = unsafe { chunk_on_stack(entry, raw, stack) };
-                    waiting.extend(Waiting::start(raw, chunk));
-                }
-            }
+            // Safety: the caller's promise; and below all are run to their ends.
+            waiting.extend(unsafe { start(entry, raw, stack) });
         }
         while !waiting.is_empty() {
             // Safety: the chunks are suspended, and their requests are those that they asked last.
@@ -108,6 +101,21 @@ pub(crate) unsafe fn call_side_by_side(
             break;
         }
     }
+}
+
+/// Runs the chunk that `raw` says until it waits for others; `None` if it ends, as it does without a stack of its own.
+///
+/// # Safety
+/// As for [`chunk_on_stack`].
+unsafe fn start(entry: Entry, raw: &mut RawCall, stack: Option<ChunkStack>) -> Option<Waiting> {
+    let Some(stack) = stack else {
+        // Safety: the caller's promise.
+        unsafe { entry(raw) };
+        return None;
+    };
+    // Safety: the caller's promise.
+    let chunk = unsafe { chunk_on_stack(entry, raw, stack) };
+    go_on(raw, chunk, 0)
 }
 
 /// The chunk that `raw` says, ready to start.
@@ -125,35 +133,21 @@ unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> Chun
     })
 }
 
+/// Lets a chunk go on with an answer, until it waits for others; `None` if it ends.
+fn go_on(raw: &mut RawCall, mut chunk: ChunkCall, answer: Answer) -> Option<Waiting> {
+    match chunk.resume(answer) {
+        CoroutineResult::Yield((lanes, request)) => {
+            Some(Waiting { chunk: Some(chunk), lanes, request })
+        }
+        CoroutineResult::Return(status) => {
+            raw.status |= status;
+            chunk.into_stack().keep();
+            None
+        }
+    }
+}
+
 impl Waiting {
-    /// Runs a chunk until it waits for others; `None` if it ends.
-    fn start(raw: &mut RawCall, mut chunk: ChunkCall) -> Option<Waiting> {
-        match chunk.resume(0) {
-            CoroutineResult::Yield((lanes, request)) => {
-                Some(Waiting { chunk: Some(chunk), lanes, request })
-            }
-            CoroutineResult::Return(status) => {
-                raw.status |= status;
-                chunk.into_stack().keep();
-                None
-            }
-        }
-    }
-
-    /// Lets it go on with an answer, until it waits again or ends.
-    fn go_on(&mut self, raw: &mut RawCall, answer: Answer) {
-        let Some(mut chunk) = self.chunk.take() else { return };
-        match chunk.resume(answer) {
-            CoroutineResult::Yield((lanes, request)) => {
-                *self = Waiting { chunk: Some(chunk), lanes, request };
-            }
-            CoroutineResult::Return(status) => {
-                raw.status |= status;
-                chunk.into_stack().keep();
-            }
-        }
-    }
-
     fn kind(&self) -> Kind {
         match self.request {
             Request::Trace { .. } => Kind::Trace,
@@ -174,8 +168,11 @@ unsafe fn answer_commonest(raw: &mut RawCall, waiting: &mut PerChunk<Waiting>) {
     let host = unsafe { &mut *raw.user.cast() };
     // Safety: the caller's promise.
     let mut answers = unsafe { answers(host, kind, asking) }.into_iter();
-    for chunk in waiting.iter_mut().filter(|it| it.kind() == kind) {
-        chunk.go_on(raw, answers.next().unwrap_or_default());
+    for asking in waiting.iter_mut().filter(|it| it.kind() == kind) {
+        let answer = answers.next().unwrap_or_default();
+        if let Some(again) = asking.chunk.take().and_then(|chunk| go_on(raw, chunk, answer)) {
+            *asking = again;
+        }
     }
     waiting.retain(|it| it.chunk.is_some());
 }

@@ -217,7 +217,7 @@ const ROWS: &[Row] = &[
     all(Primitive, "rt_InverseRayDirection", Vec3, IN, ZERO, "1/rt_RayDirection, componentwise"),
     all(Primitive, "rt_Epsilon", Float, IN, Constant(1e-4), "least distance at which a hit counts"),
     all(Primitive, "rt_HitDistance", Float, access![InOut: Intersect; In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives;], INFINITE,
-        "parameter t of the nearest hit so far, in units of the direction's length"),
+        "parameter t of the hit, in units of the direction's length; as `intersect` begins, the greatest that counts"),
     all(Primitive, "rt_HitPoint", Vec3, access![In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives, SamplePdf; Out: GenerateSample;], ZERO,
         "point on the surface, in the primitive's space"),
     all(Primitive, "rt_BoundMin", Vec3, access![Out: ComputeBounds;], Constant(f32::NEG_INFINITY), "least corner of the box"),

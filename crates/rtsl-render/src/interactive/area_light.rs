@@ -16,12 +16,12 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, Lanes, RayPacket, lanes_of};
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, lanes_of};
 
 use super::compiled::ShaderInstance;
 use super::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
 use super::lane_context::LaneContext;
-use super::light_samples::{LightQuery, LightSamples};
+use super::light_samples::LightSamples;
 use super::shading::Tracer;
 use super::surface::{prepare, runs};
 use super::variables::variables;
@@ -55,18 +55,16 @@ pub fn sample(
     workspace: &mut Workspace,
     context: &mut LaneContext,
     light: &AreaLight,
-    query: &LightQuery,
     samples: &mut LightSamples,
 ) -> LaneMask {
-    let lamp = Lamp { tracer, light, query };
+    let lamp = Lamp { tracer, light };
     dispatch!(SimdLevel::new(), simd => lamp.sample(simd, workspace, context, samples))
 }
 
-/// An area light, and who asks for its light.
+/// An area light, and what its rays are traced with.
 struct Lamp<'a> {
     tracer: &'a Tracer<'a>,
     light: &'a AreaLight,
-    query: &'a LightQuery,
 }
 
 impl Lamp<'_> {
@@ -78,31 +76,27 @@ impl Lamp<'_> {
         context: &mut LaneContext,
         samples: &mut LightSamples,
     ) -> LaneMask {
-        let mut limit = [0.0; LANES];
-        let Some((usable, normals)) =
-            self.generate(simd, &mut workspace.light, context, samples, &mut limit)
+        let Some((usable, normals)) = self.generate(simd, &mut workspace.light, context, samples)
         else {
             return 0;
         };
-        let reaching = self.query.within_cones(simd, usable, samples);
+        let reaching = samples.within_cones(simd, usable);
         if reaching == 0 {
             return 0;
         }
-        let rays = self.query.rays(samples, self.tracer.scene.epsilon, limit, &context.time);
         workspace.rays.shadow += u64::from(reaching.count_ones());
-        let hits = self.tracer.nearest(workspace, &rays, reaching);
+        let hits = self.tracer.nearest(workspace, &samples.rays, reaching);
         let found = self.found(&hits, samples, reaching);
         if found == 0 {
             return 0;
         }
         let mut level = workspace.take_level();
-        let lit =
-            self.emission(simd, &mut level, context, (&rays, &hits), found, &normals, samples);
+        let lit = self.emission(simd, &mut level, context, &hits, found, &normals, samples);
         workspace.return_level(level);
         lit
     }
 
-    /// Runs `generateSample`: directions, distances and densities, and a `limit` for rays that ends a little
+    /// Runs `generateSample`: directions, distances and densities, and rays that end a little
     /// behind the samples. Returns the samples that are of use and their normals in world
     /// space, zero where the class sets none; `None` if there is no such method.
     #[inline(always)]
@@ -112,15 +106,14 @@ impl Lamp<'_> {
         blocks: &mut CallBlocks,
         context: &mut LaneContext,
         samples: &mut LightSamples,
-        limit: &mut Lanes,
     ) -> Option<(LaneMask, LaneVectors)> {
-        let Lamp { tracer, light, query } = *self;
+        let Lamp { tracer, light } = *self;
         let object = &tracer.scene.objects[light.object as usize];
         let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
         let placement = light.instance.and_then(|it| tracer.scene.placement(it));
         let v = variables();
-        for eight in eights_alone(simd, query.lanes) {
-            let mut origin = eight.vectors(&query.point);
+        for eight in eights_alone(simd, samples.lanes) {
+            let mut origin = eight.vectors(&samples.rays.origin);
             if let Some(placement) = &placement {
                 origin = placement.points_to_group(eight, &origin, &context.time);
             }
@@ -130,11 +123,11 @@ impl Lamp<'_> {
             eight.store(&mut blocks.state, v.time_seed, eight.numbers(&context.time));
         }
         blocks.clear_scratch(call.scratch_arrays);
-        blocks.call(&call, query.lanes, None, context);
+        blocks.call(&call, samples.lanes, None, context);
         let state = &blocks.state;
         let mut normals = [[0.0; LANES]; 3];
         let mut local_squares = [0.0; LANES];
-        for eight in eights_alone(simd, query.lanes) {
+        for eight in eights_alone(simd, samples.lanes) {
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
             let mut point = eight.point(&object.forward, &local);
@@ -145,17 +138,17 @@ impl Lamp<'_> {
                 normal = placement.normals_to_world(eight, &normal, &context.time);
             }
             eight.blend_vectors(&normal, &mut normals);
-            let way = difference(&point, &eight.vectors(&query.point));
+            let way = difference(&point, &eight.vectors(&samples.rays.origin));
             let distance = dots(&way, &way).sqrt();
             let nowhere = eight.splat_vector([0.0; 3]);
-            eight.blend_vectors(&eight.normalized_or(&way, &nowhere), &mut samples.direction);
+            eight.blend_vectors(&eight.normalized_or(&way, &nowhere), &mut samples.rays.direction);
             eight.blend(distance, &mut samples.distance);
-            eight.blend(distance * (1.0 + TOLERANCE), limit);
+            eight.blend(distance * (1.0 + TOLERANCE), &mut samples.rays.limit);
             eight.blend(dots(&local_way, &local_way), &mut local_squares);
         }
         let density = state.floats(v.pdf);
         let mut usable = 0;
-        for lane in lanes_of(query.lanes) {
+        for lane in lanes_of(samples.lanes) {
             let distance = samples.distance[lane];
             let placed = placement.as_ref();
             let volume = placed.map_or(1.0, |placement| placement.volume_scale(context.time[lane]));
@@ -185,7 +178,7 @@ impl Lamp<'_> {
         simd: S,
         level: &mut Level,
         context: &mut LaneContext,
-        (rays, hits): (&RayPacket, &Hits),
+        hits: &Hits,
         found: LaneMask,
         normals: &LaneVectors,
         samples: &mut LightSamples,
@@ -196,7 +189,7 @@ impl Lamp<'_> {
         // The light's surface has normals of its own; its random numbers are those of the rays.
         let mut own = context.clone();
         for run in &runs(scene, hits, found) {
-            prepare(self.tracer, run, rays, hits, level, &mut own);
+            prepare(self.tracer, run, &samples.rays, hits, level, &mut own);
         }
         level.blocks.clear_scratch(call.scratch_arrays);
         level.blocks.call(&call, found, None, &mut own);
@@ -205,7 +198,7 @@ impl Lamp<'_> {
             let color = eight.load_vectors(&level.blocks.state, variables().emission_color);
             eight.blend_vectors(&color, &mut samples.color);
             // Whether rays found the side that was sampled: of a thin lamp, both lie within the tolerance.
-            let direction = eight.vectors(&rays.direction);
+            let direction = eight.vectors(&samples.rays.direction);
             let sampled = dots(&eight.vectors(normals), &direction);
             let seen = dots(&own.geometric_normals(eight), &direction);
             lit |= eight.lanes(is_lit(&color) & (sampled * seen).simd_ge(0.0));

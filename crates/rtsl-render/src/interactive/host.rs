@@ -11,13 +11,13 @@ use rtsl::host::{
 };
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
+use crate::acceleration::{LANES, LaneMask, RayPacket};
 
 use super::area_light::sample;
 use super::compiled::Light;
 use super::eight::{dots, eights_alone, is_lit};
 use super::lane_context::LaneContext;
-use super::light_samples::{LightQuery, LightSamples};
+use super::light_samples::LightSamples;
 use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use super::shading::{Tracer, radiance};
 use super::variables::variables;
@@ -89,16 +89,17 @@ impl Host for ShadingHost<'_> {
     fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
         let scene = self.tracer.scene;
         let index = index as usize;
-        let query = LightQuery::of_requests(requests);
-        let mut samples = LightSamples::NONE;
+        let mut samples = self.workspace.take_light_samples();
+        samples.begin(requests, scene.epsilon, &self.context.time);
         let reached = if let Some(light) = scene.lights.get(index) {
-            dispatch!(Level::new(), simd => self.sample_light(simd, light, &query, &mut samples))
+            dispatch!(Level::new(), simd => self.sample_light(simd, light, &mut samples))
         } else if let Some(light) = scene.area_lights.get(index - scene.lights.len()) {
-            sample(self.tracer, self.workspace, self.context, light, &query, &mut samples)
+            sample(self.tracer, self.workspace, self.context, light, &mut samples)
         } else {
             0
         };
         samples.answer(reached, requests);
+        self.workspace.keep_light_samples(samples);
     }
 
     fn ambient(&mut self) -> [f32; 3] {
@@ -148,33 +149,20 @@ impl ShadingHost<'_> {
         &mut self,
         simd: S,
         light: &Light,
-        query: &LightQuery,
         samples: &mut LightSamples,
     ) -> LaneMask {
         let Tracer { scene, problems } = *self.tracer;
         let Some(call) = scene.call(&light.instance, Method::Illumination, problems) else {
             return 0;
         };
-        let reads_normals = {
-            let v = variables();
-            call.touches(v.geometric_normal) || call.touches(v.shading_normal)
-        };
-        self.set_points(simd, light, query, reads_normals);
+        let v = variables();
+        let reads_normals = call.touches(v.geometric_normal) || call.touches(v.shading_normal);
+        self.set_points(simd, light, samples, reads_normals);
         let blocks = &mut self.workspace.light;
-        blocks.call(&call, query.lanes, None, self.context);
-        let mut limit = [0.0; LANES];
-        let lit = read_samples(
-            simd,
-            light,
-            &blocks.state,
-            query.lanes,
-            samples,
-            &mut limit,
-            scene.epsilon,
-        );
-        let reaching = query.within_cones(simd, lit, samples);
-        let rays = query.rays(samples, scene.epsilon, limit, &self.context.time);
-        reaching & !self.shadow(&rays, reaching)
+        blocks.call(&call, samples.lanes, None, self.context);
+        let lit = read_samples(simd, light, &blocks.state, samples, scene.epsilon);
+        let reaching = samples.within_cones(simd, lit);
+        reaching & !self.shadow(&samples.rays, reaching)
     }
 
     /// Sets what `illumination` reads.
@@ -183,13 +171,13 @@ impl ShadingHost<'_> {
         &mut self,
         simd: S,
         light: &Light,
-        query: &LightQuery,
+        samples: &LightSamples,
         reads_normals: bool,
     ) {
         let v = variables();
         let state = &mut self.workspace.light.state;
-        for eight in eights_alone(simd, query.lanes) {
-            let point = eight.point(&light.inverse, &eight.vectors(&query.point));
+        for eight in eights_alone(simd, samples.lanes) {
+            let point = eight.point(&light.inverse, &eight.vectors(&samples.rays.origin));
             eight.store_vectors(state, v.hit_point, &point);
             eight.store(state, v.time_seed, eight.numbers(&self.context.time));
             if reads_normals {
@@ -206,22 +194,20 @@ impl ShadingHost<'_> {
     }
 }
 
-/// The samples that `illumination` left, taken into world space, and how far rays to them go. Returns those that
-/// are not black.
+/// The samples that `illumination` left, taken into world space. Returns those that are not black. The rays to them
+/// end a little before.
 #[inline(always)]
 fn read_samples<S: Simd>(
     simd: S,
     light: &Light,
     state: &LaneBlock,
-    lanes: LaneMask,
     samples: &mut LightSamples,
-    limit: &mut Lanes,
     epsilon: f32,
 ) -> LaneMask {
     let v = variables();
     let is_placed = !light.forward.is_identity();
     let mut lit = 0;
-    for eight in eights_alone(simd, lanes) {
+    for eight in eights_alone(simd, samples.lanes) {
         let mut direction = eight.load_vectors(state, v.light_direction);
         let mut distance = eight.load(state, v.light_distance);
         if is_placed {
@@ -230,11 +216,11 @@ fn read_samples<S: Simd>(
             direction = eight.normalized_or(&world, &direction);
         }
         let color = eight.load_vectors(state, v.light_color);
-        eight.blend_vectors(&direction, &mut samples.direction);
+        eight.blend_vectors(&direction, &mut samples.rays.direction);
+        eight.blend(distance - epsilon, &mut samples.rays.limit);
         eight.blend(distance, &mut samples.distance);
         eight.blend_vectors(&color, &mut samples.color);
         eight.blend(eight.load(state, v.pdf), &mut samples.pdf);
-        eight.blend(distance - epsilon, limit);
         lit |= eight.lanes(is_lit(&color));
     }
     lit

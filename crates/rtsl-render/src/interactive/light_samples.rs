@@ -1,4 +1,4 @@
-//! Points that ask for light, and what a light gives them: all lanes of a packet at a time.
+//! Samples of a light, for the points that ask: all lanes of a packet at a time.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -9,23 +9,17 @@ use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 use super::eight::{LaneVectors, dots, eights_alone};
 use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 
-/// Points that ask for light.
-pub struct LightQuery {
+/// Points that ask for light, and the samples that they get.
+pub struct LightSamples {
     /// The lanes that ask.
     pub lanes: LaneMask,
-    /// The points, world space.
-    pub point: LaneVectors,
-    /// Axes of the cones, any length.
+    /// Rays from the points along unit vectors towards the samples, in world space.
+    pub rays: RayPacket,
+    /// Axes of the points' cones, any length.
     normal: LaneVectors,
     /// Least cosines between axis and light; -infinity for no cone.
     cosine: Lanes,
-}
-
-/// Samples of a light.
-pub struct LightSamples {
-    /// Unit vectors towards the light.
-    pub direction: LaneVectors,
-    /// Distances.
+    /// Distances of the samples.
     pub distance: Lanes,
     /// Radiance, or the whole contribution where the density is 0.
     pub color: LaneVectors,
@@ -33,34 +27,40 @@ pub struct LightSamples {
     pub pdf: Lanes,
 }
 
-impl LightQuery {
-    /// What requests ask for.
-    pub fn of_requests(requests: &[LightRequest<'_>]) -> Self {
-        let mut query = LightQuery {
+impl LightSamples {
+    /// Nobody asks.
+    pub fn new() -> Self {
+        LightSamples {
             lanes: 0,
-            point: [[0.0; LANES]; 3],
+            rays: RayPacket::default(),
             normal: [[0.0; LANES]; 3],
-            cosine: [f32::NEG_INFINITY; LANES],
-        };
-        for LightRequest { lanes, query: from, .. } in requests {
-            query.lanes |= mask_of(*lanes);
-            for axis in 0..3 {
-                to_packet(*lanes, &from.point[axis], &mut query.point[axis]);
-                to_packet(*lanes, &from.normal[axis], &mut query.normal[axis]);
-            }
-            to_packet(*lanes, &from.cosine, &mut query.cosine);
+            cosine: [0.0; LANES],
+            distance: [0.0; LANES],
+            color: [[0.0; LANES]; 3],
+            pdf: [0.0; LANES],
         }
-        query
+    }
+
+    /// Begins with what requests ask for at these times. What the light gives means nothing yet but that
+    /// distances are 0.
+    pub fn begin(&mut self, requests: &[LightRequest<'_>], epsilon: f32, time: &Lanes) {
+        self.lanes = 0;
+        self.distance = [0.0; LANES];
+        self.rays.epsilon = [epsilon; LANES];
+        self.rays.time = *time;
+        for LightRequest { lanes, query, .. } in requests {
+            self.lanes |= mask_of(*lanes);
+            for axis in 0..3 {
+                to_packet(*lanes, &query.point[axis], &mut self.rays.origin[axis]);
+                to_packet(*lanes, &query.normal[axis], &mut self.normal[axis]);
+            }
+            to_packet(*lanes, &query.cosine, &mut self.cosine);
+        }
     }
 
     /// The lanes of `lanes` whose samples lie within their cones.
     #[inline(always)]
-    pub fn within_cones<S: Simd>(
-        &self,
-        simd: S,
-        lanes: LaneMask,
-        samples: &LightSamples,
-    ) -> LaneMask {
+    pub fn within_cones<S: Simd>(&self, simd: S, lanes: LaneMask) -> LaneMask {
         let mut within = 0;
         for eight in eights_alone(simd, lanes) {
             let least = eight.numbers(&self.cosine);
@@ -68,7 +68,7 @@ impl LightQuery {
             if eight.lanes(!inside) != 0 {
                 let zero = eight.splat_vector([0.0; 3]);
                 let axis = eight.normalized_or(&eight.vectors(&self.normal), &zero);
-                let cosine = dots(&axis, &eight.vectors(&samples.direction));
+                let cosine = dots(&axis, &eight.vectors(&self.rays.direction));
                 inside |= cosine.simd_ge(least);
             }
             within |= eight.lanes(inside);
@@ -76,39 +76,12 @@ impl LightQuery {
         within
     }
 
-    /// Rays from the points towards the samples, which end at `limit`.
-    pub fn rays(
-        &self,
-        samples: &LightSamples,
-        epsilon: f32,
-        limit: Lanes,
-        time: &Lanes,
-    ) -> RayPacket {
-        RayPacket {
-            origin: self.point,
-            direction: samples.direction,
-            epsilon: [epsilon; LANES],
-            limit,
-            time: *time,
-        }
-    }
-}
-
-impl LightSamples {
-    /// Nothing.
-    pub const NONE: LightSamples = LightSamples {
-        direction: [[0.0; LANES]; 3],
-        distance: [0.0; LANES],
-        color: [[0.0; LANES]; 3],
-        pdf: [0.0; LANES],
-    };
-
     /// Answers requests: `reached` are the lanes that the light reaches.
     pub fn answer(&self, reached: LaneMask, requests: &mut [LightRequest<'_>]) {
         for LightRequest { lanes, light, reached: answer, .. } in requests {
             *answer = request_bits(*lanes, reached);
             for axis in 0..3 {
-                from_packet(*lanes, &self.direction[axis], &mut light.direction[axis]);
+                from_packet(*lanes, &self.rays.direction[axis], &mut light.direction[axis]);
                 from_packet(*lanes, &self.color[axis], &mut light.color[axis]);
             }
             from_packet(*lanes, &self.distance, &mut light.distance);

@@ -16,6 +16,7 @@ use crate::statistics::RayCounts;
 use super::camera::CameraRays;
 use super::compiled::{CompiledScene, ShaderInstance};
 use super::intersection::IntersectionBlocks;
+use super::light_samples::LightSamples;
 use super::mask_bits::{bits, set_bits};
 use super::work_counts::WorkCounts;
 
@@ -25,6 +26,8 @@ pub struct Workspace {
     free_levels: Vec<Level>,
     /// Camera rays not in use.
     free_camera_rays: Option<Box<CameraRays>>,
+    /// Samples of lights not in use.
+    free_light_samples: Option<Box<LightSamples>>,
     /// For `intersect`, which spawns nothing.
     pub intersection: IntersectionBlocks,
     /// For searches.
@@ -72,6 +75,7 @@ impl Workspace {
         Workspace {
             free_levels: Vec::new(),
             free_camera_rays: None,
+            free_light_samples: None,
             intersection: IntersectionBlocks::new(scene.scratch_arrays),
             visits: Visits::default(),
             camera: CallBlocks::new(scene.scratch_arrays),
@@ -99,6 +103,16 @@ impl Workspace {
     /// Takes camera rays back, to be filled again.
     pub fn keep_camera_rays(&mut self, rays: Box<CameraRays>) {
         self.free_camera_rays = Some(rays);
+    }
+
+    /// Samples not in use.
+    pub fn take_light_samples(&mut self) -> Box<LightSamples> {
+        self.free_light_samples.take().unwrap_or_else(|| Box::new(LightSamples::new()))
+    }
+
+    /// Takes samples back, to be used again.
+    pub fn keep_light_samples(&mut self, samples: Box<LightSamples>) {
+        self.free_light_samples = Some(samples);
     }
 
     /// Gives a level back.
