@@ -119,7 +119,7 @@ fn vectors() {
             }
 
 
-            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }
         "#]],
     );
@@ -180,7 +180,7 @@ fn scalars_for_one_ray() {
             }
 
 
-            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }
         "#]],
     );
@@ -324,7 +324,7 @@ fn masks_cross_blocks_as_words() {
             declare <8 x float> @llvm.sqrt.v8f32(<8 x float>)
             declare <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float>, <8 x float>, <8 x float>)
 
-            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "target-cpu"="x86-64-v3" }
+            attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v3" }
             attributes #1 = { nounwind }
         "#]],
     );
