@@ -32,8 +32,7 @@ type Answer = u32;
 /// A chunk on its stack. It returns the status of its call.
 type ChunkCall = Coroutine<Answer, (LaneSet, Request), u32, ChunkStack>;
 
-/// As many as there are chunks side by side, without memory from the heap: a short `shade` takes as long
-/// as twenty allocations.
+/// As many as there are chunks side by side, without memory from the heap.
 type PerChunk<T> = SmallVec<[T; MOST_CHUNKS]>;
 
 /// What a chunk asks for. The pointers lead to the chunk's stack, and are good until it goes on.

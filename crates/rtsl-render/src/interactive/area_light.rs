@@ -10,7 +10,8 @@
 //! random numbers, but for no light.
 //!
 //! Of a mesh each face is a light of its own, if it has few. Meshes of many faces, shapes within
-//! instances, and shapes without `generateSample` are seen but not sampled.
+//! the scene's instances, and shapes without `generateSample` are seen but not sampled. What moves is sampled
+//! where it is at the time of the ray that asks.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};

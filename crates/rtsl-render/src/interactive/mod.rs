@@ -1,4 +1,4 @@
-//! The interactive renderer's first form: runs `shade` of materials for packets of rays.
+//! The interactive renderer: runs `shade` of materials for packets of rays.
 //!
 //! A tile of 8 by 8 pixels and one sample of each is a packet. Its way: the camera's
 //! `generateRay`; the nearest hits, by the shapes' `intersect`; for the lanes of each object its
