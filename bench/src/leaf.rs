@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rtsl::host::NoHost;
 use rtsl::{
     CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafArguments,
-    LeafKernel, Method, Shape, lookup_state, new_state,
+    LeafKernel, LeafTest, Method, Shape, lookup_state, new_state,
 };
 use serde::Serialize;
 
@@ -156,7 +156,8 @@ impl Subject<Rays> for Way {
                     }
                     Way::Together(kernel) => {
                         let (count, host) = (OBJECTS as u32, &mut NoHost);
-                        let call = LeafArguments { state, scratch, first: 0, count, host };
+                        let tests = &mut [LeafTest::new(0, 0)];
+                        let call = LeafArguments { state, scratch, count, tests, host };
                         let status = kernel.call(call);
                         debug_assert!(!status.budget_exhausted, "there is no budget");
                     }

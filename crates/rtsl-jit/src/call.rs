@@ -8,6 +8,7 @@ use rtsl_ir::host::Host;
 use crate::callbacks::HostTable;
 use crate::instance::InstanceBlock;
 use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
+use crate::leaf::LeafTest;
 use crate::objects::Objects;
 
 /// The arguments of a call of a kernel for `count` rays.
@@ -111,9 +112,9 @@ pub(crate) struct RawCall {
     pub user: *mut c_void,
     pub count: u32,
     pub status: u32,
-    pub first: MaybeUninit<u32>,
-    pub nearest: u32,
     pub begin: MaybeUninit<u32>,
+    pub test_count: MaybeUninit<u32>,
+    pub tests: MaybeUninit<*mut LeafTest>,
 }
 
 #[cfg(test)]
@@ -138,10 +139,14 @@ mod tests {
             ("user", offset_of!(RawCall, user), abi::CALL_USER),
             ("count", offset_of!(RawCall, count), abi::CALL_COUNT),
             ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
-            ("first", offset_of!(RawCall, first), abi::CALL_FIRST),
-            ("nearest", offset_of!(RawCall, nearest), abi::CALL_NEAREST),
             ("begin", offset_of!(RawCall, begin), abi::CALL_BEGIN),
+            ("test count", offset_of!(RawCall, test_count), abi::CALL_TEST_COUNT),
+            ("tests", offset_of!(RawCall, tests), abi::CALL_TESTS),
             ("size", size_of::<RawCall>(), abi::CALL_SIZE),
+            ("ray", offset_of!(LeafTest, ray), abi::TEST_RAY),
+            ("first", offset_of!(LeafTest, first), abi::TEST_FIRST),
+            ("nearest", offset_of!(LeafTest, nearest), abi::TEST_NEAREST),
+            ("size of a test", size_of::<LeafTest>(), abi::TEST_SIZE),
         ] {
             assert_eq!(offset, expected as usize, "{name}");
         }

@@ -41,9 +41,9 @@ impl OptLevel {
     fn passes(self) -> Option<&'static str> {
         match self {
             OptLevel::O0 => None,
-            OptLevel::O1 => Some("function(sroa,early-cse,simplifycfg)"),
+            OptLevel::O1 => Some("always-inline,function(sroa,early-cse,simplifycfg)"),
             OptLevel::O2 => Some(
-                "function(sroa,early-cse<memssa>,simplifycfg,\
+                "always-inline,function(sroa,early-cse<memssa>,simplifycfg,\
                  gvn<no-pre;no-load-pre;no-split-backedge-load-pre>)",
             ),
             OptLevel::O3 => Some("default<O3>"),

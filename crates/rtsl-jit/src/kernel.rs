@@ -11,7 +11,7 @@ use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
 use crate::compile::OptLevel;
 use crate::error::JitError;
-use crate::leaf::LeafArguments;
+use crate::leaf::{LeafArguments, LeafTest};
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::objects::Objects;
@@ -93,10 +93,11 @@ impl CompiledKernel {
             user: (&raw mut host).cast(),
             count: count as u32,
             status: 0,
-            first: MaybeUninit::uninit(),
-            nearest: abi::NO_OBJECT,
             begin: MaybeUninit::uninit(),
+            test_count: MaybeUninit::uninit(),
+            tests: MaybeUninit::uninit(),
         };
+        let mut test = None;
         match instances {
             Instances::One(_) => {}
             Instances::Object(objects, number) => {
@@ -106,9 +107,13 @@ impl CompiledKernel {
                 raw.objects.write(objects.pointer(0));
                 raw.index.write(indices.pointer());
             }
+            Instances::Range(objects, first) if self.signature.accepts => {
+                raw.objects.write(objects.pointer(0));
+                raw.test_count.write(1);
+                raw.tests.write(test.insert(LeafTest::new(0, first)));
+            }
             Instances::Range(objects, first) => {
                 raw.objects.write(objects.pointer(first as usize));
-                raw.first.write(first);
             }
         }
         match self.signature.separate_chunks {
@@ -120,13 +125,13 @@ impl CompiledKernel {
                 unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
             }
         }
-        finish(&raw, host)
+        finish(&raw, host, test.and_then(|test| test.nearest()))
     }
 
-    /// Runs a kernel of the leaf shape.
+    /// Runs `intersect` in the leaf shape.
     ///
     /// # Safety
-    /// The kernel is of that shape and fits the objects, and the call has passed
+    /// The kernel is of that method and shape and fits the objects, and the call has passed
     /// [`Signature::check_leaf`] for them.
     #[inline(always)]
     pub(crate) unsafe fn call_leaf(
@@ -134,7 +139,7 @@ impl CompiledKernel {
         call: LeafArguments<'_>,
         objects: &Objects,
     ) -> CallStatus {
-        let LeafArguments { state, scratch, first, count, host } = call;
+        let LeafArguments { state, scratch, count, tests, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
             state: state.table_mut(),
@@ -142,32 +147,29 @@ impl CompiledKernel {
             mask: std::ptr::null(),
             accepted: std::ptr::null_mut(),
             instance: objects.shared().pointer(),
-            objects: MaybeUninit::new(objects.pointer(first as usize)),
+            objects: MaybeUninit::new(objects.pointer(0)),
             index: MaybeUninit::uninit(),
             host: &HOST_TABLE,
             user: (&raw mut host).cast(),
             count,
             status: 0,
-            first: MaybeUninit::new(first),
-            nearest: abi::NO_OBJECT,
             begin: MaybeUninit::uninit(),
+            test_count: MaybeUninit::new(tests.len() as u32),
+            tests: MaybeUninit::new(tests.as_mut_ptr()),
         };
         // Safety: the caller has seen to it that what the code reads and writes is there.
         unsafe { (self.entry)(&mut raw) };
-        finish(&raw, host)
+        finish(&raw, host, None)
     }
 }
 
 /// What a call left.
 #[inline(always)]
-fn finish(raw: &RawCall, host: HostCalls<'_>) -> CallStatus {
+fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatus {
     if let Some(panic) = host.panic {
         resume_unwind(panic);
     }
-    CallStatus {
-        budget_exhausted: raw.status & abi::STATUS_BUDGET != 0,
-        nearest: (raw.nearest != abi::NO_OBJECT).then_some(raw.nearest),
-    }
+    CallStatus { budget_exhausted: raw.status & abi::STATUS_BUDGET != 0, nearest }
 }
 
 /// The text of a module of kernels, as [`CompiledKernel::compile`] hands it to LLVM.

@@ -9,6 +9,7 @@ use rtsl_packet::abi::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
 
 use crate::huge_pages::with_capacity_in_huge_pages;
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
+use crate::prefetch::prefetch_values;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
 
@@ -117,6 +118,13 @@ impl Objects {
             }
         }
         Objects { buffers: buffers.clone(), entries: entries.clone(), ..objects }
+    }
+
+    /// Has the processor fetch a block, that of the object with this number, before a kernel reads it.
+    #[inline(always)]
+    pub fn prefetch(&self, number: u32) {
+        let words = self.form.words().len();
+        prefetch_values(self.rows.as_ptr().wrapping_add(number as usize / IN_BLOCK * words), words);
     }
 
     /// Which words differ.

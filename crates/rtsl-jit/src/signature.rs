@@ -116,7 +116,8 @@ impl Signature {
     /// # Panics
     /// If it does not; so for [`Signature::check_leaf`].
     pub fn check_leaf_objects(&self, objects: &Objects) {
-        assert!(self.shape == Shape::Leaf, "the kernel is of the leaf shape");
+        let is_test = self.shape == Shape::Leaf && self.accepts;
+        assert!(is_test, "the kernel is `intersect` in the leaf shape");
         self.check_objects(objects);
         self.check_block(objects.shared());
     }
@@ -124,10 +125,12 @@ impl Signature {
     /// Checks the arguments of a call for some of so many objects that fit.
     #[inline(always)]
     pub fn check_leaf(&self, call: &LeafArguments<'_>, objects: usize) {
-        let count = call.count as usize;
-        self.check_count(count, None);
-        check_range(call.first, count, objects);
-        self.check_lanes(call.state, call.scratch, self.leaf_lanes(count));
+        let LeafArguments { state, scratch, count, tests, host: _ } = call;
+        self.check_count(*count as usize, None);
+        self.check_count(tests.len(), None);
+        let rays = tests.iter().map(|test| test.ray as usize + 1).max();
+        self.check_lanes(state, scratch, rays.unwrap_or(0));
+        tests.iter().for_each(|test| check_range(test.first, *count as usize, objects));
     }
 
     /// The lanes of state and scratch in the leaf shape: those of the ray, or of each object's outputs.

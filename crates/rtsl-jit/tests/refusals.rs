@@ -8,15 +8,16 @@ use rtsl_ir::generate::HashHost;
 use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{
     BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, Instances, JitError, LaneBlock,
-    LaneIndices, LaneMask, LeafArguments, LeafKernel, Llvm, Objects, OptLevel,
+    LaneIndices, LaneMask, LeafArguments, LeafKernel, LeafTest, Llvm, Objects, OptLevel,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, Layout, ObjectForm, Shape};
 
 const RAYS: usize = 4;
 
-/// Reads a member and the second element of a buffer of pairs into the state.
-fn function() -> Function {
+/// Reads a member and the second element of a buffer of pairs into scratch; so may a method that accepts
+/// a hit.
+fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Reads.lookup");
     let mut place = |kind, name: &str, len| {
         builder.place(Place { kind, name: name.to_owned(), scalar: Scalar::F32, len })
@@ -28,18 +29,27 @@ fn function() -> Function {
     let element = builder.push(OpKind::Load(buffer, Index::Dynamic(index))).get(0);
     builder.output(kept, 0, scale);
     builder.output(kept, 1, element);
+    if accepts {
+        let (kind, scalar) = (PlaceKind::Accepted, Scalar::Bool);
+        let accepted = builder.place(Place { kind, name: "hit".to_owned(), scalar, len: 1 });
+        let hit = builder.constant(rtsl_ir::Constant::Bool(true));
+        builder.output(accepted, 0, hit);
+    }
     builder.finish()
 }
 
 fn kernel(shape: Shape) -> Kernel {
-    let function = function();
+    lowered(&function(false), shape)
+}
+
+fn lowered(function: &Function, shape: Shape) -> Kernel {
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
     let layout = Layout::new(
         places(PlaceKind::Member),
         places(PlaceKind::Buffer),
         places(PlaceKind::Scratch),
     );
-    rtsl_packet::lower(&function, &layout, shape, 4).unwrap()
+    rtsl_packet::lower(function, &layout, shape, 4).unwrap()
 }
 
 /// With names of a target that would spoil the text.
@@ -106,8 +116,9 @@ fn objects_that_do_not_fit_are_refused() {
         let instances = std::iter::repeat_n(block(element_words), 19);
         Arc::new(Objects::of_instances(ObjectForm::new(0..words), instances))
     };
-    let [stream, leaf] = [Shape::Stream, Shape::Leaf].map(kernel);
-    let [stream, leaf] = compile(&[stream, leaf]).unwrap().try_into().unwrap();
+    let test = lowered(&function(true), Shape::Leaf);
+    let kernels = [kernel(Shape::Stream), kernel(Shape::Leaf), test];
+    let [stream, leaf, test] = compile(&kernels).unwrap().try_into().unwrap();
     let (fitting, short) = (objects(6, 2), objects(5, 2));
     let range =
         |objects: &Objects, first| call_for(&leaf, Instances::Range(objects, first), 2, RAYS);
@@ -132,21 +143,26 @@ fn objects_that_do_not_fit_are_refused() {
         let make = AssertUnwindSafe(|| LeafKernel::new(kernel, objects.clone()));
         catch_unwind(make).ok()
     };
-    assert!(prepared(&stream, &fitting).is_none() && prepared(&leaf, &short).is_none());
-    let prepared = prepared(&leaf, &fitting).unwrap();
-    let call = |first, count, lanes| {
+    assert!(prepared(&leaf, &fitting).is_none() && prepared(&test, &short).is_none());
+    let prepared = prepared(&test, &fitting).unwrap();
+    let call = |ray, first, count, lanes| {
         let mut state = LaneBlock::new(rtsl_spec::state_component_count() as usize, lanes);
         let mut scratch = LaneBlock::new(2, lanes);
         let call = AssertUnwindSafe(|| {
             let host = &mut HashHost::default();
             let (state, scratch) = (&mut state, &mut scratch);
-            let _ = prepared.call(LeafArguments { state, scratch, first, count, host });
-            scratch.floats(1)[0]
+            let tests = &mut [LeafTest::new(0, 0), LeafTest::new(ray, first)];
+            let _ = prepared.call(LeafArguments { state, scratch, count, tests, host });
+            assert_eq!(tests.map(|test| test.nearest()), [Some(0), Some(first)]);
+            scratch.floats(1)[ray as usize]
         });
         catch_unwind(call).ok()
     };
-    assert_eq!(call(8, 4, RAYS), Some(4.0));
-    assert_eq!([call(8, 4, 3), call(16, 4, RAYS), call(12, 4, RAYS)], [None; 3]);
+    assert_eq!(call(3, 8, 4, RAYS), Some(4.0));
+    assert_eq!(call(3, 8, 4, 3), None, "a ray without a lane");
+    assert_eq!(call(u32::MAX, 8, 4, RAYS), None, "a ray that no block has");
+    assert_eq!(call(3, 16, 4, RAYS), None, "objects past the last");
+    assert_eq!(call(3, 12, 4, RAYS), None, "the first is not the first of a block");
 }
 
 #[test]

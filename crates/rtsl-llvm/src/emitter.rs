@@ -7,6 +7,7 @@ use rtsl_packet::{Kernel, Ranges, Shape};
 
 use crate::chunk::Chunk;
 use crate::host::RequestMemory;
+use crate::leaf_test::{LeafTest, test_header};
 use crate::memory::Buffers;
 use crate::module::Module;
 use crate::nearest::Nearest;
@@ -34,6 +35,8 @@ pub struct Emitter<'a, 'm> {
     pub objects: Option<Operand>,
     pub requests: RequestMemory,
     pub nearest: Nearest,
+    /// The test that the function does, if it is one of a test.
+    pub test: Option<LeafTest>,
     /// The address of each slot, by place.
     pub slots: Vec<Option<Operand>>,
     pub pieces: Pieces,
@@ -97,6 +100,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             objects: None,
             requests: RequestMemory::default(),
             nearest: Nearest::default(),
+            test: None,
             slots: vec![None; kernel.places.len()],
             pieces: Pieces::default(),
             text: String::new(),
@@ -115,6 +119,9 @@ impl<'a, 'm> Emitter<'a, 'm> {
         }
         self.begin_block(start);
         self.text.clear();
+        if self.kernel.keeps_nearest() {
+            self.begin_test();
+        }
         self.values.begin_prologue();
         self.emit_ops(&self.kernel.prologue.ops);
         self.values.end_prologue();
@@ -134,6 +141,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             Part::Rest => (enter_unless_empty(self.begun, start, done), String::new()),
         };
         let header = match self.part {
+            Part::All if self.kernel.keeps_nearest() => test_header(symbol),
             Part::All | Part::Full => format!("void @\"{symbol}\"(ptr noalias %call)"),
             Part::Rest => {
                 format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {})", self.begun)
@@ -255,8 +263,17 @@ entry:
             Some(base) => self.setup(format_args!("getelementptr i8, ptr {base}, i64 {offset}")),
         };
         let pointer = self.setup(format_args!("load ptr, ptr {address}, align 8"));
+        let pointer = match source {
+            PointerSource::State | PointerSource::Scratch => self.lane_of_ray(pointer),
+            PointerSource::Call | PointerSource::Host => pointer,
+        };
         self.pieces.pointers.insert((source, offset), pointer);
         pointer
+    }
+
+    /// Sets what [`Emitter::pointer`] gives.
+    pub fn set_pointer(&mut self, source: PointerSource, offset: u32, pointer: Operand) {
+        self.pieces.pointers.insert((source, offset), pointer);
     }
 
     // Blocks.

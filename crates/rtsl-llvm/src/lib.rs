@@ -18,6 +18,7 @@ mod control;
 mod emitter;
 mod fma;
 mod host;
+mod leaf_test;
 mod memory;
 mod module;
 mod nearest;
@@ -29,6 +30,7 @@ mod values;
 use rtsl_packet::Kernel;
 
 use crate::emitter::{Emitter, Part};
+use crate::leaf_test::all_tests;
 use crate::module::Module;
 
 pub use target::{Estimates, TargetFeatures};
@@ -47,6 +49,9 @@ pub fn emit<'a>(
         for part in parts {
             let function = Emitter::new(&mut module, kernel, *part).emit(symbol);
             module.add_function(&function);
+        }
+        if kernel.keeps_nearest() {
+            module.add_function(&all_tests(symbol));
         }
     }
     module.finish()

@@ -247,8 +247,10 @@ impl Emitter<'_, '_> {
         let indices = self.vector("i32", by_lane);
         let entries =
             self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
-        let arrays = self.gather(self.vector("ptr", by_lane), entries);
-        self.gather(self.vector(element, by_lane), arrays)
+        let pointers = self.vector("ptr", by_lane);
+        let arrays = self.gather(pointers, entries);
+        let at = self.lanes_of_ray(pointers, arrays);
+        self.gather(self.vector(element, by_lane), at)
     }
 
     /// Whether a chunk's outputs may go where a later chunk would read what all lanes share.

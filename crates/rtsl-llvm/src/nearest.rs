@@ -9,7 +9,6 @@
 //! one has to be nearer; among lanes equal keys are told apart by number.
 
 use rtsl_ir::Value;
-use rtsl_packet::abi;
 use rtsl_packet::kernel::KernelOutput;
 
 use crate::emitter::Emitter;
@@ -74,8 +73,8 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// After the last chunk: stores what the nearest hit of all lanes gave, if there is one, and goes to
-    /// `done`.
+    /// After the last chunk: stores what the nearest hit of all lanes gave, or what was there before if there is
+    /// none, and goes to `done`.
     pub fn finish_nearest(&mut self, done: Label) {
         let Nearest { key, base, outputs } = self.nearest.clone();
         let (Some(key_at), Some(base_at)) = (key, base) else { return };
@@ -83,11 +82,6 @@ impl Emitter<'_, '_> {
         let bases = self.load_kept("i32", base_at);
         let minus_one = self.constant_lanes("i32", Operand::Int(-1));
         let hits = self.instruction(format_args!("icmp sgt {words} {bases}, {minus_one}"));
-        let any = self.any_bit(hits);
-        let found = self.new_label();
-        self.branch(any, found, done);
-
-        self.begin_block(found);
         let keys = self.load_kept("float", key_at);
         let nearest = self.nearest_lanes(hits, keys);
         let numbers = self.lane_numbers(1);
@@ -96,7 +90,8 @@ impl Emitter<'_, '_> {
             "select {bit} {nearest}, {words} {objects}, {words} {minus_one}"
         ));
         let object = self.least_word(candidates);
-        self.store_object(object);
+        let any = self.instruction(format_args!("icmp ne i32 {object}, -1"));
+        self.store_nearest(object, any);
         let lane = self.width - 1;
         let lane = self.instruction(format_args!("and i32 {object}, {lane}"));
         for Kept { output, value: _, at } in outputs {
@@ -104,6 +99,9 @@ impl Emitter<'_, '_> {
             let lanes = self.load_kept(element, at);
             let word = self.extract(self.lanes(element), lanes, lane);
             let array = self.output_array(output);
+            let old = self.load(self.vector(element, false), array);
+            let word = self
+                .instruction(format_args!("select i1 {any}, {element} {word}, {element} {old}"));
             self.effect(format_args!("store {element} {word}, ptr {array}, align 4"));
         }
         self.jump(done);
@@ -155,15 +153,6 @@ impl Emitter<'_, '_> {
         }
         let name = format!("llvm.vector.reduce.umin.{}", ty.suffix());
         self.intrinsic(&name, ty.one(), &[(ty, lanes)])
-    }
-
-    fn store_object(&mut self, object: Operand) {
-        let (first, nearest) = (abi::CALL_FIRST, abi::CALL_NEAREST);
-        let at = self.instruction(format_args!("getelementptr i8, ptr %call, i64 {first}"));
-        let first = self.instruction(format_args!("load i32, ptr {at}, align 4"));
-        let number = self.instruction(format_args!("add i32 {first}, {object}"));
-        let at = self.instruction(format_args!("getelementptr i8, ptr %call, i64 {nearest}"));
-        self.effect(format_args!("store i32 {number}, ptr {at}, align 4"));
     }
 
     // Memory.

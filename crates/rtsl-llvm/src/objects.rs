@@ -38,7 +38,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Bytes of a block of objects.
-    fn block_bytes(&self) -> u32 {
+    pub fn block_bytes(&self) -> u32 {
         self.kernel.object_words.unwrap_or(0) * ROW
     }
 

@@ -13,19 +13,22 @@
 //! | 16 | `mask: *i32` | 0 or -1 a ray; null: all rays |
 //! | 24 | `accepted: *i32` | `intersect` writes 0 or -1 for every ray of the mask, 0 for the others up to the count |
 //! | 32 | `instance: *u8` | the block of the instance, or of what objects share |
-//! | 40 | `objects: *u8` | blocks of objects: stream shape from object 0 on, leaf shape from the first object on; else the object's first word |
+//! | 40 | `objects: *u8` | blocks of objects: stream shape, and `intersect` in the leaf shape, from object 0 on; else in the leaf shape from the first object on; else the object's first word |
 //! | 48 | `index: *u32` | stream shape: the object number of each ray |
 //! | 56 | `host: *HostTable` | the functions below |
 //! | 64 | `user: *void` | passed to them |
 //! | 72 | `count: u32` | rays; 1 in the single shape, which looks at neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
-//! | 80 | `first: u32` | leaf shape: the number of the object in lane 0, a multiple of [`OBJECTS_IN_BLOCK`] |
-//! | 84 | `nearest: u32` | leaf shape: `intersect` writes the number of the object with the nearest hit, and leaves it as it is where there is none |
-//! | 88 | `begin: u32` | kernels that [begin at any chunk](crate::Kernel::begins_at_any_chunk): the ray that the first chunk starts with, a multiple of the width |
+//! | 80 | `begin: u32` | kernels that [begin at any chunk](crate::Kernel::begins_at_any_chunk): the ray that the first chunk starts with, a multiple of the width |
+//! | 84 | `test_count: u32` | leaf shape, `intersect`: how many tests |
+//! | 88 | `tests: *LeafTest` | leaf shape, `intersect`: the tests |
 //!
-//! In the leaf shape lanes are `count` objects in a row, and the ray is lane 0 of `state` and `scratch`.
-//! Blocks of objects are readable for [`LANE_PADDING`] objects from the first of any block. `intersect` leaves
-//! `accepted` alone and stores to lane 0 only; other methods store to the lanes of the objects.
+//! In the leaf shape lanes are `count` objects in a row, and all lanes share one ray.
+//! Blocks of objects are readable for [`LANE_PADDING`] objects from the first of any block. `intersect` does one
+//! test after another, each as three words: the lane of its ray in `state` and `scratch`; the number of its
+//! first object, a multiple of [`OBJECTS_IN_BLOCK`]; and, to be written, that of the object with the nearest
+//! hit, or [`NO_OBJECT`]. It leaves `accepted` alone, and stores what the nearest hit gave to the ray's lane. Other
+//! methods find the ray in lane 0, and store to the lanes of the objects.
 //!
 //! An instance's block holds the members at the word offsets of the class layout. A buffer takes
 //! [`BUFFER_WORDS`] words at an even offset: a 64-bit address of its words, the number of elements, and a
@@ -66,10 +69,15 @@ pub const CALL_HOST: u32 = 56;
 pub const CALL_USER: u32 = 64;
 pub const CALL_COUNT: u32 = 72;
 pub const CALL_STATUS: u32 = 76;
-pub const CALL_FIRST: u32 = 80;
-pub const CALL_NEAREST: u32 = 84;
-pub const CALL_BEGIN: u32 = 88;
+pub const CALL_BEGIN: u32 = 80;
+pub const CALL_TEST_COUNT: u32 = 84;
+pub const CALL_TESTS: u32 = 88;
 pub const CALL_SIZE: u32 = 96;
+
+pub const TEST_RAY: u32 = 0;
+pub const TEST_FIRST: u32 = 4;
+pub const TEST_NEAREST: u32 = 8;
+pub const TEST_SIZE: u32 = 12;
 
 /// Objects in a block: as many as the vectors of most machines have lanes.
 pub const OBJECTS_IN_BLOCK: u32 = 8;

@@ -47,7 +47,7 @@
 //! that nothing depends on the width. A kernel with the accepted output [keeps the
 //! nearest](Kernel::keeps_nearest) of all hits: the least `rt_HitDistance`, NaN and infinity being farthest, and
 //! of equal ones that of the object with the lowest number. Its outputs are those of that object alone, they
-//! go to lane 0, and the call says which object it was. No chunk's outputs are stored before the
+//! go to the ray's lane, and the test says which object it was. No chunk's outputs are stored before the
 //! last chunk is done.
 //!
 //! # One ray

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
-    Block, BlockHead, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES,
+    Block, BlockTest, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES,
     LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
 };
 use rtsl_render::math::{Affine, MovingTransform, Transform, dot};
@@ -73,10 +73,16 @@ impl Objects for Spheres<'_> {
         &self.distance
     }
 
-    fn ray(&mut self, ray: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
-        let hits = (0..usize::from(head.count))
-            .filter_map(|index| Some((index, self.ray_against_one(ray, block, index)?)));
-        hits.min_by(|(_, one), (_, other)| one.total_cmp(other))
+    fn load_packet<S: Simd>(&mut self, _: S, _: &PacketSpace<'_>) {}
+
+    fn load_ray(&mut self, _: &RaySpace) {}
+
+    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
+        for BlockTest { ray, head, block, nearest } in tests {
+            let hits = (0..usize::from(head.count))
+                .filter_map(|index| Some((index, self.ray_against_one(ray, block, index)?)));
+            *nearest = hits.min_by(|(_, one), (_, other)| one.total_cmp(other));
+        }
     }
 
     fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {

@@ -1,7 +1,7 @@
 //! Methods on the interpreter, called as machine code is called.
 
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
-use rtsl_jit::{CallArguments, CallStatus, Signature};
+use rtsl_jit::{CallArguments, CallStatus, Instances, LeafArguments, Objects, Signature};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_packet::{Layout, Shape};
 
@@ -43,7 +43,7 @@ impl InterpretedKernel {
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         self.signature.check(&call);
         if self.signature.shape == Shape::Leaf && self.signature.accepts {
-            self.keep_nearest(call)
+            self.keep_nearest(call, 0)
         } else {
             self.store_each(call)
         }
@@ -67,10 +67,32 @@ impl InterpretedKernel {
         status
     }
 
-    /// Tests each object with the ray as the call found it, and stores what the nearest hit gave.
-    fn keep_nearest(&self, call: CallArguments<'_>) -> CallStatus {
+    /// Makes the tests of a call in the leaf shape, one after another.
+    pub fn make_tests(&self, call: LeafArguments<'_>, objects: &Objects) -> CallStatus {
+        self.signature.check_leaf(&call, objects.len());
+        let LeafArguments { state, scratch, count, tests, host } = call;
+        let mut status = CallStatus::default();
+        for test in tests {
+            let call = CallArguments {
+                state: &mut *state,
+                scratch: &mut *scratch,
+                count: count as usize,
+                mask: None,
+                accepted: None,
+                instances: Instances::Range(objects, test.first),
+                host: &mut *host,
+            };
+            let made = self.keep_nearest(call, test.ray as usize);
+            test.set_nearest(made.nearest);
+            status.budget_exhausted |= made.budget_exhausted;
+        }
+        status
+    }
+
+    /// Tests each object with the ray of a lane as the call found it, and stores what the nearest hit gave.
+    fn keep_nearest(&self, call: CallArguments<'_>, ray: usize) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted: _, instances, host } = call;
-        let mut storage = CallStorage::new(&self.places, state, scratch, None, instances);
+        let mut storage = CallStorage::of_ray(ray, &self.places, state, scratch, None, instances);
         let mut interpreter = self.interpreter.clone();
         let mut status = CallStatus::default();
         let mut nearest: Option<Hit> = None;
@@ -87,7 +109,7 @@ impl InterpretedKernel {
         }
         if let Some(Hit { lane, distance: _, outputs }) = nearest {
             for (place, component, bits) in outputs {
-                storage.lane(0).store(place, component, bits);
+                storage.lane(ray).store(place, component, bits);
             }
             status.nearest = instances.number(lane);
         }

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use rtsl_jit::{
-    CallArguments, CallStatus, CompiledKernel, ComponentSet, Instances, LeafArguments, Objects,
-};
+use rtsl_jit::{CallArguments, CallStatus, CompiledKernel, ComponentSet, LeafArguments, Objects};
 
 use crate::interpreted::InterpretedKernel;
 
@@ -43,10 +41,10 @@ impl Kernel {
         }
     }
 
-    /// A kernel of the leaf shape for calls with these objects, each of which has little to check.
+    /// `intersect` in the leaf shape for calls with these objects, each of which has little to check.
     ///
     /// # Panics
-    /// If it is of another shape, or made for objects of another form.
+    /// If it is of another method or shape, or made for objects of another form.
     pub fn for_leaves(&self, objects: Arc<Objects>) -> LeafKernel {
         let kind = match &self.kind {
             Kind::Compiled(kernel) => {
@@ -77,7 +75,7 @@ impl Kernel {
     }
 }
 
-/// A kernel of the leaf shape and the objects that it is called for, found to fit each other once; see
+/// `intersect` in the leaf shape and the objects that it is called for, found to fit each other once; see
 /// [`Kernel::for_leaves`].
 #[derive(Clone, Debug)]
 pub struct LeafKernel {
@@ -91,28 +89,17 @@ enum LeafKind {
 }
 
 impl LeafKernel {
-    /// Runs the method for the objects of a range.
+    /// Makes the tests.
     ///
     /// # Panics
-    /// If there are no such objects, the ray's blocks do not fit the kernel, and with a panic of the
+    /// If there are no such objects, the rays' blocks do not fit the kernel, and with a panic of the
     /// host.
     // Inlined for the same reason as `Kernel::call`.
     #[inline(always)]
     pub fn call(&self, call: LeafArguments<'_>) -> CallStatus {
         match &self.kind {
             LeafKind::Compiled(kernel) => kernel.call(call),
-            LeafKind::Interpreted(kernel, objects) => {
-                let LeafArguments { state, scratch, first, count, host } = call;
-                kernel.call(CallArguments {
-                    state,
-                    scratch,
-                    count: count as usize,
-                    mask: None,
-                    accepted: None,
-                    instances: Instances::Range(objects, first),
-                    host,
-                })
-            }
+            LeafKind::Interpreted(kernel, objects) => kernel.make_tests(call, objects),
         }
     }
 

@@ -16,7 +16,7 @@ pub(crate) struct LanePlaces {
 struct LanePlace {
     location: Location,
     len: u32,
-    /// It differs from lane to lane; else what the first lane had before the call counts for all.
+    /// It differs from lane to lane; else what one lane had before the call counts for all.
     varies: bool,
 }
 
@@ -58,13 +58,13 @@ impl LanePlaces {
         self.places[place.0 as usize]
     }
 
-    /// By place the scalars of state and scratch that all lanes share: copies, since the call
-    /// may change what they were read from.
-    fn shared_inputs(&self, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
-        let of_first_lane = |place: &LanePlace| match place.location {
+    /// By place the scalars of state and scratch that all lanes share, from the lane that has them: copies,
+    /// since the call may change what they were read from.
+    fn shared_inputs(&self, lane: usize, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
+        let of_lane = |place: &LanePlace| match place.location {
             Location::State(_) | Location::Scratch(..) if !place.varies => {
                 let scalars =
-                    (0..place.len).map(|index| place.location.lane(index, 0, state, scratch));
+                    (0..place.len).map(|index| place.location.lane(index, lane, state, scratch));
                 scalars.collect()
             }
             Location::State(_)
@@ -76,7 +76,7 @@ impl LanePlaces {
             | Location::Accepted
             | Location::Nowhere => Vec::new(),
         };
-        self.places.iter().map(of_first_lane).collect()
+        self.places.iter().map(of_lane).collect()
     }
 }
 
@@ -140,7 +140,19 @@ impl<'a> CallStorage<'a> {
         accepted: Option<&'a mut LaneMask>,
         instances: Instances<'a>,
     ) -> Self {
-        let shared = places.shared_inputs(state, scratch);
+        CallStorage::of_ray(0, places, state, scratch, accepted, instances)
+    }
+
+    /// Where the ray that lanes share is not the first.
+    pub fn of_ray(
+        ray: usize,
+        places: &'a LanePlaces,
+        state: &'a mut LaneBlock,
+        scratch: &'a mut LaneBlock,
+        accepted: Option<&'a mut LaneMask>,
+        instances: Instances<'a>,
+    ) -> Self {
+        let shared = places.shared_inputs(ray, state, scratch);
         CallStorage { places, shared, state, scratch, accepted, instances }
     }
 

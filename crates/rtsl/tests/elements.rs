@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneMask, LeafArguments, Method, Numbers, Objects, Outputs, Program, Shape, Value,
-    Variant, host::NoHost, lookup_state, new_state,
+    Instances, LaneMask, Method, Numbers, Objects, Outputs, Program, Shape, Value, Variant,
+    host::NoHost, lookup_state, new_state,
 };
 
 /// A member that depends on the element, one that the constructor computes for all alike, a public member that
@@ -182,7 +182,6 @@ fn kernels_take_elements() {
             assert_eq!(made_so.word(number, word), reversed.word(number, word));
         }
         let bounds = bounds(&program, Shape::Leaf, Instances::Range(&reversed, 8), 35);
-        assert_eq!(prepared_bounds(&program, reversed, 8, 35), bounds);
         for (lane, found) in bounds.iter().enumerate() {
             let number = order[8 + lane];
             let argument = ("face", Value::Int(number as i32));
@@ -209,19 +208,6 @@ fn bounds(
     let read = ["rt_BoundMin", "rt_BoundMax"].map(|name| lookup_state(name).unwrap());
     let variant = Variant::new(shape).of_objects(form).reading(Outputs::state(read));
     run(&program.kernel(Method::ComputeBounds, variant).unwrap(), instances, count)
-}
-
-/// The same by a kernel that knows its objects.
-fn prepared_bounds(program: &Program, objects: Objects, first: u32, count: u32) -> Vec<[u32; 6]> {
-    let variant = Variant::new(Shape::Leaf).of_objects(objects.form().clone());
-    let kernel = program.kernel(Method::ComputeBounds, variant).unwrap();
-    let kernel = kernel.for_leaves(Arc::new(objects));
-    let mut state = new_state(count as usize);
-    let scratch = &mut rtsl::LaneBlock::new(0, count as usize);
-    let host = &mut NoHost;
-    let status = kernel.call(LeafArguments { state: &mut state, scratch, first, count, host });
-    assert!(!status.budget_exhausted);
-    bounds_of(&state, count as usize)
 }
 
 fn run(kernel: &rtsl::Kernel, instances: Instances<'_>, count: usize) -> Vec<[u32; 6]> {

@@ -1,11 +1,12 @@
 //! Placed objects against a ray that the test itself takes into the object's space.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
     Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneBlock, LaneIndices, LaneMask, Math, Method, Placement, Program, Shape, Value,
-    Variant, host::NoHost, lookup_state, new_state,
+    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Math, Method, Objects,
+    Placement, Program, Shape, Value, Variant, host::NoHost, lookup_state, new_state,
 };
 
 /// Reads all of the ray, at a dynamic index, too.
@@ -103,8 +104,7 @@ impl Scene {
 
     /// Compares the hits of all lanes in all shapes.
     fn check(&self, contract: bool) {
-        let pairs = self.instances.iter().map(|it| &**it).zip(&self.placements);
-        let objects = self.program.placed_objects(pairs);
+        let objects = self.program.placed_objects(self.pairs());
         let block = self.program.placed_block(&self.instances[OBJECT], &self.placements[OBJECT]);
         for shape in Shape::ALL {
             let instances = match shape {
@@ -116,6 +116,59 @@ impl Scene {
         }
         let of_objects = Variant::new(Shape::Packet).placed().of_objects(objects.form().clone());
         self.check_call(of_objects, Instances::Object(&objects, OBJECT as u32), contract);
+        for count in [1, 5, 8, COUNT] {
+            self.check_tests(Arc::new(self.program.placed_objects(self.pairs())), count, contract);
+        }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (&Instance, &Placement)> {
+        self.instances.iter().map(|it| &**it).zip(&self.placements)
+    }
+
+    /// Many tests in one call, each of another ray with `count` objects in a row: some from the first object on,
+    /// some from [`FIRST`] on, and some rays are left out.
+    fn check_tests(&self, objects: Arc<Objects>, count: usize, contract: bool) {
+        let variant = Variant::new(Shape::Leaf).placed();
+        let kernel = self.program.kernel(Method::Intersect, variant).unwrap().for_leaves(objects);
+        let (mut state, mut scratch) = (state(&self.rays), self.program.new_scratch(COUNT));
+        let rays = (0..COUNT as u32).rev().filter(|ray| ray % 5 != 3);
+        let tests = rays.map(|ray| LeafTest::new(ray, if ray % 3 == 0 { 0 } else { FIRST }));
+        let mut tests: Vec<LeafTest> = tests.collect();
+        let status = kernel.call(LeafArguments {
+            state: &mut state,
+            scratch: &mut scratch,
+            count: count as u32,
+            tests: &mut tests,
+            host: &mut NoHost,
+        });
+        assert!(!status.budget_exhausted);
+        let mut found = [None; COUNT];
+        tests.iter().for_each(|test| found[test.ray as usize] = Some(*test));
+        let mut hits = 0;
+        for (ray, test) in found.into_iter().enumerate() {
+            let words = [0, 1, 2].map(|array| scratch.words(array)[ray]);
+            let distance = state.words(component("rt_HitDistance"))[ray];
+            let untouched = (f32::INFINITY.to_bits(), [0; 3]);
+            let Some(test) = test else {
+                assert_eq!((distance, words), untouched, "ray {ray} has no test");
+                continue;
+            };
+            let range = test.first..test.first + count as u32;
+            let expected = self.nearest(self.rays[ray], range, contract);
+            assert_eq!(test.nearest(), expected.map(|(_, object)| object), "ray {ray}");
+            let hit = expected.map_or(untouched, |([t, a, b, c], _)| (t, [a, b, c]));
+            assert_eq!((distance, words), hit, "ray {ray}");
+            hits += usize::from(expected.is_some());
+        }
+        assert!(hits > 0 && (count > 1 || hits < tests.len()), "{hits} hits");
+    }
+
+    /// The nearest hit of a ray with some objects, and which has it.
+    fn nearest(&self, ray: Ray, objects: Range<u32>, contract: bool) -> Option<([u32; 4], u32)> {
+        let hits = objects
+            .filter_map(|object| Some((self.expected(ray, object as usize, contract)?, object)));
+        let distance = |hit: &[u32; 4]| f32::from_bits(hit[0]);
+        hits.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)))
     }
 
     fn check_call(&self, variant: Variant, instances: Instances<'_>, contract: bool) {
@@ -128,12 +181,7 @@ impl Scene {
         let count = if shape == Shape::Single { 1 } else { COUNT };
         let (found, nearest) = call(&self.program, variant, &mut state(&rays), instances, count);
         if shape == Shape::Leaf {
-            let hits = (0..COUNT).filter_map(|lane| {
-                let object = FIRST + lane as u32;
-                Some((self.expected(rays[0], object as usize, contract)?, object))
-            });
-            let distance = |hit: &[u32; 4]| f32::from_bits(hit[0]);
-            let expected = hits.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)));
+            let expected = self.nearest(rays[0], FIRST..FIRST + COUNT as u32, contract);
             assert_eq!(nearest, expected.map(|(_, object)| object));
             assert!(expected.is_some_and(|(hit, _)| found[0] == Some(hit)), "{found:?}");
             return;

@@ -9,7 +9,6 @@ use crate::math::{Affine, MovingTransform};
 use super::bounds::Bounds;
 use super::packet::{LaneMask, RayPacket};
 use super::ray_space::RaySpace;
-use super::space::Serial;
 use super::traversal::{moved_packet, moved_packet_by, moved_ray};
 use super::wide_tree::{Item, WideTree};
 
@@ -57,10 +56,10 @@ impl Instance {
 
     /// A ray in the group's space; `None` where it is not finite there.
     #[inline(always)]
-    pub fn moved_ray(&self, ray: &RaySpace, serial: Serial) -> Option<RaySpace> {
+    pub fn moved_ray(&self, ray: &RaySpace) -> Option<RaySpace> {
         match &self.motion {
-            None => moved_ray(ray, &self.inverse, serial),
-            Some(motion) => moved_ray(ray, &motion.inverse_at(ray.time), serial),
+            None => moved_ray(ray, &self.inverse),
+            Some(motion) => moved_ray(ray, &motion.inverse_at(ray.time)),
         }
     }
 }

@@ -29,7 +29,8 @@
 //! # What is fast
 //!
 //! Rays that stay together go as packets of 64, with one visit of a node, one call of an object's
-//! `intersect` for all; rays that do not go alone, with one test for eight boxes or eight objects. A
+//! `intersect` for all. Rays that do not take turns: each visits nodes on its own, with one test for eight
+//! boxes, and one call of `intersect` tests all that are at leaves, each with up to eight objects. A
 //! packet becomes single rays wherever few of its rays are left, and at once where their directions have
 //! little in common.
 
@@ -45,14 +46,16 @@ mod ray_space;
 mod ray_traversal;
 mod space;
 mod traversal;
+mod turns;
 mod wide_tree;
 
 pub use bounds::Bounds;
 pub use geometry::{Geometry, Group, INSTANCE, Instance};
 pub use hit::{HitId, Hits};
-pub use objects::Objects;
+pub use objects::{BlockTest, Objects};
 pub use packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
-pub use ray_space::RaySpace;
+pub use ray_space::{Company, RaySpace};
 pub use space::{PacketSpace, Serial};
 pub use traversal::{Visits, moved_packet, moved_packet_by};
+pub use turns::MOST_IN_TURN;
 pub use wide_tree::{Block, BlockHead, Boxes, Child, Item, WIDTH, WideNode, WideTree};

@@ -25,15 +25,38 @@ pub trait Objects {
     /// The parameters of the hits that [`Objects::packet`] found last.
     fn distance(&self) -> &Lanes;
 
-    /// Tests one ray against all items of a block: the index of the nearest hit, of equally near ones
-    /// the lowest, and where it is. What `head` says need not be read from `block`.
-    fn ray(&mut self, space: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)>;
+    /// Is told that rays of a packet, in its [company](super::Company::Packet), are going to be tested against
+    /// blocks.
+    fn load_packet<S: Simd>(&mut self, simd: S, space: &PacketSpace<'_>);
+
+    /// Is told that a ray that is [alone](super::Company::Alone) is going to be tested against blocks.
+    fn load_ray(&mut self, ray: &RaySpace);
+
+    /// Is told which block will soon be asked about, so that it can be fetched from memory by then.
+    #[inline(always)]
+    fn prefetch(&self, _head: &BlockHead) {}
+
+    /// Makes tests of loaded rays of one company, at most one of each.
+    fn blocks(&mut self, tests: &mut [BlockTest<'_>]);
+
+    /// Tests one loaded ray against the `index`th item of a block.
+    fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32>;
 
     /// Is told that the rays of `lanes` are tested against the boxes of a node or of a block. For
     /// those who count.
     #[inline(always)]
     fn visited(&mut self, _lanes: LaneMask) {}
+}
 
-    /// Tests one ray against the `index`th item of a block.
-    fn ray_against_one(&mut self, space: &RaySpace, block: &Block, index: usize) -> Option<f32>;
+/// A test of one ray against all items of a block.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockTest<'a> {
+    /// The ray.
+    pub ray: &'a RaySpace,
+    /// What need not be read from the block.
+    pub head: BlockHead,
+    /// The block.
+    pub block: &'a Block,
+    /// What is found: the index of the nearest hit, of equally near ones the lowest, and where it is.
+    pub nearest: Option<(usize, f32)>,
 }

@@ -6,6 +6,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
+use rtsl::prefetch;
 
 use super::bounds::Bounds;
 use super::geometry::{Group, INSTANCE};
@@ -14,7 +15,9 @@ use super::packet::{LANES, LaneMask, Lanes, lanes_of};
 use super::ray_space::RaySpace;
 use super::space::{CHUNK, PacketSpace, finite_lanes, greatest};
 use super::traversal::{Outer, Search, Traversal};
-use super::wide_tree::{Block, Child, WIDTH, WideNode};
+use super::turns::MOST_IN_TURN;
+use super::wide_tree::{Block, Child, WIDTH, WideNode, WideTree};
+use smallvec::SmallVec;
 
 /// Fewer rays than these go on from a node one by one.
 const FEWEST_AT_NODES: u32 = 6;
@@ -25,6 +28,10 @@ const FEWEST_IF_LOOSE: u32 = 24;
 
 /// Fewer rays than these test the objects of a leaf one by one.
 const FEWEST_AT_LEAVES: u32 = 4;
+
+/// Fewer rays than this for each item of a block that they may meet test all items of the block at once, ray by
+/// ray.
+const RAYS_FOR_ITEM: u32 = 2;
 
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +149,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         while met != 0 {
             let slot = met.trailing_zeros();
             met &= met - 1;
+            self.fetch(&group.tree, node.children[slot as usize % WIDTH]);
             self.visits.packets.push(PacketVisit {
                 node: child.index() as u32,
                 child: slot,
@@ -151,6 +159,17 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let entry = |visit: &PacketVisit| entries[visit.child as usize % WIDTH];
         // The nearest last, to be visited first.
         insertion_sort(&mut self.visits.packets[base..], |one, other| entry(one) > entry(other));
+    }
+
+    /// Has what will be visited fetched from memory.
+    #[inline(always)]
+    fn fetch(&self, tree: &WideTree, child: Child) {
+        if !child.is_leaf() {
+            prefetch(&tree.nodes[child.index()]);
+        } else {
+            prefetch(&tree.blocks[child.index()]);
+            self.objects.prefetch(&tree.heads[child.index()]);
+        }
     }
 
     /// Takes the rays of a packet on one by one.
@@ -164,16 +183,18 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
-        for lane in lanes_of(lanes) {
-            let ray = RaySpace::new(space.rays, lane, self.next_serial());
-            match outer {
-                None => self.visit_tree_with_ray(simd, group, child, &ray, lane, None),
-                Some(outer) => {
-                    let scene_ray = RaySpace::new(outer.space.rays, lane, self.next_serial());
-                    let outer = Outer { item: outer.item, bounds: outer.bounds, space: &scene_ray };
-                    self.visit_tree_with_ray(simd, group, child, &ray, lane, Some(&outer));
-                }
-            }
+        self.objects.load_packet(simd, space);
+        let mut rest = lanes;
+        while rest != 0 {
+            let some = first_lanes(rest, MOST_IN_TURN);
+            rest &= !some;
+            let rays = rays_of(space, some);
+            let Some(Outer { item, bounds, space }) = outer else {
+                self.visit_tree_with_rays(simd, group, child, &rays, None);
+                continue;
+            };
+            let outer = Outer { item: *item, bounds: *bounds, space: &*rays_of(space, some) };
+            self.visit_tree_with_rays(simd, group, child, &rays, Some(&outer));
         }
     }
 
@@ -192,6 +213,11 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let farthest = self.farthest(simd, lanes);
         let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
         let mut met = met & u64::from(items);
+        let is_for_rays = lanes.count_ones() < RAYS_FOR_ITEM * met.count_ones();
+        if is_for_rays && block.class != INSTANCE {
+            self.visit_block_with_rays(simd, block, space, lanes, outer);
+            return;
+        }
         while met != 0 {
             let index = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
@@ -213,6 +239,34 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 self.test_object_with_packet(simd, item, space, outer);
             }
         }
+    }
+
+    /// Tests some rays of a packet against all items of a block, ray by ray.
+    #[inline(always)]
+    fn visit_block_with_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        block: &'a Block,
+        space: &PacketSpace<'_>,
+        lanes: LaneMask,
+        outer: Option<&PacketOuter<'_>>,
+    ) {
+        self.objects.load_packet(simd, space);
+        let mut rest = self.open(lanes);
+        while rest != 0 {
+            let some = first_lanes(rest, MOST_IN_TURN);
+            rest &= !some;
+            let rays = rays_of(space, some);
+            match outer {
+                None => self.visit_block(block, &rays, None),
+                Some(Outer { item, bounds, space }) => {
+                    let space = &*rays_of(space, some);
+                    let outer = Outer { item: *item, bounds: *bounds, space };
+                    self.visit_block(block, &rays, Some(&outer));
+                }
+            }
+        }
+        self.farthest_of = 0;
     }
 
     fn visit_instance_with_packet<S: Simd>(
@@ -317,9 +371,25 @@ fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> 
     passed & mask
 }
 
+/// The first `count` lanes of some.
+#[inline(always)]
+fn first_lanes(lanes: LaneMask, count: usize) -> LaneMask {
+    let mut rest = lanes;
+    (0..count).for_each(|_| rest &= rest.wrapping_sub(1));
+    lanes & !rest
+}
+
+/// The rays of some lanes, at most [`MOST_IN_TURN`].
+#[inline(always)]
+fn rays_of(space: &PacketSpace<'_>, lanes: LaneMask) -> SmallVec<[RaySpace; MOST_IN_TURN]> {
+    let mut rays = SmallVec::new();
+    lanes_of(lanes).for_each(|lane| rays.push(space.ray(lane)));
+    rays
+}
+
 /// Sorts a few, so that `is_before` holds from each to the next.
 #[inline(always)]
-pub(super) fn insertion_sort<T: Copy>(few: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
+fn insertion_sort<T: Copy>(few: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
     for end in 1..few.len() {
         let moving = few[end];
         let mut place = end;

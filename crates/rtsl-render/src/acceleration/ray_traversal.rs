@@ -2,171 +2,177 @@
 //! come first, and a block's objects are tested by one call.
 
 use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use smallvec::SmallVec;
 
 use super::geometry::{Group, INSTANCE};
-use super::objects::Objects;
-use super::packet_traversal::insertion_sort;
-use super::ray_space::{RayBoxTest, RaySpace};
-use super::traversal::{Outer, Search, Traversal, Visits};
-use super::wide_tree::{Block, BlockHead, Child, WIDTH, WideNode, WideTree};
+use super::objects::{BlockTest, Objects};
+use super::packet::LANES;
+use super::ray_space::RaySpace;
+use super::traversal::{Outer, Search, Traversal};
+use super::turns::{MOST_IN_TURN, NodeVisits, Turns};
+use super::wide_tree::{Block, Child, WIDTH, WideTree};
 
-/// A child that a ray meets.
-#[derive(Clone, Copy, Debug)]
-pub struct RayVisit {
-    child: Child,
-    /// Where, at the earliest.
-    entry: f32,
-}
+/// The instance whose group rays visit, with the rays in the scene's space.
+pub type RaysOuter<'a> = Outer<'a, [RaySpace]>;
 
 type RayOuter<'a> = Outer<'a, RaySpace>;
 
-impl Visits {
-    /// Of the children that a ray meets, the nearest; the others are pushed, the nearest of them last.
-    #[inline(always)]
-    fn push_farther(
-        &mut self,
-        node: &WideNode,
-        mut met: u64,
-        entries: &[f32; WIDTH],
-    ) -> Option<Child> {
-        let mut take = || {
-            let slot = met.trailing_zeros() as usize % WIDTH;
-            let visit = RayVisit { child: node.children[slot], entry: entries[slot] };
-            let is_any = met != 0;
-            met &= met.wrapping_sub(1);
-            is_any.then_some(visit)
-        };
-        let mut nearest = take()?;
-        let base = self.rays.len();
-        while let Some(visit) = take() {
-            let is_nearer = visit.entry < nearest.entry;
-            self.rays.push(if is_nearer { nearest } else { visit });
-            nearest = if is_nearer { visit } else { nearest };
-        }
-        if self.rays.len() > base + 1 {
-            insertion_sort(&mut self.rays[base..], |one, other| one.entry > other.entry);
-        }
-        Some(nearest.child)
-    }
-
-    /// The next child above `base` whose entry is not behind `limit`.
-    #[inline(always)]
-    fn next_of_ray(&mut self, base: usize, limit: f32) -> Option<Child> {
-        while self.rays.len() > base {
-            let visit = self.rays.pop()?;
-            if visit.entry <= limit {
-                return Some(visit.child);
-            }
-        }
-        None
-    }
+/// Rays on their way through a group.
+struct RayGroup<'a, 'r> {
+    tree: &'a WideTree,
+    rays: &'r [RaySpace],
+    outer: Option<&'r RaysOuter<'r>>,
 }
 
 impl<'a, O: Objects> Traversal<'a, O> {
-    /// Takes the ray of a lane through the part of a group's tree that begins with `root`.
-    pub fn visit_tree_with_ray<S: Simd>(
+    /// Takes rays, at most [`MOST_IN_TURN`] and loaded, through what is below `root` in a group's tree.
+    pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
         group: &'a Group,
         root: Child,
-        ray: &RaySpace,
-        lane: usize,
-        outer: Option<&RayOuter<'_>>,
+        rays: &[RaySpace],
+        outer: Option<&RaysOuter<'_>>,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let tree = &group.tree;
-                let test = RayBoxTest::new(simd, ray);
-                let base = self.visits.rays.len();
-                let mut next = Some(root);
-                let mut last = None;
-                while let Some(leaf) = self.next_leaf(tree, &test, next, lane, base) {
-                    // Of leaves that share a block the first tests all items.
-                    if last != Some(leaf) {
-                        last = Some(leaf);
-                        self.visit_leaf_with_ray(simd, tree, leaf.index(), ray, lane, outer);
-                        if self.is_done(lane) {
-                            self.visits.rays.truncate(base);
-                            break;
-                        }
-                    }
-                    next = self.visits.next_of_ray(base, self.hits.distance[lane]);
+                let group = RayGroup { tree: &group.tree, rays, outer };
+                let mut turns = Turns::new(self.visits, group.tree, root, rays.len());
+                let mut of_node = NodeVisits::NONE;
+                while !turns.is_over() {
+                    self.visit_nodes_with_rays(simd, &group, &mut turns, &mut of_node);
+                    self.visit_leaves_with_rays(simd, &group, &mut turns);
                 }
+                turns.end(self.visits);
             },
         );
     }
 
+    /// Every ray that is at a node has its turn.
     #[inline(always)]
-    fn is_done(&self, lane: usize) -> bool {
-        self.open(1 << lane) == 0
-    }
-
-    /// The nearest leaf that is reached from `next` on and met before the nearest hit so far.
-    #[inline(always)]
-    fn next_leaf<S: Simd>(
-        &mut self,
-        tree: &WideTree,
-        test: &RayBoxTest<S>,
-        mut next: Option<Child>,
-        lane: usize,
-        base: usize,
-    ) -> Option<Child> {
-        let limit = self.hits.distance[lane];
-        let nodes = tree.nodes.as_slice();
-        while let Some(child) = next
-            && !child.is_leaf()
-        {
-            self.objects.visited(1 << lane);
-            let node = &nodes[child.index()];
-            let (met, entries) = test.test(&node.boxes, limit);
-            let nearest = self.visits.push_farther(node, met, &entries);
-            next = nearest.or_else(|| self.visits.next_of_ray(base, limit));
-        }
-        next
-    }
-
-    #[inline(always)]
-    fn visit_leaf_with_ray<S: Simd>(
+    fn visit_nodes_with_rays<S: Simd>(
         &mut self,
         simd: S,
-        tree: &'a WideTree,
-        first: usize,
-        ray: &RaySpace,
-        lane: usize,
-        outer: Option<&RayOuter<'_>>,
+        group: &RayGroup<'a, '_>,
+        turns: &mut Turns,
+        of_node: &mut NodeVisits,
     ) {
-        for (head, block) in tree.heads[first..].iter().zip(&tree.blocks[first..]) {
-            self.visit_block_with_ray(simd, head, block, ray, lane, outer);
-            if head.is_last {
-                return;
+        let nodes = group.tree.nodes.as_slice();
+        for turn in turns.take_at_nodes() {
+            let ray = &group.rays[turn];
+            let limit = self.hits.distance[ray.lane % LANES];
+            self.objects.visited(1 << ray.lane);
+            let node = &nodes[turns.next(turn).index()];
+            let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
+            of_node.set(simd, node, entries);
+            turns.push(self.visits, turn, met, of_node);
+            turns.queue_next(self.visits, group.tree, turn, limit);
+        }
+    }
+
+    /// Every ray that is at a leaf has its turn: the tests of a block each are made together.
+    #[inline(always)]
+    fn visit_leaves_with_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        group: &RayGroup<'a, '_>,
+        turns: &mut Turns,
+    ) {
+        let at_leaves = turns.take_at_leaves();
+        let mut tests: SmallVec<[BlockTest<'_>; MOST_IN_TURN]> = SmallVec::new();
+        for turn in at_leaves {
+            if !turns.is_new_leaf(turn) {
+                continue;
+            }
+            let (ray, index) = (&group.rays[turn], turns.next(turn).index());
+            let (head, block) = (group.tree.heads[index], &group.tree.blocks[index]);
+            self.objects.visited(1 << ray.lane);
+            if head.class == INSTANCE {
+                self.visit_instances_with_ray(simd, block, ray);
+            } else {
+                self.objects.prefetch(&head);
+                tests.push(BlockTest { ray, head, block, nearest: None });
+            }
+        }
+        self.make_tests(&mut tests, group.outer);
+        for turn in at_leaves {
+            let (lane, index) = (group.rays[turn].lane % LANES, turns.next(turn).index());
+            if self.open(1 << lane) == 0 {
+                continue;
+            }
+            if group.tree.heads[index].is_last {
+                turns.queue_next(self.visits, group.tree, turn, self.hits.distance[lane]);
+            } else {
+                turns.queue(turn, Child::leaf(index as u32 + 1));
             }
         }
     }
 
+    /// Tests loaded rays, at most [`MOST_IN_TURN`], against all items of a block that are no instances.
     #[inline(always)]
+    pub fn visit_block(
+        &mut self,
+        block: &'a Block,
+        rays: &[RaySpace],
+        outer: Option<&RaysOuter<'_>>,
+    ) {
+        let head = block.head();
+        let tests = rays.iter().map(|ray| BlockTest { ray, head, block, nearest: None });
+        let mut tests: SmallVec<[BlockTest<'_>; MOST_IN_TURN]> = tests.collect();
+        self.make_tests(&mut tests, outer);
+    }
+
+    #[inline(always)]
+    fn make_tests(&mut self, tests: &mut [BlockTest<'_>], outer: Option<&RaysOuter<'_>>) {
+        if tests.is_empty() {
+            return;
+        }
+        self.objects.blocks(tests);
+        for BlockTest { ray, head: _, block, nearest } in tests {
+            let Some((index, distance)) = *nearest else { continue };
+            let outer = outer.map(|outer| outer.of(ray));
+            self.keep_nearest_of_block(block, index, distance, ray, outer.as_ref());
+        }
+    }
+
+    /// Tests a ray against all items of a block.
     fn visit_block_with_ray<S: Simd>(
         &mut self,
         simd: S,
-        head: &BlockHead,
         block: &'a Block,
         ray: &RaySpace,
-        lane: usize,
         outer: Option<&RayOuter<'_>>,
     ) {
-        self.objects.visited(1 << lane);
-        if head.class == INSTANCE {
-            self.visit_instances_with_ray(simd, block, ray, lane);
+        self.objects.visited(1 << ray.lane);
+        if block.class == INSTANCE {
+            self.visit_instances_with_ray(simd, block, ray);
             return;
         }
-        let Some((index, distance)) = self.objects.ray(ray, head, block) else { return };
-        if distance > self.hits.distance[lane] {
+        let mut test = [BlockTest { ray, head: block.head(), block, nearest: None }];
+        self.objects.blocks(&mut test);
+        if let [BlockTest { nearest: Some((index, distance)), .. }] = test {
+            self.keep_nearest_of_block(block, index, distance, ray, outer);
+        }
+    }
+
+    #[inline(always)]
+    fn keep_nearest_of_block(
+        &mut self,
+        block: &Block,
+        index: usize,
+        distance: f32,
+        ray: &RaySpace,
+        outer: Option<&RayOuter<'_>>,
+    ) {
+        if distance > self.hits.distance[ray.lane] {
             return;
         }
         if is_held(block, index, ray, distance, outer) {
-            self.keep(block.items[index], distance, lane, outer);
+            self.keep(block.items[index], distance, ray.lane, outer);
         } else {
-            self.test_objects_with_ray(block, ray, lane, outer);
+            self.test_objects_with_ray(block, ray, outer);
         }
     }
 
@@ -176,14 +182,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         &mut self,
         block: &Block,
         ray: &RaySpace,
-        lane: usize,
         outer: Option<&RayOuter<'_>>,
     ) {
         for index in 0..usize::from(block.count) {
             let distance = self.objects.ray_against_one(ray, block, index);
             let held = distance.filter(|distance| is_held(block, index, ray, *distance, outer));
             if let Some(distance) = held {
-                self.keep(block.items[index], distance, lane, outer);
+                self.keep(block.items[index], distance, ray.lane, outer);
             }
         }
     }
@@ -200,16 +205,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    fn visit_instances_with_ray<S: Simd>(
-        &mut self,
-        simd: S,
-        block: &'a Block,
-        ray: &RaySpace,
-        lane: usize,
-    ) {
-        let test = RayBoxTest::new(simd, ray);
-        let (mut met, entries) = test.test(&block.boxes, self.hits.distance[lane]);
-        while met != 0 && !self.is_done(lane) {
+    fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, block: &'a Block, ray: &RaySpace) {
+        let lane = ray.lane;
+        let (mut met, entries) =
+            ray.test(simd, &block.boxes, u32::from(block.count), self.hits.distance[lane]);
+        let entries = entries.to_array();
+        while met != 0 && self.open(1 << lane) != 0 {
             let index = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
             if entries[index] > self.hits.distance[lane] {
@@ -217,13 +218,17 @@ impl<'a, O: Objects> Traversal<'a, O> {
             }
             let item = block.items[index];
             let Some((group, instance)) = self.instance(item) else { continue };
-            let Some(moved) = instance.moved_ray(ray, self.next_serial()) else { continue };
-            let outer = Outer { item, bounds: block.boxes.get(index), space: ray };
+            let Some(moved) = instance.moved_ray(ray) else { continue };
+            self.objects.load_ray(&moved);
+            let bounds = block.boxes.get(index);
             for block in group.tree.unbounded() {
-                self.visit_block_with_ray(simd, &block.head(), block, &moved, lane, Some(&outer));
+                let outer = Outer { item, bounds, space: ray };
+                self.visit_block_with_ray(simd, block, &moved, Some(&outer));
             }
             if let Some(root) = group.tree.root {
-                self.visit_tree_with_ray(simd, group, root, &moved, lane, Some(&outer));
+                let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
+                let outer = Outer { item, bounds, space };
+                self.visit_tree_with_rays(simd, group, root, moved, Some(&outer));
             }
         }
     }

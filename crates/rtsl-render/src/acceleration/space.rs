@@ -24,6 +24,7 @@ use fearless_simd::{Simd, f32x8, mask32x8};
 
 use super::bounds::Bounds;
 use super::packet::{LANES, LaneMask, Lanes, RayPacket};
+use super::ray_space::{Company, RaySpace};
 use super::wide_tree::Boxes;
 
 /// Lanes are tested so many at a time.
@@ -93,6 +94,21 @@ impl<'a> PacketSpace<'a> {
         let Interval { min_origin, max_origin, .. } = space.interval;
         space.common_origin = (min_origin == max_origin).then_some(min_origin);
         space
+    }
+
+    /// The ray of a lane by itself.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> RaySpace {
+        RaySpace {
+            origin: self.rays.origin_of(lane),
+            direction: self.rays.direction_of(lane),
+            negative_inverse: [0, 1, 2].map(|axis| -self.inverse[axis][lane]),
+            epsilon: self.rays.epsilon[lane],
+            limit: self.rays.limit[lane],
+            time: self.rays.time[lane],
+            lane,
+            company: Company::Packet,
+        }
     }
 
     /// The interval of some lanes.

@@ -12,8 +12,8 @@ use super::objects::Objects;
 use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
 use super::packet_traversal::PacketVisit;
 use super::ray_space::RaySpace;
-use super::ray_traversal::RayVisit;
 use super::space::{PacketSpace, Serial, finite_lanes};
+use super::turns::RayVisit;
 
 /// Nearest hits, or any hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,8 +78,10 @@ impl Geometry {
 pub struct Visits {
     /// What packets have still to visit, the next last.
     pub(super) packets: Vec<PacketVisit>,
-    /// What rays have still to visit, the next last.
+    /// Memory for what rays that take turns have still to visit.
     pub(super) rays: Vec<RayVisit>,
+    /// How much of it is in use.
+    pub(super) rays_in_use: usize,
 }
 
 /// A search on its way.
@@ -96,7 +98,7 @@ pub(super) struct Traversal<'a, O> {
 }
 
 /// The instance whose group is visited, for rays as the scene knows them.
-pub(super) struct Outer<'a, Space> {
+pub(super) struct Outer<'a, Space: ?Sized> {
     /// Which item of the scene it is.
     pub item: u32,
     /// Its own box, in which hits must lie.
@@ -105,10 +107,19 @@ pub(super) struct Outer<'a, Space> {
     pub space: &'a Space,
 }
 
-impl<Space> Outer<'_, Space> {
+impl<Space: ?Sized> Outer<'_, Space> {
     /// The id of an item of the group.
     pub fn id(outer: Option<&Self>, item: u32) -> HitId {
         outer.map_or_else(|| HitId::new(item, 0), |outer| HitId::new(outer.item, item))
+    }
+}
+
+impl<'a> Outer<'a, [RaySpace]> {
+    /// For one of the rays.
+    #[inline(always)]
+    pub fn of(&self, ray: &RaySpace) -> Outer<'a, RaySpace> {
+        let of_lane = self.space.iter().find(|outer| outer.lane == ray.lane);
+        Outer { item: self.item, bounds: self.bounds, space: of_lane.unwrap_or(&self.space[0]) }
     }
 }
 
@@ -184,6 +195,6 @@ pub fn moved_packet_by(
 }
 
 /// A ray under a map; `None` where it is not finite there.
-pub(super) fn moved_ray(ray: &RaySpace, map: &Affine, serial: Serial) -> Option<RaySpace> {
-    ray.moved(map.point(ray.origin), map.vector(ray.direction), serial)
+pub(super) fn moved_ray(ray: &RaySpace, map: &Affine) -> Option<RaySpace> {
+    ray.moved(map.point(ray.origin), map.vector(ray.direction))
 }

@@ -23,6 +23,8 @@ pub struct WideTree {
     pub bounds: Bounds,
     /// The first block of items without bounds.
     pub first_unbounded: u32,
+    /// The most nodes on a way from the root to a leaf.
+    pub depth: usize,
     /// What [`WideTree::visits`] was when it was built.
     pub(super) visits_when_built: f64,
 }
@@ -106,6 +108,27 @@ impl Child {
     /// The leaf that begins with this block.
     pub const fn leaf(block: u32) -> Self {
         Child(block | Child::LEAF)
+    }
+
+    /// Neither: there is nothing left to visit.
+    pub const END: Child = Child::node(Child::LEAF - 1);
+
+    /// Whether it is a node.
+    #[inline(always)]
+    pub const fn is_node(self) -> bool {
+        self.0 < Child::END.0
+    }
+
+    /// As a number of its own.
+    #[inline(always)]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The child with these bits.
+    #[inline(always)]
+    pub const fn from_bits(bits: u32) -> Self {
+        Child(bits)
     }
 
     /// Whether it is a leaf.
@@ -241,6 +264,17 @@ impl WideTree {
         }
         self.bounds =
             self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, WideNode::ALL_ITEMS));
+    }
+
+    /// Finds out how deep the tree is.
+    pub(super) fn measure_depth(&mut self) {
+        let mut depths = vec![0; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            let children = node.children[..node.count as usize].iter();
+            let below = children.filter(|child| child.is_node()).map(|child| depths[child.index()]);
+            depths[index] = 1 + below.max().unwrap_or(0);
+        }
+        self.depth = depths.first().copied().unwrap_or(0);
     }
 
     fn bounds_of(&self, child: Child, items: u8) -> Bounds {

@@ -1,13 +1,15 @@
 //! Tests rays against objects by their classes' `intersect`.
 
-use fearless_simd::Simd;
+use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, Method, new_state,
+    CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method,
 };
+use smallvec::SmallVec;
 
 use crate::acceleration::{
-    Block, BlockHead, LaneMask, Lanes, Objects, PacketSpace, RaySpace, Serial, WIDTH,
+    Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
+    RaySpace, Serial, WIDTH,
 };
 use crate::math::reciprocal;
 
@@ -19,25 +21,24 @@ use super::workspace::{CallBlocks, Problems};
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {
-    /// For packets.
+    /// For rays in their packet's space.
     packet: CallBlocks,
-    /// For single rays.
-    ray: RayBlocks,
-}
-
-/// State and scratch of one ray.
-struct RayBlocks {
-    state: LaneBlock,
-    scratch: LaneBlock,
+    /// For rays that are alone in theirs.
+    alone: CallBlocks,
 }
 
 impl IntersectionBlocks {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize) -> Self {
-        let state = new_state(1);
-        IntersectionBlocks {
-            packet: CallBlocks::new(scratch_arrays),
-            ray: RayBlocks { state, scratch: LaneBlock::new(scratch_arrays, WIDTH) },
+        let blocks = || CallBlocks::new(scratch_arrays);
+        IntersectionBlocks { packet: blocks(), alone: blocks() }
+    }
+
+    #[inline(always)]
+    fn of(&mut self, company: Company) -> &mut CallBlocks {
+        match company {
+            Company::Packet => &mut self.packet,
+            Company::Alone => &mut self.alone,
         }
     }
 }
@@ -47,11 +48,10 @@ pub struct Intersector<'a> {
     scene: &'a CompiledScene,
     problems: &'a Problems,
     blocks: &'a mut IntersectionBlocks,
-    /// The packet and the ray that the blocks hold.
+    /// The packet that the blocks hold.
     loaded_packet: Serial,
     /// Whether the packet's limits are where kernels read them: not after hits, which stand there then.
     has_limits: bool,
-    loaded_ray: Serial,
 }
 
 impl<'a> Intersector<'a> {
@@ -61,7 +61,7 @@ impl<'a> Intersector<'a> {
         blocks: &'a mut IntersectionBlocks,
         problems: &'a Problems,
     ) -> Self {
-        Intersector { scene, problems, blocks, loaded_packet: 0, has_limits: false, loaded_ray: 0 }
+        Intersector { scene, problems, blocks, loaded_packet: 0, has_limits: false }
     }
 
     fn class(&self, class: u32) -> &'a ObjectClass {
@@ -74,23 +74,44 @@ impl<'a> Intersector<'a> {
         }
     }
 
+    /// Makes tests for objects of one class.
     #[inline(always)]
-    fn load_ray(&mut self, ray: &RaySpace) {
-        if self.loaded_ray != ray.serial {
-            load_ray(&mut self.blocks.ray.state, ray);
-            self.loaded_ray = ray.serial;
+    fn test_class(&mut self, tests: &mut [BlockTest<'_>]) {
+        let Some(BlockTest { head, ray, .. }) = tests.first() else { return };
+        let class = self.class(head.class);
+        let Some(kernel) = class.leaf_kernel() else {
+            tests.iter_mut().for_each(|test| self.nearest_one_by_one(test));
+            return;
+        };
+        let lane = |test: &BlockTest<'_>| test.ray.lane as u32;
+        let first = |test: &BlockTest<'_>| ObjectClass::first_number(test.head.of_class);
+        let mut calls: SmallVec<[LeafTest; MOST_IN_TURN]> =
+            tests.iter().map(|test| LeafTest::new(lane(test), first(test))).collect();
+        let blocks = self.blocks.of(ray.company);
+        let status = kernel.call(LeafArguments {
+            state: &mut blocks.state,
+            scratch: &mut blocks.scratch,
+            // Where there are fewer the first is repeated, and code for whole vectors has less to ask.
+            count: WIDTH as u32,
+            tests: &mut calls,
+            host: &mut NoHost,
+        });
+        for (test, call) in tests.iter_mut().zip(&calls) {
+            if let Some(number) = call.nearest() {
+                let index = (number - call.first) as usize;
+                test.nearest = Some((index, blocks.take_distance(test.ray)));
+            }
         }
+        self.report(class, status);
     }
 
     #[cold]
-    fn nearest_one_by_one(&mut self, ray: &RaySpace, block: &Block) -> Option<(usize, f32)> {
-        let mut nearest: Option<(usize, f32)> = None;
-        for index in 0..usize::from(block.count) {
-            let found = self.ray_against_one(ray, block, index);
-            let found = found.filter(|it| nearest.is_none_or(|(_, nearest)| *it < nearest));
-            nearest = found.map(|distance| (index, distance)).or(nearest);
+    fn nearest_one_by_one(&mut self, test: &mut BlockTest<'_>) {
+        for index in 0..usize::from(test.head.count) {
+            let found = self.ray_against_one(test.ray, test.block, index);
+            let found = found.filter(|it| test.nearest.is_none_or(|(_, nearest)| *it < nearest));
+            test.nearest = found.map(|distance| (index, distance)).or(test.nearest);
         }
-        nearest
     }
 }
 
@@ -105,19 +126,10 @@ impl Objects for Intersector<'_> {
         lanes: LaneMask,
     ) -> LaneMask {
         let class = self.class(block.class);
-        let v = variables();
-        let packet = &mut self.blocks.packet;
-        if self.loaded_packet != space.serial {
-            load_packet(simd, &mut packet.state, space);
-            self.loaded_packet = space.serial;
-            self.has_limits = false;
-        }
-        if !self.has_limits {
-            packet.state.floats_mut(v.hit_distance).copy_from_slice(&space.rays.limit);
-        }
+        self.load_packet(simd, space);
         let kernel = class.packet_kernel(space.common_origin.is_some());
         let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
-        let (accepted, status) = packet.intersect(simd, kernel, lanes, instances);
+        let (accepted, status) = self.blocks.packet.intersect(simd, kernel, lanes, instances);
         self.has_limits = accepted == 0;
         self.report(class, status);
         accepted
@@ -129,45 +141,48 @@ impl Objects for Intersector<'_> {
     }
 
     #[inline(always)]
-    fn ray(&mut self, ray: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
-        let class = self.class(head.class);
-        let Some(kernel) = class.leaf_kernel() else { return self.nearest_one_by_one(ray, block) };
-        self.load_ray(ray);
-        let RayBlocks { state, scratch } = &mut self.blocks.ray;
-        let first = ObjectClass::first_number(head.of_class);
-        let status = kernel.call(LeafArguments {
-            state,
-            scratch,
-            first,
-            count: u32::from(head.count),
-            host: &mut NoHost,
-        });
-        let nearest = status.nearest.map(|number| (number - first) as usize);
-        let distance = take_distance(state, ray);
-        let found = nearest.map(|index| (index, distance));
-        self.report(class, status);
-        found
+    fn load_packet<S: Simd>(&mut self, simd: S, space: &PacketSpace<'_>) {
+        let packet = &mut self.blocks.packet;
+        if self.loaded_packet != space.serial {
+            load_packet(simd, &mut packet.state, space);
+            self.loaded_packet = space.serial;
+            self.has_limits = false;
+        }
+        if !self.has_limits {
+            packet.state.floats_mut(variables().hit_distance).copy_from_slice(&space.rays.limit);
+            self.has_limits = true;
+        }
+    }
+
+    fn load_ray(&mut self, ray: &RaySpace) {
+        load_ray(&mut self.blocks.alone.state, ray);
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
+        for tests in tests.chunk_by_mut(|one, other| one.head.class == other.head.class) {
+            self.test_class(tests);
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, head: &BlockHead) {
+        // None for instances.
+        if let Some(class) = self.scene.classes.get(head.class as usize) {
+            class.objects.prefetch(ObjectClass::first_number(head.of_class));
+        }
     }
 
     #[cold]
     fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
         let class = self.class(block.class);
-        self.load_ray(ray);
-        let RayBlocks { state, scratch } = &mut self.blocks.ray;
-        let accepted = &mut self.blocks.packet.accepted;
-        let status = class.packet_kernel(false).call(CallArguments {
-            state,
-            scratch,
-            count: 1,
-            mask: None,
-            accepted: Some(accepted),
-            instances: Instances::Object(&class.objects, ObjectClass::number(block, index)),
-            host: &mut NoHost,
-        });
-        let hit = accepted.get(0);
-        let distance = take_distance(state, ray);
+        let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
+        let blocks = self.blocks.of(ray.company);
+        let kernel = class.packet_kernel(false);
+        let (hit, status) = dispatch!(Level::new(), simd => blocks.intersect(simd, kernel, 1 << ray.lane, instances));
+        let distance = blocks.take_distance(ray);
         self.report(class, status);
-        hit.then_some(distance)
+        (hit != 0).then_some(distance)
     }
 }
 
@@ -193,6 +208,13 @@ impl CallBlocks {
         });
         (bits(simd, &self.accepted, lanes), status)
     }
+
+    /// The parameter of a ray's hit that the last call found. The ray's limit takes its place, for the next.
+    #[inline(always)]
+    fn take_distance(&mut self, ray: &RaySpace) -> f32 {
+        let distance = &mut self.state.floats_mut(variables().hit_distance)[ray.lane];
+        std::mem::replace(distance, ray.limit)
+    }
 }
 
 /// Sets the rays of all lanes, whether they take part or not.
@@ -216,29 +238,17 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, space: &PacketSpace<'_>) {
     }
 }
 
-/// Sets the ray of a block for one, whose limit is where its hits end.
+/// Sets the ray of one lane.
 fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
     let v = variables();
-    let mut set = |first: usize, vector: [f32; 3]| {
-        let components = (first..).zip(vector);
-        components.for_each(|(component, value)| *first_lane(state, component) = value);
+    let mut set = |component: usize, value: f32| state.floats_mut(component)[ray.lane] = value;
+    let mut set_vector = |first: usize, vector: [f32; 3]| {
+        (first..).zip(vector).for_each(|(component, value)| set(component, value));
     };
-    set(v.ray_origin, ray.origin);
-    set(v.ray_direction, ray.direction);
-    set(v.inverse_ray_direction, reciprocal(ray.direction));
-    *first_lane(state, v.epsilon) = ray.epsilon;
-    *first_lane(state, v.time_seed) = ray.time;
-    *first_lane(state, v.hit_distance) = ray.limit;
-}
-
-/// The parameter of the hit that the last call found. The ray's limit takes its place, for the next.
-#[inline(always)]
-fn take_distance(state: &mut LaneBlock, ray: &RaySpace) -> f32 {
-    std::mem::replace(first_lane(state, variables().hit_distance), ray.limit)
-}
-
-#[inline(always)]
-fn first_lane(state: &mut LaneBlock, component: usize) -> &mut f32 {
-    let [lane] = state.floats_mut_at::<1>(component, 0);
-    lane
+    set_vector(v.ray_origin, ray.origin);
+    set_vector(v.ray_direction, ray.direction);
+    set_vector(v.inverse_ray_direction, reciprocal(ray.direction));
+    set(v.epsilon, ray.epsilon);
+    set(v.time_seed, ray.time);
+    set(v.hit_distance, ray.limit);
 }

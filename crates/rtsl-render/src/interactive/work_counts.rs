@@ -4,7 +4,7 @@
 use fearless_simd::Simd;
 
 use crate::acceleration::{
-    Block, BlockHead, LANES, LaneMask, Lanes, Objects, PacketSpace, RaySpace, lanes_of,
+    Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, RaySpace, lanes_of,
 };
 use crate::statistics::LaneUse;
 
@@ -61,10 +61,24 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.distance()
     }
 
-    fn ray(&mut self, space: &RaySpace, head: &BlockHead, block: &Block) -> Option<(usize, f32)> {
-        // The lanes are the block's objects.
-        self.counts.add_call((1 << head.count) - 1);
-        self.objects.ray(space, head, block)
+    fn load_packet<S: Simd>(&mut self, simd: S, space: &PacketSpace<'_>) {
+        self.objects.load_packet(simd, space);
+    }
+
+    fn load_ray(&mut self, ray: &RaySpace) {
+        self.objects.load_ray(ray);
+    }
+
+    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
+        for BlockTest { head, .. } in &*tests {
+            // The lanes are the block's objects.
+            self.counts.add_call((1 << head.count) - 1);
+        }
+        self.objects.blocks(tests);
+    }
+
+    fn prefetch(&self, head: &BlockHead) {
+        self.objects.prefetch(head);
     }
 
     fn visited(&mut self, lanes: LaneMask) {

@@ -1,0 +1,104 @@
+//! The tests of `intersect` in the leaf shape.
+//!
+//! One test is a function of its own, which the kernel's function calls for each, and LLVM inlines there. It ends
+//! without a branch on what it found: whether a ray hits anything in a leaf cannot be foreseen, so a processor
+//! that is not asked works on several tests at a time.
+
+use rtsl_packet::abi;
+
+use crate::emitter::{Emitter, PointerSource};
+use crate::operand::{LlvmType, Operand};
+
+/// What is known of the test being done.
+#[derive(Clone, Copy)]
+pub struct LeafTest {
+    /// The lane of its ray, i64.
+    ray: Operand,
+    /// The number of its first object, i32.
+    first: Operand,
+}
+
+/// The head of the function of one test.
+pub fn test_header(symbol: &str) -> String {
+    format!("internal void @\"{symbol}.test\"(ptr noalias %call, ptr noalias %test) alwaysinline")
+}
+
+/// The function that does all tests of a call.
+pub fn all_tests(symbol: &str) -> String {
+    let (tests, count, size) = (abi::CALL_TESTS, abi::CALL_TEST_COUNT, abi::TEST_SIZE);
+    format!(
+        "define void @\"{symbol}\"(ptr noalias %call) #0 {{
+entry:
+  %count.at = getelementptr i8, ptr %call, i64 {count}
+  %count.word = load i32, ptr %count.at, align 4
+  %count = zext i32 %count.word to i64
+  %tests.at = getelementptr i8, ptr %call, i64 {tests}
+  %tests = load ptr, ptr %tests.at, align 8
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %done, label %loop
+loop:
+  %number = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %offset = mul nuw i64 %number, {size}
+  %test = getelementptr i8, ptr %tests, i64 %offset
+  call void @\"{symbol}.test\"(ptr %call, ptr %test)
+  %next = add nuw i64 %number, 1
+  %more = icmp ult i64 %next, %count
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}
+
+"
+    )
+}
+
+impl Emitter<'_, '_> {
+    /// Before all else: reads the test, and finds its objects.
+    pub fn begin_test(&mut self) {
+        let word = |emitter: &mut Self, offset: u32| {
+            let at = emitter.setup(format_args!("getelementptr i8, ptr %test, i64 {offset}"));
+            emitter.setup(format_args!("load i32, ptr {at}, align 4"))
+        };
+        let ray = word(self, abi::TEST_RAY);
+        let ray = self.setup(format_args!("zext i32 {ray} to i64"));
+        let first = word(self, abi::TEST_FIRST);
+        self.test = Some(LeafTest { ray, first });
+        let all = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let bytes = self.block_bytes() / abi::OBJECTS_IN_BLOCK;
+        let number = self.setup(format_args!("zext i32 {first} to i64"));
+        let offset = self.setup(format_args!("mul nuw i64 {number}, {bytes}"));
+        let objects = self.setup(format_args!("getelementptr i8, ptr {all}, i64 {offset}"));
+        self.set_pointer(PointerSource::Call, abi::CALL_OBJECTS, objects);
+    }
+
+    /// The word of the ray that all lanes share, of a lane array; the array itself where there is no such ray.
+    pub fn lane_of_ray(&mut self, array: Operand) -> Operand {
+        match self.test {
+            None => array,
+            Some(LeafTest { ray, .. }) => {
+                self.setup(format_args!("getelementptr i32, ptr {array}, i64 {ray}"))
+            }
+        }
+    }
+
+    /// The same of arrays that are found in the midst of a chunk.
+    pub fn lanes_of_ray(&mut self, pointers: LlvmType, arrays: Operand) -> Operand {
+        match self.test {
+            None => arrays,
+            Some(LeafTest { ray, .. }) => {
+                self.instruction(format_args!("getelementptr i32, {pointers} {arrays}, i64 {ray}"))
+            }
+        }
+    }
+
+    /// Writes which object has the nearest hit: its place among those of the test, or -1 for none.
+    pub fn store_nearest(&mut self, place: Operand, any: Operand) {
+        let Some(LeafTest { first, .. }) = self.test else { return };
+        let number = self.instruction(format_args!("add i32 {first}, {place}"));
+        let none = abi::NO_OBJECT as i32;
+        let number = self.instruction(format_args!("select i1 {any}, i32 {number}, i32 {none}"));
+        let offset = abi::TEST_NEAREST;
+        let at = self.instruction(format_args!("getelementptr i8, ptr %test, i64 {offset}"));
+        self.effect(format_args!("store i32 {number}, ptr {at}, align 4"));
+    }
+}
