@@ -53,7 +53,7 @@ pub use bounds::Bounds;
 pub use geometry::{Geometry, Group, INSTANCE, Instance};
 pub use hit::{HitId, Hits};
 pub use objects::{BlockTest, Objects};
-pub use packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
+pub use packet::{LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of};
 pub use ray_space::{Company, RaySpace};
 pub use space::{PacketSpace, Serial};
 pub use traversal::{Visits, moved_packet, moved_packet_by};

@@ -10,13 +10,24 @@ pub type LaneMask = u64;
 pub type Lanes = [f32; LANES];
 
 /// The lanes of a mask, in order.
-pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
-    let mut rest = mask;
-    std::iter::from_fn(move || {
-        let lane = rest.trailing_zeros() as usize;
-        rest &= rest.wrapping_sub(1);
+pub fn lanes_of(mask: LaneMask) -> LanesOf {
+    LanesOf(mask)
+}
+
+/// The lanes of a mask that are left.
+#[derive(Clone, Debug)]
+pub struct LanesOf(LaneMask);
+
+impl Iterator for LanesOf {
+    type Item = usize;
+
+    // Always inlined: left to itself the compiler calls it for every lane of a packet.
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
         (lane < LANES).then_some(lane)
-    })
+    }
 }
 
 /// Rays.

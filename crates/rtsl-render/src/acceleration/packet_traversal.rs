@@ -29,10 +29,6 @@ const FEWEST_IF_LOOSE: u32 = 24;
 /// Fewer rays than these test the objects of a leaf one by one.
 const FEWEST_AT_LEAVES: u32 = 4;
 
-/// Fewer rays than this for each item of a block that they may meet test all items of the block at once, ray by
-/// ray.
-const RAYS_FOR_ITEM: u32 = 2;
-
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketVisit {
@@ -172,7 +168,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// Takes the rays of a packet on one by one.
+    /// Takes the rays of a packet on, each on its own way.
     #[inline(always)]
     fn visit_with_rays<S: Simd>(
         &mut self,
@@ -183,18 +179,20 @@ impl<'a, O: Objects> Traversal<'a, O> {
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
-        self.objects.load_packet(simd, space);
         let mut rest = lanes;
         while rest != 0 {
+            self.objects.load_packet(simd, space);
             let some = first_lanes(rest, MOST_IN_TURN);
             rest &= !some;
+            let scene_rays = outer.map(|outer| rays_of(outer.space, some));
+            let outer = outer.zip(scene_rays.as_deref());
+            let outer = outer.map(|(Outer { item, bounds, .. }, space)| Outer {
+                item: *item,
+                bounds: *bounds,
+                space,
+            });
             let rays = rays_of(space, some);
-            let Some(Outer { item, bounds, space }) = outer else {
-                self.visit_tree_with_rays(simd, group, child, &rays, None);
-                continue;
-            };
-            let outer = Outer { item: *item, bounds: *bounds, space: &*rays_of(space, some) };
-            self.visit_tree_with_rays(simd, group, child, &rays, Some(&outer));
+            self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
         }
     }
 
@@ -213,11 +211,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let farthest = self.farthest(simd, lanes);
         let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
         let mut met = met & u64::from(items);
-        let is_for_rays = lanes.count_ones() < RAYS_FOR_ITEM * met.count_ones();
-        if is_for_rays && block.class != INSTANCE {
-            self.visit_block_with_rays(simd, block, space, lanes, outer);
-            return;
-        }
         while met != 0 {
             let index = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
@@ -239,34 +232,6 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 self.test_object_with_packet(simd, item, space, outer);
             }
         }
-    }
-
-    /// Tests some rays of a packet against all items of a block, ray by ray.
-    #[inline(always)]
-    fn visit_block_with_rays<S: Simd>(
-        &mut self,
-        simd: S,
-        block: &'a Block,
-        space: &PacketSpace<'_>,
-        lanes: LaneMask,
-        outer: Option<&PacketOuter<'_>>,
-    ) {
-        self.objects.load_packet(simd, space);
-        let mut rest = self.open(lanes);
-        while rest != 0 {
-            let some = first_lanes(rest, MOST_IN_TURN);
-            rest &= !some;
-            let rays = rays_of(space, some);
-            match outer {
-                None => self.visit_block(block, &rays, None),
-                Some(Outer { item, bounds, space }) => {
-                    let space = &*rays_of(space, some);
-                    let outer = Outer { item: *item, bounds: *bounds, space };
-                    self.visit_block(block, &rays, Some(&outer));
-                }
-            }
-        }
-        self.farthest_of = 0;
     }
 
     fn visit_instance_with_packet<S: Simd>(

@@ -10,13 +10,15 @@ use super::objects::{BlockTest, Objects};
 use super::packet::LANES;
 use super::ray_space::RaySpace;
 use super::traversal::{Outer, Search, Traversal};
-use super::turns::{MOST_IN_TURN, NodeVisits, Turns};
+use super::turns::{MOST_IN_TURN, NodeVisits, Turns, Waiting};
 use super::wide_tree::{Block, Child, WIDTH, WideTree};
 
 /// The instance whose group rays visit, with the rays in the scene's space.
 pub type RaysOuter<'a> = Outer<'a, [RaySpace]>;
 
 type RayOuter<'a> = Outer<'a, RaySpace>;
+
+type BlockTests<'r> = SmallVec<[BlockTest<'r>; MOST_IN_TURN]>;
 
 /// Rays on their way through a group.
 struct RayGroup<'a, 'r> {
@@ -81,21 +83,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         turns: &mut Turns,
     ) {
         let at_leaves = turns.take_at_leaves();
-        let mut tests: SmallVec<[BlockTest<'_>; MOST_IN_TURN]> = SmallVec::new();
-        for turn in at_leaves {
-            if !turns.is_new_leaf(turn) {
-                continue;
-            }
-            let (ray, index) = (&group.rays[turn], turns.next(turn).index());
-            let (head, block) = (group.tree.heads[index], &group.tree.blocks[index]);
-            self.objects.visited(1 << ray.lane);
-            if head.class == INSTANCE {
-                self.visit_instances_with_ray(simd, block, ray);
-            } else {
-                self.objects.prefetch(&head);
-                tests.push(BlockTest { ray, head, block, nearest: None });
-            }
-        }
+        let mut tests = self.tests_at_leaves(simd, group, turns, at_leaves);
         self.make_tests(&mut tests, group.outer);
         for turn in at_leaves {
             let (lane, index) = (group.rays[turn].lane % LANES, turns.next(turn).index());
@@ -110,18 +98,34 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// Tests loaded rays, at most [`MOST_IN_TURN`], against all items of a block that are no instances.
+    /// The tests of rays that are at leaves. Instances are visited at once.
     #[inline(always)]
-    pub fn visit_block(
+    fn tests_at_leaves<'r, S: Simd>(
         &mut self,
-        block: &'a Block,
-        rays: &[RaySpace],
-        outer: Option<&RaysOuter<'_>>,
-    ) {
-        let head = block.head();
-        let tests = rays.iter().map(|ray| BlockTest { ray, head, block, nearest: None });
-        let mut tests: SmallVec<[BlockTest<'_>; MOST_IN_TURN]> = tests.collect();
-        self.make_tests(&mut tests, outer);
+        simd: S,
+        group: &RayGroup<'a, 'r>,
+        turns: &mut Turns,
+        at_leaves: Waiting,
+    ) -> BlockTests<'r>
+    where
+        'a: 'r,
+    {
+        let mut tests = BlockTests::new();
+        for turn in at_leaves {
+            if !turns.is_new_leaf(turn) {
+                continue;
+            }
+            let (ray, index) = (&group.rays[turn], turns.next(turn).index());
+            let (head, block) = (group.tree.heads[index], &group.tree.blocks[index]);
+            self.objects.visited(1 << ray.lane);
+            if head.class == INSTANCE {
+                self.visit_instances_with_ray(simd, block, ray);
+            } else {
+                self.objects.prefetch(&head);
+                tests.push(BlockTest { ray, head, block, nearest: None });
+            }
+        }
+        tests
     }
 
     #[inline(always)]

@@ -85,8 +85,8 @@ impl<'a> Intersector<'a> {
         };
         let lane = |test: &BlockTest<'_>| test.ray.lane as u32;
         let first = |test: &BlockTest<'_>| ObjectClass::first_number(test.head.of_class);
-        let mut calls: SmallVec<[LeafTest; MOST_IN_TURN]> =
-            tests.iter().map(|test| LeafTest::new(lane(test), first(test))).collect();
+        let mut calls: SmallVec<[LeafTest; MOST_IN_TURN]> = SmallVec::new();
+        tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
         let blocks = self.blocks.of(ray.company);
         let status = kernel.call(LeafArguments {
             state: &mut blocks.state,
