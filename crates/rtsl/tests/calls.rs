@@ -1,5 +1,7 @@
 //! What a call promises its host, on both backends.
 
+mod common;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -8,27 +10,11 @@ use rtsl::host::{
 };
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
-    Instances, KernelRequest, LaneBlock, LaneMask, Method, Role, Shape, Target, lookup_state,
-    new_state, state_component_count,
+    Instances, KernelRequest, LaneBlock, LaneMask, Method, Shape, Target, lookup_state, new_state,
+    state_component_count,
 };
-use rtsl_ir::Function;
 
-fn class(method: Method, text: &str) -> Arc<Class> {
-    Arc::new(Class {
-        name: "Test".to_owned(),
-        roles: vec![Role::Material],
-        documentation: None,
-        parameters: Vec::new(),
-        members: Vec::new(),
-        buffers: Vec::new(),
-        scratch: Vec::new(),
-        scratch_types: Vec::new(),
-        references: Vec::new(),
-        initializer: Function::new("Test.initializer"),
-        constructor: None,
-        methods: [(method, text.parse().unwrap())].into(),
-    })
-}
+use crate::common::class;
 
 /// The interpreter, and machine code at every width where there is an LLVM.
 fn engines(options: &EngineOptions) -> Vec<Engine> {

@@ -1,6 +1,8 @@
 //! Requests for rays and light: what one chunk of a call asks for comes to the host together with what
 //! others ask for, and nobody's answer depends on that.
 
+mod common;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -9,10 +11,11 @@ use rtsl::host::{
     OcclusionRequest, RayLanes, TraceRequest,
 };
 use rtsl::{
-    Backend, CallArguments, Class, Engine, EngineOptions, Instance, InstanceBlock, Instances,
-    Kernel, LaneMask, Method, Role, Shape, lookup_state, new_state,
+    Backend, CallArguments, Engine, EngineOptions, Instance, InstanceBlock, Instances, Kernel,
+    LaneMask, Method, Shape, lookup_state, new_state,
 };
-use rtsl_ir::Function;
+
+use crate::common::class;
 
 /// Rays below 20 trace; the others ask whether something is in the way, and for a light. Then all trace again.
 const SHADE: &str = "
@@ -39,24 +42,6 @@ light_sample %first, %ray, %zero, %zero, %one, %zero, %zero, %zero
   return state:rt_SampleColor@0 = %chosen, state:rt_SampleColor@1 = %tr, state:rt_SampleColor@2 = %tg
 }";
 
-fn class() -> Arc<Class> {
-    let text = SHADE.replace("\\\n", "");
-    Arc::new(Class {
-        name: "Test".to_owned(),
-        roles: vec![Role::Material],
-        documentation: None,
-        parameters: Vec::new(),
-        members: Vec::new(),
-        buffers: Vec::new(),
-        scratch: Vec::new(),
-        scratch_types: Vec::new(),
-        references: Vec::new(),
-        initializer: Function::new("Test.initializer"),
-        constructor: None,
-        methods: [(Method::Shade, text.parse().unwrap())].into(),
-    })
-}
-
 /// `shade`, ready to be called.
 struct Shader {
     kernel: Arc<Kernel>,
@@ -67,7 +52,8 @@ impl Shader {
     fn new(backend: Backend, width: u32) -> Option<Shader> {
         let options = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
         let (engine, _) = Engine::new(options).ok()?;
-        let instance = Instance::new(&class(), []).unwrap();
+        let class = class(Method::Shade, &SHADE.replace("\\\n", ""));
+        let instance = Instance::new(&class, []).unwrap();
         let program = engine.program(&instance);
         let kernel = program.kernel(Method::Shade, Shape::Packet).unwrap();
         Some(Shader { kernel, block: program.block(&instance) })

@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Compiler, CompilerOptions, Engine, EngineOptions,
-    Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program, Scalar, Shape,
-    Value, new_state,
+    Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program, Role, Scalar,
+    Shape, Value, new_state,
 };
+use rtsl_ir::Function;
 use rtsl_ir::generate::{Entropy, HashHost};
 
 /// Rays of a call: not a multiple of any width but 1.
@@ -75,6 +76,24 @@ impl Agreement {
             }
         }
     }
+}
+
+/// A class with nothing but one method, in the text form of the IR.
+pub fn class(method: Method, text: &str) -> Arc<Class> {
+    Arc::new(Class {
+        name: "Test".to_owned(),
+        roles: vec![Role::Material],
+        documentation: None,
+        parameters: Vec::new(),
+        members: Vec::new(),
+        buffers: Vec::new(),
+        scratch: Vec::new(),
+        scratch_types: Vec::new(),
+        references: Vec::new(),
+        initializer: Function::new("Test.initializer"),
+        constructor: None,
+        methods: [(method, text.parse().unwrap())].into(),
+    })
 }
 
 fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
