@@ -45,6 +45,10 @@ pub struct RayLanes {
     pub direction: LaneVectors,
     /// Greatest parameters of a hit.
     pub limit: LaneFloats,
+    /// Of [`Host::trace`]: the greatest factor that a component of the answer is multiplied with, in absolute value;
+    /// 1 where that is not known, and it may be NaN. A host may leave rays untraced of whose light little arrives. For
+    /// [`Host::occluded`] it says nothing.
+    pub weight: LaneFloats,
 }
 
 /// Points that ask for light, one a lane.

@@ -387,6 +387,9 @@ pub enum OpKind {
         direction: [Value; 3],
         /// The greatest parameter of a hit.
         limit: Value,
+        /// How much of the answer counts: the greatest factor that the method multiplies a component of it with, in
+        /// absolute value; 1 where that is not known. What is answered does not depend on it.
+        weight: Value,
     },
     /// Whether anything lies on the ray before `limit`; bool.
     Occluded {

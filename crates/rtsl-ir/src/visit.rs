@@ -41,8 +41,17 @@ macro_rules! visit_operands {
                     visit(value);
                 }
             }
-            OpKind::Trace { origin, direction, limit }
-            | OpKind::Occluded { origin, direction, limit } => {
+            OpKind::Trace { origin, direction, limit, weight } => {
+                for value in origin {
+                    visit(value);
+                }
+                for value in direction {
+                    visit(value);
+                }
+                visit(limit);
+                visit(weight);
+            }
+            OpKind::Occluded { origin, direction, limit } => {
                 for value in origin {
                     visit(value);
                 }

@@ -4,7 +4,7 @@
 use rtsl_ir::Value;
 use rtsl_ir::host::MAX_LANES;
 use rtsl_packet::abi;
-use rtsl_packet::kernel::{Op, OpKind, Ray};
+use rtsl_packet::kernel::{Op, OpKind};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::emitter::{Emitter, PointerSource};
@@ -12,6 +12,9 @@ use crate::operand::Operand;
 
 /// Bytes of the lanes of one float.
 const LANES_BYTES: u32 = 4 * MAX_LANES as u32;
+
+/// Lane arrays of `RayLanes`, the most that a request has: origin, direction, limit, weight.
+const REQUEST_ARRAYS: u32 = 3 + 3 + 1 + 1;
 
 /// Lane arrays of `LightLanes`: direction, distance, colour, density.
 const LIGHT_ARRAYS: u32 = 3 + 1 + COLOR_COMPONENTS + 1;
@@ -26,8 +29,9 @@ pub struct RequestMemory {
 impl Emitter<'_, '_> {
     pub fn emit_request(&mut self, op: &Op) {
         match &op.kind {
-            OpKind::Trace { mask, ray } => {
-                let (lanes, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
+            OpKind::Trace { mask, ray, weight } => {
+                let lanes = self.lane_set(*mask);
+                let rays = self.store_lanes(ray.operands().chain([*weight]));
                 let answer = self.answer_memory();
                 self.call_host(
                     None,
@@ -37,7 +41,7 @@ impl Emitter<'_, '_> {
                 self.define_answers(op, 0, None);
             }
             OpKind::Occluded { mask, ray } => {
-                let (lanes, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
+                let (lanes, rays) = (self.lane_set(*mask), self.store_lanes(ray.operands()));
                 let arguments = format!("{lanes}, ptr {rays}");
                 let bits = self.call_for_lanes(*mask, abi::HOST_OCCLUDED, &arguments);
                 self.define(op.results.get(0), bits);
@@ -76,10 +80,6 @@ impl Emitter<'_, '_> {
         format!("i32 {base}, i32 {active}")
     }
 
-    fn ray_lanes(&mut self, ray: &Ray) -> Operand {
-        self.store_lanes(ray.operands())
-    }
-
     /// Writes floats, an array of lanes each.
     fn store_lanes(&mut self, values: impl Iterator<Item = Value>) -> Operand {
         let memory = self.request_memory();
@@ -96,7 +96,7 @@ impl Emitter<'_, '_> {
         if let Some(memory) = self.requests.request {
             return memory;
         }
-        let memory = self.alloca(&format!("[{} x i8]", 7 * LANES_BYTES), 64);
+        let memory = self.alloca(&format!("[{} x i8]", REQUEST_ARRAYS * LANES_BYTES), 64);
         self.requests.request = Some(memory);
         memory
     }

@@ -1,7 +1,8 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
 //! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`], [`mod@unit`] and [`placed`] keep its
-//! results to the bit (NaN payloads aside) and its requests to the host in number and order.
+//! results to the bit (NaN payloads aside) and its requests to the host in number and order; but for [`weigh`] the
+//! requests also say the same.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
 //! every backend is done here, what pays on one belongs to it.
@@ -32,6 +33,7 @@ pub mod unchanged;
 pub mod unit;
 pub mod unread;
 pub mod unroll;
+pub mod weigh;
 
 use std::collections::BTreeMap;
 
@@ -81,6 +83,7 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("select", select::run),
     ("unchanged", unchanged::run),
     ("unroll", unroll::run),
+    ("weigh", weigh::run),
 ];
 
 /// Runs the passes on a verified function, in order.
@@ -88,8 +91,10 @@ pub fn optimize(function: &mut Function, options: &Options) {
     if options.contract {
         run("contract", function, contract::run);
     }
+    run("promote", function, promote::run);
+    run("dead", function, dead::run);
+    run("weigh", function, weigh::run);
     if options.optimize {
-        run("promote", function, promote::run);
         run("fold", function, fold::run);
         run("number", function, number::run);
         if options.approximate {
@@ -193,6 +198,8 @@ fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
 
 #[cfg(test)]
 mod tests {
+    use rtsl_ir::generate::HashHost;
+
     use super::*;
     use crate::testing::check_preserves;
 
@@ -202,7 +209,7 @@ mod tests {
         check_preserves(|function| optimize(function, &options));
     }
 
-    /// Other passes neither change what is contracted nor what that gives.
+    /// Other passes neither change what is contracted nor what that gives, nor the weights of rays.
     #[test]
     fn results_do_not_depend_on_how_much_is_optimized() {
         for seed in 1000..1200 {
@@ -211,7 +218,8 @@ mod tests {
                 let mut function = function.clone();
                 let options = Options { optimize: optimized, ..Options::default() };
                 optimize(&mut function, &options);
-                testing::outcome(&function, &rtsl_ir::generate::Entropy::bytes(seed, 600))
+                let inputs = rtsl_ir::generate::Entropy::bytes(seed, 600);
+                testing::outcome_with(HashHost::default(), &function, &inputs)
             });
             assert_eq!(outcomes[0], outcomes[1], "{seed}");
         }

@@ -48,11 +48,20 @@ pub(crate) fn check_preserves(pass: impl Fn(&mut Function)) {
     }
 }
 
-/// What a function leaves in its places but for slots.
+/// What a function leaves in its places but for slots, whatever the weights of its rays.
 pub(crate) fn outcome(function: &Function, inputs: &[u8]) -> (Vec<Vec<Constant>>, Outcome) {
+    outcome_with(HashHost::ignoring_weights(), function, inputs)
+}
+
+/// The same with this host.
+pub(crate) fn outcome_with(
+    mut host: HashHost,
+    function: &Function,
+    inputs: &[u8],
+) -> (Vec<Vec<Constant>>, Outcome) {
     let mut memory = Memory::new(function, &mut Entropy::new(inputs));
     let mut interpreter = Interpreter::prepare(function).expect("linked");
-    let outcome = interpreter.run(3, &mut memory, &mut HashHost::default());
+    let outcome = interpreter.run(3, &mut memory, &mut host);
     let mut snapshot = memory.snapshot();
     snapshot.retain(|place| !place.is_empty());
     (snapshot, outcome)

@@ -31,7 +31,7 @@ fn outcome(function: &Function) -> (Vec<Vec<Constant>>, Outcome) {
     let bytes = Entropy::bytes(1, 400);
     let mut memory = Memory::new(function, &mut Entropy::new(&bytes));
     let mut interpreter = Interpreter::prepare(function).unwrap();
-    let outcome = interpreter.run(0, &mut memory, &mut HashHost::default());
+    let outcome = interpreter.run(0, &mut memory, &mut HashHost::ignoring_weights());
     let mut snapshot = memory.snapshot();
     snapshot.retain(|place| !place.is_empty());
     (snapshot, outcome)

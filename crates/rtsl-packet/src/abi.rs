@@ -53,7 +53,7 @@
 //! | ambient | `(user, color: *[f32; COLORS])` |
 //! | rand | `(user, base, active, values: *[f32; 16])` |
 //!
-//! `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16); `LightQueryLanes` point (3 x 16), normal (3 x 16),
+//! `RayLanes` is origin (3 x 16), direction (3 x 16), limit (16), weight (16; of `trace` only); `LightQueryLanes` point (3 x 16), normal (3 x 16),
 //! cosine (16); `LightLanes` direction (3 x 16), distance (16), colour (COLORS x 16), density (16).
 
 #![allow(missing_docs, reason = "the table above documents the offsets")]

@@ -285,6 +285,8 @@ pub enum OpKind {
         mask: Value,
         /// See there.
         ray: Ray,
+        /// See there.
+        weight: Value,
     },
     /// As [`rtsl_ir::OpKind::Occluded`]; a mask, off where `mask` is.
     Occluded {
@@ -363,7 +365,11 @@ impl OpKind {
                 index_operand(*index).into_iter().chain([*value]).chain(*mask).for_each(visit);
             }
             OpKind::Loop { initial, body: _ } => initial.iter().copied().for_each(visit),
-            OpKind::Trace { mask, ray } | OpKind::Occluded { mask, ray } => {
+            OpKind::Trace { mask, ray, weight } => {
+                visit(*mask);
+                ray.operands().chain([*weight]).for_each(visit);
+            }
+            OpKind::Occluded { mask, ray } => {
                 visit(*mask);
                 ray.operands().for_each(visit);
             }

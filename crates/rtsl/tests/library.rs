@@ -58,7 +58,8 @@ impl Host for Answers {
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
         for lane in lanes.iter() {
             for (component, color) in radiance.iter_mut().enumerate() {
-                color[lane] = answer(lanes, lane, rays.direction[component % 3][lane]);
+                let seed = rays.direction[component % 3][lane] + rays.weight[lane];
+                color[lane] = answer(lanes, lane, seed);
             }
         }
     }

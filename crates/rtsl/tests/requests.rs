@@ -29,7 +29,7 @@ state rt_SampleColor: f32[3]
   %ray: f32 = rand
   %few: bool = less %ray, %limit
   %chosen: f32 = if %few {
-    %r: f32, %g: f32, %b: f32 = trace %ray, %zero, %zero, %one, %zero, %zero, %one
+    %r: f32, %g: f32, %b: f32 = trace %ray, %zero, %zero, %one, %zero, %zero, %one, %one
     yield %r
   } else {
     %hidden: bool = occluded %ray, %zero, %zero, %one, %zero, %zero, %one
@@ -38,7 +38,7 @@ light_sample %first, %ray, %zero, %zero, %one, %zero, %zero, %zero
     %lit: f32 = select %hidden, %zero, %distance
     yield %lit
   }
-  %tr: f32, %tg: f32, %tb: f32 = trace %ray, %zero, %zero, %zero, %one, %zero, %one
+  %tr: f32, %tg: f32, %tb: f32 = trace %ray, %zero, %zero, %zero, %one, %zero, %one, %one
   return state:rt_SampleColor@0 = %chosen, state:rt_SampleColor@1 = %tr, state:rt_SampleColor@2 = %tg
 }";
 

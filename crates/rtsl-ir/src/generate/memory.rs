@@ -63,17 +63,23 @@ impl Storage for Memory {
     }
 }
 
-/// A host whose answers are hashes of the request, the ray and how often the ray has asked before.
+/// A host whose answers are hashes of the request with its weight, the ray and how often the ray has asked before.
 #[derive(Clone, Debug, Default)]
 pub struct HashHost {
     /// Requests so far of each ray.
     requests: Vec<u32>,
+    ignores_weights: bool,
 }
 
 /// As many lights as a [`HashHost`] has.
 const LIGHTS: u32 = 3;
 
 impl HashHost {
+    /// One whose answers do not depend on the weights of traced rays, as those of renderers do not.
+    pub fn ignoring_weights() -> Self {
+        HashHost { ignores_weights: true, ..HashHost::default() }
+    }
+
     /// A hash for the next request of the ray in `lane`.
     fn next(&mut self, lanes: LaneSet, lane: usize, request: &[f32]) -> u64 {
         let ray = lanes.base as usize + lane;
@@ -87,9 +93,15 @@ impl HashHost {
         })
     }
 
-    fn next_ray(&mut self, lanes: LaneSet, lane: usize, rays: &RayLanes) -> u64 {
+    fn next_ray(
+        &mut self,
+        lanes: LaneSet,
+        lane: usize,
+        rays: &RayLanes,
+        weight: Option<&LaneFloats>,
+    ) -> u64 {
         let vectors = rays.origin.iter().chain(&rays.direction).chain([&rays.limit]);
-        let request: Vec<f32> = vectors.map(|values| values[lane]).collect();
+        let request: Vec<f32> = vectors.chain(weight).map(|values| values[lane]).collect();
         self.next(lanes, lane, &request)
     }
 }
@@ -97,7 +109,8 @@ impl HashHost {
 impl Host for HashHost {
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
         for lane in lanes.iter() {
-            let hash = self.next_ray(lanes, lane, rays);
+            let weight = (!self.ignores_weights).then_some(&rays.weight);
+            let hash = self.next_ray(lanes, lane, rays, weight);
             for (component, values) in radiance.iter_mut().enumerate() {
                 values[lane] = unit(hash, component);
             }
@@ -106,7 +119,7 @@ impl Host for HashHost {
 
     fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
         lanes.iter().fold(0, |mask, lane| {
-            let occluded = self.next_ray(lanes, lane, rays) & 1;
+            let occluded = self.next_ray(lanes, lane, rays, None) & 1;
             mask | (occluded as u32) << lane
         })
     }

@@ -110,7 +110,8 @@ impl<'a> Generator<'a> {
             52 => return self.light_loop(),
             53 => {
                 let (origin, direction, limit) = self.ray();
-                return self.push(OpKind::Trace { origin, direction, limit });
+                let weight = self.weight();
+                return self.push(OpKind::Trace { origin, direction, limit, weight });
             }
             54 => {
                 let (origin, direction, limit) = self.ray();
@@ -304,6 +305,14 @@ impl<'a> Generator<'a> {
 
     fn ray(&mut self) -> ([Value; 3], [Value; 3], Value) {
         (self.vector(), self.vector(), self.pick(Scalar::F32))
+    }
+
+    /// Not known, or anything.
+    fn weight(&mut self) -> Value {
+        match self.entropy.chance(128) {
+            true => self.builder.f32(1.0),
+            false => self.pick(Scalar::F32),
+        }
     }
 
     fn vector(&mut self) -> [Value; 3] {

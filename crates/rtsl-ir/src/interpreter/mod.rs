@@ -202,7 +202,9 @@ impl Run<'_> {
                     }
                 }
                 Instruction::Trace { to, operands } => {
-                    self.ask_rays(&program.operands[operands as usize..]);
+                    let operands = &program.operands[operands as usize..];
+                    self.ask_rays(operands);
+                    self.lanes.rays.weight[0] = self.get_f32(operands[7]);
                     host.trace(self.lane_set, &self.lanes.rays, &mut self.lanes.colors);
                     for component in 0..self.lanes.colors.len() {
                         let radiance = self.lanes.colors[component][0];

@@ -213,12 +213,12 @@ impl<'a> Parser<'a> {
             }
             "length" => OpKind::Length(self.parse_place()?),
             "trace" => {
-                let (origin, direction, limit) = self.parse_ray()?;
-                OpKind::Trace { origin, direction, limit }
+                let [a, b, c, d, e, f, limit, weight] = self.parse_values()?;
+                OpKind::Trace { origin: [a, b, c], direction: [d, e, f], limit, weight }
             }
             "occluded" => {
-                let (origin, direction, limit) = self.parse_ray()?;
-                OpKind::Occluded { origin, direction, limit }
+                let [a, b, c, d, e, f, limit] = self.parse_values()?;
+                OpKind::Occluded { origin: [a, b, c], direction: [d, e, f], limit }
             }
             "light_count" => OpKind::LightCount,
             "light_sample" => {
@@ -297,11 +297,6 @@ impl<'a> Parser<'a> {
         self.expect('}')?;
         self.depth -= 1;
         Ok(Region { params, ops, yields })
-    }
-
-    fn parse_ray(&mut self) -> Result<([Value; 3], [Value; 3], Value)> {
-        let [a, b, c, d, e, f, limit] = self.parse_values()?;
-        Ok(([a, b, c], [d, e, f], limit))
     }
 
     fn parse_reference_call(&mut self) -> Result<OpKind> {

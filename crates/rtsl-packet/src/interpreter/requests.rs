@@ -9,8 +9,9 @@ use crate::kernel::{Op, OpKind, Ray};
 impl Execution<'_> {
     pub(super) fn request(&mut self, op: &Op) {
         match &op.kind {
-            OpKind::Trace { mask, ray } => {
-                let (set, rays) = (self.lane_set(*mask), self.ray_lanes(ray));
+            OpKind::Trace { mask, ray, weight } => {
+                let set = self.lane_set(*mask);
+                let rays = RayLanes { weight: self.floats(*weight), ..self.ray_lanes(ray) };
                 let mut radiance = LaneColors::default();
                 self.host.trace(set, &rays, &mut radiance);
                 self.define_answers(op.results.iter(), radiance.iter(), set.active);
@@ -64,6 +65,7 @@ impl Execution<'_> {
             origin: ray.origin.map(|value| self.floats(value)),
             direction: ray.direction.map(|value| self.floats(value)),
             limit: self.floats(ray.limit),
+            weight: LaneFloats::default(),
         }
     }
 

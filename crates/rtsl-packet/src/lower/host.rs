@@ -14,9 +14,10 @@ impl Lowering<'_> {
         use rtsl_ir::OpKind as Request;
         let mask = self.mask;
         let results = match &op.kind {
-            Request::Trace { origin, direction, limit } => {
+            Request::Trace { origin, direction, limit, weight } => {
                 let ray = self.ray(*origin, *direction, *limit);
-                self.request(OpKind::Trace { mask, ray }, &COLOR)
+                let weight = self.value(*weight);
+                self.request(OpKind::Trace { mask, ray, weight }, &COLOR)
             }
             Request::Occluded { origin, direction, limit } => {
                 let ray = self.ray(*origin, *direction, *limit);

@@ -64,8 +64,14 @@ impl Host for ShadingHost<'_> {
 
     fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
         let (rays, lanes) = self.packet(requests.iter().map(|it| (it.lanes, it.rays)));
-        let mut context = self.context.spawn(lanes);
-        if self.depth >= self.tracer.scene.settings.max_depth || self.tracer.problems.any() {
+        let mut weights = [1.0; LANES];
+        for request in requests.iter() {
+            to_packet(request.lanes, &request.rays.weight, &mut weights);
+        }
+        let mut context = self.context.spawn(lanes, &weights);
+        let settings = &self.tracer.scene.settings;
+        let lanes = lanes & !context.less_important_than(settings.cutoff);
+        if lanes == 0 || self.depth >= settings.max_depth || self.tracer.problems.any() {
             return;
         }
         self.workspace.rays.traced += u64::from(lanes.count_ones());

@@ -18,6 +18,8 @@ pub struct LaneContext {
     pub streams: LaneStreams,
     /// The time within the shutter.
     pub time: Lanes,
+    /// How much of each ray's radiance arrives in its pixel at most, as far as shaders tell: 1 for camera rays.
+    importance: Lanes,
     geometric_normals: LaneVectors,
     shading_normals: LaneVectors,
     /// The lanes whose rays met the surface from where its normal does not point.
@@ -31,15 +33,24 @@ impl LaneContext {
             sampler,
             streams,
             time,
+            importance: [1.0; LANES],
             geometric_normals: [[0.0; LANES]; 3],
             shading_normals: [[0.0; LANES]; 3],
             behind: 0,
         }
     }
 
-    /// The context of rays that those of `lanes` spawn.
-    pub fn spawn(&mut self, lanes: LaneMask) -> Self {
-        LaneContext::new(self.sampler, self.streams.spawn(lanes), self.time)
+    /// The context of rays that those of `lanes` spawn, of whose radiance they take so much.
+    pub fn spawn(&mut self, lanes: LaneMask, weights: &Lanes) -> Self {
+        let importance = std::array::from_fn(|lane| self.importance[lane] * weights[lane]);
+        let streams = self.streams.spawn(lanes);
+        LaneContext { importance, ..LaneContext::new(self.sampler, streams, self.time) }
+    }
+
+    /// The lanes whose importance is less than this. One that is NaN is not.
+    pub fn less_important_than(&self, cutoff: f32) -> LaneMask {
+        let bits = self.importance.iter().enumerate();
+        bits.fold(0, |mask, (lane, it)| mask | LaneMask::from(*it < cutoff) << lane)
     }
 
     /// The normal of the surface that a lane hit.
@@ -118,5 +129,25 @@ impl Host for LaneContext {
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         self.streams.next(&self.sampler, lanes, values);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::SamplerKind;
+
+    #[test]
+    fn weights_multiply_and_what_is_no_number_counts() {
+        let sampler = Sampler { kind: SamplerKind::Independent, columns: 1, rows: 1, seed: 0 };
+        let mut camera = LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]);
+        assert_eq!(camera.less_important_than(1.0), 0);
+        let mut weights = [0.5; LANES];
+        weights[3] = f32::NAN;
+        let mut spawned = camera.spawn(LaneMask::MAX, &weights);
+        assert_eq!(spawned.less_important_than(0.5), 0);
+        weights[5] = 1.0;
+        let again = spawned.spawn(LaneMask::MAX, &weights);
+        assert_eq!(again.less_important_than(0.5), !(1 << 3 | 1 << 5));
     }
 }

@@ -22,6 +22,8 @@ pub struct Settings {
     pub sampler: Sampler,
     /// How often rays may spawn rays: 0 follows camera rays only.
     pub max_depth: u32,
+    /// Rays that rays spawn are not traced where less of their light than this would arrive in the pixel; 0 traces all.
+    pub cutoff: f32,
     /// The least distance of a hit from its ray's origin, where the scene sets it.
     pub epsilon: Option<f32>,
     /// The greatest number of loop iterations of one ray in one call of a method.
@@ -44,6 +46,7 @@ impl Default for Settings {
             exposure: 0.0,
             sampler: stratified(16, 0),
             max_depth: 5,
+            cutoff: 0.0,
             epsilon: None,
             loop_budget: 1 << 20,
         }
@@ -159,6 +162,9 @@ impl Settings {
         if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {
             self.max_depth = depth as u32;
         }
+        if let Some(cutoff) = reader.number_between("cutoff", 0.0, 1.0) {
+            self.cutoff = cutoff as f32;
+        }
         if let Some(epsilon) = reader.number("epsilon") {
             self.epsilon = Some(epsilon as f32);
         }
@@ -227,19 +233,33 @@ impl<'a> ParameterReader<'a> {
         let parameter = self.take(name)?;
         match &parameter.values {
             Values::Numbers(values) if values.len() == 1 && values[0] == values[0].trunc() => {
-                let value = values[0];
-                if (least..=greatest).contains(&value) {
-                    return Some(value);
-                }
-                let message =
-                    format!("`{name}` lies between {least} and {greatest}, found {value}");
-                self.diagnostics.push(
-                    Diagnostic::new(codes::SCENE_LIMIT, message).at(parameter.values_span, ""),
-                );
-                None
+                self.between(parameter, values[0], least, greatest)
             }
             _ => self.wrong(parameter, "one whole number"),
         }
+    }
+
+    fn number_between(&mut self, name: &'static str, least: f64, greatest: f64) -> Option<f64> {
+        let value = self.number(name)?;
+        let parameter = self.take(name)?;
+        self.between(parameter, value, least, greatest)
+    }
+
+    fn between(
+        &mut self,
+        parameter: &Parameter,
+        value: f64,
+        least: f64,
+        greatest: f64,
+    ) -> Option<f64> {
+        if (least..=greatest).contains(&value) {
+            return Some(value);
+        }
+        let name = &parameter.name;
+        let message = format!("`{name}` lies between {least} and {greatest}, found {value}");
+        self.diagnostics
+            .push(Diagnostic::new(codes::SCENE_LIMIT, message).at(parameter.values_span, ""));
+        None
     }
 
     fn boolean(&mut self, name: &'static str) -> Option<bool> {

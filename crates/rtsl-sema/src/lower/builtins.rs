@@ -144,7 +144,8 @@ impl<'m> Lowering<'m> {
         let kind = if special == Special::Occluded {
             OpKind::Occluded { origin, direction, limit }
         } else {
-            OpKind::Trace { origin, direction, limit }
+            let weight = self.builder.f32(1.0);
+            OpKind::Trace { origin, direction, limit, weight }
         };
         self.builder.push(kind).iter().collect()
     }
