@@ -19,8 +19,8 @@ use super::turns::MOST_IN_TURN;
 use super::wide_tree::{Block, Child, WIDTH, WideNode, WideTree};
 use smallvec::SmallVec;
 
-/// Fewer rays than these go on from a node each on its own way. From half to four times as many the speed hardly differs; nor does it
-/// help to let such rays wait until there are more of them to take turns.
+/// Fewer rays than these go on from a node each on its own way. From half to four times as many the speed hardly
+/// differs; nor does it help to let such rays wait until there are more of them to take turns.
 const FEWEST_AT_NODES: u32 = 6;
 
 /// The same where the interval says little, and any hit will do. Where the nearest is looked for such rays go
