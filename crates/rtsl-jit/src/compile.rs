@@ -36,7 +36,8 @@ impl OptLevel {
     /// method of 77 becomes longer with `licm`); `gvn` takes 5 % of the largest `intersect`, but
     /// its redundancy elimination across paths makes as much code as it saves, for a third of
     /// its time. `instcombine` makes code 3 % longer, since it sees through the form in which masks
-    /// cross blocks, and takes as long as all others. Vectorisers and unrolling never run: the
+    /// cross blocks, and takes as long as all others. `always-inline` is for one function, that of a
+    /// leaf's test, which goes into the loop over tests. Vectorisers and unrolling never run: the
     /// code is vectors already.
     fn passes(self) -> Option<&'static str> {
         match self {

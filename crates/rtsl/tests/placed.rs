@@ -142,6 +142,16 @@ impl Scene {
             host: &mut NoHost,
         });
         assert!(!status.budget_exhausted);
+        let mut again = tests.clone();
+        let status = kernel.call(LeafArguments {
+            state: &mut new_state(COUNT),
+            scratch: &mut self.program.new_scratch(COUNT),
+            count: 0,
+            tests: &mut again,
+            host: &mut NoHost,
+        });
+        assert!(!status.budget_exhausted);
+        assert!(again.iter().all(|test| test.nearest().is_none()), "there was nothing to hit");
         let mut found = [None; COUNT];
         tests.iter().for_each(|test| found[test.ray as usize] = Some(*test));
         let mut hits = 0;
