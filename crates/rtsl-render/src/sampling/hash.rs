@@ -9,7 +9,7 @@ pub fn hash(a: u32, b: u32) -> u32 {
 /// A reversible function with little bias: two rounds of a shifted exclusive-or and an odd factor, as
 /// found by search (Wellons, "Prospecting for Hash Functions", 2018).
 #[inline(always)]
-fn mix(word: u32) -> u32 {
+pub fn mix(word: u32) -> u32 {
     let word = (word ^ word >> 16).wrapping_mul(0x7FEB_352D);
     let word = (word ^ word >> 15).wrapping_mul(0x846C_A68B);
     word ^ word >> 16

@@ -3,6 +3,7 @@
 
 mod hash;
 mod sampler;
+mod sobol;
 
 pub use hash::{hash, permute, unit_float};
-pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler, SamplerKind, child_key};
+pub use sampler::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, SamplerKind, child_key};

@@ -1,6 +1,7 @@
 //! Samplers: how the numbers of one pixel are spread.
 
 use super::hash::{hash, permute, permute_power_of_two, unit_float};
+use super::sobol::{sobol_bits, sobol_pair_bits};
 
 /// The kinds of sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,9 @@ pub enum SamplerKind {
         /// Numbers lie anywhere in their strata, else in the middle.
         jitter: bool,
     },
+    /// Owen-scrambled points of Sobol's sequence: each dimension, and each pair (2k, 2k + 1) of them, has one
+    /// number in each elementary interval of a pixel's first 2^m samples.
+    Sobol,
 }
 
 /// The sampler of an image.
@@ -61,7 +65,21 @@ impl Sampler {
     /// A number of a ray's sequence.
     #[inline(always)]
     pub fn number_of_stream<const SPREAD: u8>(&self, key: u32, dimension: u32, sample: u32) -> f32 {
+        if SPREAD == SOBOL {
+            return unit_float(sobol_bits(hash(key, dimension >> 1), dimension & 1, sample));
+        }
         self.number::<SPREAD>(hash(key, dimension), sample)
+    }
+
+    /// Numbers 2 `pair` and 2 `pair` + 1 of a ray's sequence, in less time than one by one.
+    #[inline(always)]
+    pub fn pair_of_stream<const SPREAD: u8>(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
+        if SPREAD == SOBOL {
+            return sobol_pair_bits(hash(key, pair), sample).map(unit_float);
+        }
+        let first = pair.wrapping_mul(2);
+        let one = self.number_of_stream::<SPREAD>(key, first, sample);
+        [one, self.number_of_stream::<SPREAD>(key, first.wrapping_add(1), sample)]
     }
 
     /// Which of the ways to spread numbers it takes, decided once for many of them.
@@ -72,6 +90,7 @@ impl Sampler {
                 POWER_OF_TWO
             }
             SamplerKind::Stratified { .. } => ANY_COUNT,
+            SamplerKind::Sobol => SOBOL,
         }
     }
 
@@ -88,8 +107,8 @@ impl Sampler {
     #[inline(always)]
     fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
         match SPREAD {
-            // Any order of numbers that have nothing to do with each other will do.
-            INDEPENDENT => sample,
+            // Any order of numbers that have nothing to do with each other will do; Sobol's points have their own.
+            INDEPENDENT | SOBOL => sample,
             POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
             _ => permute(sample, self.samples_per_pixel(), key),
         }
@@ -98,13 +117,16 @@ impl Sampler {
     #[inline(always)]
     fn is_jittered(&self) -> bool {
         match self.kind {
-            SamplerKind::Independent => true,
+            SamplerKind::Independent | SamplerKind::Sobol => true,
             SamplerKind::Stratified { jitter } => jitter,
         }
     }
 
     #[inline(always)]
     fn number<const SPREAD: u8>(&self, key: u32, sample: u32) -> f32 {
+        if SPREAD == SOBOL {
+            return unit_float(sobol_bits(key, 0, sample));
+        }
         let random = unit_float(hash(key, sample));
         if SPREAD == INDEPENDENT {
             return random;
@@ -116,6 +138,9 @@ impl Sampler {
 
     #[inline(always)]
     fn pair<const SPREAD: u8>(&self, key: u32, sample: u32) -> [f32; 2] {
+        if SPREAD == SOBOL {
+            return sobol_pair_bits(key, sample).map(unit_float);
+        }
         let random = [unit_float(hash(key, sample << 1)), unit_float(hash(key, sample << 1 | 1))];
         if SPREAD == INDEPENDENT {
             return random;
@@ -136,6 +161,8 @@ pub const INDEPENDENT: u8 = 0;
 pub const POWER_OF_TWO: u8 = 1;
 /// Strata in any number.
 pub const ANY_COUNT: u8 = 2;
+/// [`SamplerKind::Sobol`].
+pub const SOBOL: u8 = 3;
 
 /// Rounding may lift a number to 1, which lies outside.
 #[inline(always)]
