@@ -6,8 +6,10 @@
 //! `rtsl` offers to every host.
 
 pub mod acceleration;
+pub mod compiled;
 pub mod film;
 pub mod interactive;
+pub(crate) mod lanes;
 pub mod math;
 pub mod measure;
 pub mod mesh;
@@ -19,6 +21,7 @@ pub mod sampling;
 pub mod scene;
 pub mod session;
 pub mod statistics;
+pub(crate) mod tiles;
 
 pub use messages::Messages;
 pub use progress::Progress;

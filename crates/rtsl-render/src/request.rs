@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
+use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, Image};
-use crate::interactive::{BuildStep, CompiledScene, RenderOptions, render};
+use crate::interactive::{RenderOptions, render};
 use crate::messages::Messages;
 use crate::progress::Progress;
 use crate::reader::{DiskFiles, FileSource};

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, Engine, EngineOptions, Method};
 use rtsl_render::Messages;
-use rtsl_render::interactive::{CompiledScene, RenderOptions, render};
+use rtsl_render::compiled::CompiledScene;
+use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::scene::{LoadOptions, load_scene};
 

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Engine, EngineOptions};
 use rtsl_render::Messages;
+use rtsl_render::compiled::CompiledScene;
 use rtsl_render::film::Image;
-use rtsl_render::interactive::{CompiledScene, RenderOptions, render};
+use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::scene::{LoadOptions, Scene, load_scene};
 

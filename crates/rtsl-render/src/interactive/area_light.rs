@@ -17,35 +17,17 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, lanes_of};
+use crate::acceleration::{Hits, LANES, LaneMask, lanes_of};
+use crate::compiled::area_light::AreaLight;
+use crate::compiled::calls::CallBlocks;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
+use crate::tiles::LaneContext;
 
-use super::compiled::ShaderInstance;
-use super::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
-use super::lane_context::LaneContext;
 use super::light_samples::LightSamples;
-use super::shading::Tracer;
 use super::surface::{prepare, runs};
-use super::variables::variables;
-use super::workspace::{CallBlocks, Level, Workspace};
-
-/// A shape that is sampled.
-pub struct AreaLight {
-    /// By which hits name it.
-    pub id: HitId,
-    /// The number of the instance that places it, if it moves.
-    pub instance: Option<u32>,
-    /// The index of its object.
-    pub object: u32,
-    /// The object's shape, or the element of it that is sampled.
-    pub primitive: ShaderInstance,
-    /// The index of the material whose emission it gives off.
-    pub emitter: u32,
-    /// How much larger a volume of the shape's space is in its group's; positive.
-    pub volume_scale: f64,
-}
-
-/// Of a mesh with more elements none is sampled: each of them would cost a ray for every point.
-pub const MOST_SAMPLED_ELEMENTS: u32 = 64;
+use super::workspace::{Level, Workspace};
 
 /// How far from a sample, relative to its distance, the shape may be found: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;
@@ -86,7 +68,7 @@ impl Lamp<'_> {
             return 0;
         }
         workspace.rays.shadow += u64::from(reaching.count_ones());
-        let hits = self.tracer.nearest(workspace, &samples.rays, reaching);
+        let hits = self.tracer.nearest(&mut workspace.search, &samples.rays, reaching);
         let found = self.found(&hits, samples, reaching);
         if found == 0 {
             return 0;
@@ -206,15 +188,5 @@ impl Lamp<'_> {
         }
         context.streams = own.streams;
         lit
-    }
-}
-
-impl AreaLight {
-    /// What densities of the shape's space are multiplied with for the world's, by the distances in
-    /// both: the Jacobian of directions under a linear map, which is its stretch along the direction, cubed, over
-    /// its determinant.
-    fn density_scale(&self, distance: f32, local_distance: f32) -> f64 {
-        let stretch = f64::from(distance) / f64::from(local_distance);
-        stretch * stretch * stretch / self.volume_scale
     }
 }

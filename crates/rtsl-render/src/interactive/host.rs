@@ -12,15 +12,16 @@ use rtsl::host::{
 use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{LANES, LaneMask, RayPacket};
+use crate::compiled::compiled_scene::Light;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{dots, eights_alone, is_lit};
+use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
+use crate::tiles::LaneContext;
 
 use super::area_light::sample;
-use super::compiled::Light;
-use super::eight::{dots, eights_alone, is_lit};
-use super::lane_context::LaneContext;
 use super::light_samples::LightSamples;
-use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
-use super::shading::{Tracer, radiance};
-use super::variables::variables;
+use super::shading::radiance;
 use super::workspace::Workspace;
 
 /// Answers the materials of a packet.
@@ -146,7 +147,7 @@ impl ShadingHost<'_> {
             return 0;
         }
         self.workspace.rays.shadow += u64::from(lanes.count_ones());
-        self.tracer.any_hit(self.workspace, rays, lanes)
+        self.tracer.any_hit(&mut self.workspace.search, rays, lanes)
     }
 
     /// Samples a light without a shape; returns the lanes that it reaches.

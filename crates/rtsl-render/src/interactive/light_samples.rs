@@ -5,9 +5,8 @@ use fearless_simd::prelude::*;
 use rtsl::host::LightRequest;
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
-
-use super::eight::{LaneVectors, dots, eights_alone};
-use super::request_lanes::{from_packet, mask_of, request_bits, to_packet};
+use crate::lanes::eight::{LaneVectors, dots, eights_alone};
+use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 
 /// Points that ask for light, and the samples that they get.
 pub struct LightSamples {

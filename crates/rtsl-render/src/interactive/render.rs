@@ -4,22 +4,21 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, diagnostic_codes as codes};
-
 use crate::acceleration::{LANES, lanes_of};
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::specialisation::SPECIALISE_AFTER;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::work_counts::WorkCounts;
 use crate::film::{Aov, AovImage, Image};
 use crate::messages::Messages;
 use crate::statistics::{LaneUse, RayCounts};
+use crate::tiles::Tile;
+use crate::tiles::{RenderThreads, tiles_of};
 
-use super::camera::Tile;
-use super::compiled::CompiledScene;
-use super::shading::Tracer;
-use super::specialisation::SPECIALISE_AFTER;
 use super::tile_aovs::{ObjectClasses, TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;
-use super::tiles::{RenderThreads, tiles_of};
-use super::work_counts::WorkCounts;
-use super::workspace::{Problems, Workspace};
+use super::workspace::{Workspace, rays_of};
 
 /// How to render.
 #[derive(Clone, Copy, Default)]
@@ -122,8 +121,10 @@ impl<'a> Job<'a> {
         let render = |workspace: &mut Workspace, tile: usize| {
             self.render_tile(workspace, self.tiles[tile], start);
         };
-        let (_, rays) = threads.for_each_tile(self.scene, (0, self.tiles.len()), proceed, render);
-        rays
+        let tiles = (0, self.tiles.len());
+        let memory = || Workspace::new(self.scene);
+        let (_, workspaces) = threads.for_each_tile(tiles, memory, proceed, render);
+        rays_of(&workspaces)
     }
 
     fn must_stop(&self, start: Instant) -> bool {
@@ -137,7 +138,7 @@ impl<'a> Job<'a> {
         let samples = self.scene.settings.sampler.samples_per_pixel();
         let begun = Instant::now();
         let counts_lanes = self.options.aovs.contains(&Aov::Lanes);
-        workspace.counts = counts_lanes.then(|| WorkCounts::new(self.scene.width));
+        workspace.search.counts = counts_lanes.then(|| WorkCounts::new(self.scene.width));
         let mut sums = [[0.0; 3]; LANES];
         let mut taken = 0;
         let mut dropped = 0;
@@ -150,7 +151,7 @@ impl<'a> Job<'a> {
             taken += 1;
             dropped += sample_tile(&tracer, workspace, tile, sample).add_to(&mut sums);
         }
-        let counts = workspace.counts.take();
+        let counts = workspace.search.counts.take();
         let lane_use = counts.map_or(LaneUse::default(), |counts| counts.lane_use);
         let work = TileWork { time: begun.elapsed(), lane_use };
         let aovs = self.tile_aovs(workspace, &tracer, tile, taken);
@@ -214,19 +215,4 @@ impl<'a> Job<'a> {
             cancelled: self.stopped.into_inner(),
         })
     }
-}
-
-/// What to say of shaders that ran past their budget.
-pub fn exhausted_budgets(scene: &CompiledScene, problems: &Problems) -> Messages {
-    let mut messages = Messages::default();
-    for (class, method) in problems.exhausted() {
-        let budget = scene.settings.loop_budget;
-        let message =
-            format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
-        messages.push_one(
-            Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
-                .help("if it does end, raise the integrator's `\"integer budget\"`"),
-        );
-    }
-    messages
 }

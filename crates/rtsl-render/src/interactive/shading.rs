@@ -5,61 +5,19 @@ use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
+use crate::compiled::calls::CallBlocks;
+use crate::compiled::compiled_scene::Light;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{LaneVectors, eights, eights_alone};
+use crate::tiles::LaneContext;
 
-use super::compiled::{CompiledScene, Light};
-use super::eight::{LaneVectors, eights, eights_alone};
 use super::host::ShadingHost;
-use super::intersection::Intersector;
-use super::lane_context::LaneContext;
 use super::surface::{Run, prepare, runs};
-use super::variables::variables;
-use super::work_counts::CountedObjects;
-use super::workspace::{CallBlocks, Level, Problems, Workspace};
-
-/// What rays are traced with.
-pub struct Tracer<'a> {
-    /// The scene.
-    pub scene: &'a CompiledScene,
-    /// Where problems go.
-    pub problems: &'a Problems,
-}
+use super::workspace::{Level, Workspace};
 
 /// A colour for each lane, channel by channel.
 pub type PacketColors = LaneVectors;
-
-impl Tracer<'_> {
-    /// The nearest hits.
-    pub fn nearest(&self, workspace: &mut Workspace, rays: &RayPacket, lanes: LaneMask) -> Hits {
-        let Workspace { intersection, visits, counts, .. } = workspace;
-        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
-        let geometry = &self.scene.geometry;
-        match counts {
-            None => geometry.nearest(rays, lanes, &mut intersector, visits),
-            Some(counts) => {
-                let mut counted = CountedObjects::new(intersector, counts);
-                geometry.nearest(rays, lanes, &mut counted, visits)
-            }
-        }
-    }
-
-    /// The lanes that hit anything before their limits.
-    pub fn any_hit(
-        &self,
-        workspace: &mut Workspace,
-        rays: &RayPacket,
-        lanes: LaneMask,
-    ) -> LaneMask {
-        let Workspace { intersection, visits, counts, .. } = workspace;
-        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
-        let geometry = &self.scene.geometry;
-        match counts {
-            None => geometry.any(rays, lanes, &mut intersector, visits),
-            Some(counts) => {
-                geometry.any(rays, lanes, &mut CountedObjects::new(intersector, counts), visits)
-            }
-        }
-    }
-}
 
 /// The radiance along the rays of `lanes`, which were spawned `depth` times.
 pub fn radiance(
@@ -72,7 +30,7 @@ pub fn radiance(
 ) -> PacketColors {
     let mut colors = [[0.0; LANES]; 3];
     let mut level = workspace.take_level();
-    let hits = tracer.nearest(workspace, rays, lanes);
+    let hits = tracer.nearest(&mut workspace.search, rays, lanes);
     add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
     let runs = runs(tracer.scene, &hits, lanes);
     for run in &runs {
@@ -226,7 +184,7 @@ fn shade(
         Surface::Own(run) => run.call(tracer, method, numbers),
     });
     let Some(call) = call else { return };
-    if let Some(counts) = &mut host.workspace.counts {
+    if let Some(counts) = &mut host.workspace.search.counts {
         counts.add_call(shading.lanes);
     }
     let v = variables();

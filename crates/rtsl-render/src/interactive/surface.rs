@@ -5,18 +5,19 @@ use fearless_simd::{Level as SimdLevel, Simd, dispatch, f32x8};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
 use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of};
+use crate::compiled::calls::KernelCall;
+use crate::compiled::compiled_scene::{CompiledScene, Object};
+use crate::compiled::object_class::ObjectClass;
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::placement::Placement;
+use crate::compiled::shaders::SurfaceNeeds;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::{set_vector, variables};
+use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
 use crate::math::{dot, normalize_or};
+use crate::tiles::LaneContext;
 
-use super::compiled::{CompiledScene, Object};
-use super::eight::{Eight, Vectors, eights, points_on_rays};
-use super::lane_context::LaneContext;
-use super::object_class::ObjectClass;
-use super::placed_objects::HitObject;
-use super::placement::Placement;
-use super::shaders::SurfaceNeeds;
-use super::shading::Tracer;
-use super::variables::{set_vector, variables};
-use super::workspace::{KernelCall, Level};
+use super::workspace::Level;
 
 /// Lanes that hit one object, whichever of its elements.
 pub struct Run<'a> {

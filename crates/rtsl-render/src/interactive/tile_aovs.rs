@@ -4,15 +4,15 @@
 use std::time::Duration;
 
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket, lanes_of};
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::work_counts::WorkCounts;
 use crate::film::Aov;
 use crate::math::dot;
 use crate::statistics::LaneUse;
+use crate::tiles::{CameraRays, Tile, camera_rays};
 
-use super::camera::{CameraRays, Tile, camera_rays};
-use super::compiled::CompiledScene;
-use super::shading::Tracer;
 use super::surface::{prepare, runs};
-use super::work_counts::WorkCounts;
 use super::workspace::Workspace;
 
 /// The classes of a scene's objects, in the order in which objects have them.
@@ -86,7 +86,7 @@ impl TileAovs {
         sample: u32,
     ) {
         let settings = &tracer.scene.settings;
-        let mut camera = camera_rays(tracer, workspace, tile, sample);
+        let mut camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
         let CameraRays { rays, context, .. } = &mut *camera;
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
@@ -108,7 +108,7 @@ impl TileAovs {
             }
         }
         workspace.return_level(level);
-        workspace.keep_camera_rays(camera);
+        workspace.camera.keep(camera);
         self.samples += 1;
     }
 
@@ -139,9 +139,9 @@ pub fn visits_of_sample(
 ) -> [u32; LANES] {
     let settings = &tracer.scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let camera = camera_rays(tracer, workspace, tile, sample);
+    let camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
     let (_, visited) = counted_hits(tracer, workspace, &camera.rays, lanes);
-    workspace.keep_camera_rays(camera);
+    workspace.camera.keep(camera);
     visited
 }
 
@@ -152,8 +152,8 @@ fn counted_hits(
     rays: &RayPacket,
     lanes: LaneMask,
 ) -> (Hits, [u32; LANES]) {
-    workspace.counts = Some(WorkCounts::new(tracer.scene.width));
-    let hits = tracer.nearest(workspace, rays, lanes);
-    let counts = workspace.counts.take();
+    workspace.search.counts = Some(WorkCounts::new(tracer.scene.width));
+    let hits = tracer.nearest(&mut workspace.search, rays, lanes);
+    let counts = workspace.search.counts.take();
     (hits, counts.map_or([0; LANES], |counts| counts.visited))
 }

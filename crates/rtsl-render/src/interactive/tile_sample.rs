@@ -2,9 +2,10 @@
 //! interactive session have in common.
 
 use crate::acceleration::{LANES, LaneMask, lanes_of};
+use crate::compiled::tracer::Tracer;
+use crate::tiles::{CameraRays, Tile, camera_rays};
 
-use super::camera::{CameraRays, Tile, camera_rays};
-use super::shading::{PacketColors, Tracer, radiance};
+use super::shading::{PacketColors, radiance};
 use super::workspace::Workspace;
 
 /// One sample of every pixel of a tile.
@@ -25,14 +26,14 @@ pub fn sample_tile(
 ) -> TileSample {
     let settings = &tracer.scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
-    let mut camera = camera_rays(tracer, workspace, tile, sample);
+    let mut camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
     let CameraRays { rays, context, weights } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
     let mut colors = radiance(tracer, workspace, rays, lanes, context, 0);
     for (channel, weights) in colors.iter_mut().zip(weights) {
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
     }
-    workspace.keep_camera_rays(camera);
+    workspace.camera.keep(camera);
     TileSample { lanes, colors }
 }
 

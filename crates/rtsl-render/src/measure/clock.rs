@@ -4,8 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::acceleration::LaneMask;
-use crate::interactive::{RenderThreads, Tile, Tracer, Workspace, camera_rays, sample_tile};
+use crate::compiled::tracer::Tracer;
+use crate::interactive::{Workspace, rays_of, sample_tile};
 use crate::statistics::RayCounts;
+use crate::tiles::{RenderThreads, Tile, camera_rays};
 
 use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
@@ -31,14 +33,14 @@ impl Clock<'_> {
         let primary = self.measure("primary", self.tiles.len(), |workspace, index| {
             let (tile, settings) = (self.tiles[index], &self.tracer.scene.settings);
             let lanes = tile.lanes(settings.width, settings.height);
-            let camera = camera_rays(&self.tracer, workspace, tile, 0);
-            let hits = self.tracer.nearest(workspace, &camera.rays, lanes).lanes(lanes);
-            workspace.keep_camera_rays(camera);
+            let camera = camera_rays(&self.tracer, &mut workspace.camera, tile, 0);
+            let hits = self.tracer.nearest(&mut workspace.search, &camera.rays, lanes).lanes(lanes);
+            workspace.camera.keep(camera);
             (lanes, hits)
         });
         let shadow = self.measure("shadow", sets.shadow.len(), |workspace, index| {
             let Packet { rays, lanes } = &sets.shadow[index];
-            (*lanes, self.tracer.any_hit(workspace, rays, *lanes))
+            (*lanes, self.tracer.any_hit(&mut workspace.search, rays, *lanes))
         });
         let nearest = |kind: &'static str, packets: &[Packet]| {
             self.measure(kind, packets.len(), |workspace, index| {
@@ -68,7 +70,7 @@ impl Clock<'_> {
     }
 
     fn nearest(&self, workspace: &mut Workspace, Packet { rays, lanes }: &Packet) -> LaneMask {
-        self.tracer.nearest(workspace, rays, *lanes).lanes(*lanes)
+        self.tracer.nearest(&mut workspace.search, rays, *lanes).lanes(*lanes)
     }
 
     /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit.
@@ -105,7 +107,9 @@ impl Clock<'_> {
 
     fn run(&self, count: usize, work: impl Fn(&mut Workspace, usize) + Sync) -> RayCounts {
         let proceed = || !self.tracer.problems.any();
-        self.threads.for_each_tile(self.tracer.scene, (0, count), proceed, work).1
+        let memory = || Workspace::new(self.tracer.scene);
+        let (_, workspaces) = self.threads.for_each_tile((0, count), memory, proceed, work);
+        rays_of(&workspaces)
     }
 
     /// The seconds of each repetition.

@@ -17,15 +17,16 @@ mod spread;
 
 use std::time::Duration;
 
+use self::clock::Clock;
 use rtsl::Engine;
 
-use crate::interactive::{Problems, RenderThreads, Tracer, exhausted_budgets, tiles_of};
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::tracer::Tracer;
 use crate::messages::Messages;
 use crate::reader::DiskFiles;
 use crate::request::{Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
-
-use self::clock::Clock;
+use crate::tiles::{RenderThreads, tiles_of};
 
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;

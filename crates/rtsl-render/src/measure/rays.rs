@@ -3,11 +3,11 @@
 use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
 
 use crate::acceleration::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
-use crate::interactive::{
-    CameraRays, LaneContext, ShadingHost, Tile, Tracer, Workspace, camera_rays, prepare, runs,
-};
+use crate::compiled::tracer::Tracer;
+use crate::interactive::{ShadingHost, Workspace, prepare, runs};
 use crate::math::dot;
 use crate::sampling::{hash, unit_float};
+use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
 
 /// Rays of some lanes.
 pub struct Packet {
@@ -52,11 +52,11 @@ impl RaySets {
         index: usize,
     ) {
         let settings = &tracer.scene.settings;
-        let mut camera = camera_rays(tracer, workspace, tile, 0);
+        let mut camera = camera_rays(tracer, &mut workspace.camera, tile, 0);
         let CameraRays { rays, context, .. } = &mut *camera;
         let mut level = workspace.take_level();
         let lanes = tile.lanes(settings.width, settings.height);
-        let hits = tracer.nearest(workspace, rays, lanes);
+        let hits = tracer.nearest(&mut workspace.search, rays, lanes);
         for run in &runs(tracer.scene, &hits, lanes) {
             prepare(tracer, run, rays, &hits, &mut level, context);
         }
@@ -64,7 +64,7 @@ impl RaySets {
         let surface = Surface { hits: &hits, lanes: hits.lanes(lanes), rays };
         let secondary = surface.secondary(tracer, context, index);
         let shadow = surface.shadow(tracer, workspace, context, index);
-        workspace.keep_camera_rays(camera);
+        workspace.camera.keep(camera);
         self.secondary.extend(Some(secondary).filter(|packet| packet.lanes != 0));
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
     }

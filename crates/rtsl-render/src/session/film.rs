@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::Image;
-use crate::interactive::{Tile, TileSample, TileSums, tiles_of};
+use crate::interactive::{TileSample, TileSums};
 use crate::statistics::LaneUse;
+use crate::tiles::{Tile, tiles_of};
 
 use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};

@@ -7,17 +7,19 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Diagnostic, Engine, SourceMap, diagnostic_codes as codes};
 
+use crate::compiled::CompiledScene;
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::tracer::Tracer;
+use crate::compiled::work_counts::WorkCounts;
 use crate::film::exposure_scale;
-use crate::interactive::{
-    CompiledScene, Problems, RenderThreads, TILE, Tile, Tracer, WorkCounts, Workspace, camera_rays,
-    exhausted_budgets, runs, sample_tile, visits_of_sample,
-};
+use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
 use crate::math::Transform;
 use crate::messages::Messages;
 use crate::reader::DiskFiles;
 use crate::sampling::hash;
 use crate::scene::{EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource};
 use crate::statistics::{LaneUse, RayCounts};
+use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 
 use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};
@@ -307,8 +309,8 @@ impl Session {
         let mut workspace = Workspace::new(&self.compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
-        let rays = &camera_rays(&tracer, &mut workspace, tile, 0).rays;
-        let hits = tracer.nearest(&mut workspace, rays, 1 << lane);
+        let rays = &camera_rays(&tracer, &mut workspace.camera, tile, 0).rays;
+        let hits = tracer.nearest(&mut workspace.search, rays, 1 << lane);
         let run = runs(&self.compiled, &hits, 1 << lane).pop()?;
         let index = run.index as usize;
         let [origin, direction] =
@@ -468,19 +470,19 @@ impl Session {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
                 || !begun.swap(true, Ordering::Relaxed)
         };
-        self.threads.for_each_tile(
-            compiled,
+        let (next, workspaces) = self.threads.for_each_tile(
             (first, tiles.len()),
+            || Workspace::new(compiled),
             || !problems.any() && in_time(),
             |workspace, place| {
                 let index = tiles[place];
                 let (tile, sample) = (film.tiles()[index], film.taken(index));
-                workspace.counts = counts_lanes(display.mode(), index, sample)
+                workspace.search.counts = counts_lanes(display.mode(), index, sample)
                     .then(|| WorkCounts::new(compiled.width));
                 let start = Instant::now();
                 let taken = sample_tile(&tracer, workspace, tile, sample);
                 let mut work = SampleWork { time: start.elapsed(), ..SampleWork::NONE };
-                if let Some(counts) = workspace.counts.take() {
+                if let Some(counts) = workspace.search.counts.take() {
                     work.lane_use = counts.lane_use;
                     *lock(lane_use) += counts.lane_use;
                 }
@@ -492,7 +494,8 @@ impl Session {
                     film.add(index, &taken, &work, display);
                 }
             },
-        )
+        );
+        (next, rays_of(&workspaces))
     }
 
     /// How much smaller the sides of the next whole frame are made. It changes only where that is

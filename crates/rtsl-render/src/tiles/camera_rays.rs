@@ -5,59 +5,17 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet_by};
+use crate::compiled::calls::CallBlocks;
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{LaneVectors, eights_alone};
+use crate::lanes::lane_streams::LaneStreams;
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler};
 use crate::scene::Settings;
 
-use super::compiled::CompiledScene;
-use super::eight::eights_alone;
 use super::lane_context::LaneContext;
-use super::lane_streams::LaneStreams;
-use super::shading::{PacketColors, Tracer};
-use super::variables::variables;
-use super::workspace::Workspace;
-
-/// The side of a tile in pixels: a packet is one sample of each of its pixels.
-pub const TILE: usize = 8;
-
-/// A tile of the image. Lanes follow a Z through its pixels, bits of x and y in turn, so that the
-/// lanes of one vector, of any width, are close to square: neighbours hit the same.
-#[derive(Clone, Copy, Debug)]
-pub struct Tile {
-    /// Its first column.
-    pub x: usize,
-    /// Its first row, from the top.
-    pub y: usize,
-}
-
-impl Tile {
-    /// The pixel of a lane.
-    pub fn pixel(&self, lane: usize) -> (usize, usize) {
-        (self.x + every_other_bit(lane), self.y + every_other_bit(lane >> 1))
-    }
-
-    /// The lane of the pixel (x, y) in its tile.
-    pub fn lane(x: usize, y: usize) -> usize {
-        let spread = |place: usize| place & 1 | (place & 2) << 1 | (place & 4) << 2;
-        spread(x) | spread(y) << 1
-    }
-
-    /// The lanes whose pixels lie inside the image.
-    pub fn lanes(&self, width: usize, height: usize) -> LaneMask {
-        if self.x + TILE <= width && self.y + TILE <= height {
-            return LaneMask::MAX;
-        }
-        let inside = |lane: &usize| {
-            let (x, y) = self.pixel(*lane);
-            x < width && y < height
-        };
-        (0..LANES).filter(inside).fold(0, |mask, lane| mask | 1 << lane)
-    }
-}
-
-/// Bits 0, 2 and 4 of a lane, side by side.
-fn every_other_bit(lane: usize) -> usize {
-    lane & 1 | lane >> 1 & 2 | lane >> 2 & 4
-}
+use super::tile::Tile;
 
 /// Camera rays, what belongs to them, and their weights.
 pub struct CameraRays {
@@ -66,7 +24,7 @@ pub struct CameraRays {
     /// Random numbers and time.
     pub context: LaneContext,
     /// What radiance is multiplied with.
-    pub weights: PacketColors,
+    pub weights: LaneVectors,
 }
 
 impl CameraRays {
@@ -80,17 +38,36 @@ impl CameraRays {
     }
 }
 
-/// Makes the rays of one sample of a tile, in memory of the workspace: [`Workspace::keep_camera_rays`] takes it back.
+/// The memory of one thread for camera rays.
+pub struct CameraMemory {
+    blocks: CallBlocks,
+    /// Rays not in use.
+    free: Option<Box<CameraRays>>,
+}
+
+impl CameraMemory {
+    /// For the camera of a scene.
+    pub fn new(scene: &CompiledScene) -> Self {
+        CameraMemory { blocks: CallBlocks::new(scene.scratch_arrays), free: None }
+    }
+
+    /// Takes camera rays back, to be filled again.
+    pub fn keep(&mut self, rays: Box<CameraRays>) {
+        self.free = Some(rays);
+    }
+}
+
+/// Makes the rays of one sample of a tile. [`CameraMemory::keep`] takes them back.
 pub fn camera_rays(
     tracer: &Tracer<'_>,
-    workspace: &mut Workspace,
+    memory: &mut CameraMemory,
     tile: Tile,
     sample: u32,
 ) -> Box<CameraRays> {
-    let kept = workspace.take_camera_rays();
+    let kept = memory.free.take();
     let mut camera =
         kept.unwrap_or_else(|| Box::new(CameraRays::new(tracer.scene.settings.sampler)));
-    dispatch!(Level::new(), simd => fill(simd, tracer, workspace, tile, sample, &mut camera));
+    dispatch!(Level::new(), simd => fill(simd, tracer, &mut memory.blocks, tile, sample, &mut camera));
     camera
 }
 
@@ -98,7 +75,7 @@ pub fn camera_rays(
 fn fill<S: Simd>(
     simd: S,
     tracer: &Tracer<'_>,
-    workspace: &mut Workspace,
+    blocks: &mut CallBlocks,
     tile: Tile,
     sample: u32,
     camera: &mut CameraRays,
@@ -114,7 +91,6 @@ fn fill<S: Simd>(
     let CameraRays { rays, context, weights } = camera;
     context.streams = LaneStreams::new(numbers.stream_keys, sample);
     context.time = numbers.time;
-    let blocks = &mut workspace.camera;
     numbers.set(scene, &mut blocks.state);
     if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) {
         blocks.call(&call, lanes, None, context);
@@ -219,20 +195,5 @@ impl CameraNumbers {
                 state.floats_mut(first + axis).fill(value);
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_pixel_has_a_lane() {
-        let tile = Tile { x: 16, y: 8 };
-        for lane in 0..LANES {
-            let (x, y) = tile.pixel(lane);
-            assert_eq!(Tile::lane(x, y), lane);
-        }
-        assert_eq!((tile.pixel(1), tile.pixel(2), tile.pixel(63)), ((17, 8), (16, 9), (23, 15)));
     }
 }

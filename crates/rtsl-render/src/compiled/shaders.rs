@@ -11,7 +11,7 @@ use rtsl::{
 
 use crate::scene::{Scene, SceneObject};
 
-use super::compiled::{ShaderInstance, inverse};
+use super::compiled_scene::{ShaderInstance, inverse};
 use super::object_class::{hit_variant, packet_variant};
 use super::specialisation::Specialised;
 

@@ -9,7 +9,7 @@ use crate::acceleration::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, It
 use crate::math::MovingTransform;
 use crate::scene::{PlacedGroup, Scene, SceneObject};
 
-use super::compiled::{Object, inverse};
+use super::compiled_scene::{Object, inverse};
 use super::object_class::{ObjectClass, objects_in_order};
 use super::shaders::Shader;
 

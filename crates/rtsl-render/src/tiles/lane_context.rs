@@ -5,10 +5,9 @@ use fearless_simd::{Simd, f32x8};
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 
 use crate::acceleration::{LANES, LaneMask, Lanes};
+use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, select};
+use crate::lanes::lane_streams::LaneStreams;
 use crate::sampling::Sampler;
-
-use super::eight::{Eight, LaneVectors, Vectors, dots, select};
-use super::lane_streams::LaneStreams;
 
 /// What belongs to each ray of a packet besides the ray itself.
 #[derive(Clone)]

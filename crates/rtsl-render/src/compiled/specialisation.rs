@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use rtsl::{Engine, Instance, Kernel, KernelRequest, Method, SpecialisedKernel};
 
-use super::compiled::{CompiledScene, ShaderInstance};
+use super::compiled_scene::{CompiledScene, ShaderInstance};
 
 /// Renders that last no longer are done before it pays.
 pub const SPECIALISE_AFTER: Duration = Duration::from_secs(1);

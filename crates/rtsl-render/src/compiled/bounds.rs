@@ -9,7 +9,7 @@ use rtsl::{
 
 use crate::acceleration::Bounds;
 
-use super::compiled::ShaderInstance;
+use super::compiled_scene::ShaderInstance;
 use super::shaders::Shader;
 use super::variables::{variables, vector};
 

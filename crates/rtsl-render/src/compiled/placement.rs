@@ -4,9 +4,8 @@
 use fearless_simd::Simd;
 
 use crate::acceleration::{Instance, LaneMask, Lanes, RayPacket};
+use crate::lanes::eight::{Eight, Vectors};
 use crate::math::Affine;
-
-use super::eight::{Eight, Vectors};
 
 /// An instance, with both of its maps.
 pub struct Placement<'a> {

@@ -1,4 +1,4 @@
-//! Tiles of an image, shared out among threads.
+//! Threads that share out the tiles of an image.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -6,23 +6,12 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 use crate::messages::Messages;
-use crate::statistics::RayCounts;
-
-use super::camera::{TILE, Tile};
-use super::compiled::CompiledScene;
-use super::workspace::Workspace;
 
 /// Each level of `trace` takes some of the host's stack, in debug builds most.
 const STACK_BYTES: usize = 128 << 20;
 
 /// More threads than this are more than any machine has use for.
 const MOST_THREADS: usize = 1024;
-
-/// The tiles of an image, row by row from the top.
-pub fn tiles_of(width: usize, height: usize) -> Vec<Tile> {
-    let rows = (0..height).step_by(TILE);
-    rows.flat_map(|y| (0..width).step_by(TILE).map(move |x| Tile { x, y })).collect()
-}
 
 /// Threads that render tiles.
 pub struct RenderThreads {
@@ -51,30 +40,27 @@ impl RenderThreads {
     }
 
     /// Calls `render` for the tiles `first..count`, in this order, each with the memory of its thread,
-    /// as long as `proceed` holds. Returns the first tile that was not begun, and the rays that were
-    /// traced.
-    pub fn for_each_tile(
+    /// which `memory` makes, as long as `proceed` holds. Returns the first tile that was not begun, and the memories.
+    pub fn for_each_tile<M: Send>(
         &self,
-        scene: &CompiledScene,
         (first, count): (usize, usize),
+        memory: impl Fn() -> M + Sync,
         proceed: impl Fn() -> bool + Sync,
-        render: impl Fn(&mut Workspace, usize) + Sync,
-    ) -> (usize, RayCounts) {
+        render: impl Fn(&mut M, usize) + Sync,
+    ) -> (usize, Vec<M>) {
         let next = AtomicUsize::new(first);
         let work = || {
-            let mut workspace = Workspace::new(scene);
+            let mut memory = memory();
             while next.load(Ordering::Relaxed) < count && proceed() {
                 let tile = next.fetch_add(1, Ordering::Relaxed);
                 if tile >= count {
                     break;
                 }
-                render(&mut workspace, tile);
+                render(&mut memory, tile);
             }
-            workspace.rays
+            memory
         };
-        let rays = self.pool.broadcast(|_| work());
-        let mut sum = RayCounts::default();
-        rays.into_iter().for_each(|rays| sum += rays);
-        (next.into_inner().min(count), sum)
+        let memories = self.pool.broadcast(|_| work());
+        (next.into_inner().min(count), memories)
     }
 }

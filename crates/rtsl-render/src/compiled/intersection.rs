@@ -11,13 +11,14 @@ use crate::acceleration::{
     Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
     RaySpace, Serial, WIDTH,
 };
+use crate::lanes::mask_bits::bits;
 use crate::math::reciprocal;
 
-use super::compiled::CompiledScene;
-use super::mask_bits::bits;
+use super::calls::CallBlocks;
+use super::compiled_scene::CompiledScene;
 use super::object_class::ObjectClass;
+use super::problems::Problems;
 use super::variables::variables;
-use super::workspace::{CallBlocks, Problems};
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {

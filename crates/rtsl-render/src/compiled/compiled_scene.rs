@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
 
 use crate::acceleration::{Bounds, Geometry, HitId};
+use crate::lanes::eight::{Eight, Vectors, scaled};
 use crate::math::{Affine, MovingTransform, Transform};
 use crate::messages::Messages;
 use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
-use super::eight::{Eight, Vectors, scaled};
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::Placement;

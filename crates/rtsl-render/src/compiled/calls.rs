@@ -1,0 +1,144 @@
+//! Calls of kernels for the rays of a packet.
+
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use rtsl::host::Host;
+use rtsl::{
+    CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, Program, new_state,
+};
+
+use crate::acceleration::{LANES, LaneMask};
+use crate::lanes::mask_bits::{bits, set_bits};
+
+use super::compiled_scene::{CompiledScene, ShaderInstance};
+use super::problems::Problems;
+
+/// The blocks of one call.
+pub struct CallBlocks {
+    /// The state.
+    pub state: LaneBlock,
+    /// The scratch.
+    pub scratch: LaneBlock,
+    /// The lanes that take part, where these are not the first so many.
+    pub mask: MaskBlock,
+    /// Whether the mask counts.
+    pub is_masked: bool,
+    /// What `mask` holds.
+    masked: LaneMask,
+    /// The lanes that accepted a hit.
+    pub accepted: MaskBlock,
+}
+
+impl CallBlocks {
+    /// For shaders with at most so many arrays of scratch.
+    pub fn new(scratch_arrays: usize) -> Self {
+        CallBlocks {
+            state: new_state(LANES),
+            scratch: LaneBlock::new(scratch_arrays, LANES),
+            mask: MaskBlock::new(LANES),
+            is_masked: false,
+            masked: 0,
+            accepted: MaskBlock::new(LANES),
+        }
+    }
+
+    /// Sets the first `arrays` arrays of scratch to zero.
+    pub fn clear_scratch(&mut self, arrays: usize) {
+        (0..arrays).for_each(|array| self.scratch.words_mut(array).fill(0));
+    }
+
+    /// Makes a mask of lanes where a call needs one: how many rays the call is for.
+    // Without a mask full packets go the way that was made for them.
+    #[inline(always)]
+    pub fn prepare_mask<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> usize {
+        let count = LANES - lanes.leading_zeros() as usize;
+        self.is_masked = lanes.trailing_ones() as usize != count;
+        if self.is_masked && self.masked != lanes {
+            set_bits(simd, &mut self.mask, lanes);
+            self.masked = lanes;
+        }
+        count
+    }
+
+    /// Calls a method for `lanes`; returns the lanes that accepted a hit. `scratch` stands for
+    /// the blocks' own where it is given.
+    pub fn call(
+        &mut self,
+        call: &KernelCall<'_>,
+        lanes: LaneMask,
+        scratch: Option<&mut LaneBlock>,
+        host: &mut dyn Host,
+    ) -> LaneMask {
+        let count = dispatch!(SimdLevel::new(), simd => self.prepare_mask(simd, lanes));
+        let status = call.kernel.call(CallArguments {
+            state: &mut self.state,
+            scratch: scratch.unwrap_or(&mut self.scratch),
+            count,
+            mask: self.is_masked.then_some(&self.mask),
+            accepted: (call.method == Method::Intersect).then_some(&mut self.accepted),
+            instances: call.instances,
+            host,
+        });
+        if status.budget_exhausted {
+            call.problems.report(call.class, call.method);
+        }
+        match call.method {
+            Method::Intersect => {
+                dispatch!(SimdLevel::new(), simd => bits(simd, &self.accepted, lanes))
+            }
+            _ => 0,
+        }
+    }
+}
+
+/// A kernel, whose it is, and where its problems go.
+pub struct KernelCall<'a> {
+    /// The kernel.
+    pub kernel: &'a Kernel,
+    /// Its method.
+    pub method: Method,
+    /// The instance, or instances.
+    pub instances: Instances<'a>,
+    /// The number of scratch arrays that the kernel may use.
+    pub scratch_arrays: usize,
+    /// The class's name, for messages.
+    pub class: &'a str,
+    /// Where problems go.
+    pub problems: &'a Problems,
+}
+
+impl KernelCall<'_> {
+    /// Whether the kernel reads or writes a component of the state.
+    pub fn touches(&self, component: usize) -> bool {
+        self.kernel.state_components().contains(component as u32)
+    }
+}
+
+impl<'a> KernelCall<'a> {
+    /// A call of a method of a program's class.
+    pub fn new(
+        program: &'a Program,
+        kernel: &'a Kernel,
+        method: Method,
+        instances: Instances<'a>,
+        problems: &'a Problems,
+    ) -> Self {
+        let scratch_arrays = program.layout().scratch_arrays as usize;
+        let class = &program.class().name;
+        KernelCall { kernel, method, instances, scratch_arrays, class, problems }
+    }
+}
+
+impl CompiledScene {
+    /// The call of an instance's method; `None` if its class has none.
+    pub fn call<'a>(
+        &'a self,
+        instance: &'a ShaderInstance,
+        method: Method,
+        problems: &'a Problems,
+    ) -> Option<KernelCall<'a>> {
+        let shader = self.shader(instance);
+        let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;
+        let instances = Instances::One(&instance.block);
+        Some(KernelCall::new(&shader.program, kernel, method, instances, problems))
+    }
+}

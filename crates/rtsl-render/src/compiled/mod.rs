@@ -1,0 +1,19 @@
+//! A scene ready to be rendered: kernels for its shaders, an acceleration structure over its objects, and
+//! searches for what rays hit. What renderers have in common, whatever they do with the hits.
+
+pub(crate) mod area_light;
+mod bounds;
+pub(crate) mod calls;
+pub(crate) mod compiled_scene;
+mod intersection;
+pub(crate) mod object_class;
+pub(crate) mod placed_objects;
+pub(crate) mod placement;
+pub(crate) mod problems;
+pub(crate) mod shaders;
+pub(crate) mod specialisation;
+pub(crate) mod tracer;
+pub(crate) mod variables;
+pub(crate) mod work_counts;
+
+pub use compiled_scene::{BuildStep, CompiledScene};

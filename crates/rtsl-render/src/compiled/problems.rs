@@ -1,0 +1,59 @@
+//! What goes wrong while rendering.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rtsl::{Diagnostic, Method, diagnostic_codes as codes};
+
+use crate::messages::Messages;
+
+use super::compiled_scene::CompiledScene;
+
+/// What went wrong while rendering: a shader ran past its budget.
+#[derive(Debug, Default)]
+pub struct Problems {
+    any: AtomicBool,
+    /// Class and method.
+    exhausted: Mutex<Vec<(String, Method)>>,
+}
+
+impl Problems {
+    /// Whether there is any.
+    pub fn any(&self) -> bool {
+        self.any.load(Ordering::Relaxed)
+    }
+
+    /// The methods that ran past their budget, each once, in a fixed order.
+    pub fn exhausted(&self) -> Vec<(String, Method)> {
+        let mut list = self.exhausted.lock().map(|list| list.clone()).unwrap_or_default();
+        list.sort();
+        list
+    }
+
+    /// A method of a class ran past its budget.
+    #[cold]
+    pub fn report(&self, class: &str, method: Method) {
+        self.any.store(true, Ordering::Relaxed);
+        if let Ok(mut list) = self.exhausted.lock() {
+            let entry = (class.to_owned(), method);
+            if !list.contains(&entry) {
+                list.push(entry);
+            }
+        }
+    }
+}
+
+/// What to say of shaders that ran past their budget.
+pub fn exhausted_budgets(scene: &CompiledScene, problems: &Problems) -> Messages {
+    let mut messages = Messages::default();
+    for (class, method) in problems.exhausted() {
+        let budget = scene.settings.loop_budget;
+        let message =
+            format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
+        messages.push_one(
+            Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
+                .help("if it does end, raise the integrator's `\"integer budget\"`"),
+        );
+    }
+    messages
+}

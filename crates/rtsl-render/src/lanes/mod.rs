@@ -1,0 +1,6 @@
+//! Numbers for each of many rays: eight at a time in registers, masks, requests, random numbers.
+
+pub mod eight;
+pub mod lane_streams;
+pub mod mask_bits;
+pub mod request_lanes;

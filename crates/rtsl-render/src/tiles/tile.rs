@@ -1,0 +1,67 @@
+//! Tiles of an image.
+
+use crate::acceleration::{LANES, LaneMask};
+
+/// The side of a tile in pixels: a packet is one sample of each of its pixels.
+pub const TILE: usize = 8;
+
+/// A tile of the image. Lanes follow a Z through its pixels, bits of x and y in turn, so that the
+/// lanes of one vector, of any width, are close to square: neighbours hit the same.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Its first column.
+    pub x: usize,
+    /// Its first row, from the top.
+    pub y: usize,
+}
+
+impl Tile {
+    /// The pixel of a lane.
+    pub fn pixel(&self, lane: usize) -> (usize, usize) {
+        (self.x + every_other_bit(lane), self.y + every_other_bit(lane >> 1))
+    }
+
+    /// The lane of the pixel (x, y) in its tile.
+    pub fn lane(x: usize, y: usize) -> usize {
+        let spread = |place: usize| place & 1 | (place & 2) << 1 | (place & 4) << 2;
+        spread(x) | spread(y) << 1
+    }
+
+    /// The lanes whose pixels lie inside the image.
+    pub fn lanes(&self, width: usize, height: usize) -> LaneMask {
+        if self.x + TILE <= width && self.y + TILE <= height {
+            return LaneMask::MAX;
+        }
+        let inside = |lane: &usize| {
+            let (x, y) = self.pixel(*lane);
+            x < width && y < height
+        };
+        (0..LANES).filter(inside).fold(0, |mask, lane| mask | 1 << lane)
+    }
+}
+
+/// Bits 0, 2 and 4 of a lane, side by side.
+fn every_other_bit(lane: usize) -> usize {
+    lane & 1 | lane >> 1 & 2 | lane >> 2 & 4
+}
+
+/// The tiles of an image, row by row from the top.
+pub fn tiles_of(width: usize, height: usize) -> Vec<Tile> {
+    let rows = (0..height).step_by(TILE);
+    rows.flat_map(|y| (0..width).step_by(TILE).map(move |x| Tile { x, y })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pixel_has_a_lane() {
+        let tile = Tile { x: 16, y: 8 };
+        for lane in 0..LANES {
+            let (x, y) = tile.pixel(lane);
+            assert_eq!(Tile::lane(x, y), lane);
+        }
+        assert_eq!((tile.pixel(1), tile.pixel(2), tile.pixel(63)), ((17, 8), (16, 9), (23, 15)));
+    }
+}
