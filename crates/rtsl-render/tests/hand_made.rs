@@ -264,6 +264,7 @@ fn scene() -> Scene {
         material,
         emitter: None,
         reverse_orientation: false,
+        alpha: None,
     };
     let light = |light: Arc<Instance>| PlacedLight { light, transform: Transform::IDENTITY };
     let mut objects: Vec<SceneObject> = (0..30)

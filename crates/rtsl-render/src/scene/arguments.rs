@@ -33,6 +33,18 @@ pub fn argument(
     }
 }
 
+/// The texture that a parameter names, or one of the numbers that it gives.
+pub fn texture(
+    parameter: &Parameter,
+    resolve: &mut dyn Resolve,
+) -> Result<Arc<Instance>, Box<Diagnostic>> {
+    if let Some(color) = constant_color(parameter) {
+        return resolve.constant_texture(color);
+    }
+    let names = reference_names(parameter, ReferenceKind::Texture, 1)?;
+    named(parameter, ReferenceKind::Texture, &names[0], resolve)
+}
+
 /// For references, and arrays of them, the role and the number in the array.
 fn reference_role(ty: &ClassType) -> Option<(Role, Option<u32>)> {
     match ty {
@@ -55,6 +67,27 @@ fn references(
     if let (Role::Texture, None, Some(color)) = (role, count, constant_color(parameter)) {
         return resolve.constant_texture(color).map(Value::Instance);
     }
+    let names = reference_names(parameter, kind, count.unwrap_or(1) as usize)?;
+    let mut instances = Vec::with_capacity(names.len());
+    for name in names {
+        instances.push(Value::Instance(named(parameter, kind, name, resolve)?));
+    }
+    Ok(match (count, instances.pop()) {
+        (None, Some(only)) => only,
+        (Some(_), Some(last)) => {
+            instances.push(last);
+            Value::List(instances)
+        }
+        (_, None) => Value::List(Vec::new()),
+    })
+}
+
+/// The names that a parameter refers to things by.
+fn reference_names(
+    parameter: &Parameter,
+    kind: ReferenceKind,
+    count: usize,
+) -> Result<&[String], Box<Diagnostic>> {
     let names = match (&parameter.kind, &parameter.values) {
         (ParameterType::Reference(given), Values::Texts(names)) if *given == kind => names,
         (ParameterType::Given | ParameterType::Text, Values::Texts(names)) => names,
@@ -69,31 +102,22 @@ fn references(
             return Err(wrong(parameter, message));
         }
     };
-    if names.len() != count.unwrap_or(1) as usize {
-        let message = format!(
-            "`{}` takes {} names, found {}",
-            parameter.name,
-            count.unwrap_or(1),
-            names.len()
-        );
-        return Err(wrong(parameter, message));
+    if names.len() == count {
+        return Ok(names);
     }
-    let mut instances = Vec::with_capacity(names.len());
-    for name in names {
-        let instance =
-            resolve.named(kind, name).map_err(|diagnostic| match diagnostic.primary {
-                None => Box::new(diagnostic.at(parameter.values_span, "")),
-                Some(_) => diagnostic,
-            })?;
-        instances.push(Value::Instance(instance));
-    }
-    Ok(match (count, instances.pop()) {
-        (None, Some(only)) => only,
-        (Some(_), Some(last)) => {
-            instances.push(last);
-            Value::List(instances)
-        }
-        (_, None) => Value::List(Vec::new()),
+    let message = format!("`{}` takes {count} names, found {}", parameter.name, names.len());
+    Err(wrong(parameter, message))
+}
+
+fn named(
+    parameter: &Parameter,
+    kind: ReferenceKind,
+    name: &str,
+    resolve: &mut dyn Resolve,
+) -> Result<Arc<Instance>, Box<Diagnostic>> {
+    resolve.named(kind, name).map_err(|diagnostic| match diagnostic.primary {
+        None => Box::new(diagnostic.at(parameter.values_span, "")),
+        Some(_) => diagnostic,
     })
 }
 

@@ -11,7 +11,7 @@ use rtsl::{
 use crate::math::Transform;
 use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
 
-use super::arguments::{Resolve, argument};
+use super::arguments::{Resolve, argument, texture};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
 use super::mesh_shape::MeshShape;
@@ -40,6 +40,9 @@ const DEFAULT_MATERIAL: &str = "Lambertian";
 /// The class of textures that are given as numbers, and its parameter.
 const CONSTANT_TEXTURE: &str = "Constant";
 const CONSTANT_COLOR: &str = "value";
+
+/// The parameter of every shape that cuts it out, unless its class has one of this name.
+const ALPHA: &str = "alpha";
 
 /// References behind references nest no deeper.
 const DEEPEST_REFERENCE: usize = 64;
@@ -87,6 +90,8 @@ enum Slot {
 pub struct Made {
     /// The instance.
     pub instance: Arc<Instance>,
+    /// What cuts a shape out.
+    alpha: Option<Arc<Instance>>,
     /// The entities that it refers to, as they were.
     named: Vec<(EntityId, Arc<Instance>)>,
     /// The classes of instances that stand for mere numbers.
@@ -112,6 +117,8 @@ pub struct Loader<'a, 'f> {
     instances: Vec<Slot>,
     names: Names,
     depth: usize,
+    /// That cut-outs have no effect was said.
+    said_alpha: bool,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -132,6 +139,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             instances: vec![Slot::Empty; description.entities.len()],
             names: names_of(description),
             depth: 0,
+            said_alpha: false,
         }
     }
 
@@ -225,9 +233,18 @@ impl<'a, 'f> Loader<'a, 'f> {
                 material,
                 emitter,
                 reverse_orientation: shape.reverse_orientation,
+                alpha: self.alpha(shape.shape),
             });
         }
         indices
+    }
+
+    /// What cuts out a shape whose instance was made.
+    fn alpha(&self, shape: EntityId) -> Option<Arc<Instance>> {
+        match &self.instances[shape.0] {
+            Slot::Made(made) => made.alpha.clone(),
+            Slot::Empty | Slot::Open | Slot::Failed => None,
+        }
     }
 
     /// The index of a material among those of the scene.
@@ -374,13 +391,18 @@ impl<'a, 'f> Loader<'a, 'f> {
             return Some(made.clone());
         }
         let mesh = self.standard_name(entity).and_then(|_| MeshShape::named(&entity.class));
-        let Arguments { values, named, standard } = match mesh {
+        let mut arguments = match mesh {
             Some(mesh) => self.mesh_arguments(mesh, entity),
             None => self.arguments(entity, &class),
         }?;
+        let alpha = match alpha_parameter(entity, &class) {
+            Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
+            None => None,
+        };
+        let Arguments { values, named, standard } = arguments;
         let given = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
         match Instance::new(&class, given) {
-            Ok(instance) => Some(Made { instance, named, standard }),
+            Ok(instance) => Some(Made { instance, alpha, named, standard }),
             Err(problems) => {
                 let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
                     None => problem.at(entity.class_span, ""),
@@ -424,27 +446,72 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
-        let is_setting = |it: &str| {
+        let is_elsewhere = |it: &str| {
             let takes = class.parameters.iter().any(|parameter| parameter.name == it);
-            entity.kind == EntityKind::Camera && SHUTTER.contains(&it) && !takes
+            !takes
+                && match entity.kind {
+                    EntityKind::Camera => SHUTTER.contains(&it),
+                    EntityKind::Shape => it == ALPHA,
+                    EntityKind::Film
+                    | EntityKind::Sampler
+                    | EntityKind::Integrator
+                    | EntityKind::Texture
+                    | EntityKind::Material
+                    | EntityKind::AreaLight
+                    | EntityKind::Light => false,
+                }
         };
         let parameters = self.parameters(entity).into_iter();
-        for parameter in parameters.filter(|it| !is_setting(&it.name)) {
-            let mut resolver =
-                Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
-            let value = argument(class, &parameter, &mut resolver);
-            let reported = resolver.reported;
-            arguments.named.append(&mut resolver.named);
-            arguments.standard.append(&mut resolver.standard);
+        for parameter in parameters.filter(|it| !is_elsewhere(&it.name)) {
+            let value =
+                self.resolve(&mut arguments, |resolver| argument(class, &parameter, resolver));
             match value {
-                Ok(value) => arguments.values.push((parameter.name.clone(), value)),
-                Err(diagnostic) => {
-                    complete = false;
-                    self.diagnostics.extend((!reported).then_some(*diagnostic));
-                }
+                Some(value) => arguments.values.push((parameter.name.clone(), value)),
+                None => complete = false,
             }
         }
         complete.then_some(arguments)
+    }
+
+    /// What a parameter stands for, noting in `arguments` what it refers to; `None` if something was
+    /// reported to be wrong.
+    fn resolve<T>(
+        &mut self,
+        arguments: &mut Arguments,
+        find: impl FnOnce(&mut dyn Resolve) -> Result<T, Box<Diagnostic>>,
+    ) -> Option<T> {
+        let mut resolver =
+            Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
+        let found = find(&mut resolver);
+        let reported = resolver.reported;
+        arguments.named.append(&mut resolver.named);
+        arguments.standard.append(&mut resolver.standard);
+        match found {
+            Ok(found) => Some(found),
+            Err(diagnostic) => {
+                self.diagnostics.extend((!reported).then_some(*diagnostic));
+                None
+            }
+        }
+    }
+
+    /// The texture that cuts out a shape; none where it is 1 everywhere. `None` if it was reported to
+    /// be wrong.
+    fn alpha_texture(
+        &mut self,
+        parameter: &Parameter,
+        arguments: &mut Arguments,
+    ) -> Option<Option<Arc<Instance>>> {
+        if matches!(&parameter.values, Values::Numbers(values) if *values == [1.0]) {
+            return Some(None);
+        }
+        if !self.said_alpha {
+            self.said_alpha = true;
+            let message = "cut-outs have no effect: the whole surface is there";
+            let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
+            self.diagnostics.push(diagnostic.at(parameter.declaration, ""));
+        }
+        self.resolve(arguments, |resolver| texture(parameter, resolver)).map(Some)
     }
 
     /// The parameters as the entity's class calls them.
@@ -532,6 +599,13 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
         Some(class)
     }
+}
+
+/// The parameter that cuts a shape out, unless it is one of its class.
+fn alpha_parameter<'e>(entity: &'e Entity, class: &Class) -> Option<&'e Parameter> {
+    let is_own = class.parameters.iter().any(|parameter| parameter.name == ALPHA);
+    let mut given = entity.parameters.iter();
+    given.find(|it| entity.kind == EntityKind::Shape && it.name == ALPHA && !is_own)
 }
 
 /// Looks up references for the arguments of one instance.

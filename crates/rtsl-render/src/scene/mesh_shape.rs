@@ -37,8 +37,10 @@ impl MeshShape {
 
     fn parameters(self) -> &'static [&'static str] {
         match self {
-            MeshShape::Triangles | MeshShape::Quadrilaterals => &["P", "N", "uv", "indices"],
-            MeshShape::Ply | MeshShape::Gltf => &["filename"],
+            MeshShape::Triangles | MeshShape::Quadrilaterals => {
+                &["P", "N", "uv", "indices", "alpha"]
+            }
+            MeshShape::Ply | MeshShape::Gltf => &["filename", "alpha"],
         }
     }
 

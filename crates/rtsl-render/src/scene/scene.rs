@@ -61,6 +61,7 @@ impl Scene {
                 && one.material == other.material
                 && one.emitter == other.emitter
                 && one.reverse_orientation == other.reverse_orientation
+                && same_texture(one.alpha.as_ref(), other.alpha.as_ref())
         };
         self.objects.len() == other.objects.len()
             && self.objects.iter().zip(&other.objects).all(same)
@@ -69,6 +70,14 @@ impl Scene {
             && self.instances == other.instances
             && self.materials.len() == other.materials.len()
             && self.lights.len() == other.lights.len()
+    }
+}
+
+fn same_texture(one: Option<&Arc<Instance>>, other: Option<&Arc<Instance>>) -> bool {
+    match (one, other) {
+        (None, None) => true,
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, Some(_)) | (Some(_), None) => false,
     }
 }
 
@@ -98,6 +107,9 @@ pub struct SceneObject {
     pub emitter: Option<u32>,
     /// Its normals point the other way.
     pub reverse_orientation: bool,
+    /// The texture that cuts it out: where its number is 0 there is nothing, where it is 1 all of the
+    /// surface is there, and between them it is there as often as the number says.
+    pub alpha: Option<Arc<Instance>>,
 }
 
 impl SceneObject {
