@@ -1,0 +1,66 @@
+//! What classes promise to renderers, checked.
+//!
+//! A renderer relies on more than types: that `evaluatePDF` is the density of `sampleBSDF`, that no
+//! surface reflects more light than it receives, that hits lie within bounds. Each such promise is a
+//! [`Contract`]; [`check`] calls the methods of an instance for many rays and gives a [`Report`] that
+//! says of each whether it held, with the inputs that broke it.
+//!
+//! Random numbers are counted and all arithmetic is this crate's own or the shader's, so a report is
+//! the same on every machine, whatever runs the code.
+//!
+//! This crate knows no scenes and no renderers, and no stage of the compiler: only `rtsl`.
+
+mod contract;
+mod distribution;
+mod material;
+mod options;
+mod partition;
+mod random;
+mod rays;
+mod report;
+mod settings;
+mod statistics;
+mod stop;
+mod subject;
+mod tally;
+
+use std::sync::Arc;
+
+use rtsl::{Diagnostic, Engine, Instance, Role};
+
+pub use contract::Contract;
+pub use options::{Options, engine_options};
+pub use report::{Failure, Finding, Inputs, Outcome, Report};
+pub use settings::{Setting, settings, stand_in};
+
+use crate::stop::Stop;
+use crate::subject::Subject;
+
+/// Checks what the class of an instance promises in each of its roles.
+///
+/// The engine should have a loop budget, as that of [`engine_options`] has. It keeps the code of a class as
+/// long as somebody has its [program](Engine::program): hold on to that to check many instances of a class.
+///
+/// # Errors
+/// If a method has no code, which is not the class's doing.
+pub fn check(
+    engine: &Engine,
+    instance: &Arc<Instance>,
+    options: &Options,
+) -> Result<Report, Diagnostic> {
+    let subject = Subject::new(engine, instance, options);
+    let mut findings = Vec::new();
+    for role in &instance.class().roles {
+        let found = match role {
+            Role::Material => material::check(&subject),
+            Role::Camera | Role::Primitive | Role::Texture | Role::Light => Ok(Vec::new()),
+        };
+        match found {
+            Ok(found) => findings.extend(found),
+            Err(Stop::NoCode(diagnostic)) => return Err(*diagnostic),
+            Err(Stop::Endless) => break,
+        }
+    }
+    findings.push(subject.budget_finding());
+    Ok(Report { class: instance.class().name.clone(), findings })
+}

@@ -1,0 +1,173 @@
+//! Settings of a class's parameters to check it with: its defaults, and the ranges that annotations give.
+
+use std::sync::{Arc, LazyLock};
+
+use rtsl::{
+    AnnotationValue, Class, Compiler, Constant, Diagnostics, Instance, Parameter, ParameterType,
+    Role, Scalar, Value, library,
+};
+
+use crate::random::Stream;
+
+/// Settings at random places of the ranges.
+const RANDOM_SETTINGS: u64 = 3;
+
+/// Values for some parameters of a class.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// Names and values, as they are written.
+    pub shown: Vec<(String, String)>,
+    /// The same, as instances take them, and what is referred to.
+    pub arguments: Vec<(String, Value)>,
+}
+
+impl Setting {
+    /// An instance of the class with this setting and what else is given, which goes first.
+    ///
+    /// # Errors
+    /// As for [`Instance::new`].
+    pub fn instance(
+        &self,
+        class: &Arc<Class>,
+        given: &[(String, Value)],
+    ) -> Result<Arc<Instance>, Diagnostics> {
+        let is_given = |name: &String| given.iter().any(|(other, _)| other == name);
+        let own = self.arguments.iter().filter(|(name, _)| !is_given(name));
+        Instance::new(class, given.iter().chain(own).map(|(name, it)| (name.as_str(), it.clone())))
+    }
+}
+
+/// The setting's values, or that there are none: `roughness=0.5 twoSided=true`.
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.shown.is_empty() {
+            return f.write_str("defaults");
+        }
+        let shown: Vec<String> =
+            self.shown.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        f.write_str(&shown.join(" "))
+    }
+}
+
+/// The defaults; then all numbers with a range at its least, in its middle, at its greatest; then numbers
+/// at random, with bools. What refers to shaders and may not be left unset refers to simple ones.
+pub fn settings(class: &Class) -> Vec<Setting> {
+    let references = references(class);
+    let of = |shown: Vec<(String, String)>, values: Vec<(String, Value)>| {
+        let arguments = values.into_iter().chain(references.iter().cloned()).collect();
+        Setting { shown, arguments }
+    };
+    let mut all = vec![of(Vec::new(), Vec::new())];
+    let ranged: Vec<_> =
+        class.parameters.iter().filter_map(|it| Some((it, Range::of(it)?))).collect();
+    if ranged.is_empty() {
+        return all;
+    }
+    let setting = |part: &dyn Fn(usize, &Range) -> f64| {
+        let values = ranged.iter().enumerate().map(|(index, (parameter, range))| {
+            let (shown, value) = range.at(part(index, range));
+            ((parameter.name.clone(), shown), (parameter.name.clone(), value))
+        });
+        let (shown, values) = values.unzip();
+        of(shown, values)
+    };
+    let has_numbers = ranged.iter().any(|(_, range)| range.scalar != Scalar::Bool);
+    for part in [0.0, 0.5, 1.0].into_iter().filter(|part| has_numbers || *part != 0.5) {
+        all.push(setting(&|_, _| part));
+    }
+    if ranged.len() > 1 {
+        for item in 0..RANDOM_SETTINGS {
+            let random = Stream::new(item);
+            all.push(setting(&|index, _| f64::from(random.number(index as u64, 0))));
+        }
+    }
+    all
+}
+
+/// A simple shader of a role: a grey texture, a matte surface, a ball, a lamp, a camera.
+pub fn stand_in(role: Role) -> Arc<Instance> {
+    static STAND_INS: LazyLock<Vec<Arc<Instance>>> =
+        LazyLock::new(|| Role::ALL.map(make_stand_in).into());
+    let index = Role::ALL.iter().position(|it| *it == role).expect("all roles are there");
+    STAND_INS[index].clone()
+}
+
+fn make_stand_in(role: Role) -> Arc<Instance> {
+    let (path, arguments) = match role {
+        Role::Camera => ("shaders/cameras/pinhole.rtsl", vec![]),
+        Role::Primitive => ("shaders/primitives/sphere.rtsl", vec![]),
+        Role::Texture => ("shaders/textures/constant.rtsl", vec![("value", Value::Float(0.5))]),
+        Role::Light => ("shaders/lights/point_light.rtsl", vec![]),
+        Role::Material => ("shaders/materials/lambertian.rtsl", vec![]),
+    };
+    let file = library::files().iter().find(|file| file.path == path);
+    let text = file.expect("the library has it").text;
+    let compilation = Compiler::default().compile(path, text);
+    let unit = compilation.unit.expect("the library compiles");
+    Instance::new(&unit.classes()[0], arguments).expect("its parameters are right")
+}
+
+/// What the class refers to without asking whether it is set.
+fn references(class: &Class) -> Vec<(String, Value)> {
+    let untested = class.references.iter().filter(|it| !it.tested);
+    let each = untested.map(|reference| {
+        let one = Value::Instance(stand_in(reference.role));
+        let value = match reference.count {
+            Some(count) => Value::List(vec![one; count as usize]),
+            None => one,
+        };
+        (reference.name.clone(), value)
+    });
+    each.collect()
+}
+
+/// The values that a parameter may have.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    scalar: Scalar,
+    least: f64,
+    greatest: f64,
+}
+
+impl Range {
+    /// The range of a bool, or of a number with both ends annotated.
+    fn of(parameter: &Parameter) -> Option<Range> {
+        let ParameterType::Scalar(scalar) = parameter.ty else { return None };
+        if scalar == Scalar::Bool {
+            return Some(Range { scalar, least: 0.0, greatest: 1.0 });
+        }
+        let bound = |key| match parameter.annotation(key)? {
+            AnnotationValue::Constant(value) => Some(number(*value)),
+            AnnotationValue::None | AnnotationValue::Text(_) => None,
+        };
+        Some(Range { scalar, least: bound("min")?, greatest: bound("max")? })
+    }
+
+    /// The value at a part of the range, as it is written and as it is.
+    fn at(&self, part: f64) -> (String, Value) {
+        let number = self.least + part * (self.greatest - self.least);
+        match self.scalar {
+            Scalar::F32 => {
+                // Few digits, so that people may type it.
+                let value = ((number * 1e4).round() / 1e4) as f32;
+                (value.to_string(), Value::Float(value))
+            }
+            Scalar::I32 => (format!("{number:.0}"), Value::Int(number.round() as i32)),
+            Scalar::U32 => (format!("{number:.0}"), Value::Uint(number.round() as u32)),
+            Scalar::Bool => {
+                let value = part >= 0.5;
+                (value.to_string(), Value::Bool(value))
+            }
+        }
+    }
+}
+
+fn number(value: Constant) -> f64 {
+    match value {
+        // By its shortest text: 0.1 is meant where 0.1 is written.
+        Constant::F32(value) => value.to_string().parse().unwrap_or(f64::from(value)),
+        Constant::I32(value) => f64::from(value),
+        Constant::U32(value) => f64::from(value),
+        Constant::Bool(value) => f64::from(u8::from(value)),
+    }
+}

@@ -1,0 +1,107 @@
+//! The instance that is checked, ready for calls.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rtsl::{
+    CallArguments, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program, Role,
+    Shape, new_state, set_defaults,
+};
+
+use crate::random::Stream;
+use crate::rays::{RandomHost, Rays};
+use crate::stop::Stop;
+use crate::tally::Tally;
+use crate::{Contract, Finding, Inputs, Options};
+
+/// Rays that fit into a processor's cache with their state.
+const BATCH: usize = 2048;
+
+/// The instance that is checked.
+pub struct Subject<'a> {
+    pub options: &'a Options,
+    program: Arc<Program>,
+    block: InstanceBlock,
+    /// Calls, and those that did not come to their end.
+    calls: RefCell<Tally>,
+}
+
+impl<'a> Subject<'a> {
+    pub fn new(engine: &Engine, instance: &Arc<Instance>, options: &'a Options) -> Subject<'a> {
+        let program = engine.program(instance);
+        let block = program.block(instance);
+        let calls = RefCell::new(Tally::new(Contract::Budget));
+        Subject { options, program, block, calls }
+    }
+
+    /// Random numbers for one kind of test.
+    pub fn stream(&self, contract: Contract) -> Stream {
+        Stream::new(self.options.seed).at(contract as u64)
+    }
+
+    /// Whether the class has the method, itself or implied by others.
+    pub fn has(&self, method: Method) -> bool {
+        self.program.has(method)
+    }
+
+    /// Rays with the defaults of a role. Their numbers decide what `rand()` gives.
+    pub fn rays(&self, role: Role, stream: Stream, numbers: Range<u64>) -> Rays {
+        let count = (numbers.end - numbers.start) as usize;
+        let mut state = new_state(count);
+        set_defaults(&mut state, role);
+        Rays {
+            state,
+            scratch: self.program.new_scratch(count),
+            accepted: LaneMask::new(count),
+            host: RandomHost::new(stream, numbers.start, count),
+            count,
+        }
+    }
+
+    /// Calls a method for all rays.
+    ///
+    /// # Errors
+    /// If the method has no code, or does not end.
+    pub fn call(&self, method: Method, rays: &mut Rays) -> Result<(), Stop> {
+        let kernel = self.program.kernel(method, Shape::Packet)?;
+        let status = kernel.call(CallArguments {
+            state: &mut rays.state,
+            scratch: &mut rays.scratch,
+            count: rays.count,
+            mask: None,
+            accepted: (method == Method::Intersect).then_some(&mut rays.accepted),
+            instances: Instances::One(&self.block),
+            host: &mut rays.host,
+        });
+        let ends = !status.budget_exhausted;
+        self.calls
+            .borrow_mut()
+            .test(ends, || format!("{} ran past its budget of loop iterations", method.name()));
+        if ends { Ok(()) } else { Err(Stop::Endless) }
+    }
+
+    /// What a method reads of one ray's state.
+    ///
+    /// # Errors
+    /// If the method has no code, or does not end.
+    pub fn inputs(&self, method: Method, rays: &Rays, ray: usize) -> Result<Inputs, Stop> {
+        let linked = self.program.method(method)?;
+        let state = linked.reads.iter().map(|variable| {
+            let first = variable.first_component as usize;
+            let components = first..first + variable.ty.components() as usize;
+            (variable.name, components.map(|it| rays.state.floats(it)[ray]).collect())
+        });
+        Ok(Inputs { method, state: state.collect() })
+    }
+
+    /// Whether all calls came to their end.
+    pub fn budget_finding(self) -> Finding {
+        self.calls.into_inner().finish("nothing was called")
+    }
+}
+
+/// The numbers below `count`, batch by batch.
+pub fn batches(count: u64) -> impl Iterator<Item = Range<u64>> {
+    (0..count).step_by(BATCH).map(move |start| start..count.min(start + BATCH as u64))
+}

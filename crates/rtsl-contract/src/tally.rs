@@ -1,0 +1,57 @@
+//! Counts tests of one contract and keeps the first that failed.
+
+use crate::{Contract, Failure, Finding, Inputs, Outcome};
+
+/// What the tests of one contract gave so far.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    contract: Contract,
+    tested: u64,
+    broken: u64,
+    first: Option<(String, Option<Inputs>)>,
+    note: Option<String>,
+}
+
+impl Tally {
+    pub fn new(contract: Contract) -> Tally {
+        Tally { contract, tested: 0, broken: 0, first: None, note: None }
+    }
+
+    /// Counts a test. Of a first one that failed, `message` says what was found. Gives whether it is the first:
+    /// its inputs are wanted.
+    pub fn test(&mut self, holds: bool, message: impl FnOnce() -> String) -> bool {
+        self.tested += 1;
+        if holds {
+            return false;
+        }
+        self.broken += 1;
+        let is_first = self.first.is_none();
+        if is_first {
+            self.first = Some((message(), None));
+        }
+        is_first
+    }
+
+    /// The inputs of the test that failed first.
+    pub fn set_inputs(&mut self, given: Inputs) {
+        if let Some((_, inputs)) = &mut self.first {
+            inputs.get_or_insert(given);
+        }
+    }
+
+    /// What was measured or assumed, for reports of contracts that hold.
+    pub fn note(&mut self, note: String) {
+        self.note = Some(note);
+    }
+
+    /// The finding; where nothing was tested, `reason` says why.
+    pub fn finish(self, reason: &str) -> Finding {
+        let Tally { contract, tested, broken, first, note } = self;
+        let outcome = match first {
+            Some((message, inputs)) => Outcome::Broken(Failure { message, inputs, broken, tested }),
+            None if tested == 0 => Outcome::NotApplicable(reason.to_owned()),
+            None => Outcome::Held(note),
+        };
+        Finding { contract, outcome }
+    }
+}
