@@ -12,7 +12,7 @@ use rtsl_render::compiled::CompiledScene;
 use rtsl_render::film::Image;
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_render::math::Transform;
-use rtsl_render::sampling::{Sampler, SamplerKind};
+use rtsl_render::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_render::scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
 
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
@@ -334,6 +334,24 @@ fn the_image_is_the_same_for_every_width_thread_count_and_backend() {
     ] {
         let image = image(scene(), backend, width, threads);
         assert!(bits(&image) == bits(&reference), "{backend:?}, width {width}, {threads} threads");
+    }
+}
+
+#[test]
+fn scrambled_points_and_filters_give_the_same_image_everywhere() {
+    let filtered = || {
+        let mut scene = scene();
+        let kind = SamplerKind::Sobol;
+        scene.settings.sampler = Sampler { kind, columns: 3, rows: 1, seed: 7 };
+        let mitchell = FilterShape::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 };
+        scene.settings.filter = PixelFilter::new(mitchell, [2.0; 2]);
+        scene
+    };
+    let reference = image(filtered(), Backend::Interpreter, 1, 1);
+    assert!(bits(&reference) != bits(&image(scene(), Backend::Interpreter, 1, 1)));
+    for (width, threads) in [(4, 1), (8, 2)] {
+        let image = image(filtered(), Backend::Auto, width, threads);
+        assert!(bits(&image) == bits(&reference), "width {width}, {threads} threads");
     }
 }
 

@@ -11,6 +11,8 @@ pub use heat::HeatScale;
 pub(crate) use heat::logarithm;
 pub use srgb::SrgbEncoder;
 
+use crate::math::power_of_two;
+
 /// An image of linear RGB colours, rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -38,27 +40,7 @@ impl Image {
 
 /// What an exposure of so many stops multiplies colours with.
 pub fn exposure_scale(stops: f32) -> f32 {
-    power_of_two(stops)
-}
-
-/// Two to the power of `exponent`, clamped to sensible exposures: the whole part exactly, the
-/// rest by a series.
-fn power_of_two(exponent: f32) -> f32 {
-    if exponent.is_nan() {
-        return 1.0;
-    }
-    let exponent = f64::from(exponent).clamp(-64.0, 64.0);
-    let whole = exponent.floor();
-    let x = (exponent - whole) * std::f64::consts::LN_2;
-    let mut term = 1.0;
-    let mut sum = 1.0;
-    for n in 1..18 {
-        term *= x / f64::from(n);
-        sum += term;
-    }
-    let doublings = whole.abs() as u32;
-    let power = (0..doublings).fold(1.0, |power: f64, _| power * 2.0);
-    (if whole < 0.0 { sum / power } else { sum * power }) as f32
+    if stops.is_nan() { 1.0 } else { power_of_two(f64::from(stops)) as f32 }
 }
 
 #[cfg(test)]
@@ -67,8 +49,8 @@ mod tests {
 
     #[test]
     fn exposure_counts_stops() {
-        assert_eq!(power_of_two(0.0), 1.0);
-        assert_eq!(power_of_two(-3.0), 0.125);
-        assert_eq!(power_of_two(0.5), std::f32::consts::SQRT_2);
+        assert_eq!(exposure_scale(0.0), 1.0);
+        assert_eq!(exposure_scale(-3.0), 0.125);
+        assert_eq!(exposure_scale(0.5), std::f32::consts::SQRT_2);
     }
 }

@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
 
 use crate::acceleration::{LANES, LaneMask};
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler, child_key};
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, child_key};
 
 use super::request_lanes::{from_packet, to_packet};
 
@@ -44,6 +44,7 @@ impl LaneStreams {
         dispatch!(Level::new(), simd => match sampler.spread() {
             INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, sampler, lanes, values),
             POWER_OF_TWO => self.next_in_vectors::<_, POWER_OF_TWO>(simd, sampler, lanes, values),
+            SOBOL => self.next_in_vectors::<_, SOBOL>(simd, sampler, lanes, values),
             _ => self.next_in_vectors::<_, ANY_COUNT>(simd, sampler, lanes, values),
         });
     }

@@ -69,6 +69,7 @@ fn named(description: &Description, name: &str) -> Vec<usize> {
     let setting = match name {
         "camera" => Some(EntityKind::Camera),
         "film" => Some(EntityKind::Film),
+        "filter" => Some(EntityKind::Filter),
         "sampler" => Some(EntityKind::Sampler),
         "integrator" => Some(EntityKind::Integrator),
         _ => None,

@@ -16,7 +16,7 @@ use crate::scene::{
 use super::current_transform::{ActiveTimes, CurrentTransform};
 use super::directive::Keyword;
 use super::files::{FileSource, resolve};
-use super::parameter::{Parameter, ParameterType, Values};
+use super::parameter::{ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
 
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
@@ -202,8 +202,7 @@ impl<'a> Interpreter<'a> {
                 return Err(unsupported(&command, "participating media"));
             }
             Keyword::ColorSpace => self.color_space(&command)?,
-            Keyword::PixelFilter if is_box_filter(&command) => {}
-            Keyword::Accelerator | Keyword::PixelFilter | Keyword::Option => self.ignore(&command),
+            Keyword::Accelerator | Keyword::Option => self.ignore(&command),
             Keyword::Include => self.include(&command)?,
             Keyword::Import => self.include(&command)?,
             Keyword::WorldBegin => self.world_begin(),
@@ -220,6 +219,10 @@ impl<'a> Interpreter<'a> {
             Keyword::Film => {
                 self.check_unique(self.description.film, &command)?;
                 self.description.film = Some(self.add(EntityKind::Film, command));
+            }
+            Keyword::PixelFilter => {
+                self.check_unique(self.description.filter, &command)?;
+                self.description.filter = Some(self.add(EntityKind::Filter, command));
             }
             Keyword::Sampler => {
                 self.check_unique(self.description.sampler, &command)?;
@@ -369,17 +372,8 @@ impl<'a> Interpreter<'a> {
 
     fn ignore(&mut self, command: &Command) {
         let message = format!("`{}` has no effect on this renderer", command.keyword.word());
-        let note = match command.keyword {
-            Keyword::PixelFilter => {
-                Some("samples are averaged over their pixel, as by `\"box\"` of radius 0.5")
-            }
-            _ => None,
-        };
-        let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message).at(command.span, "");
-        self.diagnostics.push(match note {
-            Some(note) => diagnostic.note(note),
-            None => diagnostic,
-        });
+        self.diagnostics
+            .push(Diagnostic::new(codes::IGNORED_SETTING, message).at(command.span, ""));
     }
 
     // Files and blocks.
@@ -689,15 +683,6 @@ fn array<const COUNT: usize>(command: &Command) -> [f64; COUNT] {
 /// The first quoted string of a command whose directive has one.
 fn first_text(command: &Command) -> &SpannedText {
     &command.texts[0]
-}
-
-/// Whether a `PixelFilter` asks for what this renderer does: the mean of a pixel's samples.
-fn is_box_filter(command: &Command) -> bool {
-    let is_half = |parameter: &Parameter| {
-        let half = matches!(&parameter.values, Values::Numbers(values) if *values == [0.5]);
-        half && matches!(parameter.name.as_str(), "xradius" | "yradius")
-    };
-    first_text(command).text == "box" && command.parameters.iter().all(is_half)
 }
 
 fn unsupported(command: &Command, what: &str) -> Box<Diagnostic> {

@@ -14,6 +14,8 @@ pub struct Description {
     pub camera: Option<EntityId>,
     /// The film.
     pub film: Option<EntityId>,
+    /// The pixel filter.
+    pub filter: Option<EntityId>,
     /// The sampler.
     pub sampler: Option<EntityId>,
     /// The integrator.
@@ -37,6 +39,7 @@ impl Default for Description {
             entities: Vec::new(),
             camera: None,
             film: None,
+            filter: None,
             sampler: None,
             integrator: None,
             lights: Vec::new(),
@@ -79,6 +82,8 @@ pub enum EntityKind {
     Camera,
     /// `Film`
     Film,
+    /// `PixelFilter`
+    Filter,
     /// `Sampler`
     Sampler,
     /// `Integrator`
@@ -101,6 +106,7 @@ impl EntityKind {
         match self {
             EntityKind::Camera => "camera",
             EntityKind::Film => "film",
+            EntityKind::Filter => "pixel filter",
             EntityKind::Sampler => "sampler",
             EntityKind::Integrator => "integrator",
             EntityKind::Texture => "texture",

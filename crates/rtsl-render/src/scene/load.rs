@@ -58,7 +58,10 @@ pub fn names_of(description: &Description) -> Names {
             EntityKind::Material | EntityKind::AreaLight => ReferenceKind::Material,
             EntityKind::Light => ReferenceKind::Light,
             EntityKind::Shape => ReferenceKind::Primitive,
-            EntityKind::Film | EntityKind::Sampler | EntityKind::Integrator => return None,
+            EntityKind::Film
+            | EntityKind::Filter
+            | EntityKind::Sampler
+            | EntityKind::Integrator => return None,
         };
         Some(((kind, entity.name.clone()?), EntityId(index)))
     });
@@ -342,6 +345,7 @@ impl<'a, 'f> Loader<'a, 'f> {
                 }
                 EntityKind::Camera
                 | EntityKind::Film
+                | EntityKind::Filter
                 | EntityKind::Sampler
                 | EntityKind::Integrator
                 | EntityKind::Light
@@ -453,6 +457,7 @@ impl<'a, 'f> Loader<'a, 'f> {
                     EntityKind::Camera => SHUTTER.contains(&it),
                     EntityKind::Shape => it == ALPHA,
                     EntityKind::Film
+                    | EntityKind::Filter
                     | EntityKind::Sampler
                     | EntityKind::Integrator
                     | EntityKind::Texture
@@ -655,6 +660,8 @@ fn role_of(kind: EntityKind) -> Option<Role> {
         EntityKind::Texture => Some(Role::Texture),
         EntityKind::Light => Some(Role::Light),
         EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
-        EntityKind::Film | EntityKind::Sampler | EntityKind::Integrator => None,
+        EntityKind::Film | EntityKind::Filter | EntityKind::Sampler | EntityKind::Integrator => {
+            None
+        }
     }
 }

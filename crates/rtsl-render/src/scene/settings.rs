@@ -3,7 +3,7 @@
 use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
 
 use crate::reader::{Parameter, ParameterType, Values};
-use crate::sampling::{Sampler, SamplerKind};
+use crate::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 
 use super::description::{Description, Entity, EntityId};
 
@@ -18,6 +18,8 @@ pub struct Settings {
     pub filename: Option<String>,
     /// The brightness of 8-bit images, in stops.
     pub exposure: f32,
+    /// The pixel filter.
+    pub filter: PixelFilter,
     /// The sampler.
     pub sampler: Sampler,
     /// How often rays may spawn rays: 0 follows camera rays only.
@@ -34,6 +36,9 @@ pub struct Settings {
 const MOST_PIXELS: u64 = 1 << 28;
 const LONGEST_SIDE: f64 = 65_536.0;
 const MOST_SAMPLES: f64 = 65_536.0;
+/// Filters reach so far, in pixels; a narrower one is a point.
+const NARROWEST_FILTER: f64 = 0.001;
+const WIDEST_FILTER: f64 = 64.0;
 /// Each level of `trace` takes a level of the host's stack.
 const GREATEST_DEPTH: f64 = 64.0;
 
@@ -44,6 +49,7 @@ impl Default for Settings {
             height: 720,
             filename: None,
             exposure: 0.0,
+            filter: PixelFilter::default(),
             sampler: stratified(16, 0),
             max_depth: 5,
             cutoff: 0.0,
@@ -60,6 +66,9 @@ impl Settings {
         let entity = |id: Option<EntityId>| id.map(|EntityId(index)| &description.entities[index]);
         if let Some(film) = entity(description.film) {
             settings.read_film(film, diagnostics);
+        }
+        if let Some(filter) = entity(description.filter) {
+            settings.read_filter(filter, diagnostics);
         }
         if let Some(sampler) = entity(description.sampler) {
             settings.read_sampler(sampler, diagnostics);
@@ -109,6 +118,35 @@ impl Settings {
         }
     }
 
+    fn read_filter(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
+        let mut reader = ParameterReader::new(entity, diagnostics);
+        let mut number = |name, least, greatest, otherwise| {
+            reader.number_between(name, least, greatest).unwrap_or(otherwise)
+        };
+        let (shape, radius) = match entity.class.as_str() {
+            "box" => (FilterShape::Box, 0.5),
+            "triangle" => (FilterShape::Triangle, 2.0),
+            "gaussian" => {
+                (FilterShape::Gaussian { sigma: number("sigma", 0.01, WIDEST_FILTER, 0.5) }, 1.5)
+            }
+            "mitchell" => {
+                let third = 1.0 / 3.0;
+                let (b, c) = (number("B", 0.0, 1.0, third), number("C", 0.0, 1.0, third));
+                (FilterShape::Mitchell { b, c }, 2.0)
+            }
+            "blackmanharris" => (FilterShape::BlackmanHarris, 1.5),
+            _ => {
+                let known = ["box", "triangle", "gaussian", "mitchell", "blackmanharris"];
+                diagnostics.push(unknown_setting(entity, &known));
+                return;
+            }
+        };
+        let radius = ["xradius", "yradius"]
+            .map(|name| number(name, NARROWEST_FILTER, WIDEST_FILTER, radius));
+        reader.finish();
+        self.filter = PixelFilter::new(shape, radius);
+    }
+
     fn read_sampler(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
         let mut reader = ParameterReader::new(entity, diagnostics);
         let seed = reader.whole("seed", 0.0, 9.0e15).map_or(0, |seed| seed as u64);
@@ -116,7 +154,8 @@ impl Settings {
         let columns = reader.whole("xsamples", 1.0, 256.0);
         let rows = reader.whole("ysamples", 1.0, 256.0);
         let jitter = reader.boolean("jitter").unwrap_or(true);
-        reader.ignore(&["randomization"]);
+        // Whatever the scene asks for, scrambling is Owen's.
+        reader.text("randomization");
         reader.finish();
         let (columns, rows) = match (columns, rows) {
             (None, None) => grid(count.map_or(16, |count| count as u32)),
@@ -125,15 +164,10 @@ impl Settings {
         let kind = match entity.class.as_str() {
             "independent" => SamplerKind::Independent,
             "stratified" => SamplerKind::Stratified { jitter },
-            "halton" | "sobol" | "paddedsobol" | "zsobol" | "pmj02bn" => {
-                let message = format!("sampler `{}` is replaced by `stratified`", entity.class);
-                diagnostics.push(
-                    Diagnostic::new(codes::IGNORED_SETTING, message).at(entity.class_span, ""),
-                );
-                SamplerKind::Stratified { jitter }
-            }
+            // The format's samplers of low discrepancy: one stands for all.
+            "sobol" | "halton" | "paddedsobol" | "zsobol" | "pmj02bn" => SamplerKind::Sobol,
             _ => {
-                diagnostics.push(unknown_setting(entity, &["independent", "stratified"]));
+                diagnostics.push(unknown_setting(entity, &["independent", "stratified", "sobol"]));
                 SamplerKind::Independent
             }
         };
@@ -320,10 +354,67 @@ impl<'a> ParameterReader<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::reader::{MemoryFiles, read_scene};
+
     use super::*;
 
     #[test]
     fn grids_are_as_square_as_they_can_be() {
         assert_eq!([1, 2, 12, 16, 7].map(grid), [(1, 1), (2, 1), (4, 3), (4, 4), (7, 1)]);
+    }
+
+    fn read(text: &str) -> (Settings, String) {
+        let path = std::path::Path::new("scene.pbrt");
+        let files = MemoryFiles([(path.to_owned(), text.to_owned())].into());
+        let (mut map, mut diagnostics) = (rtsl::SourceMap::new(), Diagnostics::new());
+        let description = read_scene(path, &files, &mut map, &mut diagnostics);
+        let settings = Settings::read(&description, &mut diagnostics);
+        (settings, rtsl::render::all_to_text(&map, diagnostics.iter(), false))
+    }
+
+    #[test]
+    fn the_formats_samplers_of_low_discrepancy_are_sobols() {
+        for name in ["sobol", "halton", "paddedsobol", "zsobol", "pmj02bn"] {
+            let (settings, messages) = read(&format!(
+                "Sampler \"{name}\" \"integer pixelsamples\" 77 \"string randomization\" \"owen\""
+            ));
+            assert_eq!(messages, "");
+            assert_eq!(settings.sampler.kind, SamplerKind::Sobol);
+            assert_eq!(settings.sampler.samples_per_pixel(), 77);
+        }
+    }
+
+    #[test]
+    fn filters_have_the_formats_parameters() {
+        let filter = |text: &str| {
+            let (settings, messages) = read(text);
+            assert_eq!(messages, "", "{text}");
+            (settings.filter.shape(), settings.filter.radius())
+        };
+        assert_eq!(filter(""), (FilterShape::Box, [0.5; 2]));
+        assert_eq!(
+            filter("PixelFilter \"gaussian\" \"float sigma\" 0.4 \"float yradius\" 1"),
+            (FilterShape::Gaussian { sigma: 0.4 }, [1.5, 1.0])
+        );
+        assert_eq!(
+            filter("PixelFilter \"mitchell\" \"float B\" 0 \"float C\" 0.5"),
+            (FilterShape::Mitchell { b: 0.0, c: 0.5 }, [2.0; 2])
+        );
+        assert_eq!(filter("PixelFilter \"triangle\""), (FilterShape::Triangle, [2.0; 2]));
+        let black = filter("PixelFilter \"blackmanharris\" \"float xradius\" 2");
+        assert_eq!(black, (FilterShape::BlackmanHarris, [2.0, 1.5]));
+    }
+
+    #[test]
+    fn what_is_no_filter_is_said() {
+        for (text, part) in [
+            ("PixelFilter \"gausian\"", "did you mean `gaussian`?"),
+            ("PixelFilter \"box\" \"float sigma\" 1", "has no parameter `sigma`"),
+            ("PixelFilter \"box\" \"float xradius\" 0", "`xradius` lies between 0.001 and 64"),
+        ] {
+            let (settings, messages) = read(text);
+            assert!(messages.contains(part), "{messages}");
+            assert_eq!(settings.filter, PixelFilter::default());
+        }
     }
 }

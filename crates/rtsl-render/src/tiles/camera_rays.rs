@@ -11,7 +11,7 @@ use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, eights_alone};
 use crate::lanes::lane_streams::LaneStreams;
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, Sampler};
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 use crate::scene::Settings;
 
 use super::lane_context::LaneContext;
@@ -86,6 +86,7 @@ fn fill<S: Simd>(
     let numbers = match settings.sampler.spread() {
         INDEPENDENT => CameraNumbers::new::<INDEPENDENT>(settings, tile, sample),
         POWER_OF_TWO => CameraNumbers::new::<POWER_OF_TWO>(settings, tile, sample),
+        SOBOL => CameraNumbers::new::<SOBOL>(settings, tile, sample),
         _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
     };
     let CameraRays { rays, context, weights } = camera;
@@ -106,7 +107,9 @@ fn fill<S: Simd>(
         }
         eight.blend_vectors(&origin, &mut rays.origin);
         eight.blend_vectors(&direction, &mut rays.direction);
-        eight.blend_vectors(&eight.load_vectors(state, v.sample_color), weights);
+        let filter_weight = eight.numbers(&numbers.filter_weights);
+        let color = eight.load_vectors(state, v.sample_color);
+        eight.blend_vectors(&color.map(|channel| channel * filter_weight), weights);
         eight.blend(eight.load(state, v.hit_distance), &mut rays.limit);
         // Hits behind the origin count for nobody.
         let epsilon = eight.load(state, v.epsilon);
@@ -125,6 +128,8 @@ struct CameraNumbers {
     lens: [Lanes; 2],
     time: Lanes,
     stream_keys: [u32; LANES],
+    /// What the pixel filter multiplies samples with.
+    filter_weights: Lanes,
     /// The size of a pixel.
     pixel_size: [f32; 2],
 }
@@ -140,6 +145,7 @@ impl CameraNumbers {
             lens: [[0.0; LANES]; 2],
             time: [0.0; LANES],
             stream_keys: [0; LANES],
+            filter_weights: [1.0; LANES],
             pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
         };
         let [du, dv] = numbers.pixel_size;
@@ -152,7 +158,9 @@ impl CameraNumbers {
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
-            let [x, y] = sampler.pixel_position::<SPREAD>(index(lane), sample);
+            let ([x, y], weight) =
+                settings.filter.sample(sampler.pixel_position::<SPREAD>(index(lane), sample));
+            numbers.filter_weights[lane] = weight;
             // Rows count from the top, screen coordinates from the bottom.
             let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
             numbers.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
