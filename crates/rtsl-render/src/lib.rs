@@ -6,6 +6,7 @@
 //! `rtsl` offers to every host.
 
 pub mod acceleration;
+pub mod checkpoint;
 pub mod compiled;
 pub mod film;
 pub mod interactive;
@@ -16,6 +17,7 @@ pub mod mesh;
 pub mod messages;
 pub mod progress;
 pub mod reader;
+mod replacement;
 pub mod request;
 pub mod sampling;
 pub mod scene;

@@ -1,6 +1,8 @@
 //! Short runs of the fuzz targets for scenes and meshes: mutations of the repository's own, the same
 //! in every run.
 
+#[path = "../../../fuzz/entries/checkpoint.rs"]
+mod checkpoint;
 #[path = "../../../fuzz/entries/gltf.rs"]
 mod gltf;
 #[path = "../../../fuzz/entries/mutation.rs"]
@@ -13,10 +15,17 @@ mod scene;
 use std::path::Path;
 
 use mutation::{Random, mutate, seeds};
+use rtsl_render::checkpoint::{Checkpoint, Digest, Fingerprint, Section};
+use rtsl_render::scene::Settings;
 
 /// Calls `target` with mutations of the files in `folder` that end in `extension`.
 fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {
-    let seeds = seeds(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), extension);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    run_on(seeds(&folder, extension), count, target);
+}
+
+/// Calls `target` with mutations of `seeds`.
+fn run_on(seeds: Vec<Vec<u8>>, count: usize, target: fn(&[u8])) {
     let work = move || {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         for _ in 0..count {
@@ -43,4 +52,20 @@ fn any_ply_file_is_read_or_refused() {
 fn any_gltf_file_is_read_or_refused() {
     run("tests/meshes", "gltf", 5000, gltf::gltf);
     run("tests/meshes", "glb", 5000, gltf::gltf);
+}
+
+#[test]
+fn any_checkpoint_is_read_or_refused() {
+    let mut seeds = Vec::new();
+    for count in [0, 3, 200] {
+        let (sums, counts) = (vec![0.5; count], vec![7; count]);
+        let mut fingerprint = Fingerprint::of_settings(&Settings::default());
+        fingerprint.set_digest("scene.pbrt", Digest::of(b"WorldBegin"));
+        let sections = vec![Section::f64("sums", &sums), Section::u32("counts", &counts)];
+        let mut bytes = Vec::new();
+        Checkpoint { fingerprint, sections }.write_to(&mut bytes).unwrap();
+        checkpoint::checkpoint(&bytes);
+        seeds.push(bytes);
+    }
+    run_on(seeds, 5000, checkpoint::checkpoint);
 }

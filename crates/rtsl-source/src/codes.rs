@@ -187,6 +187,9 @@ diagnostics! {
     E0618 BAD_DEFINE "a definition of the command line that fits nothing";
     E0619 BUDGET_EXHAUSTED "a shader that ran past its budget of loop iterations";
     E0620 BAD_MESH "a mesh that cannot be used";
+    E0621 BAD_CHECKPOINT "a checkpoint that cannot be resumed";
+    E0622 FOREIGN_CHECKPOINT "a checkpoint of another render";
+    E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0701 NO_LLVM "machine code is asked for and there is no LLVM";
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";

@@ -27,6 +27,7 @@ mod interpreter;
 mod lexer;
 mod parameter;
 mod parser;
+mod recorded_files;
 mod state;
 
 pub use files::{DiskFiles, FileSource, MemoryFiles, SceneFiles, resolve};
@@ -34,6 +35,7 @@ pub use interpreter::read_scene;
 pub use parameter::{
     Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };
+pub use recorded_files::RecordedFiles;
 
 #[cfg(doc)]
 use crate::scene::Description;

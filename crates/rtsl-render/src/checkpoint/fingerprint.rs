@@ -1,0 +1,190 @@
+//! What a render depends on, in named entries, by which a checkpoint of another render is told.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
+use crate::scene::Settings;
+
+/// What a render depends on.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fingerprint {
+    entries: BTreeMap<String, FingerprintValue>,
+}
+
+/// What an entry of a fingerprint is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FingerprintValue {
+    /// Something short, as people read it.
+    Text(String),
+    /// Of something long.
+    Digest(Digest),
+}
+
+/// A digest by BLAKE3: nobody finds two texts of one digest, so a scene that was edited is never taken for the old one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Digest(pub [u8; 32]);
+
+impl Digest {
+    /// That of bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        Digest(*blake3::hash(bytes).as_bytes())
+    }
+}
+
+impl Fingerprint {
+    /// What an image depends on of a scene's settings.
+    pub fn of_settings(settings: &Settings) -> Self {
+        let Settings {
+            width,
+            height,
+            // Neither changes what is rendered.
+            filename: _,
+            exposure: _,
+            filter,
+            sampler,
+            max_depth,
+            cutoff,
+            epsilon,
+            loop_budget,
+        } = settings;
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.set("size", format!("{width}x{height}"));
+        fingerprint.set("filter", filter_text(filter));
+        fingerprint.set("depth", max_depth);
+        fingerprint.set("cutoff", cutoff);
+        fingerprint
+            .set("epsilon", epsilon.map_or("auto".to_owned(), |epsilon| epsilon.to_string()));
+        fingerprint.set("loop budget", loop_budget);
+        let Sampler { kind, columns, rows, seed } = sampler;
+        fingerprint.set("seed", seed);
+        let name = match kind {
+            SamplerKind::Independent => "independent".to_owned(),
+            SamplerKind::Sobol => "sobol".to_owned(),
+            // Its strata depend on how many samples there will be.
+            SamplerKind::Stratified { jitter } => {
+                let jitter = if *jitter { "" } else { " without jitter" };
+                format!("stratified in {columns}x{rows}{jitter}")
+            }
+        };
+        fingerprint.set("sampler", name);
+        fingerprint
+    }
+
+    /// Sets an entry. Names are short and in words, since messages name them.
+    pub fn set(&mut self, name: impl Into<String>, value: impl fmt::Display) {
+        self.set_value(name, FingerprintValue::Text(value.to_string()));
+    }
+
+    /// Sets an entry of something long.
+    pub fn set_digest(&mut self, name: impl Into<String>, digest: Digest) {
+        self.set_value(name, FingerprintValue::Digest(digest));
+    }
+
+    /// Sets an entry.
+    pub fn set_value(&mut self, name: impl Into<String>, value: FingerprintValue) {
+        self.entries.insert(name.into(), value);
+    }
+
+    /// All entries, sorted by name.
+    pub fn entries(&self) -> impl ExactSizeIterator<Item = (&str, &FingerprintValue)> {
+        self.entries.iter().map(|(name, value)| (name.as_str(), value))
+    }
+
+    /// The first entry that differs between a checkpoint's fingerprint and that of the render that would go on.
+    pub fn difference(&self, render: &Fingerprint) -> Option<Difference> {
+        let names = self.entries.keys().chain(render.entries.keys());
+        let differs = |name: &&String| self.entries.get(*name) != render.entries.get(*name);
+        let name = names.filter(differs).min()?;
+        Some(Difference {
+            checkpoint: self.entries.get(name).cloned(),
+            render: render.entries.get(name).cloned(),
+            name: name.clone(),
+        })
+    }
+}
+
+/// Where two renders differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The entry's name.
+    pub name: String,
+    /// What the checkpoint has.
+    pub checkpoint: Option<FingerprintValue>,
+    /// What the render has.
+    pub render: Option<FingerprintValue>,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = &self.name;
+        match (&self.checkpoint, &self.render) {
+            (Some(FingerprintValue::Text(checkpoint)), Some(FingerprintValue::Text(render))) => {
+                write!(f, "the checkpoint has {name} {checkpoint}, the render {name} {render}")
+            }
+            (Some(_), Some(_)) => write!(f, "{name} has changed since"),
+            (Some(_), None) => write!(f, "the checkpoint has {name}, the render has not"),
+            (None, Some(_)) => write!(f, "the render has {name}, the checkpoint has not"),
+            (None, None) => write!(f, "neither has {name}"),
+        }
+    }
+}
+
+fn filter_text(filter: &PixelFilter) -> String {
+    let shape = match filter.shape() {
+        FilterShape::Box => "box".to_owned(),
+        FilterShape::Triangle => "triangle".to_owned(),
+        FilterShape::Gaussian { sigma } => format!("gaussian of sigma {sigma}"),
+        FilterShape::Mitchell { b, c } => format!("mitchell of B {b} and C {c}"),
+        FilterShape::BlackmanHarris => "blackmanharris".to_owned(),
+    };
+    let [x, y] = filter.radius();
+    format!("{shape}, radius {x} by {y}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fingerprint(seed: u64) -> Fingerprint {
+        let mut settings = Settings::default();
+        settings.sampler.seed = seed;
+        Fingerprint::of_settings(&settings)
+    }
+
+    #[test]
+    fn a_difference_names_its_entry() {
+        assert_eq!(fingerprint(3).difference(&fingerprint(3)), None);
+        let said = |a: &Fingerprint, b: &Fingerprint| a.difference(b).unwrap().to_string();
+        let three = fingerprint(3);
+        assert_eq!(said(&three, &fingerprint(4)), "the checkpoint has seed 3, the render seed 4");
+        let mut with_file = three.clone();
+        with_file.set_digest("scene.pbrt", Digest::of(b"Shape \"Sphere\""));
+        assert_eq!(said(&with_file, &three), "the checkpoint has scene.pbrt, the render has not");
+        assert_eq!(said(&three, &with_file), "the render has scene.pbrt, the checkpoint has not");
+        let mut edited = with_file.clone();
+        edited.set_digest("scene.pbrt", Digest::of(b"Shape \"Disk\""));
+        assert_eq!(said(&with_file, &edited), "scene.pbrt has changed since");
+    }
+
+    #[test]
+    fn every_setting_that_counts_is_in_it() {
+        let plain = Settings::default();
+        let filter = PixelFilter::new(FilterShape::Triangle, [1.0; 2]);
+        let changed: [(&str, Settings); 6] = [
+            ("size", Settings { width: 3, ..plain.clone() }),
+            ("filter", Settings { filter, ..plain.clone() }),
+            ("depth", Settings { max_depth: 9, ..plain.clone() }),
+            ("cutoff", Settings { cutoff: 0.5, ..plain.clone() }),
+            ("epsilon", Settings { epsilon: Some(0.1), ..plain.clone() }),
+            ("loop budget", Settings { loop_budget: 7, ..plain.clone() }),
+        ];
+        for (name, settings) in changed {
+            let (a, b) = (Fingerprint::of_settings(&plain), Fingerprint::of_settings(&settings));
+            assert_eq!(a.difference(&b).unwrap().name, name);
+        }
+        let elsewhere =
+            Settings { filename: Some("b.png".to_owned()), exposure: 2.0, ..plain.clone() };
+        assert_eq!(Fingerprint::of_settings(&plain), Fingerprint::of_settings(&elsewhere));
+    }
+}

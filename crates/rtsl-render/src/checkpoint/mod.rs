@@ -1,0 +1,160 @@
+//! Checkpoints: what a render has so far, in a file by which it can go on to the same bits.
+//!
+//! A checkpoint holds a [`Fingerprint`] of all that the image depends on and sections of numbers, which mean
+//! something to the renderer alone. It is written beside its place and renamed, so that an end at any moment
+//! leaves the earlier one; reading refuses what is damaged, and says why.
+
+mod container;
+mod error;
+mod fingerprint;
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use crate::replacement::replace_file;
+
+pub use error::{CheckpointError, Damage};
+pub use fingerprint::{Difference, Digest, Fingerprint, FingerprintValue};
+
+/// What is kept of a render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint<'a> {
+    /// What the image depends on.
+    pub fingerprint: Fingerprint,
+    /// The numbers so far.
+    pub sections: Vec<Section<'a>>,
+}
+
+/// Numbers of one kind, under a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section<'a> {
+    /// The name.
+    pub name: Cow<'a, str>,
+    /// The numbers.
+    pub numbers: Numbers<'a>,
+}
+
+/// Numbers of one kind. They keep all bits, those of NaN too.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers<'a> {
+    /// binary64
+    F64(Cow<'a, [f64]>),
+    /// binary32
+    F32(Cow<'a, [f32]>),
+    /// Whole numbers.
+    U32(Cow<'a, [u32]>),
+}
+
+impl<'a> Section<'a> {
+    /// A section of numbers in binary64.
+    pub fn f64(name: &'a str, numbers: &'a [f64]) -> Self {
+        Section { name: name.into(), numbers: Numbers::F64(numbers.into()) }
+    }
+
+    /// A section of numbers in binary32.
+    pub fn f32(name: &'a str, numbers: &'a [f32]) -> Self {
+        Section { name: name.into(), numbers: Numbers::F32(numbers.into()) }
+    }
+
+    /// A section of whole numbers.
+    pub fn u32(name: &'a str, numbers: &'a [u32]) -> Self {
+        Section { name: name.into(), numbers: Numbers::U32(numbers.into()) }
+    }
+}
+
+impl Checkpoint<'_> {
+    /// Writes it to the disk in the place of an earlier one.
+    ///
+    /// # Errors
+    /// The system refuses; an earlier checkpoint is then as it was.
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        let written = replace_file(path, |file| {
+            let mut buffered = BufWriter::new(file);
+            self.write_to(&mut buffered)?;
+            buffered.flush()
+        });
+        written.map_err(|error| CheckpointError::Unwritable {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        })
+    }
+
+    /// Its bytes.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_to(&self, writer: &mut dyn Write) -> std::io::Result<()> {
+        container::write(self, writer)
+    }
+
+    /// The numbers of a section in binary64.
+    pub fn f64(&self, name: &str) -> Option<&[f64]> {
+        match self.numbers(name)? {
+            Numbers::F64(numbers) => Some(numbers),
+            Numbers::F32(_) | Numbers::U32(_) => None,
+        }
+    }
+
+    /// The numbers of a section in binary32.
+    pub fn f32(&self, name: &str) -> Option<&[f32]> {
+        match self.numbers(name)? {
+            Numbers::F32(numbers) => Some(numbers),
+            Numbers::F64(_) | Numbers::U32(_) => None,
+        }
+    }
+
+    /// The whole numbers of a section.
+    pub fn u32(&self, name: &str) -> Option<&[u32]> {
+        match self.numbers(name)? {
+            Numbers::U32(numbers) => Some(numbers),
+            Numbers::F64(_) | Numbers::F32(_) => None,
+        }
+    }
+
+    fn numbers(&self, name: &str) -> Option<&Numbers<'_>> {
+        self.sections.iter().find(|section| section.name == name).map(|section| &section.numbers)
+    }
+}
+
+impl Checkpoint<'static> {
+    /// Reads a checkpoint of any render.
+    ///
+    /// # Errors
+    /// The file cannot be read, is none, or is damaged.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        let unreadable = |error: std::io::Error| CheckpointError::Unreadable {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        };
+        let metadata = std::fs::metadata(path).map_err(unreadable)?;
+        if !metadata.is_file() {
+            return Err(unreadable(std::io::Error::other("not a regular file")));
+        }
+        let mut file = File::open(path).map_err(unreadable)?;
+        container::read(&mut file, metadata.len())
+            .map_err(|damage| CheckpointError::Damaged { path: path.to_owned(), damage })
+    }
+
+    /// Reads a checkpoint of the render that `expected` tells.
+    ///
+    /// # Errors
+    /// As for [`Checkpoint::read`], and where it is of another render.
+    pub fn read_for(path: &Path, expected: &Fingerprint) -> Result<Self, CheckpointError> {
+        let checkpoint = Self::read(path)?;
+        match checkpoint.fingerprint.difference(expected) {
+            None => Ok(checkpoint),
+            Some(difference) => Err(CheckpointError::Foreign { path: path.to_owned(), difference }),
+        }
+    }
+
+    /// Reads a checkpoint from memory.
+    ///
+    /// # Errors
+    /// The bytes are none, or damaged.
+    pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, Damage> {
+        let length = bytes.len() as u64;
+        container::read(&mut bytes, length)
+    }
+}
