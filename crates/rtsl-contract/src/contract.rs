@@ -21,6 +21,34 @@ pub enum Contract {
     TiltedNormals,
     /// Rays along the surface, tangents of no length and the like do no harm.
     ExtremeRays,
+    /// Hits lie within the box that `computeBounds` gives.
+    Bounds,
+    /// Hits are the nearest, and limits of rays are heeded.
+    Limits,
+    /// What a ray hits does not depend on the length of its direction.
+    Lengths,
+    /// What one ray hits, others towards that point hit, too.
+    Points,
+    /// Rays that leave the surface do not hit it at once.
+    Leaving,
+    /// Normals, texture coordinates and their derivatives are numbers.
+    SurfaceValues,
+    /// The geometric normal is at right angles to the surface.
+    Normals,
+    /// The normals of closed surfaces point outward.
+    Outward,
+    /// Derivatives are those of the texture coordinates.
+    Derivatives,
+    /// Points of `generateSample` lie on the surface.
+    SamplePoints,
+    /// Normals of `generateSample` are those of `computeNormal`.
+    SampleNormals,
+    /// `generateSample` gives the density that `samplePDF` gives for its point.
+    SampleAgreement,
+    /// The integral of `samplePDF` over what is seen is the part of samples that are seen.
+    SampleIntegral,
+    /// Points of `generateSample` are distributed as `samplePDF` says.
+    SampleDistribution,
     /// No method runs past its budget of loop iterations.
     Budget,
 }
@@ -40,6 +68,22 @@ impl Contract {
             Contract::Reciprocity => "light takes the same way back",
             Contract::TiltedNormals => "tilted shading normals do no harm",
             Contract::ExtremeRays => "extreme rays do no harm",
+            Contract::Bounds => "hits lie within the bounds",
+            Contract::Limits => "the nearest hit is found, within the ray's limits",
+            Contract::Lengths => "directions may have any length",
+            Contract::Points => "hits are found from everywhere",
+            Contract::Leaving => "rays that leave the surface do not hit it at once",
+            Contract::SurfaceValues => "normals and texture coordinates are numbers",
+            Contract::Normals => "the normal is the surface's",
+            Contract::Outward => "normals point outward",
+            Contract::Derivatives => "derivatives are those of the texture coordinates",
+            Contract::SamplePoints => "sampled points lie on the surface",
+            Contract::SampleNormals => "normals of samples are those of computeNormal",
+            Contract::SampleAgreement => "generateSample agrees with samplePDF",
+            Contract::SampleIntegral => {
+                "the density integrates to the part of samples that are seen"
+            }
+            Contract::SampleDistribution => "samples are distributed as samplePDF says",
             Contract::Budget => "every call comes to its end",
         }
     }
@@ -70,6 +114,37 @@ impl Contract {
             }
             Contract::TiltedNormals | Contract::ExtremeRays => {
                 "return black and a density of 0 where view or light lie on the wrong side; guard divisions by cosines"
+            }
+            Contract::Bounds => {
+                "computeBounds: an extent, a half size taken for a whole one, or a box without its centre"
+            }
+            Contract::Limits => {
+                "offer every hit to hit() and let it choose: it knows rt_Epsilon and rt_HitDistance"
+            }
+            Contract::Lengths => {
+                "the parameter of a hit counts in units of rt_RayDirection's length; divide by its square where you solve for it"
+            }
+            Contract::Points => "intersect: a hit that is none, or one that is missed",
+            Contract::Leaving => {
+                "a root that loses its digits near 0: compute it in another way than by a difference"
+            }
+            Contract::SurfaceValues => {
+                "poles and edges, where a length is 0 or an angle is undefined"
+            }
+            Contract::Normals => {
+                "computeNormal: rt_HitPoint is in the primitive's space; has scaling been undone?"
+            }
+            Contract::Outward => "the sign in computeNormal, or the order of a cross product",
+            Contract::Derivatives => {
+                "computeDerivatives: the factor of an angle, such as 2 pi for a whole turn, or exchanged directions"
+            }
+            Contract::SamplePoints => {
+                "generateSample: rt_HitPoint is a point in the primitive's space"
+            }
+            Contract::SampleNormals => "the sign of rt_GeometricNormal in generateSample",
+            Contract::SampleAgreement => "let both methods call one function for the density",
+            Contract::SampleIntegral | Contract::SampleDistribution => {
+                "densities count per solid angle: one over the area, times the distance squared, over the cosine at the light"
             }
             Contract::Budget => "the condition of a loop, above all for NaN and infinity",
         }

@@ -15,6 +15,7 @@ mod distribution;
 mod material;
 mod options;
 mod partition;
+mod primitive;
 mod random;
 mod rays;
 mod report;
@@ -53,7 +54,8 @@ pub fn check(
     for role in &instance.class().roles {
         let found = match role {
             Role::Material => material::check(&subject),
-            Role::Camera | Role::Primitive | Role::Texture | Role::Light => Ok(Vec::new()),
+            Role::Primitive => primitive::check(&subject),
+            Role::Camera | Role::Texture | Role::Light => Ok(Vec::new()),
         };
         match found {
             Ok(found) => findings.extend(found),

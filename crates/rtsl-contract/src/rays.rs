@@ -1,6 +1,6 @@
 //! The state of some rays, and a host for them that knows nothing but random numbers.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{LaneBlock, LaneMask, lookup_state};
 
@@ -54,6 +54,12 @@ impl Rays {
         self.set_vectors("rt_RayDirection", directions);
     }
 
+    /// Sets a variable, for each ray its own value.
+    pub fn set_floats(&mut self, variable: &str, values: impl IntoIterator<Item = f32>) {
+        let array = self.state.floats_mut(component_of(variable));
+        array.iter_mut().zip(values).for_each(|(lane, value)| *lane = value);
+    }
+
     /// Sets a variable for all rays.
     pub fn fill(&mut self, variable: &str, value: f32) {
         self.state.floats_mut(component_of(variable)).fill(value);
@@ -75,6 +81,13 @@ impl Rays {
         let first = component_of(variable);
         let [x, y, z] = [0, 1, 2].map(|component| self.state.floats(first + component));
         (0..self.count).map(|ray| Vec3::new(x[ray], y[ray], z[ray])).collect()
+    }
+
+    /// A variable of each ray.
+    pub fn pairs(&self, variable: &str) -> Vec<Vec2> {
+        let first = component_of(variable);
+        let [x, y] = [0, 1].map(|component| self.state.floats(first + component));
+        (0..self.count).map(|ray| Vec2::new(x[ray], y[ray])).collect()
     }
 
     /// A variable of one ray; of a colour its three components.

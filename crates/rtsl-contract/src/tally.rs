@@ -10,11 +10,18 @@ pub struct Tally {
     broken: u64,
     first: Option<(String, Option<Inputs>)>,
     note: Option<String>,
+    /// The part of tests that may fail.
+    allowed: f64,
 }
 
 impl Tally {
     pub fn new(contract: Contract) -> Tally {
-        Tally { contract, tested: 0, broken: 0, first: None, note: None }
+        Tally { contract, tested: 0, broken: 0, first: None, note: None, allowed: 0.0 }
+    }
+
+    /// Lets a part of the tests fail: those that rounding decides.
+    pub fn allow(&mut self, part: f64) {
+        self.allowed = part;
     }
 
     /// Counts a test. Of a first one that failed, `message` says what was found. Gives whether it is the first:
@@ -46,7 +53,8 @@ impl Tally {
 
     /// The finding; where nothing was tested, `reason` says why.
     pub fn finish(self, reason: &str) -> Finding {
-        let Tally { contract, tested, broken, first, note } = self;
+        let Tally { contract, tested, broken, first, note, allowed } = self;
+        let first = first.filter(|_| broken as f64 > allowed * tested as f64);
         let outcome = match first {
             Some((message, inputs)) => Outcome::Broken(Failure { message, inputs, broken, tested }),
             None if tested == 0 => Outcome::NotApplicable(reason.to_owned()),

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rtsl::{Class, Compiler, Engine, Instance, Role, Value, library};
+use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
 use rtsl_contract::{Options, check, engine_options, settings};
 
 /// The classes of a role.
@@ -30,21 +30,118 @@ fn check_role(role: Role, options: &Options) {
     for class in classes(role) {
         let mut program = None;
         for setting in settings(&class) {
-            let name = format!("{} with {setting}", class.name);
-            let instance = setting
-                .instance(&class, &required(&class))
-                .unwrap_or_else(|it| panic!("{name}: {:?}", it.into_vec()));
-            // Kernels are kept while somebody has the program.
-            program.get_or_insert_with(|| engine.program(&instance));
-            all += &broken(&engine, &name, &instance, options);
+            for (index, given) in table(&class.name).into_iter().enumerate() {
+                let name = format!("{} with {setting}, row {index} of the table", class.name);
+                let instance = setting
+                    .instance(&class, &given)
+                    .unwrap_or_else(|it| panic!("{name}: {:?}", it.into_vec()));
+                // Kernels are kept while somebody has the program.
+                program.get_or_insert_with(|| engine.program(&instance));
+                all += &broken(&engine, &name, &instance, options);
+            }
         }
     }
     assert!(all.is_empty(), "{all}");
 }
 
-/// Values for what has no default.
-fn required(_class: &Class) -> Vec<(String, Value)> {
-    Vec::new()
+/// Values that annotations do not give, and those without a default, by class: a row for each instance.
+fn table(class: &str) -> Vec<Vec<(String, Value)>> {
+    let floats = |numbers: &[f32]| Value::Numbers(Numbers::floats(numbers.iter().copied()));
+    let ints = |numbers: &[i32]| Value::Numbers(Numbers::ints(numbers.iter().copied()));
+    let corners = [-0.5, 0.0, 0.2, 1.3, 0.2, -0.1, -0.4, 1.1, 0.5, 1.9, 1.4, 0.9];
+    let parallelogram = [-0.5, 0.0, 0.2, 1.3, 0.2, -0.1, -0.4, 1.1, 0.5, 1.4, 1.3, 0.2];
+    let leaning = [0.1, 0.2, 0.9, -0.2, 0.1, 0.9, 0.0, -0.2, 0.9, 0.1, 0.1, 0.9];
+    let uvs = [0.1, 0.2, 0.9, 0.3, 0.2, 0.7, 0.8, 0.9];
+    let mesh = |positions: &[f32], normals: &[f32], uvs: &[f32], indices: &[i32]| {
+        vec![
+            ("positions", floats(positions)),
+            ("normals", floats(normals)),
+            ("uvs", floats(uvs)),
+            ("indices", ints(indices)),
+        ]
+    };
+    let constant = |value: f32| of_library("Constant", vec![("value", value.into())]);
+    let rows = match class {
+        "TriangleMesh" => {
+            vec![mesh(&corners, &[], &uvs, &[0, 1, 2]), mesh(&corners, &leaning, &[], &[1, 0, 3])]
+        }
+        "BilinearMesh" => vec![
+            mesh(&corners, &[], &[], &[0, 1, 2, 3]),
+            mesh(&parallelogram, &leaning, &uvs, &[0, 1, 2, 3]),
+        ],
+        "Sphere" => vec![
+            vec![],
+            vec![("center", [0.5, -1.0, 2.0].into()), ("radius", 1.5.into())],
+            vec![("center", [300.0, 20.0, -50.0].into()), ("radius", 0.7.into())],
+        ],
+        "Disk" => vec![vec![], vec![("radius", 1.3.into()), ("innerRadius", 0.6.into())]],
+        "Cylinder" => {
+            vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("yMax", 1.1.into())]]
+        }
+        "Torus" => vec![vec![], vec![("majorRadius", 1.1.into()), ("minorRadius", 0.5.into())]],
+        "Plane" => vec![
+            vec![],
+            vec![("point", [0.3, 0.2, -0.5].into()), ("normal", [0.5, 2.0, -0.7].into())],
+        ],
+        "Triangle" => vec![
+            vec![],
+            vec![
+                ("a", [-0.5, 0.0, 0.2].into()),
+                ("b", [1.5, 0.2, -0.1].into()),
+                ("c", [0.1, 1.1, 0.4].into()),
+                ("uvC", [0.3, 0.8].into()),
+                ("normalA", [0.1, 0.0, 1.0].into()),
+                ("normalB", [0.0, 0.2, 1.0].into()),
+                ("normalC", [-0.1, 0.0, 0.9].into()),
+            ],
+        ],
+        "Lambertian" => vec![vec![], vec![("kd", constant(1.0))]],
+        "Phong" => vec![
+            vec![],
+            vec![("kd", constant(0.0)), ("ks", constant(1.0)), ("exponent", 8.0.into())],
+            vec![("kd", constant(0.5)), ("ks", constant(0.5)), ("exponent", 2000.0.into())],
+        ],
+        "Ward" => vec![vec![], vec![("kd", constant(0.3)), ("ks", constant(0.7))]],
+        "Conductor" => vec![
+            vec![],
+            vec![
+                ("reflectance", constant(1.0)),
+                ("roughnessU", 0.1.into()),
+                ("roughnessV", 0.3.into()),
+            ],
+        ],
+        "Mix" => vec![
+            vec![],
+            vec![
+                ("first", of_library("Mirror", vec![])),
+                ("second", of_library("Phong", vec![])),
+                ("amount", constant(0.3)),
+            ],
+        ],
+        "PointLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        "SpotLight" => vec![vec![("position", [1.0, 2.0, 0.5].into())]],
+        _ => vec![vec![]],
+    };
+    let named = |row: Vec<(&str, Value)>| {
+        row.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    };
+    rows.into_iter().map(named).collect()
+}
+
+/// An instance of a class of the library.
+fn of_library(class: &str, arguments: Vec<(&str, Value)>) -> Value {
+    let header = format!("class {class} :");
+    let file = library::files().iter().find(|file| file.text.contains(&header));
+    let file = file.unwrap_or_else(|| panic!("no class {class}"));
+    let unit = Compiler::default().compile(file.path, file.text).unit.expect("it compiles");
+    Instance::new(unit.class(class).expect("it is there"), arguments)
+        .expect("its parameters")
+        .into()
+}
+
+#[test]
+fn primitives() {
+    check_role(Role::Primitive, &Options { samples: 8_000, ..Options::default() });
 }
 
 #[test]

@@ -1,0 +1,214 @@
+//! What `intersect` finds: within bounds, the nearest, the same from everywhere, and never where it came from.
+
+use glam::DVec3;
+use rtsl::Method;
+
+use super::shot::{Ray, Shot};
+use super::{Bounds, Place};
+use crate::stop::Stop;
+use crate::subject::Subject;
+use crate::tally::Tally;
+use crate::{Contract, Finding};
+
+const RAYS: u64 = 4096;
+/// The part of rays that may be decided by rounding: at edges and silhouettes.
+const ROUNDED_PART: f64 = 0.01;
+/// How far points may be off, as a part of the distances that were computed with.
+const POSITION_ERROR: f64 = 2e-5;
+const NEVER_HIT: &str = "no ray hits it";
+
+/// Checks `intersect` by itself.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
+    let shot = Shot::new(subject, random_rays(subject, place))?;
+    Ok(vec![
+        check_bounds(subject, place, &shot)?,
+        check_limits(subject, &shot)?,
+        check_lengths(subject, place, &shot)?,
+        check_points(subject, place, &shot)?,
+        check_leaving(subject, place, shot)?,
+    ])
+}
+
+/// From outside and inside, of all lengths, and some along an axis.
+fn random_rays(subject: &Subject<'_>, place: &Place) -> Vec<Ray> {
+    let (origins, targets) =
+        (subject.stream(Contract::Bounds), subject.stream(Contract::Bounds).at(1));
+    let ray = |item: u64| {
+        let origin = if item % 3 == 2 {
+            place.point_within(origins, item)
+        } else {
+            place.point_outside(origins, item)
+        };
+        let target = place.point_within(targets, item);
+        let mut way = target - origin;
+        if item.is_multiple_of(16) {
+            way = along_an_axis(way, (item / 16 % 3) as usize);
+        }
+        let length = 0.3 + 3.0 * f64::from(origins.number(item, 7));
+        Ray::new(origin, length * way.normalize(), place.epsilon())
+    };
+    (0..RAYS).map(ray).collect()
+}
+
+fn along_an_axis(way: DVec3, axis: usize) -> DVec3 {
+    let mut along = DVec3::ZERO;
+    along[axis] = way[axis];
+    along
+}
+
+fn check_bounds(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::Bounds);
+    if !subject.has(Method::ComputeBounds) {
+        return Ok(tally.finish("without computeBounds it has none: every ray is tested"));
+    }
+    let Bounds { least, greatest } = place.bounds;
+    let is_box = least.cmple(greatest).all();
+    tally.test(is_box, || format!("computeBounds gives a box from {least} to {greatest}"));
+    for (ray, point) in shot.points.iter().enumerate() {
+        let Some(t) = shot.hits[ray] else { continue };
+        let Ray { origin, direction, .. } = shot.given[ray];
+        let reach = f64::from(origin.length() + t.abs() * direction.length()) + place.radius;
+        let allowed = (POSITION_ERROR * reach) as f32;
+        let excess = (least - *point).max(*point - greatest).max_element();
+        let message = || {
+            format!(
+                "the hit at {point} lies {excess} outside of the box from {least} to {greatest}"
+            )
+        };
+        if tally.test(excess <= allowed, message) {
+            tally.set_inputs(shot.inputs(subject, ray)?);
+        }
+    }
+    Ok(tally.finish(NEVER_HIT))
+}
+
+/// The nearest hit is found whatever the limit, if that is greater, and no other if it is less.
+fn check_limits(subject: &Subject<'_>, shot: &Shot) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::Limits);
+    for factor in [1.001, 0.999] {
+        let rays = shot.given.iter().zip(&shot.hits).map(|(ray, hit)| {
+            let limit = hit.map_or(f32::INFINITY, |t| factor * t);
+            Ray { limit, ..*ray }
+        });
+        let limited = Shot::new(subject, rays.collect())?;
+        for (ray, hit) in shot.hits.iter().enumerate() {
+            let Some(t) = hit else { continue };
+            let (limit, epsilon) = (limited.given[ray].limit, limited.given[ray].epsilon);
+            let expected = (factor > 1.0 && *t > epsilon).then_some(*t);
+            let found = limited.hits[ray];
+            let message = || {
+                format!(
+                    "with no limit the nearest hit is at {t}, with rt_HitDistance {limit} there is {}",
+                    shown(found)
+                )
+            };
+            if tally.test(found == expected, message) {
+                tally.set_inputs(limited.inputs(subject, ray)?);
+            }
+        }
+    }
+    Ok(tally.finish(NEVER_HIT))
+}
+
+fn shown(hit: Option<f32>) -> String {
+    hit.map_or("none".to_owned(), |t| format!("one at {t}"))
+}
+
+/// A direction may have any length: what it hits is the same.
+fn check_lengths(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
+    const FACTOR: f32 = 3.7;
+    let mut tally = Tally::new(Contract::Lengths);
+    tally.allow(ROUNDED_PART);
+    let longer = shot.given.iter().map(|ray| Ray {
+        direction: FACTOR * ray.direction,
+        epsilon: ray.epsilon / FACTOR,
+        ..*ray
+    });
+    let longer = Shot::new(subject, longer.collect())?;
+    for ray in 0..shot.hits.len() {
+        let holds = match (shot.hits[ray], longer.hits[ray]) {
+            (None, None) => continue,
+            (Some(_), Some(_)) => {
+                let apart = shot.points[ray].distance(longer.points[ray]);
+                f64::from(apart) <= 1e-3 * place.radius
+            }
+            (Some(_), None) | (None, Some(_)) => false,
+        };
+        let message = || {
+            format!(
+                "the hit is {}; with a direction {FACTOR} times as long it is {}",
+                shown(shot.hits[ray]),
+                shown(longer.hits[ray])
+            )
+        };
+        if tally.test(holds, message) {
+            tally.set_inputs(shot.inputs(subject, ray)?);
+        }
+    }
+    Ok(tally.finish(NEVER_HIT))
+}
+
+/// Where one ray finds the surface, another finds it too.
+fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::Points);
+    tally.allow(ROUNDED_PART);
+    let stream = subject.stream(Contract::Points);
+    let others = (0..shot.hits.len()).map(|ray| {
+        let origin = place.point_outside(stream, ray as u64);
+        Ray::new(origin, shot.points[ray].as_dvec3() - origin, place.epsilon())
+    });
+    let others = Shot::new(subject, others.collect())?;
+    for ray in (0..shot.hits.len()).filter(|ray| shot.hits[*ray].is_some()) {
+        // Something nearer may hide it.
+        let holds = others.hits[ray].is_some_and(|t| t <= 1.001);
+        let message = || {
+            format!(
+                "a ray hits at {}; one towards that point from {} finds {}",
+                shot.points[ray],
+                others.given[ray].origin,
+                shown(others.hits[ray])
+            )
+        };
+        if tally.test(holds, message) {
+            tally.set_inputs(others.inputs(subject, ray)?);
+        }
+    }
+    Ok(tally.finish(NEVER_HIT))
+}
+
+/// Rays that leave a point of the surface, to either side, do not hit it at once.
+fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::Leaving);
+    // As much as rays at silhouettes lose by rounding.
+    tally.allow(0.002);
+    shot.then(subject, Method::ComputeNormal)?;
+    let normals = shot.vectors("rt_GeometricNormal");
+    let stream = subject.stream(Contract::Leaving);
+    let leaving = (0..shot.hits.len()).map(|ray| {
+        let (origin, normal) = (shot.points[ray].as_dvec3(), normals[ray].as_dvec3());
+        let sideways = stream.direction(ray as u64);
+        let side = if sideways.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+        // At least a few degrees from the surface: nearer to it a curved one may come back.
+        let away = sideways + 0.3 * side * normal;
+        let away = if away.is_finite() { away.normalize() } else { sideways };
+        Ray::new(origin, away, place.epsilon())
+    });
+    let leaving = Shot::new(subject, leaving.collect())?;
+    for ray in (0..shot.hits.len()).filter(|ray| shot.hits[*ray].is_some()) {
+        let t = leaving.hits[ray].unwrap_or(f32::INFINITY);
+        let distance = f64::from(t * leaving.given[ray].direction.length());
+        let message = || {
+            format!(
+                "a ray that leaves the surface at {} hits it again after {distance}, where rt_Epsilon is {}",
+                shot.points[ray], leaving.given[ray].epsilon
+            )
+        };
+        if tally.test(distance > 10.0 * place.epsilon(), message) {
+            tally.set_inputs(leaving.inputs(subject, ray)?);
+        }
+    }
+    Ok(tally.finish(NEVER_HIT))
+}

@@ -1,0 +1,251 @@
+//! `generateSample` against `samplePDF` and `intersect`.
+//!
+//! A sample may lie where the primitive hides itself; renderers then see nothing of it. So of samples those
+//! count that a ray finds first, and their density over directions must be that of the point that a ray in
+//! that direction finds. Where the surface is seen from its side the density has no bound, so what
+//! is seen at less than a few degrees is left out on both sides.
+
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+use rtsl::{Method, Role};
+
+use super::Place;
+use super::shot::{Ray, Shot};
+use crate::distribution::Comparison;
+use crate::partition::{Partition, Sample};
+use crate::random::Stream;
+use crate::rays::Rays;
+use crate::statistics::significance;
+use crate::stop::Stop;
+use crate::subject::{Subject, batches};
+use crate::tally::Tally;
+use crate::{Contract, Finding, Inputs};
+
+/// The least cosine at which a point counts.
+const LEAST_COSINE: f32 = 0.1;
+/// How far densities of the same point may be apart: where cosines are small they have few digits.
+const DENSITY_ERROR: f32 = 0.01;
+/// How far a hit may be before or behind the sample that it should be, as a part of the distance.
+const DISTANCE_ERROR: f32 = 2e-3;
+/// Every so many samples one serves to find where samples are many.
+const PILOTS: usize = 4;
+
+/// Checks what samples say.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
+    let mut tests = Tests {
+        subject,
+        place,
+        points: Tally::new(Contract::SamplePoints),
+        normals: Tally::new(Contract::SampleNormals),
+        agreement: Tally::new(Contract::SampleAgreement),
+        integral: Tally::new(Contract::SampleIntegral),
+        distribution: Tally::new(Contract::SampleDistribution),
+    };
+    // Rounding decides at edges, for points and for what normals are compared at.
+    tests.points.allow(0.01);
+    tests.normals.allow(0.01);
+    let reason = if !subject.has(Method::GenerateSample) {
+        "the class has no generateSample"
+    } else {
+        let viewpoints = viewpoints(subject, place)?;
+        for (index, viewpoint) in viewpoints.iter().enumerate() {
+            tests.check_from(*viewpoint, index, significance(viewpoints.len()))?;
+        }
+        "samples are not seen from where they were asked for"
+    };
+    let Tests { points, normals, agreement, integral, distribution, .. } = tests;
+    let tallies = [points, normals, agreement, integral, distribution];
+    Ok(tallies.into_iter().map(|tally| tally.finish(reason)).collect())
+}
+
+/// Points from which the primitive is seen: far, near, close to its surface, and within its box.
+fn viewpoints(subject: &Subject<'_>, place: &Place) -> Result<Vec<DVec3>, Stop> {
+    let direction = DVec3::new(0.51, 0.62, -0.596).normalize();
+    let far = place.center + 4.0 * place.radius * direction;
+    let near = place.center - 1.3 * place.radius * direction;
+    let within = place.center + 0.2 * place.radius * DVec3::new(-0.3, 0.5, 0.8).normalize();
+    let mut all = vec![far, near, within];
+    let stream = subject.stream(Contract::SamplePoints);
+    let rays = (0..64).map(|item| {
+        let origin = place.point_outside(stream, item);
+        Ray::new(origin, place.point_within(stream.at(1), item) - origin, place.epsilon())
+    });
+    let shot = Shot::new(subject, rays.collect())?;
+    let hit = (0..64).find(|ray| shot.hits[*ray].is_some());
+    all.extend(hit.map(|ray| {
+        let back = -shot.given[ray].direction.as_dvec3().normalize();
+        shot.points[ray].as_dvec3() + 0.1 * place.radius * back
+    }));
+    Ok(all)
+}
+
+struct Tests<'a> {
+    subject: &'a Subject<'a>,
+    place: &'a Place,
+    points: Tally,
+    normals: Tally,
+    agreement: Tally,
+    integral: Tally,
+    distribution: Tally,
+}
+
+impl Tests<'_> {
+    fn check_from(&mut self, from: DVec3, index: usize, significance: f64) -> Result<(), Stop> {
+        let from = from.as_vec3();
+        let stream = self.subject.stream(Contract::SampleDistribution).at(index as u64);
+        let (mut pilots, mut tests, mut count) = (Vec::new(), Vec::new(), 0);
+        for numbers in batches(u64::from(self.subject.options.samples)) {
+            let first = numbers.start;
+            for (item, sample) in self.samples(from, stream, numbers)?.into_iter().enumerate() {
+                let is_pilot = (first as usize + item).is_multiple_of(PILOTS);
+                count += usize::from(!is_pilot);
+                if let Some(sample) = sample {
+                    if is_pilot { pilots.push(sample) } else { tests.push(sample) }
+                }
+            }
+        }
+        let axis = (self.place.center - from.as_dvec3()).try_normalize().unwrap_or(DVec3::Z);
+        let partition = Partition::new(axis, &pilots);
+        let integrals =
+            partition.integrate(count, |directions| self.densities_towards(from, directions))?;
+        let found = Comparison::new(&partition, &integrals, &tests, count, significance);
+        let Comparison { integral, part, statistic, limit, cells, worst, .. } = &found;
+        let message = || {
+            format!(
+                "from {from}: the integral of samplePDF over what is seen is {:.4}, where {:.4} of the samples are seen",
+                integral.value, part
+            )
+        };
+        if self.integral.test(found.integral_holds(), message) {
+            self.integral.set_inputs(self.density_inputs(from, worst.direction)?);
+        }
+        let message = || {
+            let Vec3 { x, y, z } = worst.direction;
+            format!(
+                "from {from}: chi-square is {statistic:.0} in {cells} cells, where chance stays below {limit:.0}; around ({x:.3}, {y:.3}, {z:.3}) there are {} samples instead of {:.1}",
+                worst.observed, worst.expected
+            )
+        };
+        if self.distribution.test(found.shape_holds(), message) {
+            self.distribution.set_inputs(self.density_inputs(from, worst.direction)?);
+        }
+        Ok(())
+    }
+
+    /// Samples, checked one by one; none where they are not seen.
+    fn samples(
+        &mut self,
+        from: Vec3,
+        stream: Stream,
+        numbers: Range<u64>,
+    ) -> Result<Vec<Option<Sample>>, Stop> {
+        let mut rays = self.subject.rays(Role::Primitive, stream, numbers);
+        rays.fill_vector("rt_RayOrigin", from);
+        self.subject.call(Method::GenerateSample, &mut rays)?;
+        let points = rays.vectors("rt_HitPoint");
+        let normals: Vec<Vec3> =
+            rays.vectors("rt_GeometricNormal").into_iter().map(Vec3::normalize).collect();
+        let given = rays.floats("rt_PDF").to_vec();
+        let (density_rays, there) = self.density_at(from, &points, &normals)?;
+        let towards = points.iter().map(|point| self.ray(from, *point - from)).collect();
+        let mut shot = Shot::new(self.subject, towards)?;
+        shot.then(self.subject, Method::ComputeNormal)?;
+        let found_normals = shot.vectors("rt_GeometricNormal");
+        let mut samples = Vec::with_capacity(points.len());
+        for (item, point) in points.into_iter().enumerate() {
+            let (density, normal) = (given[item], normals[item]);
+            let hit = shot.hits[item];
+            let cosine = normal.dot((point - from).normalize()).abs();
+            let is_aslant = cosine >= LEAST_COSINE;
+            let message = || {
+                format!(
+                    "from {from}: generateSample gives {point} with density {density}; a ray towards it finds {}",
+                    hit.map_or("nothing".to_owned(), |t| format!("a hit at {t} of the way"))
+                )
+            };
+            let is_found = hit.is_some_and(|t| t <= 1.0 + DISTANCE_ERROR);
+            let is_sample = point.is_finite() && density.is_finite() && density >= 0.0;
+            if self.points.test(is_sample && (is_found || !is_aslant), message) {
+                self.points.set_inputs(shot.inputs(self.subject, item)?);
+            }
+            let is_seen = hit.is_some_and(|t| (t - 1.0).abs() <= DISTANCE_ERROR) && is_aslant;
+            if is_seen {
+                self.check_normal(point, normal, found_normals[item]);
+            }
+            let close = (density - there[item]).abs() <= DENSITY_ERROR * density.abs();
+            let message = || {
+                format!(
+                    "from {from}: generateSample gives {point} with density {density}, samplePDF says {} of it",
+                    there[item]
+                )
+            };
+            if is_seen && self.agreement.test(close, message) {
+                let inputs = self.subject.inputs(Method::SamplePdf, &density_rays, item)?;
+                self.agreement.set_inputs(inputs);
+            }
+            let direction = point - from;
+            samples.push((is_seen && is_sample).then_some(Sample { direction, density }));
+        }
+        Ok(samples)
+    }
+
+    fn check_normal(&mut self, point: Vec3, normal: Vec3, found: Vec3) {
+        let message = || {
+            format!("at {point} generateSample says the normal is {normal}, computeNormal {found}")
+        };
+        self.normals.test(normal.dot(found) > 0.99, message);
+    }
+
+    /// What `samplePDF` is called with for what is seen in a direction.
+    fn density_inputs(&self, from: Vec3, direction: Vec3) -> Result<Inputs, Stop> {
+        let shot = Shot::new(self.subject, vec![self.ray(from, direction)])?;
+        let (rays, _) = self.density_at(from, &shot.points, &[Vec3::Z])?;
+        self.subject.inputs(Method::SamplePdf, &rays, 0)
+    }
+
+    fn ray(&self, from: Vec3, direction: Vec3) -> Ray {
+        Ray::new(from.as_dvec3(), direction.as_dvec3(), self.place.epsilon())
+    }
+
+    /// What `samplePDF` says of the points that are seen in directions; 0 where there is none.
+    fn densities_towards(&mut self, from: Vec3, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
+        let mut all = Vec::with_capacity(directions.len());
+        for numbers in batches(directions.len() as u64) {
+            let batch = &directions[numbers.start as usize..numbers.end as usize];
+            let towards = batch.iter().map(|it| self.ray(from, *it)).collect();
+            let mut shot = Shot::new(self.subject, towards)?;
+            shot.then(self.subject, Method::ComputeNormal)?;
+            let normals = shot.vectors("rt_GeometricNormal");
+            let (_, densities) = self.density_at(from, &shot.points, &normals)?;
+            for (ray, density) in densities.into_iter().enumerate() {
+                let cosine = normals[ray].dot(batch[ray]).abs();
+                let counts = shot.hits[ray].is_some() && cosine >= LEAST_COSINE;
+                all.push(if counts && density.is_finite() { density.max(0.0) } else { 0.0 });
+            }
+        }
+        Ok(all)
+    }
+
+    /// What `samplePDF` says of points.
+    fn density_at(
+        &self,
+        from: Vec3,
+        points: &[Vec3],
+        normals: &[Vec3],
+    ) -> Result<(Rays, Vec<f32>), Stop> {
+        let count = points.len() as u64;
+        let mut rays = self.subject.rays(Role::Primitive, Stream::new(0), 0..count);
+        rays.fill_vector("rt_RayOrigin", from);
+        rays.set_vectors("rt_HitPoint", points.iter().copied());
+        rays.set_vectors("rt_GeometricNormal", normals.iter().copied());
+        if self.subject.has(Method::SamplePdf) {
+            self.subject.call(Method::SamplePdf, &mut rays)?;
+        }
+        let densities = rays.floats("rt_PDF").to_vec();
+        Ok((rays, densities))
+    }
+}

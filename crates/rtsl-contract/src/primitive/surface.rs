@@ -1,0 +1,254 @@
+//! Normals and derivatives beside differences of hits of neighbouring rays.
+
+use glam::{DVec2, DVec3, Vec2};
+use rtsl::Method;
+
+use super::Place;
+use super::shot::{Ray, Shot};
+use crate::stop::Stop;
+use crate::subject::Subject;
+use crate::tally::Tally;
+use crate::{Contract, Finding};
+
+const RAYS: u64 = 2048;
+/// How far neighbours are aside, as a part of the size.
+const STEP: f64 = 0.01;
+/// How far a normal may be off, in radians: what is left of curvature and rounding.
+const ANGLE_ERROR: f64 = 0.03;
+/// How far a difference may be from what derivatives say, as a part of it.
+const DERIVATIVE_ERROR: f64 = 0.05;
+/// Neighbours lie on one smooth piece of the surface if the middle between two is as near to the hit as
+/// this part of their distance.
+const SMOOTH_PART: f64 = 0.02;
+const NO_NEIGHBOURS: &str = "no ray hits a smooth piece of it";
+
+/// Checks what later methods say of hits.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
+    let patches = Patches::new(subject, place)?;
+    Ok(vec![
+        patches.check_values(subject)?,
+        patches.check_normals(subject)?,
+        patches.check_sides(subject, place)?,
+        patches.check_derivatives(subject)?,
+    ])
+}
+
+/// Hits, each with four neighbours: before and behind it along two directions across the ray.
+struct Patches {
+    middle: Shot,
+    neighbours: [Shot; 4],
+    /// The texture coordinates of the neighbours.
+    coordinates: [Vec<Vec2>; 4],
+}
+
+/// Two differences of neighbours, along two directions.
+struct Differences {
+    points: [DVec3; 2],
+    coordinates: [DVec2; 2],
+}
+
+impl Patches {
+    fn new(subject: &Subject<'_>, place: &Place) -> Result<Patches, Stop> {
+        let (origins, targets) =
+            (subject.stream(Contract::Normals), subject.stream(Contract::Normals).at(1));
+        let ray = |item: u64| {
+            let origin = place.point_outside(origins, item);
+            let way = place.point_within(targets, item) - origin;
+            Ray::new(origin, way.normalize(), place.epsilon())
+        };
+        let mut middle = Shot::new(subject, (0..RAYS).map(ray).collect())?;
+        let neighbour = |x: f64, y: f64| {
+            let rays = middle.given.iter().zip(&middle.points).map(|(ray, point)| {
+                let (across, along) = ray.direction.as_dvec3().normalize().any_orthonormal_pair();
+                let target = point.as_dvec3() + STEP * place.radius * (x * across + y * along);
+                let origin = ray.origin.as_dvec3();
+                Ray::new(origin, (target - origin).normalize(), place.epsilon())
+            });
+            Shot::new(subject, rays.collect())
+        };
+        let mut neighbours = [
+            neighbour(-1.0, 0.0)?,
+            neighbour(1.0, 0.0)?,
+            neighbour(0.0, -1.0)?,
+            neighbour(0.0, 1.0)?,
+        ];
+        for shot in neighbours.iter_mut().chain([&mut middle]) {
+            shot.then(subject, Method::ComputeNormal)?;
+            shot.then(subject, Method::ComputeTextureCoordinates)?;
+            shot.then(subject, Method::ComputeDerivatives)?;
+        }
+        let coordinates = neighbours.each_ref().map(Shot::coordinates);
+        Ok(Patches { middle, neighbours, coordinates })
+    }
+
+    /// Of a hit with neighbours on one smooth piece.
+    fn differences(&self, ray: usize) -> Option<Differences> {
+        self.middle.hits[ray]?;
+        self.neighbours.iter().all(|shot| shot.hits[ray].is_some()).then_some(())?;
+        let point = self.middle.points[ray].as_dvec3();
+        let [a, b, c, d] = [0, 1, 2, 3].map(|it| self.neighbours[it].points[ray].as_dvec3());
+        let points = [b - a, d - c];
+        let is_smooth = [(a + b, points[0]), (c + d, points[1])]
+            .into_iter()
+            .all(|(sum, across)| (0.5 * sum - point).length() <= SMOOTH_PART * across.length());
+        let coordinates = self.coordinates.each_ref().map(|it| it[ray].as_dvec2());
+        let [a, b, c, d] = coordinates;
+        is_smooth.then_some(Differences { points, coordinates: [b - a, d - c] })
+    }
+
+    fn check_values(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
+        let mut tally = Tally::new(Contract::SurfaceValues);
+        let normals = self.middle.vectors("rt_GeometricNormal");
+        let shading = self.middle.vectors("rt_ShadingNormal");
+        let (u, v) = (self.middle.vectors("rt_dPdu"), self.middle.vectors("rt_dPdv"));
+        let coordinates = self.middle.coordinates();
+        for ray in (0..normals.len()).filter(|ray| self.middle.hits[*ray].is_some()) {
+            let is_finite =
+                [normals[ray], shading[ray], u[ray], v[ray]].iter().all(|value| value.is_finite())
+                    && coordinates[ray].is_finite();
+            let message = || {
+                format!(
+                    "at {} the normal is {}, that for shading {}, the texture coordinates {}, their derivatives {} and {}; normals of no length count as NaN",
+                    self.middle.points[ray],
+                    normals[ray],
+                    shading[ray],
+                    coordinates[ray],
+                    u[ray],
+                    v[ray]
+                )
+            };
+            if tally.test(is_finite, message) {
+                tally.set_inputs(self.middle.inputs(subject, ray)?);
+            }
+        }
+        Ok(tally.finish(NO_NEIGHBOURS))
+    }
+
+    fn check_normals(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
+        let mut tally = Tally::new(Contract::Normals);
+        tally.allow(0.01);
+        if !subject.has(Method::ComputeNormal) {
+            return Ok(tally.finish("the class has no computeNormal"));
+        }
+        let normals = self.middle.vectors("rt_GeometricNormal");
+        for (ray, normal) in normals.into_iter().enumerate() {
+            let Some(Differences { points: [across, along], .. }) = self.differences(ray) else {
+                continue;
+            };
+            let expected = across.cross(along).normalize();
+            let sine = expected.cross(normal.as_dvec3()).length();
+            let message = || {
+                let expected =
+                    if expected.dot(normal.as_dvec3()) < 0.0 { -expected } else { expected };
+                format!(
+                    "at {} the normal is {normal}, neighbouring hits say {}",
+                    self.middle.points[ray],
+                    expected.as_vec3()
+                )
+            };
+            if tally.test(sine <= ANGLE_ERROR, message) {
+                tally.set_inputs(self.middle.inputs(subject, ray)?);
+            }
+        }
+        Ok(tally.finish(NO_NEIGHBOURS))
+    }
+
+    /// Of a surface that closes, which every ray meets an even number of times, normals point outward.
+    fn check_sides(&self, subject: &Subject<'_>, place: &Place) -> Result<Finding, Stop> {
+        let mut tally = Tally::new(Contract::Outward);
+        tally.allow(0.01);
+        if !subject.has(Method::ComputeNormal) {
+            return Ok(tally.finish("the class has no computeNormal"));
+        }
+        if !self.is_closed(subject, place)? {
+            return Ok(tally.finish("the surface is open: it has no inside"));
+        }
+        let normals = self.middle.vectors("rt_GeometricNormal");
+        for (ray, normal) in normals.into_iter().enumerate() {
+            if self.middle.hits[ray].is_none() {
+                continue;
+            }
+            let cosine = self.middle.given[ray].direction.dot(normal);
+            let message = || {
+                format!(
+                    "a ray from outside first hits at {}, where the normal {normal} points inward",
+                    self.middle.points[ray]
+                )
+            };
+            if tally.test(cosine < 1e-3, message) {
+                tally.set_inputs(self.middle.inputs(subject, ray)?);
+            }
+        }
+        Ok(tally.finish(NO_NEIGHBOURS))
+    }
+
+    fn is_closed(&self, subject: &Subject<'_>, place: &Place) -> Result<bool, Stop> {
+        /// More would be a surface unlike any.
+        const MOST_HITS: usize = 8;
+        let mut counts = vec![0_usize; self.middle.given.len()];
+        let mut rays = self.middle.given.clone();
+        for _ in 0..MOST_HITS {
+            let shot = Shot::new(subject, rays.clone())?;
+            for (ray, hit) in shot.hits.iter().enumerate() {
+                match hit {
+                    Some(t) => {
+                        counts[ray] += 1;
+                        rays[ray].epsilon = t + place.epsilon() as f32;
+                    }
+                    None => rays[ray].epsilon = f32::INFINITY,
+                }
+            }
+        }
+        let hitting = counts.iter().filter(|count| **count > 0).count();
+        let odd = counts.iter().filter(|count| *count % 2 == 1).count();
+        Ok(hitting > 0 && odd as f64 <= 0.02 * hitting as f64)
+    }
+
+    fn check_derivatives(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
+        let mut tally = Tally::new(Contract::Derivatives);
+        tally.allow(0.02);
+        let has_both = subject.has(Method::ComputeDerivatives)
+            && subject.has(Method::ComputeTextureCoordinates);
+        if !has_both {
+            return Ok(tally.finish("the class does not give both coordinates and derivatives"));
+        }
+        let (u, v) = (self.middle.vectors("rt_dPdu"), self.middle.vectors("rt_dPdv"));
+        let middle = self.middle.coordinates();
+        for ray in 0..u.len() {
+            let Some(Differences { points, coordinates }) = self.differences(ray) else { continue };
+            if !self.is_smooth_in_coordinates(ray, middle[ray].as_dvec2()) {
+                continue;
+            }
+            for (point, step) in points.into_iter().zip(coordinates) {
+                let predicted = step.x * u[ray].as_dvec3() + step.y * v[ray].as_dvec3();
+                let holds = (predicted - point).length() <= DERIVATIVE_ERROR * point.length();
+                let message = || {
+                    format!(
+                        "at {} a step of {} in texture coordinates is one of {} in space; rt_dPdu and rt_dPdv say {}",
+                        self.middle.points[ray],
+                        step.as_vec2(),
+                        point.as_vec3(),
+                        predicted.as_vec3()
+                    )
+                };
+                if tally.test(holds, message) {
+                    tally.set_inputs(self.middle.inputs(subject, ray)?);
+                }
+            }
+        }
+        Ok(tally.finish("texture coordinates do not vary smoothly anywhere"))
+    }
+
+    /// Whether coordinates change evenly from neighbour to neighbour: not where they start anew.
+    fn is_smooth_in_coordinates(&self, ray: usize, middle: DVec2) -> bool {
+        [(0, 1), (2, 3)].into_iter().all(|(before, behind)| {
+            let before = self.coordinates[before][ray].as_dvec2();
+            let behind = self.coordinates[behind][ray].as_dvec2();
+            let across = (behind - before).length();
+            across > 0.0 && (0.5 * (before + behind) - middle).length() <= SMOOTH_PART * across
+        })
+    }
+}
