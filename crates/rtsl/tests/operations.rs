@@ -184,7 +184,13 @@ fn comparisons_and_integers() {
 
 #[test]
 fn colors_rays_noise_and_sampling() {
-    check_chapters(&[Chapter::Color, Chapter::RayTracing, Chapter::Noise, Chapter::Sampling]);
+    check_chapters(&[
+        Chapter::Color,
+        Chapter::RayTracing,
+        Chapter::Noise,
+        Chapter::Sampling,
+        Chapter::Scattering,
+    ]);
 }
 
 /// Tries `left operator right` with all kinds of operands.

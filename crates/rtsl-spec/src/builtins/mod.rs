@@ -77,6 +77,8 @@ pub enum Chapter {
     Noise,
     /// From uniform numbers to directions
     Sampling,
+    /// What materials are made of
+    Scattering,
     /// What only the prelude may call
     Intrinsic,
 }
@@ -97,6 +99,7 @@ impl Chapter {
             Chapter::RayTracing => "Ray tracing",
             Chapter::Noise => "Noise and patterns",
             Chapter::Sampling => "Sampling",
+            Chapter::Scattering => "Scattering",
             Chapter::Intrinsic => "Intrinsics of the prelude",
         }
     }

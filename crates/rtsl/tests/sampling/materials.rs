@@ -106,7 +106,11 @@ const MEETINGS: [(f32, bool); 5] =
 
 /// Tests a material, whose albedo must lie in the range.
 fn check(name: &str, material: &Shader, albedo: Range<f32>) {
-    for (part, behind) in MEETINGS {
+    check_meetings(name, material, albedo, &MEETINGS);
+}
+
+fn check_meetings(name: &str, material: &Shader, albedo: Range<f32>, meetings: &[(f32, bool)]) {
+    for (part, behind) in meetings.iter().copied() {
         let meeting = Meeting::new(part, behind);
         let scattered = scatter(material, &meeting);
         let place = format!("{name}, {part} of a right angle, behind: {behind}");
@@ -145,6 +149,22 @@ fn conductor(reflectance: f32, across: f32, along: f32) -> Shader {
         ("remapRoughness", false.into()),
     ];
     Shader::library("Conductor", parameters)
+}
+
+/// White, as far as it takes colours; `parameters` are numbers.
+fn material(
+    class: &str,
+    references: &[(&'static str, f32)],
+    parameters: &[(&'static str, f32)],
+) -> Shader {
+    let references = references.iter().map(|(name, value)| (*name, constant(*value)));
+    let parameters = parameters.iter().map(|(name, value)| (*name, Value::from(*value)));
+    Shader::library(class, references.chain(parameters).collect())
+}
+
+fn dielectric(roughness_u: f32, roughness_v: f32) -> Shader {
+    let roughness = [("roughnessU", roughness_u), ("roughnessV", roughness_v)];
+    material("Dielectric", &[], &roughness)
 }
 
 fn mix(first: &Shader, second: &Shader, amount: f32) -> Shader {
@@ -193,8 +213,18 @@ fn polished_conductors_reflect_as_their_constants_say() {
 /// Light takes the same way back: value and cosine aside, viewer and light may change places.
 #[test]
 fn reflection_is_reciprocal() {
-    let materials =
-        [lambertian(), ward(0.3, 0.7), conductor(0.9, 0.1, 0.4), conductor(0.5, 0.6, 0.6)];
+    let rough = [("roughness", 0.3)];
+    let materials = [
+        lambertian(),
+        ward(0.3, 0.7),
+        conductor(0.9, 0.1, 0.4),
+        conductor(0.5, 0.6, 0.6),
+        material("OrenNayar", &[], &[("sigma", 40.0)]),
+        material("AshikhminShirley", &[], &[("exponentU", 20.0)]),
+        material("CoatedDiffuse", &[], &rough),
+        material("CoatedConductor", &[], &[("roughness", 0.3), ("coatRoughness", 0.2)]),
+        material("Principled", &[], &[("clearcoat", 1.0), ("sheen", 1.0), ("metallic", 0.3)]),
+    ];
     let meeting = Meeting::new(0.45, false);
     let view = -meeting.ray.normalize();
     let random_direction = |ray: usize| {
@@ -220,6 +250,81 @@ fn reflection_is_reciprocal() {
 }
 
 #[test]
+fn oren_nayar_loses_no_light() {
+    for sigma in [0.0, 20.0, 90.0] {
+        let white = material("OrenNayar", &[("kd", 1.0)], &[("sigma", sigma)]);
+        check("OrenNayar", &white, 0.99..1.01);
+    }
+}
+
+/// Where rays do not graze: there the density of what is refracted rises too steeply for the grid.
+const STEEP_MEETINGS: [(f32, bool); 3] = [(0.0, false), (0.45, false), (0.45, true)];
+
+/// From the outside, refracted radiance is less by the square of the index; from the inside it is more. Refraction
+/// makes lobes narrow, so these are rough.
+#[test]
+fn rough_dielectrics_sample_their_visible_facets() {
+    for (u, v) in [(0.5, 0.9), (0.7, 0.7)] {
+        check_meetings("Dielectric, rough", &dielectric(u, v), 0.3..2.3, &STEEP_MEETINGS);
+    }
+}
+
+#[test]
+fn diffuse_transmission_sends_light_through() {
+    let half =
+        material("DiffuseTransmission", &[("reflectance", 0.7), ("transmittance", 0.3)], &[]);
+    check("DiffuseTransmission", &half, 0.99..1.01);
+}
+
+#[test]
+fn ashikhmin_shirley_samples_both_lobes() {
+    let exponents = [("exponentU", 10.0), ("exponentV", 100.0)];
+    let white = material("AshikhminShirley", &[("kd", 1.0), ("ks", 0.2)], &exponents);
+    check("AshikhminShirley", &white, 0.3..1.05);
+}
+
+/// Of white bases, what is missing from 1 is light that facets hide from one another.
+#[test]
+fn coated_diffuse_loses_no_light() {
+    for (roughness, least) in [(0.0, 0.995), (0.1, 0.97), (0.5, 0.9)] {
+        let white = material("CoatedDiffuse", &[("reflectance", 1.0)], &[("roughness", roughness)]);
+        check("CoatedDiffuse", &white, least..1.01);
+    }
+}
+
+#[test]
+fn coated_conductors_sample_both_layers() {
+    for (roughness, coat_roughness) in [(0.2, 0.0), (0.0, 0.2), (0.1, 0.3)] {
+        let parameters = [("roughness", roughness), ("coatRoughness", coat_roughness)];
+        let white = material("CoatedConductor", &[("reflectance", 1.0)], &parameters);
+        check("CoatedConductor", &white, 0.6..1.01);
+    }
+}
+
+#[test]
+fn principled_samples_all_layers() {
+    let roughness = ("roughness", 0.6);
+    let all: [&[(&'static str, f32)]; 4] = [
+        &[roughness],
+        &[("metallic", 0.5), ("anisotropic", 0.8), ("roughness", 0.5)],
+        &[("sheen", 1.0), roughness],
+        &[("clearcoat", 1.0), ("clearcoatRoughness", 0.5), roughness],
+    ];
+    for parameters in all {
+        let white = material("Principled", &[("baseColor", 1.0)], parameters);
+        check(&format!("Principled, {}", parameters[0].0), &white, 0.6..1.01);
+    }
+    let parameters = [
+        ("specularTransmission", 0.7),
+        ("clearcoat", 0.5),
+        ("clearcoatRoughness", 0.8),
+        ("roughness", 0.9),
+    ];
+    let clear = material("Principled", &[("baseColor", 1.0)], &parameters);
+    check_meetings("Principled, clear", &clear, 0.3..2.3, &STEEP_MEETINGS[1..]);
+}
+
+#[test]
 fn mixtures_have_mixed_densities() {
     check("Mix of two", &mix(&lambertian(), &phong(0.5, 0.5, 20.0), 0.3), 0.6..1.02);
 }
@@ -233,9 +338,11 @@ fn a_mixture_with_a_mirror_has_the_part_of_density_that_is_no_mirror() {
 
 #[test]
 fn deltas_have_no_density_and_lose_no_light() {
-    for (class, parameters) in
-        [("Mirror", vec![("kr", constant(1.0))]), ("SchlickDielectric", vec![])]
-    {
+    for (class, parameters) in [
+        ("Mirror", vec![("kr", constant(1.0))]),
+        ("SchlickDielectric", vec![]),
+        ("ThinDielectric", vec![]),
+    ] {
         let material = Shader::library(class, parameters);
         for (part, behind) in MEETINGS {
             let meeting = Meeting::new(part, behind);

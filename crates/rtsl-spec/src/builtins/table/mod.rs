@@ -8,6 +8,7 @@ mod integer;
 mod noise;
 mod ray_tracing;
 mod sampling;
+mod scattering;
 mod trigonometry;
 
 use super::Builtin;
@@ -26,5 +27,6 @@ pub(super) static CHAPTERS: &[&[Builtin]] = &[
     ray_tracing::RAY_TRACING,
     noise::NOISE,
     sampling::SAMPLING,
+    scattering::SCATTERING,
     integer::INTRINSIC,
 ];
