@@ -2,6 +2,7 @@
 //! scratch in lane arrays.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rtsl_ir::{Place, PlaceKind};
 
@@ -57,6 +58,17 @@ impl Layout {
             layout.scratch_arrays += place.len;
         }
         layout
+    }
+
+    /// The words of each member and each buffer's entry, in their order, with what pads the last.
+    pub fn places(&self) -> impl Iterator<Item = Range<u32>> {
+        let mut starts: Vec<u32> =
+            self.members.values().chain(self.buffers.values()).copied().collect();
+        starts.push(self.block_words);
+        starts.sort_unstable();
+        // Members without scalars begin where the next does.
+        starts.dedup();
+        (1..starts.len()).map(move |next| starts[next - 1]..starts[next])
     }
 
     /// The words that stand in blocks of objects in calls of this shape; `None` where they have one

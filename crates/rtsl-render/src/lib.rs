@@ -6,6 +6,7 @@
 //! `rtsl` offers to every host.
 
 pub mod acceleration;
+pub mod batch;
 pub mod checkpoint;
 pub mod compiled;
 pub mod film;
@@ -27,5 +28,5 @@ pub(crate) mod tiles;
 
 pub use messages::Messages;
 pub use progress::Progress;
-pub use request::{RenderRequest, RenderResult, render_scene};
+pub use request::{RenderRequest, RenderResult, Renderer, render_scene};
 pub use statistics::Statistics;

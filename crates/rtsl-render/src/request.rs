@@ -6,20 +6,33 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
+use crate::batch::{self, BatchOptions, BatchScene};
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, Image};
-use crate::interactive::{RenderOptions, render};
+use crate::interactive::{self, RenderOptions};
 use crate::messages::Messages;
 use crate::progress::Progress;
 use crate::reader::{DiskFiles, FileSource};
-use crate::scene::{LoadOptions, Settings, load_scene};
+use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
+
+/// The renderers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Renderer {
+    /// Packets of rays from tiles; runs `shade` of materials.
+    #[default]
+    Interactive,
+    /// Paths; runs the methods of materials that sample and weigh.
+    Batch,
+}
 
 /// What to render, and how.
 #[derive(Clone, Default)]
 pub struct RenderRequest<'a> {
     /// The scene's file.
     pub scene: PathBuf,
+    /// What renders it, instead of what the scene asks for.
+    pub renderer: Option<Renderer>,
     /// `name.parameter=value`, in order.
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
@@ -86,17 +99,29 @@ pub fn render_scene_from(
     files: &dyn FileSource,
 ) -> Result<RenderResult, Messages> {
     let start = Instant::now();
-    let prepared = std::thread::scope(|scope| {
+    let loaded = std::thread::scope(|scope| {
         if request.engine.backend != Backend::Interpreter {
             // The compiler's library is paged in while the scene is read.
             scope.spawn(Engine::warm_up);
         }
-        Prepared::new(request, files)
+        LoadedScene::new(request, files)
     })?;
-    let cold_start = start.elapsed();
-    let Prepared { scene, mut statistics, warnings, .. } = prepared;
+    let renderer = request.renderer.unwrap_or(loaded.scene.settings.renderer);
+    match renderer {
+        Renderer::Interactive => render_interactively(request, loaded, start),
+        Renderer::Batch => render_paths(request, loaded, start),
+    }
+}
+
+fn render_interactively(
+    request: &RenderRequest<'_>,
+    loaded: LoadedScene,
+    start: Instant,
+) -> Result<RenderResult, Messages> {
+    let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
+    let cold_start_seconds = start.elapsed().as_secs_f64();
     let tiles_done = |done, of| request.tell(Progress::Rendering { done, of });
-    let rendered = render(
+    let rendered = interactive::render(
         &scene,
         RenderOptions {
             threads: request.threads,
@@ -107,40 +132,77 @@ pub fn render_scene_from(
             general_kernels_only: request.general_kernels_only,
         },
     )?;
-    let settings = scene.settings;
-    statistics = Statistics {
-        cold_start_seconds: cold_start.as_secs_f64(),
+    let mut statistics = Statistics {
+        cold_start_seconds,
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
-        peak_memory_bytes: peak_memory_bytes(),
-        size: [settings.width, settings.height],
-        samples_per_pixel: settings.sampler.samples_per_pixel(),
-        objects: scene.objects.len(),
         object_classes: rendered.object_classes,
         threads: rendered.threads,
         cancelled: rendered.cancelled,
-        ..statistics
+        ..of_scene(statistics, &scene)
     };
     statistics.set_render_time(rendered.time);
+    let settings = scene.settings;
     Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
 }
 
-/// A scene, ready to be rendered.
-pub(crate) struct Prepared {
-    pub(crate) scene: CompiledScene,
-    /// What preparing took, and what it was made for.
-    pub(crate) statistics: Statistics,
-    /// What rays can hit: shapes, and the elements of those that have any.
-    pub(crate) primitives: u64,
-    pub(crate) warnings: Messages,
+fn render_paths(
+    request: &RenderRequest<'_>,
+    loaded: LoadedScene,
+    start: Instant,
+) -> Result<RenderResult, Messages> {
+    let Prepared { scene, statistics, warnings, .. } = Prepared::for_paths(request, loaded)?;
+    let cold_start_seconds = start.elapsed().as_secs_f64();
+    let waves_done = |done, of| request.tell(Progress::Rendering { done, of });
+    let rendered = batch::render(
+        &scene,
+        BatchOptions {
+            threads: request.threads,
+            progress: request.progress.is_some().then_some(&waves_done),
+            cancel: request.cancel,
+            time_limit: request.time_limit,
+        },
+    )?;
+    let mut statistics = Statistics {
+        cold_start_seconds,
+        rays: rendered.rays,
+        dropped_samples: rendered.dropped_samples,
+        threads: rendered.threads,
+        cancelled: rendered.cancelled,
+        ..of_scene(statistics, &scene.compiled)
+    };
+    statistics.set_render_time(rendered.time);
+    let settings = scene.compiled.settings;
+    Ok(RenderResult { image: rendered.image, aovs: Vec::new(), settings, statistics, warnings })
 }
 
-impl Prepared {
-    /// Loads and compiles.
+/// Figures of the scene and the process besides.
+fn of_scene(statistics: Statistics, scene: &CompiledScene) -> Statistics {
+    Statistics {
+        peak_memory_bytes: peak_memory_bytes(),
+        size: [scene.settings.width, scene.settings.height],
+        samples_per_pixel: scene.settings.sampler.samples_per_pixel(),
+        objects: scene.objects.len(),
+        ..statistics
+    }
+}
+
+/// A scene with an engine for its kernels.
+pub(crate) struct LoadedScene {
+    scene: Scene,
+    engine: Engine,
+    warnings: Messages,
+    load_time: Duration,
+    check_time: Duration,
+    engine_time: Duration,
+}
+
+impl LoadedScene {
+    /// Loads.
     pub(crate) fn new(
         request: &RenderRequest<'_>,
         files: &dyn FileSource,
-    ) -> Result<Prepared, Messages> {
+    ) -> Result<LoadedScene, Messages> {
         let start = Instant::now();
         request.tell(Progress::Reading);
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
@@ -157,19 +219,75 @@ impl Prepared {
         let options = EngineOptions { loop_budget, ..request.engine.clone() };
         let (engine, engine_warnings) = Engine::new(options).map_err(Messages::one)?;
         warnings.push(rtsl::SourceMap::new(), engine_warnings);
-        let engine_time = start.elapsed();
-        let elements = loaded.scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
+        let (scene, check_time, engine_time) = (loaded.scene, loaded.compile_time, start.elapsed());
+        Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
+    }
+}
+
+/// A scene, ready to be rendered.
+pub(crate) struct Prepared<Ready> {
+    pub(crate) scene: Ready,
+    /// What preparing took, and what it was made for.
+    pub(crate) statistics: Statistics,
+    /// What rays can hit: shapes, and the elements of those that have any.
+    pub(crate) primitives: u64,
+    pub(crate) warnings: Messages,
+}
+
+impl Prepared<CompiledScene> {
+    /// Compiles for the interactive renderer.
+    pub(crate) fn for_shading(
+        request: &RenderRequest<'_>,
+        loaded: LoadedScene,
+    ) -> Result<Self, Messages> {
+        Prepared::new(request, loaded, |scene, engine, warnings, told| {
+            let scene = CompiledScene::with_progress(scene, engine, warnings, told)?;
+            let times = [scene.compile_time, scene.build_time];
+            Ok((scene, times))
+        })
+    }
+}
+
+impl Prepared<BatchScene> {
+    /// Compiles for the batch renderer.
+    pub(crate) fn for_paths(
+        request: &RenderRequest<'_>,
+        loaded: LoadedScene,
+    ) -> Result<Self, Messages> {
+        Prepared::new(request, loaded, |scene, engine, warnings, told| {
+            let scene = BatchScene::new(&scene, engine, warnings, told)?;
+            let times = [scene.compile_time, scene.compiled.build_time];
+            Ok((scene, times))
+        })
+    }
+}
+
+impl<Ready> Prepared<Ready> {
+    /// Has `compile` make a scene ready, which tells how long kernels and hierarchy took.
+    fn new(
+        request: &RenderRequest<'_>,
+        loaded: LoadedScene,
+        compile: impl FnOnce(
+            Scene,
+            &Engine,
+            &mut Messages,
+            &dyn Fn(BuildStep),
+        ) -> Result<(Ready, [Duration; 2]), Messages>,
+    ) -> Result<Self, Messages> {
+        let LoadedScene { scene, engine, mut warnings, load_time, check_time, engine_time } =
+            loaded;
+        let elements = scene.objects.iter().map(|it| u64::from(it.elements.unwrap_or(1)));
         let primitives = elements.sum();
         let told = |step| match step {
             BuildStep::Kernels { shaders } => request.tell(Progress::Compiling { shaders }),
             BuildStep::Hierarchy => request.tell(Progress::Building { primitives }),
         };
-        let scene = CompiledScene::with_progress(loaded.scene, &engine, &mut warnings, &told)?;
+        let (scene, [compile_time, build_time]) = compile(scene, &engine, &mut warnings, &told)?;
         let statistics = Statistics {
             load_seconds: load_time.as_secs_f64(),
-            check_seconds: loaded.compile_time.as_secs_f64(),
-            compile_seconds: (engine_time + scene.compile_time).as_secs_f64(),
-            build_seconds: scene.build_time.as_secs_f64(),
+            check_seconds: check_time.as_secs_f64(),
+            compile_seconds: (engine_time + compile_time).as_secs_f64(),
+            build_seconds: build_time.as_secs_f64(),
             width: engine.width(),
             target: engine.llvm().map_or("interpreter".to_owned(), |llvm| {
                 format!("{} {}", llvm.host().triple(), llvm.host().cpu())

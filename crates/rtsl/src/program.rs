@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region};
+use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region, Value};
 use rtsl_jit::{InstanceBlock, LaneBlock, Objects};
 use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_packet::{Layout, ObjectForm};
@@ -113,6 +113,26 @@ impl Program {
     pub fn objects<'a>(&self, instances: impl IntoIterator<Item = &'a Instance>) -> Objects {
         let blocks = instances.into_iter().map(|instance| self.block(instance));
         Objects::of_instances(self.separate_objects(false), blocks)
+    }
+
+    /// The same, with once what none of them has for itself: their [form](Objects::form) has the members in which
+    /// they differ.
+    ///
+    /// # Panics
+    /// If one belongs to another program.
+    pub fn differing_objects<'a>(
+        &self,
+        instances: impl IntoIterator<Item = &'a Instance>,
+    ) -> Objects {
+        let blocks: Vec<InstanceBlock> =
+            instances.into_iter().map(|instance| self.block(instance)).collect();
+        let differs = |word: &u32| {
+            let word = *word as usize;
+            blocks.windows(2).any(|pair| pair[0].words()[word] != pair[1].words()[word])
+        };
+        let places = self.layout.places();
+        let differing = places.filter(|place| place.clone().any(|word| differs(&word)));
+        Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
 
     /// The same with placements, for kernels that are [placed](Variant::placed).
@@ -349,6 +369,25 @@ impl Program {
 }
 
 impl LinkedMethod {
+    /// Whether it leaves a state variable zero whatever it is called for: as far as constants tell.
+    pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
+        let Function { places, body, outputs, .. } = &*self.function;
+        let is_zero = |value: Value| {
+            body.ops.iter().any(|op| match op.kind {
+                OpKind::Constant(constant) => {
+                    constant.bits() == 0 && op.results.iter().any(|result| result == value)
+                }
+                _ => false,
+            })
+        };
+        let is_of = |place: PlaceId| {
+            let place = &places[place.0 as usize];
+            place.kind == PlaceKind::State && place.name == variable.name
+        };
+        let left = outputs.iter().zip(&body.yields).filter(|(output, _)| is_of(output.place));
+        left.map(|(_, value)| *value).all(is_zero)
+    }
+
     fn new(function: Function, warnings: Vec<Diagnostic>) -> LinkedMethod {
         let reads = state_places(&function, |function, place| is_loaded(&function.body, place));
         let writes = state_places(&function, |function, place| {

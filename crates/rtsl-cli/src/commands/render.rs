@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use rtsl_render::film::{Aov, ImageFormat, write_image_with};
-use rtsl_render::{Messages, Progress, RenderRequest, render_scene};
+use rtsl_render::{Messages, Progress, RenderRequest, Renderer, render_scene};
 
 use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{EngineArguments, SearchPath};
@@ -22,9 +22,9 @@ pub struct RenderArguments {
     /// The picture: OUT.png or OUT.exr.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// What renders.
-    #[arg(long, value_enum, default_value_t = Renderer::Interactive)]
-    renderer: Renderer,
+    /// What renders, instead of what the scene's integrator says.
+    #[arg(long, value_enum)]
+    renderer: Option<RendererName>,
     /// Samples a pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -66,21 +66,30 @@ pub struct RenderArguments {
 
 /// The renderers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Renderer {
-    /// Packets of rays from tiles; runs `shade`.
+enum RendererName {
+    /// Traces paths by the materials' `BSDF`, `sampleBSDF` and `evaluatePDF`.
+    Batch,
+    /// Runs the materials' `shade`, with packets of rays from tiles, as `rtsl view` does.
     Interactive,
+}
+
+impl From<RendererName> for Renderer {
+    fn from(name: RendererName) -> Renderer {
+        match name {
+            RendererName::Batch => Renderer::Batch,
+            RendererName::Interactive => Renderer::Interactive,
+        }
+    }
 }
 
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     check_output(&arguments.output)?;
-    match arguments.renderer {
-        Renderer::Interactive => {}
-    }
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
     let request = RenderRequest {
         scene: arguments.scene.clone(),
+        renderer: arguments.renderer.map(Renderer::from),
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
         size: arguments.size,

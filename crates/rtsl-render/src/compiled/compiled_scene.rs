@@ -18,7 +18,7 @@ use super::bounds::{BoundsMaker, element_bounds};
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::Placement;
-use super::shaders::{Shader, ShaderTable, SurfaceNeeds, is_own_material};
+use super::shaders::{Purpose, Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
 
 /// An instance, ready for the kernels of its shader.
@@ -143,7 +143,20 @@ impl CompiledScene {
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::New, scene, engine, messages, listener)
+        Self::with_shapes(&Shapes::New, Purpose::Shading, scene, engine, messages, listener)
+    }
+
+    /// Like [`CompiledScene::with_progress`], with kernels for searches alone.
+    ///
+    /// # Errors
+    /// As for [`CompiledScene::new`].
+    pub(crate) fn for_searches(
+        scene: Scene,
+        engine: &Engine,
+        messages: &mut Messages,
+        listener: &dyn Fn(BuildStep),
+    ) -> Result<Self, Messages> {
+        Self::with_shapes(&Shapes::New, Purpose::Searching, scene, engine, messages, listener)
     }
 
     /// Like [`CompiledScene::new`], for a scene whose shapes and placements
@@ -157,7 +170,7 @@ impl CompiledScene {
         engine: &Engine,
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::Same(self), scene, engine, messages, &|_| {})
+        Self::with_shapes(&Shapes::Same(self), Purpose::Shading, scene, engine, messages, &|_| {})
     }
 
     /// Like [`CompiledScene::new`], for a scene of which this may have been an earlier state: where shapes
@@ -171,7 +184,7 @@ impl CompiledScene {
         engine: &Engine,
         messages: &mut Messages,
     ) -> Result<Self, Messages> {
-        Self::with_shapes(&Shapes::Moved(self), scene, engine, messages, &|_| {})
+        Self::with_shapes(&Shapes::Moved(self), Purpose::Shading, scene, engine, messages, &|_| {})
     }
 
     /// Takes over the values of the instances of `scene` that are other objects than those of
@@ -215,13 +228,14 @@ impl CompiledScene {
 
     fn with_shapes(
         shapes: &Shapes<'_>,
+        purpose: Purpose,
         scene: Scene,
         engine: &Engine,
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
         let start = Instant::now();
-        let shaders = ShaderTable::new(engine, &scene);
+        let shaders = ShaderTable::new(engine, &scene, purpose);
         listener(BuildStep::Kernels { shaders: shaders.len() });
         let mut diagnostics = Diagnostics::new();
         let shaders_done = shaders.compile(&mut diagnostics);

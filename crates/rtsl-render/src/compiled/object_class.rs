@@ -209,6 +209,16 @@ impl ObjectClass {
         }
     }
 
+    /// The objects' program.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+
+    /// Whether their space is not their group's.
+    pub fn is_placed(&self) -> bool {
+        self.variant.placed
+    }
+
     /// Whether the objects are elements of one.
     pub fn has_elements(&self) -> bool {
         match self.which {

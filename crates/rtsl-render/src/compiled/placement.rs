@@ -90,6 +90,22 @@ impl<'a> Placement<'a> {
         }
     }
 
+    /// From the group's space to the world's, at this time.
+    pub fn map_at(&self, time: f32) -> Affine {
+        match &self.instance.motion {
+            None => self.forward,
+            Some(motion) => motion.map_at(time),
+        }
+    }
+
+    /// From the world's space to the group's, at this time.
+    pub fn inverse_at(&self, time: f32) -> Affine {
+        match &self.instance.motion {
+            None => self.instance.inverse,
+            Some(motion) => motion.inverse_at(time),
+        }
+    }
+
     /// How much larger a volume of the group's space is in the world's; positive.
     pub fn volume_scale(&self, time: f32) -> f64 {
         match &self.instance.motion {

@@ -73,7 +73,8 @@ impl SurfaceNeeds {
         }
     }
 
-    fn of(read: Outputs) -> SurfaceNeeds {
+    /// What those need who read this.
+    pub fn of(read: Outputs) -> SurfaceNeeds {
         let any = |names: &[&str]| read.intersection(named(names)) != Outputs::NONE;
         SurfaceNeeds {
             coordinates: any(&COORDINATES),
@@ -94,6 +95,15 @@ fn named(names: &[&str]) -> Outputs {
 /// A shape whose class is a material too looks as its own methods say.
 pub fn is_own_material(object: &SceneObject) -> bool {
     object.primitive.class().roles.contains(&Role::Material)
+}
+
+/// What the shaders of a scene are to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To shade what rays hit: materials have `shade`, and shapes what this reads.
+    Shading,
+    /// To be found by rays. What else is called the caller makes.
+    Searching,
 }
 
 /// Programs by first use, with the methods that the scene calls.
@@ -238,10 +248,13 @@ impl<'a> ShaderTable<'a> {
     }
 
     /// The shaders of a scene.
-    pub fn new(engine: &'a Engine, scene: &Scene) -> Self {
+    pub fn new(engine: &'a Engine, scene: &Scene, purpose: Purpose) -> Self {
         let mut table = ShaderTable { engine, entries: Vec::new(), by_address: BTreeMap::new() };
-        table.add_scene(scene);
-        table.add_surfaces(scene);
+        table.add_searched(scene);
+        if purpose == Purpose::Shading {
+            table.add_shading(scene);
+            table.add_surfaces(scene);
+        }
         table
     }
 
@@ -250,8 +263,25 @@ impl<'a> ShaderTable<'a> {
         self.engine
     }
 
-    fn add_scene(&mut self, scene: &Scene) {
+    /// Adds all instances, with what makes rays and finds hits.
+    fn add_searched(&mut self, scene: &Scene) {
         self.entry(&scene.camera).want([Method::GenerateRay]);
+        for light in &scene.lights {
+            self.entry(&light.light);
+        }
+        for material in &scene.materials {
+            self.entry(material);
+        }
+        for object in &scene.objects {
+            let entry = self.entry(&object.primitive);
+            entry.want([Method::Intersect, Method::ComputeBounds]);
+            if object.elements.is_none() {
+                entry.placements.insert(!inverse(object.fixed_transform()).is_identity());
+            }
+        }
+    }
+
+    fn add_shading(&mut self, scene: &Scene) {
         for light in &scene.lights {
             self.entry(&light.light).want([Method::Illumination, Method::Emission]);
         }
@@ -261,10 +291,7 @@ impl<'a> ShaderTable<'a> {
         }
         for object in &scene.objects {
             let entry = self.entry(&object.primitive);
-            entry.want([Method::Intersect, Method::ComputeBounds, Method::ComputeNormal]);
-            if object.elements.is_none() {
-                entry.placements.insert(!inverse(object.fixed_transform()).is_identity());
-            }
+            entry.want([Method::ComputeNormal]);
             if is_own_material(object) {
                 entry.is_own_material = true;
                 entry.want_shading();

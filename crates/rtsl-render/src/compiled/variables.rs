@@ -37,6 +37,8 @@ variables! {
     bound_max "rt_BoundMax";
     geometric_normal "rt_GeometricNormal";
     shading_normal "rt_ShadingNormal";
+    bsdf_seed "rt_BSDFSeed";
+    bsdf_value "rt_BSDFValue";
     texture_uv "rt_TextureUV";
     texture_uvw "rt_TextureUVW";
     dpdu "rt_dPdu";

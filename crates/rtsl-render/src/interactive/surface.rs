@@ -1,7 +1,7 @@
 //! What is known of the surfaces that a packet hit, as materials read it: the methods of the
 //! shapes in their own spaces, then everything in world space.
 
-use fearless_simd::{Level as SimdLevel, Simd, dispatch, f32x8};
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
 use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of};
@@ -12,9 +12,11 @@ use crate::compiled::placed_objects::HitObject;
 use crate::compiled::placement::Placement;
 use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::tracer::Tracer;
-use crate::compiled::variables::{set_vector, variables};
+use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
-use crate::math::{dot, normalize_or};
+use crate::lanes::surface_state::{
+    normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
+};
 use crate::tiles::LaneContext;
 
 use super::workspace::Level;
@@ -155,8 +157,9 @@ impl SurfaceOfRun<'_> {
         let has_tangents = needs.derivatives && has_derivatives;
         self.to_world(simd, needs, has_tangents, &mut level.blocks.state, context);
         if needs.derivatives && !has_derivatives {
-            for lane in lanes_of(run.lanes) {
-                set_tangents(lane, &mut level.blocks.state, context);
+            for eight in eights(simd, run.lanes) {
+                let normal = context.geometric_normals(eight);
+                set_tangents(eight, &mut level.blocks.state, &normal);
             }
         }
     }
@@ -183,7 +186,7 @@ impl SurfaceOfRun<'_> {
         for eight in eights(simd, self.run.lanes) {
             let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
             set_rays(eight, &mut blocks.state, rays, &origin, &direction);
-            set_inverse(eight, &mut blocks.state, &direction);
+            set_inverse_directions(eight, &mut blocks.state, &direction);
             let limit = eight.numbers(&rays.limit);
             eight.store(&mut blocks.state, variables().hit_distance, limit);
         }
@@ -215,7 +218,7 @@ impl SurfaceOfRun<'_> {
             }
             set_rays(eight, state, rays, &origin, &direction);
             if needs.inverse_directions {
-                set_inverse(eight, state, &direction);
+                set_inverse_directions(eight, state, &direction);
             }
             let distance = eight.numbers(&self.hits.distance);
             let point = points_on_rays(&origin, &direction, distance);
@@ -255,7 +258,7 @@ impl SurfaceOfRun<'_> {
             }
             // The last of them leaves what is normalised when it is taken to the world.
             if method == Method::ComputeNormal && (needs.coordinates || needs.derivatives) {
-                normalize_normals(simd, self.run.lanes, &mut blocks.state);
+                normalize_normals(eights(simd, self.run.lanes), &mut blocks.state);
             }
         }
         has_derivatives
@@ -279,7 +282,7 @@ impl SurfaceOfRun<'_> {
             if is_elsewhere {
                 set_rays(eight, state, rays, &origin, &direction);
                 if needs.inverse_directions {
-                    set_inverse(eight, state, &direction);
+                    set_inverse_directions(eight, state, &direction);
                 }
                 let point = points_on_rays(&origin, &direction, eight.numbers(&hits.distance));
                 eight.store_vectors(state, v.hit_point, &point);
@@ -340,63 +343,4 @@ fn set_rays<S: Simd>(
     eight.store_vectors(state, v.ray_direction, direction);
     eight.store(state, v.epsilon, eight.numbers(&rays.epsilon));
     eight.store(state, v.time_seed, eight.numbers(&rays.time));
-}
-
-/// Sets one over the directions.
-#[inline(always)]
-fn set_inverse<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, direction: &Vectors<S>) {
-    let one: f32x8<S> = eight.splat(1.0);
-    let inverse = [one / direction[0], one / direction[1], one / direction[2]];
-    eight.store_vectors(state, variables().inverse_ray_direction, &inverse);
-}
-
-/// The texture coordinates and derivatives of a class that computes none.
-#[inline(always)]
-fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vectors<S>) {
-    let v = variables();
-    let (zero, one) = (eight.splat(0.0), eight.splat(1.0));
-    eight.store_vectors(state, v.texture_uvw, point);
-    for component in [v.texture_uv, v.texture_uv + 1, v.dsdv, v.dtdu] {
-        eight.store(state, component, zero);
-    }
-    for component in [v.dsdu, v.dtdv] {
-        eight.store(state, component, one);
-    }
-}
-
-#[inline(always)]
-fn normalize_normals<S: Simd>(simd: S, lanes: LaneMask, state: &mut LaneBlock) {
-    let v = variables();
-    for eight in eights(simd, lanes) {
-        let up = eight.splat_vector([0.0, 0.0, 1.0]);
-        let geometric = eight.load_vectors(state, v.geometric_normal);
-        let geometric = eight.normalized_or(&geometric, &up);
-        let shading = eight.load_vectors(state, v.shading_normal);
-        let shading = eight.normalized_or(&shading, &geometric);
-        eight.store_vectors(state, v.geometric_normal, &geometric);
-        eight.store_vectors(state, v.shading_normal, &shading);
-    }
-}
-
-/// Tangents of a class that computes none: any frame of the normal.
-fn set_tangents(lane: usize, state: &mut LaneBlock, context: &LaneContext) {
-    let v = variables();
-    let n = context.geometric_normal(lane);
-    let least = if n[0].abs() <= n[1].abs() && n[0].abs() <= n[2].abs() {
-        [1.0, 0.0, 0.0]
-    } else if n[1].abs() <= n[2].abs() {
-        [0.0, 1.0, 0.0]
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let along = dot(n, least);
-    let across = std::array::from_fn(|axis| least[axis] - along * n[axis]);
-    let first = normalize_or(across, [1.0, 0.0, 0.0]);
-    let second = [
-        n[1] * first[2] - n[2] * first[1],
-        n[2] * first[0] - n[0] * first[2],
-        n[0] * first[1] - n[1] * first[0],
-    ];
-    set_vector(state, v.dpdu, lane, first);
-    set_vector(state, v.dpdv, lane, second);
 }

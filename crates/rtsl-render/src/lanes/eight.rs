@@ -46,6 +46,20 @@ pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
     Eights { simd, lanes, stores_all: true }
 }
 
+/// The eights that hold the first `count` of any number of lanes, a multiple of eight; all others are nobody's. A
+/// mask of a packet says nothing of these.
+#[inline(always)]
+pub fn eights_of<S: Simd>(simd: S, count: usize) -> impl Iterator<Item = Eight<S>> {
+    let on = mask32x8::from_bitmask(simd, 0xFF);
+    (0..count).step_by(WIDTH).map(move |start| Eight {
+        simd,
+        start,
+        bits: 0xFF,
+        on,
+        stores_all: true,
+    })
+}
+
 /// See [`eights`].
 pub struct Eights<S> {
     simd: S,
@@ -72,6 +86,18 @@ impl<S: Simd> Iterator for Eights<S> {
 }
 
 impl<S: Simd> Eight<S> {
+    /// The instructions that they use.
+    #[inline(always)]
+    pub fn simd(self) -> S {
+        self.simd
+    }
+
+    /// The first lane.
+    #[inline(always)]
+    pub fn start(self) -> usize {
+        self.start
+    }
+
     /// The same number for all.
     #[inline(always)]
     pub fn splat(self, x: f32) -> f32x8<S> {
@@ -86,13 +112,13 @@ impl<S: Simd> Eight<S> {
 
     /// Their numbers.
     #[inline(always)]
-    pub fn numbers(self, lanes: &Lanes) -> f32x8<S> {
+    pub fn numbers(self, lanes: &[f32]) -> f32x8<S> {
         f32x8::from_slice(self.simd, &lanes[self.start..self.start + WIDTH])
     }
 
     /// Their vectors.
     #[inline(always)]
-    pub fn vectors(self, [x, y, z]: &LaneVectors) -> Vectors<S> {
+    pub fn vectors<const N: usize>(self, [x, y, z]: &[[f32; N]; 3]) -> Vectors<S> {
         [self.numbers(x), self.numbers(y), self.numbers(z)]
     }
 
@@ -130,7 +156,7 @@ impl<S: Simd> Eight<S> {
 
     /// Sets the numbers of those that take part.
     #[inline(always)]
-    pub fn blend(self, value: f32x8<S>, to: &mut Lanes) {
+    pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
         let old = self.numbers(to);
         let new = if self.stores_all { value } else { self.on.select(value, old) };
         new.store_slice(&mut to[self.start..self.start + WIDTH]);
@@ -138,7 +164,7 @@ impl<S: Simd> Eight<S> {
 
     /// Sets the vectors of those that take part.
     #[inline(always)]
-    pub fn blend_vectors(self, value: &Vectors<S>, to: &mut LaneVectors) {
+    pub fn blend_vectors<const N: usize>(self, value: &Vectors<S>, to: &mut [[f32; N]; 3]) {
         self.blend(value[0], &mut to[0]);
         self.blend(value[1], &mut to[1]);
         self.blend(value[2], &mut to[2]);

@@ -1,6 +1,8 @@
 //! Numbers for each of many rays: eight at a time in registers, masks, requests, random numbers.
 
 pub mod eight;
+pub mod lane_maps;
 pub mod lane_streams;
 pub mod mask_bits;
 pub mod request_lanes;
+pub mod surface_state;

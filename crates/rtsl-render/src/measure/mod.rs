@@ -24,7 +24,7 @@ use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::messages::Messages;
 use crate::reader::DiskFiles;
-use crate::request::{Prepared, RenderRequest};
+use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
 
@@ -51,7 +51,9 @@ pub fn measure_scene(
     // Before all else, so that the compiler's library is no part of the scene's memory.
     Engine::warm_up();
     let before = resident_memory_bytes();
-    let Prepared { scene, statistics, primitives, warnings } = Prepared::new(request, &DiskFiles)?;
+    let loaded = LoadedScene::new(request, &DiskFiles)?;
+    let Prepared { scene, statistics, primitives, warnings } =
+        Prepared::for_shading(request, loaded)?;
     let memory_bytes = resident_memory_bytes().saturating_sub(before);
     let peak_memory_bytes = peak_memory_bytes();
     if !request.general_kernels_only {

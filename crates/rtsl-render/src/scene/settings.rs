@@ -3,6 +3,7 @@
 use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
 
 use crate::reader::{Parameter, ParameterType, Values};
+use crate::request::Renderer;
 use crate::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 
 use super::description::{Description, Entity, EntityId};
@@ -22,10 +23,14 @@ pub struct Settings {
     pub filter: PixelFilter,
     /// The sampler.
     pub sampler: Sampler,
+    /// What renders it.
+    pub renderer: Renderer,
     /// How often rays may spawn rays: 0 follows camera rays only.
     pub max_depth: u32,
     /// Rays that rays spawn are not traced where less of their light than this would arrive in the pixel; 0 traces all.
     pub cutoff: f32,
+    /// Paths end by chance where less of their light than this would arrive in the pixel; 0 ends none.
+    pub roulette_threshold: f32,
     /// The least distance of a hit from its ray's origin, where the scene sets it.
     pub epsilon: Option<f32>,
     /// The greatest number of loop iterations of one ray in one call of a method.
@@ -51,8 +56,10 @@ impl Default for Settings {
             exposure: 0.0,
             filter: PixelFilter::default(),
             sampler: stratified(16, 0),
+            renderer: Renderer::default(),
             max_depth: 5,
             cutoff: 0.0,
+            roulette_threshold: 1.0,
             epsilon: None,
             loop_budget: 1 << 20,
         }
@@ -192,6 +199,10 @@ impl Settings {
             "sppm",
             "function",
         ];
+        self.renderer = match entity.class.as_str() {
+            "batch" | "path" => Renderer::Batch,
+            _ => Renderer::default(),
+        };
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {
             self.max_depth = depth as u32;
@@ -199,13 +210,16 @@ impl Settings {
         if let Some(cutoff) = reader.number_between("cutoff", 0.0, 1.0) {
             self.cutoff = cutoff as f32;
         }
+        if let Some(threshold) = reader.number_between("rrthreshold", 0.0, 1.0) {
+            self.roulette_threshold = threshold as f32;
+        }
         if let Some(epsilon) = reader.number("epsilon") {
             self.epsilon = Some(epsilon as f32);
         }
         if let Some(budget) = reader.whole("budget", 1.0, f64::from(u32::MAX)) {
             self.loop_budget = budget as u32;
         }
-        reader.ignore(&["regularize", "lightsampler", "samplelights", "samplebsdf", "rrthreshold"]);
+        reader.ignore(&["regularize", "lightsampler", "samplelights", "samplebsdf"]);
         reader.finish();
         if !KNOWN.contains(&entity.class.as_str()) {
             diagnostics.push(unknown_setting(entity, &KNOWN));

@@ -1,0 +1,222 @@
+//! What rays bring back from what they meet: emission of surfaces, and of lights that they leave the scene towards.
+//!
+//! Where the light could have been sampled at the last surface, too, the power heuristic weighs what the
+//! material's direction found.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
+use rtsl::{Kernel, Method};
+
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{Eight, eights_of};
+
+use super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set};
+use super::lights::Sky;
+use super::material::MaterialSource;
+use super::surface_group::SurfaceGroup;
+use super::tracer::PathTracer;
+use super::wave::{Path, Wave};
+
+/// The part of a sample of density `one` that counts where another way finds the same by density `other`: the
+/// power heuristic. Both are per solid angle, and `one` is positive.
+#[inline(always)]
+pub fn weight<S: Simd>(one: f32x8<S>, other: f32x8<S>) -> f32x8<S> {
+    let ratio = other / one;
+    1.0 / (ratio * ratio + 1.0)
+}
+
+impl PathTracer<'_> {
+    /// Adds what the surfaces of a chunk emit.
+    pub fn add_emission(&self, group: &SurfaceGroup, chunk: &mut Chunk, paths: &mut [Path]) {
+        if let Some(kernel) = &group.material.emission {
+            self.call_material(group, Method::Emission, kernel, chunk);
+            add(chunk, paths, &[1.0; CHUNK]);
+        }
+        let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else { return };
+        let emitters = &self.scene.materials.classes[class as usize];
+        let name = &emitters.program.class().name;
+        let callee = Callee { class: name, method: Method::Emission, problems: self.problems };
+        let weights = self.weights_of_hits(group, chunk);
+        let Chunk { count, state, scratch, emitters: of_lanes, numbers, .. } = chunk;
+        let instances = of.instances(&emitters.objects, of_lanes);
+        callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+        add(chunk, paths, &weights);
+    }
+
+    /// Calls a method of the chunk's materials.
+    pub fn call_material(
+        &self,
+        group: &SurfaceGroup,
+        method: Method,
+        kernel: &Kernel,
+        chunk: &mut Chunk,
+    ) {
+        let Chunk { count, state, kept_scratch, scratch, objects, materials, numbers, .. } = chunk;
+        let (source, of) = group.key.material;
+        match source {
+            MaterialSource::Own => {
+                let class = &self.scene.compiled.classes[group.key.class as usize];
+                let callee = Callee { class: &class.name, method, problems: self.problems };
+                let instances = of.instances(&class.objects, objects);
+                callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
+            }
+            MaterialSource::Class(class) => {
+                let class = &self.scene.materials.classes[class as usize];
+                let name = &class.program.class().name;
+                let callee = Callee { class: name, method, problems: self.problems };
+                for array in 0..group.material_scratch {
+                    scratch.words_mut(array).fill(0);
+                }
+                let instances = of.instances(&class.objects, materials);
+                callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+            }
+        }
+    }
+
+    /// How much of what directions found counts.
+    fn weights_of_hits(&self, group: &SurfaceGroup, chunk: &mut Chunk) -> Row {
+        let mut weights = [1.0; CHUNK];
+        if !group.key.is_sampled {
+            return weights;
+        }
+        for lane in 0..chunk.count {
+            let entry = self.scene.lights.entry_of(&chunk.hits[lane]);
+            let origin = get(&chunk.origin, lane);
+            let probability = entry.map_or(0.0, |it| self.scene.lights.probability(it, origin));
+            chunk.light_density[lane] *= probability;
+        }
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
+            set_weights(eight, &chunk.density, &chunk.light_density, &mut weights);
+        });
+        weights
+    }
+
+    /// Adds what the rays bring back that left the scene.
+    pub fn add_skies(&self, wave: &mut Wave, chunk: &mut Chunk) {
+        let Wave { paths, left, .. } = wave;
+        if self.scene.lights.skies.is_empty() {
+            return;
+        }
+        for left in left.chunks(CHUNK) {
+            chunk.load_left(paths, left);
+            for sky in &self.scene.lights.skies {
+                let weights = self.weights_of_sky(sky, chunk);
+                dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, chunk));
+                self.call_sky(sky, Method::Emission, &sky.emission, chunk);
+                add(chunk, paths, &weights);
+            }
+        }
+    }
+
+    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, chunk: &mut Chunk) {
+        let name = &sky.program.class().name;
+        let callee = Callee { class: name, method, problems: self.problems };
+        let (objects, number) = &sky.objects;
+        let Chunk { count, state, scratch, numbers, .. } = chunk;
+        let instances = rtsl::Instances::Object(objects, *number);
+        callee.call(kernel, *count, instances, (state, scratch), None, numbers);
+    }
+
+    #[inline(always)]
+    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut Chunk) {
+        let v = variables();
+        let light = &self.scene.compiled.lights[sky.light as usize];
+        for eight in eights_of(simd, chunk.count) {
+            let up = eight.splat_vector([0.0, 0.0, 1.0]);
+            let direction = eight.vector(&light.inverse, &eight.vectors(&chunk.direction));
+            let direction = eight.normalized_or(&direction, &up);
+            let state = &mut chunk.state;
+            eight.store_vectors(state, v.ray_direction, &direction);
+            eight.store_vectors(state, v.light_direction, &direction);
+            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
+        }
+    }
+
+    /// How much counts of what directions found in a light: all where it is never sampled, or the
+    /// direction was not chosen by a density.
+    fn weights_of_sky(&self, sky: &Sky, chunk: &mut Chunk) -> Row {
+        let mut weights = [1.0; CHUNK];
+        let Some((kernel, entry)) = &sky.density else { return weights };
+        dispatch!(Level::new(), simd => {
+            self.set_sky_directions(simd, sky, chunk);
+            self.set_sky_points(simd, sky, chunk);
+        });
+        self.call_sky(sky, Method::EvaluatePdf, kernel, chunk);
+        for lane in 0..chunk.count {
+            let probability = self.scene.lights.probability(*entry, get(&chunk.origin, lane));
+            chunk.light_density[lane] = chunk.state.floats(variables().pdf)[lane] * probability;
+        }
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
+            set_weights(eight, &chunk.density, &chunk.light_density, &mut weights);
+        });
+        weights
+    }
+
+    /// Sets the points that a light was sampled for, if it was: where the rays begin.
+    #[inline(always)]
+    fn set_sky_points<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut Chunk) {
+        let v = variables();
+        let light = &self.scene.compiled.lights[sky.light as usize];
+        for eight in eights_of(simd, chunk.count) {
+            let point = eight.point(&light.inverse, &eight.vectors(&chunk.origin));
+            eight.store_vectors(&mut chunk.state, v.hit_point, &point);
+            if sky.reads_normals {
+                let up = eight.splat_vector([0.0, 0.0, 1.0]);
+                for (variable, normal) in [
+                    (v.geometric_normal, &chunk.geometric_normal),
+                    (v.shading_normal, &chunk.shading_normal),
+                ] {
+                    let normal = eight.transposed_vector(&light.forward, &eight.vectors(normal));
+                    let normal = eight.normalized_or(&normal, &up);
+                    eight.store_vectors(&mut chunk.state, variable, &normal);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn set_weights<S: Simd>(eight: Eight<S>, density: &Row, light_density: &Row, weights: &mut Row) {
+    let (density, light_density) = (eight.numbers(density), eight.numbers(light_density));
+    let is_weighed = density.simd_gt(0.0) & light_density.simd_gt(0.0);
+    let one = eight.splat(1.0);
+    eight.blend(is_weighed.select(weight(density, light_density), one), weights);
+}
+
+/// Adds the emission in the state, weighted, to what the paths bring back.
+fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) {
+    let v = variables();
+    let color = [0, 1, 2].map(|channel: usize| chunk.state.floats(v.emission_color + channel));
+    for lane in 0..chunk.count {
+        let path = &mut paths[chunk.hits[lane].path as usize];
+        for channel in 0..3 {
+            path.radiance[channel] +=
+                path.throughput[channel] * color[channel][lane] * weights[lane];
+        }
+    }
+}
+
+impl Chunk {
+    /// Takes paths whose rays left the scene.
+    fn load_left(&mut self, paths: &[Path], left: &[u32]) {
+        self.count = left.len().min(CHUNK);
+        let Some(last) = left.last() else { return };
+        let padding = std::iter::repeat_n(last, self.count.next_multiple_of(8) - self.count);
+        let normals = |path: &Path, to: [&mut Rows; 2], lane: usize| {
+            let [geometric, shading] = to;
+            set(geometric, lane, path.geometric_normal);
+            set(shading, lane, path.shading_normal);
+        };
+        for (lane, index) in left.iter().chain(padding).enumerate() {
+            let path = &paths[*index as usize];
+            self.hits[lane].path = *index;
+            set(&mut self.origin, lane, path.origin);
+            set(&mut self.direction, lane, path.direction);
+            normals(path, [&mut self.geometric_normal, &mut self.shading_normal], lane);
+            self.density[lane] = path.density;
+            self.time[lane] = path.time;
+            self.keys[lane] = path.key;
+            self.numbers.samples[lane] = path.sample;
+        }
+    }
+}

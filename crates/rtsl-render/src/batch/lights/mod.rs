@@ -1,0 +1,296 @@
+//! What lights a scene: its lights, and its shapes that emit.
+
+mod sample;
+mod selection;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::{Kernel, Method, Objects, Outputs, Program, lookup_state};
+
+use crate::compiled::CompiledScene;
+use crate::scene::Scene;
+
+use super::kernels::{KernelMaker, Of};
+use super::material::MaterialClasses;
+use super::scene::ObjectEntry;
+use super::wave::{NO_INSTANCE, PathHit};
+
+pub use sample::LightMemory;
+use selection::Selection;
+
+/// The lights of a scene.
+pub struct Lights {
+    /// Those without a shape, by class.
+    pub classes: Vec<LightClass>,
+    /// Those with one, by the shapes' and emitters' classes.
+    pub shapes: Vec<ShapeLightClass>,
+    /// Every light that is sampled.
+    pub entries: Vec<LightEntry>,
+    /// The lights that rays meet which leave the scene.
+    pub skies: Vec<Sky>,
+    /// By object and instance, which entry its first element is.
+    first_of_object: BTreeMap<(u32, u32), u32>,
+    selection: Selection,
+}
+
+/// Lights without a shape, of one program.
+pub struct LightClass {
+    program: Arc<Program>,
+    objects: Arc<Objects>,
+    /// The lights of the scene that they are, by their number among the objects.
+    lights: Vec<u32>,
+    of: Of,
+    illumination: Arc<Kernel>,
+    reads_normals: bool,
+    /// Whether rays that leave the scene can find them as samples.
+    is_weighed: bool,
+    /// Whether any has a space of its own.
+    is_placed: bool,
+}
+
+/// Shapes of one class of the traversal that emit by materials of one class.
+pub struct ShapeLightClass {
+    /// The class of the traversal.
+    class: u32,
+    of: Of,
+    generate: Arc<Kernel>,
+    /// The emitters' class and their `emission`.
+    emitter: (u32, Of),
+    emission: Arc<Kernel>,
+}
+
+/// A light that is sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct LightEntry {
+    /// Its class: those of shapes are behind those without.
+    class: u32,
+    /// Its number among the objects of the class.
+    number: u32,
+    /// What rays hit where they hit it; the object means the light of the scene where it has no shape.
+    hit: PathHit,
+}
+
+/// A light that rays meet which leave the scene.
+pub struct Sky {
+    /// The light of the scene.
+    pub light: u32,
+    /// Its class's program.
+    pub program: Arc<Program>,
+    /// The lights of the class, and its number.
+    pub objects: (Arc<Objects>, u32),
+    /// `emission`.
+    pub emission: Arc<Kernel>,
+    /// `evaluatePDF`, and the entry by which it is sampled, if it is.
+    pub density: Option<(Arc<Kernel>, u32)>,
+    /// Whether `evaluatePDF` reads normals.
+    pub reads_normals: bool,
+}
+
+impl Lights {
+    /// Those of a scene.
+    pub fn new(
+        maker: &mut KernelMaker<'_>,
+        scene: &Scene,
+        compiled: &CompiledScene,
+        materials: &MaterialClasses,
+        objects: &[ObjectEntry],
+    ) -> Self {
+        let mut lights = Lights {
+            classes: Vec::new(),
+            shapes: Vec::new(),
+            entries: Vec::new(),
+            skies: Vec::new(),
+            first_of_object: BTreeMap::new(),
+            selection: Selection::default(),
+        };
+        lights.add_classes(maker, scene, compiled);
+        lights.add_shapes(maker, scene, compiled, materials, objects);
+        lights.selection = Selection::new(&lights.entries);
+        lights
+    }
+
+    /// Whether there is nothing to sample.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The probability with which a sample for a point is one of a light.
+    pub fn probability(&self, entry: u32, point: [f32; 3]) -> f32 {
+        self.selection.probability(entry, point)
+    }
+
+    /// The entry of what a ray hit, if that is sampled.
+    pub fn entry_of(&self, hit: &PathHit) -> Option<u32> {
+        let first = self.first_of_object.get(&(hit.object, hit.instance))?;
+        Some(first + hit.element)
+    }
+
+    fn add_classes(
+        &mut self,
+        maker: &mut KernelMaker<'_>,
+        scene: &Scene,
+        compiled: &CompiledScene,
+    ) {
+        let mut by_program: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut members: Vec<(Arc<Program>, Vec<u32>)> = Vec::new();
+        for (light, placed) in (0..).zip(&scene.lights) {
+            let program = maker.engine().program(&placed.light);
+            let next = members.len();
+            let class = *by_program.entry(Arc::as_ptr(&program) as usize).or_insert(next);
+            if class == next {
+                members.push((program, Vec::new()));
+            }
+            members[class].1.push(light);
+        }
+        for (program, lights) in members {
+            self.add_class(maker, scene, compiled, &program, lights);
+        }
+    }
+
+    fn add_class(
+        &mut self,
+        maker: &mut KernelMaker<'_>,
+        scene: &Scene,
+        compiled: &CompiledScene,
+        program: &Arc<Program>,
+        lights: Vec<u32>,
+    ) {
+        let instances = lights.iter().map(|light| &*scene.lights[*light as usize].light);
+        let objects = Arc::new(program.differing_objects(instances));
+        let of = if lights.len() == 1 { Of::One(0) } else { Of::Each };
+        let outputs = Outputs::ALL.without_scratch();
+        let mut kernel = |method: Method, of: Of| {
+            maker.kernel(program, method, (of, objects.form()), outputs)
+        };
+        let illumination = kernel(Method::Illumination, of);
+        let emission = kernel(Method::Emission, Of::One(0));
+        let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
+            true => kernel(Method::EvaluatePdf, Of::One(0)),
+            false => None,
+        };
+        let reads_normals = |method: Method| {
+            let normals = ["rt_GeometricNormal", "rt_ShadingNormal"].map(lookup_state);
+            let read = program.method(method).map(|linked| linked.reads.clone());
+            read.is_ok_and(|read| read.iter().any(|it| normals.contains(&Some(*it))))
+        };
+        let first = self.entries.len() as u32;
+        if let Some(illumination) = illumination {
+            let class = self.classes.len() as u32;
+            self.entries.extend((0..).zip(&lights).map(|(number, light)| LightEntry {
+                class,
+                number,
+                hit: PathHit { object: *light, instance: NO_INSTANCE, ..PathHit::default() },
+            }));
+            self.classes.push(LightClass {
+                program: program.clone(),
+                objects: objects.clone(),
+                is_placed: lights.iter().any(|it| !compiled.lights[*it as usize].forward.is_identity()),
+                lights: lights.clone(),
+                of,
+                illumination,
+                reads_normals: reads_normals(Method::Illumination),
+                is_weighed: density.is_some(),
+            });
+        }
+        let Some(emission) = emission else { return };
+        self.skies.extend((0..).zip(&lights).map(|(number, light)| Sky {
+            light: *light,
+            program: program.clone(),
+            objects: (objects.clone(), number),
+            emission: emission.clone(),
+            density: density.clone().map(|density| (density, first + number)),
+            reads_normals: reads_normals(Method::EvaluatePdf),
+        }));
+    }
+
+    fn add_shapes(
+        &mut self,
+        maker: &mut KernelMaker<'_>,
+        scene: &Scene,
+        compiled: &CompiledScene,
+        materials: &MaterialClasses,
+        objects: &[ObjectEntry],
+    ) {
+        let mut by_key: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
+        for (object, placed) in (0..).zip(&scene.objects) {
+            let Some(emitter) = placed.emitter else { continue };
+            let class = objects[object as usize].class;
+            let program = compiled.classes[class as usize].program();
+            let (emitter, _) = materials.numbers[emitter as usize];
+            let emits = materials.classes[emitter as usize].program.has(Method::Emission);
+            if emits && program.has(Method::GenerateSample) && program.has(Method::SamplePdf) {
+                by_key.entry((class, emitter)).or_default().push(object);
+            }
+        }
+        for ((class, emitter), members) in by_key {
+            let made = self.shape_class(maker, compiled, materials, (class, emitter));
+            let number = self.shapes.len() as u32;
+            self.shapes.extend(made);
+            for object in members {
+                self.add_object(scene, compiled, object, (class, number));
+            }
+        }
+        // Lights without a shape come first.
+        let without = self.classes.len() as u32;
+        for entry in &mut self.entries {
+            if entry.class & SHAPE != 0 {
+                entry.class = (entry.class & !SHAPE) + without;
+            }
+        }
+    }
+
+    fn shape_class(
+        &self,
+        maker: &mut KernelMaker<'_>,
+        compiled: &CompiledScene,
+        materials: &MaterialClasses,
+        (class, emitter): (u32, u32),
+    ) -> Option<ShapeLightClass> {
+        let shapes = &compiled.classes[class as usize];
+        let emitters = &materials.classes[emitter as usize];
+        let outputs = Outputs::ALL.without_scratch();
+        let of = Of::Each;
+        let form = shapes.objects.form();
+        let generate = maker.kernel(shapes.program(), Method::GenerateSample, (of, form), outputs);
+        let form = emitters.objects.form();
+        let emission = maker.kernel(&emitters.program, Method::Emission, (of, form), outputs);
+        let (generate, emission) = generate.zip(emission)?;
+        Some(ShapeLightClass { class, of, generate, emitter: (emitter, of), emission })
+    }
+
+    /// Adds an object, or its elements, wherever it stands.
+    fn add_object(
+        &mut self,
+        scene: &Scene,
+        compiled: &CompiledScene,
+        object: u32,
+        (class, shapes): (u32, u32),
+    ) {
+        let group = compiled.items.iter().position(|items| {
+            items.members().iter().any(|member| member.object == object)
+        });
+        let places: Vec<u32> = match group {
+            Some(0) => vec![NO_INSTANCE],
+            Some(group) => {
+                let instances = (0..).zip(&compiled.geometry.instances);
+                let placing = instances.filter(|(_, it)| it.group as usize == group);
+                placing.map(|(instance, _)| instance).collect()
+            }
+            None => Vec::new(),
+        };
+        let elements = scene.objects[object as usize].elements.unwrap_or(1);
+        let class = &compiled.classes[class as usize];
+        for instance in places {
+            self.first_of_object.insert((object, instance), self.entries.len() as u32);
+            self.entries.extend((0..elements).map(|element| LightEntry {
+                class: shapes | SHAPE,
+                number: class.number_of(object, element).unwrap_or(0),
+                hit: PathHit { path: 0, object, element, instance },
+            }));
+        }
+    }
+}
+
+/// Marks classes of shapes until it is known how many there are without.
+const SHAPE: u32 = 1 << 31;

@@ -1,0 +1,237 @@
+//! What happens to paths at surfaces: they gather light from a sample of the lights, and go on in a direction
+//! that the material chooses.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
+use rtsl::Method;
+
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_lit, scaled};
+use crate::sampling::hash;
+
+use super::chunk::{CHUNK, Chunk, Row, Rows, get};
+use super::emission::weight;
+use super::lights::LightMemory;
+use super::material::{EvaluationKernels, ScatteringKernels};
+use super::numbers::lone_number;
+use super::shadow_rays::ShadowRay;
+use super::surface::ChunkSurfaces;
+use super::surface_group::SurfaceGroup;
+use super::tracer::{BatchMemory, PathTracer};
+use super::wave::{Path, PathHit};
+
+/// What the numbers of a vertex are for: sequences of their own.
+const NUMBERS_OF_SHAPES: u32 = 0x102;
+const NUMBERS_OF_MATERIALS: u32 = 0x103;
+const NUMBERS_OF_ROULETTE: u32 = 0x104;
+const NUMBERS_OF_NEXT_VERTEX: u32 = 0x105;
+
+/// Where a chunk's paths go.
+struct Onward {
+    direction: Rows,
+    throughput: Rows,
+    /// 0 for a delta.
+    density: Row,
+    /// Whether the path goes on.
+    goes_on: [bool; CHUNK],
+}
+
+impl PathTracer<'_> {
+    /// Works on paths that hit surfaces of one group after `depth` others.
+    pub fn scatter(
+        &self,
+        group: &SurfaceGroup,
+        hits: std::ops::Range<usize>,
+        depth: u32,
+        memory: &mut BatchMemory,
+    ) {
+        let BatchMemory { wave, chunk, light, shadow_rays, .. } = memory;
+        for start in hits.clone().step_by(CHUNK) {
+            let hits = &wave.sorted[start..hits.end.min(start + CHUNK)];
+            chunk.load(&wave.paths, hits);
+            let Chunk { numbers, keys, count, .. } = &mut **chunk;
+            numbers.start(keys, NUMBERS_OF_SHAPES, *count);
+            ChunkSurfaces::new(self, group, chunk).prepare(chunk);
+            let Chunk { numbers, keys, count, .. } = &mut **chunk;
+            numbers.start(keys, NUMBERS_OF_MATERIALS, *count);
+            self.add_emission(group, chunk, &mut wave.paths);
+            let Some(scattering) = &group.material.scattering else { continue };
+            if depth >= self.scene.compiled.settings.max_depth {
+                continue;
+            }
+            let [mut first, mut second] = [[0.0; CHUNK]; 2];
+            chunk.numbers.pairs(&chunk.keys, 1, chunk.count, [&mut first, &mut second]);
+            if let Some(evaluate) = &scattering.evaluate
+                && !self.scene.lights.is_empty()
+            {
+                self.gather_light(group, evaluate, chunk, light, &second, shadow_rays);
+            }
+            let onward = self.choose_directions(group, scattering, chunk, &first);
+            self.send_on(chunk, &onward, depth, &mut wave.paths, &mut wave.active);
+        }
+    }
+
+    /// Samples a light for each lane, and adds a ray towards it where the material scatters its light.
+    fn gather_light(
+        &self,
+        group: &SurfaceGroup,
+        evaluate: &EvaluationKernels,
+        chunk: &mut Chunk,
+        light: &mut LightMemory,
+        choices: &Row,
+        shadow_rays: &mut Vec<ShadowRay>,
+    ) {
+        self.sample_lights(chunk, light, choices);
+        let v = variables();
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
+            let direction = eight.vectors(&chunk.light.direction);
+            eight.store_vectors(&mut chunk.state, v.light_direction, &direction);
+        });
+        self.call_material(group, Method::Bsdf, &evaluate.bsdf, chunk);
+        self.call_material(group, Method::EvaluatePdf, &evaluate.density, chunk);
+        let mut colors = [[0.0; CHUNK]; 3];
+        let mut lit = [0_u8; CHUNK / 8];
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
+            let (color, is_lit) = scattered_light(eight, chunk);
+            eight.blend_vectors(&color, &mut colors);
+            lit[eight.start() / 8] = is_lit.to_bitmask() as u8;
+        });
+        let is_lit = |lane: &usize| lit[lane / 8] >> (lane % 8) & 1 != 0;
+        shadow_rays.extend((0..chunk.count).filter(is_lit).map(|lane| ShadowRay {
+            origin: get(&chunk.point, lane),
+            direction: get(&chunk.light.direction, lane),
+            distance: chunk.light.distance[lane],
+            time: chunk.time[lane],
+            color: get(&colors, lane),
+            path: chunk.hits[lane].path,
+        }));
+    }
+
+    /// Has the material choose a direction for each lane.
+    fn choose_directions(
+        &self,
+        group: &SurfaceGroup,
+        scattering: &ScatteringKernels,
+        chunk: &mut Chunk,
+        lobes: &Row,
+    ) -> Onward {
+        let v = variables();
+        let [mut first, mut second] = [[0.0; CHUNK]; 2];
+        chunk.numbers.pairs(&chunk.keys, 0, chunk.count, [&mut first, &mut second]);
+        for (axis, seeds) in [&first, &second, lobes].into_iter().enumerate() {
+            let to = chunk.state.floats_mut(v.bsdf_seed + axis);
+            to.copy_from_slice(seeds);
+        }
+        self.call_material(group, Method::SampleBsdf, &scattering.sample, chunk);
+        let mut onward = Onward {
+            direction: [[0.0; CHUNK]; 3],
+            throughput: [[0.0; CHUNK]; 3],
+            density: [0.0; CHUNK],
+            goes_on: [false; CHUNK],
+        };
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
+            let goes_on = take_directions(eight, chunk, &mut onward).to_bitmask();
+            for lane in 0..8 {
+                onward.goes_on[eight.start() + lane] = goes_on >> lane & 1 != 0;
+            }
+        });
+        onward
+    }
+
+    /// Sends paths on that Russian roulette spares.
+    fn send_on(
+        &self,
+        chunk: &Chunk,
+        onward: &Onward,
+        depth: u32,
+        paths: &mut [Path],
+        active: &mut Vec<u32>,
+    ) {
+        let scene = &self.scene.compiled;
+        let threshold = if depth > 0 { scene.settings.roulette_threshold } else { 0.0 };
+        for lane in (0..chunk.count).filter(|lane| onward.goes_on[*lane]) {
+            let PathHit { path: index, .. } = chunk.hits[lane];
+            let path = &mut paths[index as usize];
+            let mut throughput = get(&onward.throughput, lane);
+            let survival = throughput.into_iter().fold(0.0, f32::max);
+            if survival < threshold {
+                if lone_number(path.key, NUMBERS_OF_ROULETTE, path.sample) >= survival {
+                    continue;
+                }
+                throughput = throughput.map(|channel| channel / survival);
+            }
+            let side = chunk.side[lane];
+            let seen = |normal: [f32; 3]| normal.map(|component| component * side);
+            path.origin = get(&chunk.point, lane);
+            path.direction = get(&onward.direction, lane);
+            path.epsilon = scene.epsilon;
+            path.distance = f32::INFINITY;
+            path.throughput = throughput;
+            path.density = onward.density[lane];
+            path.geometric_normal = seen(get(&chunk.geometric_normal, lane));
+            path.shading_normal = seen(get(&chunk.shading_normal, lane));
+            path.key = hash(path.key, NUMBERS_OF_NEXT_VERTEX);
+            active.push(index);
+        }
+    }
+}
+
+/// The light that the material scatters of the lights' samples, and where there is any. What its
+/// directions find too, it is weighted by.
+#[inline(always)]
+fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> (Vectors<S>, mask32x8<S>) {
+    let v = variables();
+    let direction = eight.vectors(&chunk.light.direction);
+    let (cosine, is_consistent) = cosines(eight, chunk, &direction);
+    let value = eight.load_vectors(&chunk.state, v.bsdf_value);
+    let light_density = eight.numbers(&chunk.light.density);
+    let is_weighed = light_density.simd_gt(0.0);
+    let part = weight(light_density, eight.load(&chunk.state, v.pdf));
+    let factor = is_weighed.select(part, eight.splat(1.0)) * cosine;
+    let color = eight.vectors(&chunk.light.color);
+    let throughput = eight.vectors(&chunk.throughput);
+    let scattered: Vectors<S> =
+        std::array::from_fn(|channel| throughput[channel] * value[channel] * color[channel] * factor);
+    let is_lit = is_lit(&scattered) & is_finite(eight, &scattered) & is_consistent;
+    (scattered, is_lit)
+}
+
+/// Takes the directions that the material chose; where paths go on.
+#[inline(always)]
+fn take_directions<S: Simd>(eight: Eight<S>, chunk: &Chunk, onward: &mut Onward) -> mask32x8<S> {
+    let v = variables();
+    let direction = eight.load_vectors(&chunk.state, v.light_direction);
+    let (cosine, is_consistent) = cosines(eight, chunk, &direction);
+    let value = eight.load_vectors(&chunk.state, v.bsdf_value);
+    let density = eight.load(&chunk.state, v.pdf);
+    let has_density = density.simd_gt(0.0);
+    let factor = has_density.select(cosine / density, eight.splat(1.0));
+    let weight = scaled(&value, factor);
+    let throughput = eight.vectors(&chunk.throughput);
+    let throughput: Vectors<S> =
+        std::array::from_fn(|channel| throughput[channel] * weight[channel]);
+    eight.blend_vectors(&direction, &mut onward.direction);
+    eight.blend_vectors(&throughput, &mut onward.throughput);
+    eight.blend(has_density.select(density, eight.splat(0.0)), &mut onward.density);
+    is_lit(&throughput) & is_finite(eight, &throughput) & is_finite(eight, &direction) & is_consistent
+}
+
+/// The cosines between directions and the normals for shading, without sign, and whether both normals agree
+/// on which side of the surface a direction leads to: else light would leak through it (Veach 1997,
+/// section 5.3.3).
+#[inline(always)]
+fn cosines<S: Simd>(
+    eight: Eight<S>,
+    chunk: &Chunk,
+    direction: &Vectors<S>,
+) -> (f32x8<S>, mask32x8<S>) {
+    let geometric = dots(direction, &eight.vectors(&chunk.geometric_normal));
+    let shading = dots(direction, &eight.vectors(&chunk.shading_normal));
+    (shading.abs(), (geometric * shading).simd_gt(0.0))
+}
+
+#[inline(always)]
+fn is_finite<S: Simd>(eight: Eight<S>, v: &Vectors<S>) -> mask32x8<S> {
+    let limit = eight.splat(f32::INFINITY);
+    v[0].abs().simd_lt(limit) & v[1].abs().simd_lt(limit) & v[2].abs().simd_lt(limit)
+}

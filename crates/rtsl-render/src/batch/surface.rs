@@ -1,0 +1,366 @@
+//! What is known of the surfaces that the paths of a chunk hit, as materials read it: the methods of the
+//! shapes in their own spaces, then everything in world space.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
+use rtsl::{Kernel, Method};
+
+use crate::compiled::CompiledScene;
+use crate::compiled::compiled_scene::Object;
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{Eight, Vectors, dots, eights_of, points_on_rays, scaled};
+use crate::lanes::lane_maps::LaneMaps;
+use crate::lanes::surface_state::{
+    normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
+};
+use crate::math::Affine;
+
+use super::chunk::{Callee, Chunk};
+use super::kernels::Of;
+use super::scene::BatchScene;
+use super::surface_group::SurfaceGroup;
+use super::tracer::PathTracer;
+use super::wave::{NO_INSTANCE, PathHit};
+
+/// The surfaces of a chunk.
+pub struct ChunkSurfaces<'a> {
+    tracer: &'a PathTracer<'a>,
+    group: &'a SurfaceGroup,
+    places: Places<'a>,
+}
+
+/// Where the objects of a chunk stand.
+struct Places<'a> {
+    scene: &'a CompiledScene,
+    /// The object, where all lanes hit the same.
+    object: Option<&'a Object>,
+    /// Whether the objects have spaces of their own.
+    is_placed: bool,
+    /// Whether none is placed by an instance.
+    is_in_world: bool,
+}
+
+impl<'a> ChunkSurfaces<'a> {
+    /// Those of the chunk's lanes, which all belong to the group.
+    pub fn new(tracer: &'a PathTracer<'a>, group: &'a SurfaceGroup, chunk: &Chunk) -> Self {
+        let scene = &tracer.scene.compiled;
+        let class = &scene.classes[group.key.class as usize];
+        let places = Places {
+            scene,
+            object: match group.key.shape {
+                Of::One(_) => Some(&scene.objects[chunk.hits[0].object as usize]),
+                Of::Each => None,
+            },
+            is_placed: class.is_placed(),
+            is_in_world: chunk.is_in_world(),
+        };
+        ChunkSurfaces { tracer, group, places }
+    }
+
+    /// Runs the shapes' methods and leaves in the chunk and its state what materials and lights read.
+    pub fn prepare(&self, chunk: &mut Chunk) {
+        number(self.tracer.scene, self.group, chunk);
+        dispatch!(Level::new(), simd => self.prepare_in_vectors(simd, chunk));
+    }
+
+    #[inline(always)]
+    fn prepare_in_vectors<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+        let SurfaceGroup { shape, needs, .. } = self.group;
+        if let Some(kernel) = &shape.hit {
+            self.set_group_rays(simd, chunk);
+            self.call(kernel, Method::Intersect, chunk);
+        }
+        self.set_local_hits(simd, chunk);
+        if let Some(kernel) = &shape.normal {
+            self.call(kernel, Method::ComputeNormal, chunk);
+        }
+        let reads_normals = shape.coordinates.is_some() || shape.derivatives.is_some();
+        if reads_normals || shape.density.is_some() {
+            normalize_normals(eights_of(simd, chunk.count), &mut chunk.state);
+        }
+        if let Some(kernel) = &shape.density {
+            self.call(kernel, Method::SamplePdf, chunk);
+            self.keep_densities(simd, chunk);
+        }
+        if let Some(kernel) = &shape.coordinates {
+            self.call(kernel, Method::ComputeTextureCoordinates, chunk);
+        }
+        if let Some(kernel) = &shape.derivatives {
+            self.call(kernel, Method::ComputeDerivatives, chunk);
+        }
+        self.to_world(simd, chunk);
+        if needs.derivatives && shape.derivatives.is_none() {
+            for eight in eights_of(simd, chunk.count) {
+                let normal = eight.vectors(&chunk.geometric_normal);
+                set_tangents(eight, &mut chunk.state, &normal);
+            }
+        }
+    }
+
+    fn call(&self, kernel: &Kernel, method: Method, chunk: &mut Chunk) {
+        let class = &self.places.scene.classes[self.group.key.class as usize];
+        let callee = Callee { class: &class.name, method, problems: self.tracer.problems };
+        let Chunk { count, state, kept_scratch, objects, numbers, accepted, .. } = chunk;
+        let instances = self.group.key.shape.instances(&class.objects, objects);
+        let accepted = (method == Method::Intersect).then_some(accepted);
+        callee.call(kernel, *count, instances, (state, kept_scratch), accepted, numbers);
+    }
+
+    /// Sets the rays as `intersect` reads them: in the space of the objects' group.
+    #[inline(always)]
+    fn set_group_rays<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+        let v = variables();
+        for eight in eights_of(simd, chunk.count) {
+            let mut origin = eight.vectors(&chunk.origin);
+            let mut direction = eight.vectors(&chunk.direction);
+            if !self.places.is_in_world {
+                let maps = self.places.group_inverses(eight, chunk);
+                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
+            }
+            let state = &mut chunk.state;
+            eight.store_vectors(state, v.ray_origin, &origin);
+            eight.store_vectors(state, v.ray_direction, &direction);
+            set_inverse_directions(eight, state, &direction);
+            eight.store(state, v.epsilon, eight.numbers(&chunk.epsilon));
+            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
+            // A little behind the hit that is to be found again.
+            let distance = eight.numbers(&chunk.distance);
+            eight.store(state, v.hit_distance, distance * eight.splat(1.0 + f32::EPSILON));
+        }
+    }
+
+    /// Sets what methods of shapes read, and what stands where the class lacks one.
+    #[inline(always)]
+    fn set_local_hits<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+        let v = variables();
+        let needs = self.group.needs;
+        for eight in eights_of(simd, chunk.count) {
+            let mut origin = eight.vectors(&chunk.origin);
+            let mut direction = eight.vectors(&chunk.direction);
+            if !self.places.is_in_world {
+                let maps = self.places.group_inverses(eight, chunk);
+                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
+            }
+            if self.places.is_placed {
+                let maps = self.places.inverses(eight, chunk);
+                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
+            }
+            let state = &mut chunk.state;
+            let distance = eight.numbers(&chunk.distance);
+            let point = points_on_rays(&origin, &direction, distance);
+            let facing = [-direction[0], -direction[1], -direction[2]];
+            eight.store_vectors(state, v.ray_origin, &origin);
+            eight.store_vectors(state, v.ray_direction, &direction);
+            if needs.inverse_directions {
+                set_inverse_directions(eight, state, &direction);
+            }
+            eight.store(state, v.epsilon, eight.numbers(&chunk.epsilon));
+            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
+            eight.store(state, v.hit_distance, distance);
+            eight.store_vectors(state, v.hit_point, &point);
+            eight.store_vectors(state, v.geometric_normal, &facing);
+            eight.store_vectors(state, v.shading_normal, &facing);
+            eight.store(state, v.du, eight.splat(0.0));
+            eight.store(state, v.dv, eight.splat(0.0));
+            if needs.coordinates || needs.derivatives {
+                set_coordinates(eight, state, &point);
+            }
+        }
+    }
+
+    /// Takes the densities with which `generateSample` would have chosen the hits, seen from where the rays begin, to the
+    /// world: by the Jacobian of directions under a linear map, which is its stretch along the direction, cubed,
+    /// over its determinant.
+    #[inline(always)]
+    fn keep_densities<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+        let v = variables();
+        for eight in eights_of(simd, chunk.count) {
+            let state = &chunk.state;
+            let world = eight.vectors(&chunk.direction);
+            let local = eight.load_vectors(state, v.ray_direction);
+            let squares = dots(&world, &world) / dots(&local, &local);
+            let scale = squares * squares.sqrt() / self.places.volume_scales(eight, chunk);
+            let density = eight.load(state, v.pdf) * scale;
+            let usable = density.simd_gt(0.0) & density.simd_lt(f32::INFINITY);
+            eight.blend(usable.select(density, eight.splat(0.0)), &mut chunk.light_density);
+        }
+    }
+
+    /// Takes rays and surfaces to the world's space.
+    #[inline(always)]
+    fn to_world<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+        let v = variables();
+        let needs = self.group.needs;
+        let is_elsewhere = self.places.is_placed || !self.places.is_in_world;
+        let has_tangents = self.group.shape.derivatives.is_some();
+        for eight in eights_of(simd, chunk.count) {
+            let (origin, direction) = (eight.vectors(&chunk.origin), eight.vectors(&chunk.direction));
+            let point = points_on_rays(&origin, &direction, eight.numbers(&chunk.distance));
+            eight.blend_vectors(&point, &mut chunk.point);
+            let up = eight.splat_vector([0.0, 0.0, 1.0]);
+            let geometric = eight.load_vectors(&chunk.state, v.geometric_normal);
+            let shading = eight.load_vectors(&chunk.state, v.shading_normal);
+            let [geometric, shading] = self.places.normals(eight, chunk, [geometric, shading]);
+            let geometric = eight.normalized_or(&geometric, &up);
+            let shading = eight.normalized_or(&shading, &geometric);
+            let is_behind = dots(&direction, &geometric).simd_gt(0.0);
+            eight.blend(is_behind.select(eight.splat(-1.0), eight.splat(1.0)), &mut chunk.side);
+            eight.blend_vectors(&geometric, &mut chunk.geometric_normal);
+            eight.blend_vectors(&shading, &mut chunk.shading_normal);
+            if has_tangents {
+                for variable in [v.dpdu, v.dpdv] {
+                    let local = eight.load_vectors(&chunk.state, variable);
+                    let tangents = self.places.vectors(eight, chunk, &local);
+                    eight.store_vectors(&mut chunk.state, variable, &tangents);
+                }
+            }
+            let state = &mut chunk.state;
+            eight.store_vectors(state, v.geometric_normal, &geometric);
+            eight.store_vectors(state, v.shading_normal, &shading);
+            if is_elsewhere {
+                eight.store_vectors(state, v.ray_origin, &origin);
+                eight.store_vectors(state, v.ray_direction, &direction);
+                eight.store_vectors(state, v.hit_point, &point);
+                if needs.inverse_directions {
+                    set_inverse_directions(eight, state, &direction);
+                }
+            }
+        }
+    }
+}
+
+/// Sets the numbers by which kernels know shapes, materials and emitters, where these differ from lane to
+/// lane.
+fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
+    let count = chunk.count.next_multiple_of(8);
+    let entry = |hit: &PathHit| &scene.objects[hit.object as usize];
+    let hits = &chunk.hits[..count];
+    if group.key.shape == Of::Each {
+        let class = &scene.compiled.classes[group.key.class as usize];
+        let has_elements = class.has_elements();
+        for (number, hit) in chunk.objects.as_mut_slice().iter_mut().zip(hits) {
+            *number = match has_elements {
+                true => class.number_of(hit.object, hit.element).unwrap_or(0),
+                false => entry(hit).number,
+            };
+        }
+    }
+    if group.key.material.1 == Of::Each {
+        for (number, hit) in chunk.materials.as_mut_slice().iter_mut().zip(hits) {
+            *number = entry(hit).material;
+        }
+    }
+    if let Some((_, Of::Each)) = group.key.emitter {
+        for (number, hit) in chunk.emitters.as_mut_slice().iter_mut().zip(hits) {
+            *number = entry(hit).emitter;
+        }
+    }
+}
+
+impl Places<'_> {
+    fn object_of(&self, hit: &PathHit) -> &Object {
+        &self.scene.objects[hit.object as usize]
+    }
+
+    /// From the world's space to those of the objects' groups.
+    #[inline(always)]
+    fn group_inverses<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
+        LaneMaps::each(eight, |lane| {
+            let instance = chunk.hits[lane].instance;
+            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
+                None => Affine::IDENTITY,
+                Some(placement) => placement.inverse_at(chunk.time[lane]),
+            }
+        })
+    }
+
+    /// From the spaces of the objects' groups to the world's.
+    #[inline(always)]
+    fn group_maps<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
+        LaneMaps::each(eight, |lane| {
+            let instance = chunk.hits[lane].instance;
+            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
+                None => Affine::IDENTITY,
+                Some(placement) => placement.map_at(chunk.time[lane]),
+            }
+        })
+    }
+
+    /// From the spaces of the objects' groups to their own.
+    #[inline(always)]
+    fn inverses<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
+        match self.object {
+            Some(object) => LaneMaps::same(eight, &object.inverse),
+            None => LaneMaps::each(eight, |lane| self.object_of(&chunk.hits[lane]).inverse),
+        }
+    }
+
+    /// Normals of the objects' spaces in the world's, of any length, on the side that the objects show.
+    #[inline(always)]
+    fn normals<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        chunk: &Chunk,
+        normals: [Vectors<S>; 2],
+    ) -> [Vectors<S>; 2] {
+        let mut normals = normals;
+        if self.is_placed {
+            let maps = self.inverses(eight, chunk);
+            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+        }
+        let side = self.sides(eight, chunk);
+        normals = normals.map(|normals| scaled(&normals, side));
+        if !self.is_in_world {
+            let maps = self.group_inverses(eight, chunk);
+            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+        }
+        normals
+    }
+
+    /// -1 where an object's normals point the other way, else 1.
+    #[inline(always)]
+    fn sides<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> f32x8<S> {
+        let side = |object: &Object| if object.reverse_orientation { -1.0 } else { 1.0 };
+        match self.object {
+            Some(object) => eight.splat(side(object)),
+            None => {
+                let start = eight.start();
+                let hits = &chunk.hits[start..start + 8];
+                let sides: [f32; 8] = std::array::from_fn(|lane| side(self.object_of(&hits[lane])));
+                f32x8::from_slice(eight.simd(), &sides)
+            }
+        }
+    }
+
+    /// Vectors of the objects' spaces in the world's.
+    #[inline(always)]
+    fn vectors<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk, vectors: &Vectors<S>) -> Vectors<S> {
+        let mut vectors = *vectors;
+        if self.is_placed {
+            vectors = match self.object {
+                Some(object) => LaneMaps::same(eight, &object.forward).vectors(&vectors),
+                None => LaneMaps::each(eight, |lane| self.object_of(&chunk.hits[lane]).forward)
+                    .vectors(&vectors),
+            };
+        }
+        if !self.is_in_world {
+            vectors = self.group_maps(eight, chunk).vectors(&vectors);
+        }
+        vectors
+    }
+
+    /// How much larger volumes of the objects' spaces are in the world's.
+    #[inline(always)]
+    fn volume_scales<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> f32x8<S> {
+        let scale = |lane: usize| {
+            let hit = &chunk.hits[lane];
+            let own = self.object_of(hit).forward.volume_scale();
+            let placement = self.scene.placement(hit.instance).filter(|_| !self.is_in_world);
+            let of_group = placement.map_or(1.0, |it| it.volume_scale(chunk.time[lane]));
+            (own * of_group) as f32
+        };
+        let scales: [f32; 8] = std::array::from_fn(|lane| scale(eight.start() + lane));
+        f32x8::from_slice(eight.simd(), &scales)
+    }
+}
+

@@ -1,0 +1,189 @@
+//! Surfaces that are worked on together: shapes of one class of the traversal with materials of one
+//! class, and the methods that are called for them.
+
+use std::sync::Arc;
+
+use rtsl::{
+    Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant,
+};
+
+use crate::compiled::object_class::ObjectClass;
+use crate::compiled::shaders::SurfaceNeeds;
+
+use super::kernels::{KernelMaker, Of};
+use super::material::{MaterialKernels, MaterialSource, called_methods};
+
+/// What surfaces of one group have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct GroupKey {
+    /// The class of the traversal.
+    pub class: u32,
+    /// The one object, by its number among those of the class, where there are few: calls for one object read its
+    /// members once.
+    pub shape: Of,
+    /// The materials.
+    pub material: (MaterialSource, Of),
+    /// The materials whose emission they give off besides.
+    pub emitter: Option<(u32, Of)>,
+    /// Whether rays can find them as samples of a light, so that densities have to be told.
+    pub is_sampled: bool,
+}
+
+/// Surfaces that are worked on together.
+pub struct SurfaceGroup {
+    /// What they have in common.
+    pub key: GroupKey,
+    /// What of them is computed.
+    pub needs: SurfaceNeeds,
+    /// The shapes' methods.
+    pub shape: ShapeKernels,
+    /// The materials' methods.
+    pub material: MaterialKernels,
+    /// The emitters' `emission`.
+    pub emitter: Option<Arc<Kernel>>,
+    /// Arrays of scratch of the material.
+    pub material_scratch: usize,
+}
+
+/// The methods of shapes.
+pub struct ShapeKernels {
+    /// `intersect`, for the scratch that it leaves, where a method reads it.
+    pub hit: Option<Arc<Kernel>>,
+    /// `computeNormal`.
+    pub normal: Option<Arc<Kernel>>,
+    /// `computeTextureCoordinates`.
+    pub coordinates: Option<Arc<Kernel>>,
+    /// `computeDerivatives`.
+    pub derivatives: Option<Arc<Kernel>>,
+    /// `samplePDF`.
+    pub density: Option<Arc<Kernel>>,
+}
+
+/// The programs and instances that a group is made of.
+pub struct GroupParts<'a> {
+    /// The shapes.
+    pub class: &'a ObjectClass,
+    /// The materials.
+    pub material: (&'a Arc<Program>, &'a Objects),
+    /// The emitters.
+    pub emitter: Option<(&'a Arc<Program>, &'a Objects)>,
+}
+
+impl SurfaceGroup {
+    /// Makes the kernels of a group.
+    pub fn new(maker: &mut KernelMaker<'_>, key: GroupKey, parts: &GroupParts<'_>) -> Self {
+        let program = parts.class.program();
+        let (material, objects) = parts.material;
+        let (_, of) = key.material;
+        let linked = |program: &Program, method: Method| program.method(method).ok();
+        let mut readers: Vec<Arc<LinkedMethod>> = called_methods(material)
+            .filter_map(|method| linked(material, method))
+            .collect();
+        let emission = parts.emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
+        readers.extend(emission);
+        let mut read = Read::by(readers.iter());
+        if let MaterialSource::Class(_) = key.material.0 {
+            // The scratch of materials is their own.
+            read.scratch = false;
+        }
+        let shape = ShapeKernels::new(maker, key, parts.class, &mut read);
+        let emitter = parts.emitter.zip(key.emitter).and_then(|((program, objects), (_, of))| {
+            let outputs = Outputs::ALL.without_scratch();
+            maker.kernel(program, Method::Emission, (of, objects.form()), outputs)
+        });
+        let material_scratch = match key.material.0 {
+            MaterialSource::Own => 0,
+            MaterialSource::Class(_) => material.layout().scratch_arrays as usize,
+        };
+        let needs = SurfaceNeeds::of(read.state);
+        let needs = SurfaceNeeds {
+            inverse_directions: needs.inverse_directions || reads_inverse(program),
+            ..needs
+        };
+        SurfaceGroup {
+            key,
+            needs,
+            shape,
+            material: MaterialKernels::new(maker, material, objects, of),
+            emitter,
+            material_scratch,
+        }
+    }
+}
+
+/// What methods read of a surface.
+struct Read {
+    state: Outputs,
+    scratch: bool,
+}
+
+impl Read {
+    fn by<'a>(methods: impl IntoIterator<Item = &'a Arc<LinkedMethod>>) -> Self {
+        let mut read = Read { state: Outputs::NONE, scratch: false };
+        methods.into_iter().for_each(|method| read.add(method));
+        read
+    }
+
+    fn add(&mut self, method: &LinkedMethod) {
+        let reads: &[&'static StateVariable] = &method.reads;
+        self.state = self.state.union(Outputs::state(reads.iter().copied()));
+        self.scratch |= method.reads_scratch;
+    }
+}
+
+impl ShapeKernels {
+    /// Those that compute what is `read`; what they read themselves is added to it.
+    fn new(
+        maker: &mut KernelMaker<'_>,
+        key: GroupKey,
+        class: &ObjectClass,
+        read: &mut Read,
+    ) -> Self {
+        let program = class.program();
+        let linked = |method: Method| program.method(method).ok();
+        let mut methods = vec![Method::ComputeNormal];
+        if SurfaceNeeds::of(read.state).derivatives && program.has(Method::ComputeDerivatives) {
+            methods.push(Method::ComputeDerivatives);
+            linked(Method::ComputeDerivatives).iter().for_each(|it| read.add(it));
+        }
+        if SurfaceNeeds::of(read.state).coordinates {
+            methods.push(Method::ComputeTextureCoordinates);
+        }
+        if key.is_sampled {
+            methods.push(Method::SamplePdf);
+        }
+        for method in &methods {
+            linked(*method).iter().for_each(|it| read.scratch |= it.reads_scratch);
+        }
+        let surface = read.state;
+        let mut kernel = |method: Method| {
+            let outputs = match method {
+                Method::ComputeTextureCoordinates | Method::ComputeDerivatives => surface,
+                _ => Outputs::ALL.without_scratch(),
+            };
+            let is_called = methods.contains(&method);
+            let objects = (key.shape, class.objects.form());
+            if is_called { maker.kernel(program, method, objects, outputs) } else { None }
+        };
+        let (normal, coordinates) =
+            (kernel(Method::ComputeNormal), kernel(Method::ComputeTextureCoordinates));
+        let (derivatives, density) = (kernel(Method::ComputeDerivatives), kernel(Method::SamplePdf));
+        let hit = read.scratch.then(|| {
+            let variant = Variant::new(key.shape.shape()).of_objects(class.objects.form().clone());
+            let variant = variant.reading(Outputs::NONE.with_scratch());
+            let variant = if class.is_placed() { variant.placed() } else { variant };
+            maker.kernel_of(program, Method::Intersect, variant)
+        });
+        ShapeKernels { hit: hit.flatten(), normal, coordinates, derivatives, density }
+    }
+}
+
+/// Whether a method of a shape that is called for its hits reads one over the rays' directions.
+fn reads_inverse(program: &Program) -> bool {
+    let methods =
+        [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
+    let linked: Vec<_> =
+        methods.into_iter().filter_map(|method| program.method(method).ok()).collect();
+    SurfaceNeeds::of(Read::by(&linked).state).inverse_directions
+}
+

@@ -1,0 +1,166 @@
+//! A wave of paths on its way through the scene.
+
+use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::problems::Problems;
+use crate::compiled::tracer::{SearchMemory, Tracer};
+use crate::statistics::RayCounts;
+use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
+
+use super::chunk::Chunk;
+use super::lights::LightMemory;
+use super::scene::BatchScene;
+use super::shadow_rays::{ShadowRay, trace_shadow_rays};
+use super::wave::{NO_INSTANCE, Path, PathHit, Wave};
+
+/// What paths are traced with.
+pub struct PathTracer<'a> {
+    /// The scene.
+    pub scene: &'a BatchScene,
+    /// Where problems go.
+    pub problems: &'a Problems,
+}
+
+/// The memory of one thread.
+pub struct BatchMemory {
+    /// The paths.
+    pub wave: Wave,
+    /// Surfaces that are worked on.
+    pub chunk: Box<Chunk>,
+    /// Samples of lights.
+    pub light: Box<LightMemory>,
+    /// Rays towards samples of lights that were not yet traced.
+    pub shadow_rays: Vec<ShadowRay>,
+    /// For searches.
+    pub search: SearchMemory,
+    /// For camera rays.
+    pub camera: CameraMemory,
+    /// Rays of a search.
+    pub packet: Box<RayPacket>,
+    /// Rays traced so far.
+    pub rays: RayCounts,
+}
+
+impl BatchMemory {
+    /// For paths in a scene.
+    pub fn new(scene: &BatchScene) -> Self {
+        let sampler = scene.compiled.settings.sampler;
+        let scratch = scene.scratch_arrays();
+        BatchMemory {
+            wave: Wave::default(),
+            chunk: Chunk::new(scratch, sampler),
+            light: LightMemory::new(scratch, sampler),
+            shadow_rays: Vec::new(),
+            search: SearchMemory::new(&scene.compiled),
+            camera: CameraMemory::new(&scene.compiled),
+            packet: Box::default(),
+            rays: RayCounts::default(),
+        }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Traces a path for each of the samples `first..end` of a tile's pixels, sample by sample: afterwards the wave's
+    /// paths have the radiance that they bring back. Pixels outside the image have paths that bring nothing.
+    pub fn trace_samples(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
+        self.begin(memory, tile, (first, end));
+        let mut depth = 0;
+        while !memory.wave.active.is_empty() && !self.problems.any() {
+            self.find_hits(memory);
+            self.add_skies(&mut memory.wave, &mut memory.chunk);
+            memory.wave.sort(self.scene.groups.len());
+            let mut start = 0;
+            for (number, group) in self.scene.groups.iter().enumerate() {
+                let end = memory.wave.ends[number];
+                self.scatter(group, start..end, depth, memory);
+                start = end;
+            }
+            let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
+            trace_shadow_rays(&tracer, memory);
+            depth += 1;
+        }
+    }
+
+    /// Begins a wave with camera rays.
+    fn begin(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
+        let scene = &self.scene.compiled;
+        let BatchMemory { wave, camera: camera_memory, rays: counts, .. } = memory;
+        wave.paths.clear();
+        wave.active.clear();
+        let lanes = tile.lanes(scene.settings.width, scene.settings.height);
+        let tracer = Tracer { scene, problems: self.problems };
+        for sample in first..end {
+            let camera = camera_rays(&tracer, camera_memory, tile, sample);
+            let CameraRays { rays, context, weights } = &*camera;
+            let begun = wave.paths.len() as u32;
+            wave.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
+            counts.camera += u64::from(lanes.count_ones());
+            wave.paths.extend((0..LANES).map(|lane| Path {
+                throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
+                ..Path::from_camera(rays, lane, context.streams.keys[lane], sample)
+            }));
+            camera_memory.keep(camera);
+        }
+    }
+
+    /// Finds what the active rays hit: their hits, and those that left the scene. None is active afterwards.
+    fn find_hits(&self, memory: &mut BatchMemory) {
+        let scene = &self.scene.compiled;
+        let tracer = Tracer { scene, problems: self.problems };
+        let BatchMemory { wave, search, packet, rays, .. } = memory;
+        let Wave { paths, active, left, hits, .. } = wave;
+        hits.clear();
+        left.clear();
+        rays.traced += active.len() as u64;
+        for active in active.chunks(LANES) {
+            for (lane, index) in active.iter().enumerate() {
+                let path = &paths[*index as usize];
+                packet.set(lane, path.origin, path.direction);
+                packet.epsilon[lane] = path.epsilon;
+                packet.limit[lane] = path.distance;
+                packet.time[lane] = path.time;
+            }
+            let lanes = LaneMask::MAX >> (LANES - active.len());
+            let found = tracer.nearest(search, packet, lanes);
+            let hit = found.lanes(lanes);
+            left.extend(lanes_of(lanes & !hit).map(|lane| active[lane]));
+            for lane in lanes_of(hit) {
+                paths[active[lane] as usize].distance = found.distance[lane];
+                let Some(hit) = HitObject::of(&scene.geometry, &scene.items, found.id[lane]) else {
+                    continue;
+                };
+                let object = hit.member.object;
+                hits.push((
+                    self.scene.objects[object as usize].group,
+                    PathHit {
+                        path: active[lane],
+                        object,
+                        element: hit.element,
+                        instance: hit.instance.unwrap_or(NO_INSTANCE),
+                    },
+                ));
+            }
+        }
+        active.clear();
+    }
+}
+
+impl Path {
+    /// A path that begins with a lane's camera ray.
+    fn from_camera(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
+        Path {
+            origin: rays.origin_of(lane),
+            epsilon: rays.epsilon[lane],
+            direction: rays.direction_of(lane),
+            distance: rays.limit[lane],
+            throughput: [1.0; 3],
+            density: 0.0,
+            radiance: [0.0; 3],
+            time: rays.time[lane],
+            geometric_normal: [0.0, 0.0, 1.0],
+            shading_normal: [0.0, 0.0, 1.0],
+            key,
+            sample,
+        }
+    }
+}
