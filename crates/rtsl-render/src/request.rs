@@ -26,6 +26,16 @@ pub enum Renderer {
     Batch,
 }
 
+impl Renderer {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Renderer::Interactive => "interactive",
+            Renderer::Batch => "batch",
+        }
+    }
+}
+
 /// What to render, and how.
 #[derive(Clone, Default)]
 pub struct RenderRequest<'a> {

@@ -1,7 +1,8 @@
 //! The memory of one thread for the surfaces of a chunk of paths: arrays with a number for each lane.
 
 use rtsl::{
-    CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method, new_state,
+    CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
+    new_state,
 };
 
 use crate::compiled::problems::Problems;

@@ -32,7 +32,9 @@ impl PathTracer<'_> {
             self.call_material(group, Method::Emission, kernel, chunk);
             add(chunk, paths, &[1.0; CHUNK]);
         }
-        let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else { return };
+        let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
+            return;
+        };
         let emitters = &self.scene.materials.classes[class as usize];
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, problems: self.problems };
@@ -189,9 +191,9 @@ fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) {
     let color = [0, 1, 2].map(|channel: usize| chunk.state.floats(v.emission_color + channel));
     for lane in 0..chunk.count {
         let path = &mut paths[chunk.hits[lane].path as usize];
-        for channel in 0..3 {
-            path.radiance[channel] +=
-                path.throughput[channel] * color[channel][lane] * weights[lane];
+        let arriving = path.throughput.iter().zip(&color);
+        for (radiance, (throughput, color)) in path.radiance.iter_mut().zip(arriving) {
+            *radiance += throughput * color[lane] * weights[lane];
         }
     }
 }

@@ -98,9 +98,9 @@ const METHODS: [Method; 5] =
 /// others.
 pub fn called_methods(program: &Program) -> impl Iterator<Item = Method> {
     let scatters = program.has(Method::SampleBsdf);
-    METHODS.into_iter().filter(move |method| {
-        program.has(*method) && !(*method == Method::Shade && scatters)
-    })
+    METHODS
+        .into_iter()
+        .filter(move |method| program.has(*method) && !(*method == Method::Shade && scatters))
 }
 
 impl MaterialKernels {
@@ -119,7 +119,8 @@ impl MaterialKernels {
             let emission = kernel(Method::Emission);
             return MaterialKernels { emission, scattering: None, shade: kernel(Method::Shade) };
         }
-        let emits = program.method(Method::Emission).is_ok_and(|it| !leaves_black(&it, "rt_EmissionColor"));
+        let emits =
+            program.method(Method::Emission).is_ok_and(|it| !leaves_black(&it, "rt_EmissionColor"));
         let emission = if emits { kernel(Method::Emission) } else { None };
         let scatters_lights =
             program.method(Method::Bsdf).is_ok_and(|it| !leaves_black(&it, "rt_BSDFValue"));

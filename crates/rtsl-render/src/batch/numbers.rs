@@ -34,17 +34,12 @@ impl Numbers {
     }
 
     #[inline(always)]
-    fn start_in_vectors<S: Simd>(
-        &mut self,
-        _: S,
-        keys: &[u32; CHUNK],
-        purpose: u32,
-        count: usize,
-    ) {
-        for lane in 0..count.next_multiple_of(STEP).min(CHUNK) {
-            self.keys[lane] = hash(keys[lane], purpose);
-            self.dimensions[lane] = 0;
+    fn start_in_vectors<S: Simd>(&mut self, _: S, keys: &[u32; CHUNK], purpose: u32, count: usize) {
+        let count = count.next_multiple_of(STEP);
+        for (to, key) in self.keys.iter_mut().zip(keys).take(count) {
+            *to = hash(*key, purpose);
         }
+        self.dimensions.iter_mut().take(count).for_each(|dimension| *dimension = 0);
     }
 
     /// Pairs `pair` of the sequences that `keys` name.

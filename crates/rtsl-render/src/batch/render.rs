@@ -54,7 +54,8 @@ pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRend
     let threads = RenderThreads::new(options.threads)?;
     let settings = &scene.compiled.settings;
     let film = BatchFilm::new(settings.width, settings.height);
-    let job = Job { scene, options, film, problems: Problems::default(), done: AtomicUsize::new(0) };
+    let job =
+        Job { scene, options, film, problems: Problems::default(), done: AtomicUsize::new(0) };
     let start = Instant::now();
     let (cancelled, rays) = job.run(&threads, start);
     let time = start.elapsed();

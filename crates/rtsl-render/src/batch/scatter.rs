@@ -190,8 +190,9 @@ fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> (Vectors<S>, mask
     let factor = is_weighed.select(part, eight.splat(1.0)) * cosine;
     let color = eight.vectors(&chunk.light.color);
     let throughput = eight.vectors(&chunk.throughput);
-    let scattered: Vectors<S> =
-        std::array::from_fn(|channel| throughput[channel] * value[channel] * color[channel] * factor);
+    let scattered: Vectors<S> = std::array::from_fn(|channel| {
+        throughput[channel] * value[channel] * color[channel] * factor
+    });
     let is_lit = is_lit(&scattered) & is_finite(eight, &scattered) & is_consistent;
     (scattered, is_lit)
 }
@@ -213,7 +214,10 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &Chunk, onward: &mut Onward)
     eight.blend_vectors(&direction, &mut onward.direction);
     eight.blend_vectors(&throughput, &mut onward.throughput);
     eight.blend(has_density.select(density, eight.splat(0.0)), &mut onward.density);
-    is_lit(&throughput) & is_finite(eight, &throughput) & is_finite(eight, &direction) & is_consistent
+    is_lit(&throughput)
+        & is_finite(eight, &throughput)
+        & is_finite(eight, &direction)
+        & is_consistent
 }
 
 /// The cosines between directions and the normals for shading, without sign, and whether both normals agree

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostics, Engine, Method, Objects, Program, SourceMap};
+use rtsl::{
+    Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
+};
 
 use crate::compiled::placed_objects::GroupMember;
 use crate::compiled::shaders::is_own_material;
@@ -79,6 +81,7 @@ impl BatchScene {
         });
         let ((groups, lights), problems) = made.map_err(|problems| failed(messages, problems))?;
         messages.push(SourceMap::new(), problems);
+        warn_of_shade(&groups, &compiled, &materials, messages);
         let compile_time = compiled.compile_time + start.elapsed();
         Ok(BatchScene { compiled, compile_time, groups, objects: plan.objects, materials, lights })
     }
@@ -88,6 +91,31 @@ impl BatchScene {
     /// The greatest number of arrays of scratch of a shader.
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays
+    }
+}
+
+/// Says which materials have nothing but `shade`.
+fn warn_of_shade(
+    groups: &[SurfaceGroup],
+    compiled: &CompiledScene,
+    materials: &MaterialClasses,
+    messages: &mut Messages,
+) {
+    let shading = groups.iter().filter(|group| group.material.shade.is_some());
+    let classes: BTreeSet<&str> = shading
+        .map(|group| match group.key.material.0 {
+            MaterialSource::Own => compiled.classes[group.key.class as usize].name.as_str(),
+            MaterialSource::Class(class) => {
+                materials.classes[class as usize].program.class().name.as_str()
+            }
+        })
+        .collect();
+    for class in classes {
+        let message = format!("`{class}` has no `BSDF` or `sampleBSDF`: paths end at it");
+        messages.push_one(
+            Diagnostic::new(codes::IGNORED_SETTING, message)
+                .help("`--renderer interactive` runs its `shade`"),
+        );
     }
 }
 

@@ -194,7 +194,8 @@ impl<'a> ChunkSurfaces<'a> {
         let is_elsewhere = self.places.is_placed || !self.places.is_in_world;
         let has_tangents = self.group.shape.derivatives.is_some();
         for eight in eights_of(simd, chunk.count) {
-            let (origin, direction) = (eight.vectors(&chunk.origin), eight.vectors(&chunk.direction));
+            let (origin, direction) =
+                (eight.vectors(&chunk.origin), eight.vectors(&chunk.direction));
             let point = points_on_rays(&origin, &direction, eight.numbers(&chunk.distance));
             eight.blend_vectors(&point, &mut chunk.point);
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
@@ -363,4 +364,3 @@ impl Places<'_> {
         f32x8::from_slice(eight.simd(), &scales)
     }
 }
-

@@ -3,9 +3,7 @@
 
 use std::sync::Arc;
 
-use rtsl::{
-    Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant,
-};
+use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant};
 
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::shaders::SurfaceNeeds;
@@ -76,9 +74,8 @@ impl SurfaceGroup {
         let (material, objects) = parts.material;
         let (_, of) = key.material;
         let linked = |program: &Program, method: Method| program.method(method).ok();
-        let mut readers: Vec<Arc<LinkedMethod>> = called_methods(material)
-            .filter_map(|method| linked(material, method))
-            .collect();
+        let mut readers: Vec<Arc<LinkedMethod>> =
+            called_methods(material).filter_map(|method| linked(material, method)).collect();
         let emission = parts.emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
         readers.extend(emission);
         let mut read = Read::by(readers.iter());
@@ -167,7 +164,8 @@ impl ShapeKernels {
         };
         let (normal, coordinates) =
             (kernel(Method::ComputeNormal), kernel(Method::ComputeTextureCoordinates));
-        let (derivatives, density) = (kernel(Method::ComputeDerivatives), kernel(Method::SamplePdf));
+        let (derivatives, density) =
+            (kernel(Method::ComputeDerivatives), kernel(Method::SamplePdf));
         let hit = read.scratch.then(|| {
             let variant = Variant::new(key.shape.shape()).of_objects(class.objects.form().clone());
             let variant = variant.reading(Outputs::NONE.with_scratch());
@@ -186,4 +184,3 @@ fn reads_inverse(program: &Program) -> bool {
         methods.into_iter().filter_map(|method| program.method(method).ok()).collect();
     SurfaceNeeds::of(Read::by(&linked).state).inverse_directions
 }
-

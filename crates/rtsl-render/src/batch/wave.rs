@@ -96,7 +96,10 @@ mod tests {
         let mut wave = Wave { hits: hits.collect(), ..Wave::default() };
         wave.sort(4);
         let paths: Vec<u32> = wave.sorted.iter().map(|hit| hit.path).collect();
-        assert_eq!((paths.as_slice(), wave.ends.as_slice()), ([1, 4, 3, 0, 2].as_slice(), [2, 3, 5, 5].as_slice()));
+        assert_eq!(
+            (paths.as_slice(), wave.ends.as_slice()),
+            ([1, 4, 3, 0, 2].as_slice(), [2, 3, 5, 5].as_slice())
+        );
         assert_eq!(size_of::<Path>(), 128);
     }
 }

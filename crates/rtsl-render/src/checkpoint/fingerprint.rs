@@ -43,15 +43,19 @@ impl Fingerprint {
             exposure: _,
             filter,
             sampler,
+            renderer,
             max_depth,
             cutoff,
+            roulette_threshold,
             epsilon,
             loop_budget,
         } = settings;
         let mut fingerprint = Fingerprint::default();
         fingerprint.set("size", format!("{width}x{height}"));
         fingerprint.set("filter", filter_text(filter));
+        fingerprint.set("renderer", renderer.name());
         fingerprint.set("depth", max_depth);
+        fingerprint.set("roulette threshold", roulette_threshold);
         fingerprint.set("cutoff", cutoff);
         fingerprint
             .set("epsilon", epsilon.map_or("auto".to_owned(), |epsilon| epsilon.to_string()));

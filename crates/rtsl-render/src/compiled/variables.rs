@@ -66,14 +66,6 @@ pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
     [block.floats(first)[lane], block.floats(first + 1)[lane], block.floats(first + 2)[lane]]
 }
 
-/// Sets the vector or colour that starts at component `first`, of one lane.
-#[inline]
-pub fn set_vector(block: &mut LaneBlock, first: usize, lane: usize, value: [f32; 3]) {
-    for (axis, component) in value.into_iter().enumerate() {
-        block.floats_mut(first + axis)[lane] = component;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

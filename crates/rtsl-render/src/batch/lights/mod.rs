@@ -160,9 +160,8 @@ impl Lights {
         let objects = Arc::new(program.differing_objects(instances));
         let of = if lights.len() == 1 { Of::One(0) } else { Of::Each };
         let outputs = Outputs::ALL.without_scratch();
-        let mut kernel = |method: Method, of: Of| {
-            maker.kernel(program, method, (of, objects.form()), outputs)
-        };
+        let mut kernel =
+            |method: Method, of: Of| maker.kernel(program, method, (of, objects.form()), outputs);
         let illumination = kernel(Method::Illumination, of);
         let emission = kernel(Method::Emission, Of::One(0));
         let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
@@ -185,7 +184,9 @@ impl Lights {
             self.classes.push(LightClass {
                 program: program.clone(),
                 objects: objects.clone(),
-                is_placed: lights.iter().any(|it| !compiled.lights[*it as usize].forward.is_identity()),
+                is_placed: lights
+                    .iter()
+                    .any(|it| !compiled.lights[*it as usize].forward.is_identity()),
                 lights: lights.clone(),
                 of,
                 illumination,
@@ -267,9 +268,10 @@ impl Lights {
         object: u32,
         (class, shapes): (u32, u32),
     ) {
-        let group = compiled.items.iter().position(|items| {
-            items.members().iter().any(|member| member.object == object)
-        });
+        let group = compiled
+            .items
+            .iter()
+            .position(|items| items.members().iter().any(|member| member.object == object));
         let places: Vec<u32> = match group {
             Some(0) => vec![NO_INSTANCE],
             Some(group) => {

@@ -120,9 +120,9 @@ impl PathTracer<'_> {
     /// Samples a light for each lane of a chunk. `numbers` choose them.
     pub fn sample_lights(&self, chunk: &mut Chunk, memory: &mut LightMemory, numbers: &Row) {
         let lights = &self.scene.lights;
-        for lane in 0..chunk.count {
+        for (lane, number) in numbers.iter().enumerate().take(chunk.count) {
             (memory.chosen[lane], memory.probability[lane]) =
-                lights.selection.choose(get(&chunk.point, lane), numbers[lane]);
+                lights.selection.choose(get(&chunk.point, lane), *number);
         }
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
             memory.lanes.clear();
@@ -137,7 +137,12 @@ impl PathTracer<'_> {
                 self.sample_class(class, lights, chunk, memory);
                 class.is_weighed
             } else {
-                self.sample_shapes(&lights.shapes[class - lights.classes.len()], lights, chunk, memory);
+                self.sample_shapes(
+                    &lights.shapes[class - lights.classes.len()],
+                    lights,
+                    chunk,
+                    memory,
+                );
                 true
             };
             memory.store(chunk, is_weighed);
@@ -159,8 +164,7 @@ impl PathTracer<'_> {
         dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
         let LightMemory { state, scratch, objects, numbers, .. } = memory;
         let name = &class.program.class().name;
-        let callee =
-            Callee { class: name, method: Method::Illumination, problems: self.problems };
+        let callee = Callee { class: name, method: Method::Illumination, problems: self.problems };
         let instances = class.of.instances(&class.objects, objects);
         callee.call(&class.illumination, count, instances, (state, scratch), None, numbers);
         dispatch!(Level::new(), simd => self.read_samples(simd, class, memory));
@@ -193,8 +197,9 @@ impl PathTracer<'_> {
                 if class.is_placed {
                     let forward = |lane: usize| light_of(&memory.objects, lane).forward;
                     let maps = LaneMaps::each(eight, forward);
-                    normals = normals
-                        .map(|normals| eight.normalized_or(&maps.transposed_vectors(&normals), &up));
+                    normals = normals.map(|normals| {
+                        eight.normalized_or(&maps.transposed_vectors(&normals), &up)
+                    });
                 }
                 eight.store_vectors(&mut memory.state, v.geometric_normal, &normals[0]);
                 eight.store_vectors(&mut memory.state, v.shading_normal, &normals[1]);
@@ -334,7 +339,8 @@ impl ShapePlaces<'_> {
             let to_group = LaneMaps::each(eight, |lane| self.maps(memory, lane)[0]);
             let to_world = LaneMaps::each(eight, |lane| self.maps(memory, lane)[1]);
             let point = to_world.points(&to_group.points(&local));
-            let normal = self.normals(eight, memory, &eight.load_vectors(state, v.geometric_normal));
+            let normal =
+                self.normals(eight, memory, &eight.load_vectors(state, v.geometric_normal));
             let origin = eight.vectors(&memory.point);
             let way = difference(&point, &origin);
             let (square, local_square) = (dots(&way, &way), dots(&local_way, &local_way));
