@@ -49,6 +49,30 @@ pub enum Contract {
     SampleIntegral,
     /// Points of `generateSample` are distributed as `samplePDF` says.
     SampleDistribution,
+    /// Directions of `illumination` have unit length.
+    LightDirections,
+    /// Values of a light are finite and not negative.
+    LightValues,
+    /// `illumination` gives the density that `evaluatePDF` gives for its direction.
+    LightAgreement,
+    /// The integral of `evaluatePDF` is the part of samples that have a density.
+    LightIntegral,
+    /// Directions of `illumination` are distributed as `evaluatePDF` says.
+    LightDistribution,
+    /// `emission` along a sampled direction is the sample's radiance.
+    LightEmission,
+    /// Every place of the image and the lens has a ray.
+    CameraRays,
+    /// Weights of rays are finite and not negative.
+    CameraWeights,
+    /// The limits of rays let hits count.
+    CameraLimits,
+    /// Values of a texture are numbers everywhere, whatever the filter.
+    TextureValues,
+    /// What a wide filter gives is the mean.
+    TextureFilter,
+    /// Results have the same bits at every width and on the interpreter.
+    SameBits,
     /// No method runs past its budget of loop iterations.
     Budget,
 }
@@ -84,6 +108,20 @@ impl Contract {
                 "the density integrates to the part of samples that are seen"
             }
             Contract::SampleDistribution => "samples are distributed as samplePDF says",
+            Contract::LightDirections => "directions have unit length",
+            Contract::LightValues => "colours, densities and distances are what they may be",
+            Contract::LightAgreement => "illumination agrees with evaluatePDF",
+            Contract::LightIntegral => {
+                "the density integrates to the part of samples that have one"
+            }
+            Contract::LightDistribution => "samples are distributed as evaluatePDF says",
+            Contract::LightEmission => "samples are as bright as rays in their direction",
+            Contract::CameraRays => "every place of image and lens has a ray",
+            Contract::CameraWeights => "weights are finite and not negative",
+            Contract::CameraLimits => "limits of rays let hits count",
+            Contract::TextureValues => "values are numbers, whatever the filter",
+            Contract::TextureFilter => "wide filters tend to the mean",
+            Contract::SameBits => "results have the same bits at every width",
             Contract::Budget => "every call comes to its end",
         }
     }
@@ -145,6 +183,31 @@ impl Contract {
             Contract::SampleAgreement => "let both methods call one function for the density",
             Contract::SampleIntegral | Contract::SampleDistribution => {
                 "densities count per solid angle: one over the area, times the distance squared, over the cosine at the light"
+            }
+            Contract::LightDirections => "illumination: is something left to normalize?",
+            Contract::LightValues => {
+                "points where a distance or a cosine is 0; rt_LightDistance is greater than 0"
+            }
+            Contract::LightAgreement => "let both methods call one function for the density",
+            Contract::LightIntegral | Contract::LightDistribution => {
+                "densities count per solid angle; rt_PDF 0 means a light without extent, or that nothing was sampled"
+            }
+            Contract::LightEmission => {
+                "let illumination and emission call one function for the radiance; rt_RayDirection points as rt_LightDirection does"
+            }
+            Contract::CameraRays => "edges and corners of the image, and of the lens",
+            Contract::CameraWeights => "rt_SampleColor: vignetting is a number from 0 to 1",
+            Contract::CameraLimits => {
+                "rt_Epsilon must be less than rt_HitDistance, and neither NaN"
+            }
+            Contract::TextureValues => {
+                "divisions by rt_du and rt_dv, which may be 0, and numbers far from 0"
+            }
+            Contract::TextureFilter => {
+                "the filter's width in texture coordinates is rt_du times rt_dsdu and so on"
+            }
+            Contract::SameBits => {
+                "nothing in the class: this is a mistake of the compiler, please report it"
             }
             Contract::Budget => "the condition of a loop, above all for NaN and infinity",
         }

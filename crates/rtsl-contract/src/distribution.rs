@@ -10,6 +10,41 @@ const LEAST_EXPECTED: f64 = 5.0;
 /// How far an integral may be off without a reason: sums of floats.
 const ROUNDING: f64 = 2e-3;
 
+/// Every so many samples one serves to find where samples are many.
+const PILOTS: usize = 4;
+
+/// Samples of one thing, for two purposes that must not have any in common.
+#[derive(Default)]
+pub struct Samples {
+    /// Those that say where samples are many.
+    pub pilots: Vec<Sample>,
+    /// Those that are compared, as far as they have a density.
+    pub tests: Vec<Sample>,
+    /// How many might be compared.
+    pub count: usize,
+    /// How many there are in all.
+    all: usize,
+}
+
+impl Samples {
+    /// Adds a sample. One without a direction or a density counts, but stands for nothing.
+    pub fn add(&mut self, direction: Vec3, density: f32) {
+        let is_pilot = self.all.is_multiple_of(PILOTS);
+        self.all += 1;
+        self.count += usize::from(!is_pilot);
+        let is_direction = direction.is_finite() && direction != Vec3::ZERO;
+        if is_direction && density.is_finite() && density > 0.0 {
+            let sample = Sample { direction, density };
+            if is_pilot { self.pilots.push(sample) } else { self.tests.push(sample) }
+        }
+    }
+
+    /// Whether any has a density.
+    pub fn has_densities(&self) -> bool {
+        !(self.pilots.is_empty() && self.tests.is_empty())
+    }
+}
+
 /// Samples beside what their density says.
 pub struct Comparison {
     /// The integral of the density, and how far it may be off.
@@ -36,23 +71,23 @@ pub struct Worst {
 }
 
 impl Comparison {
-    /// Compares samples, of `count` that were made, with integrals of their density.
+    /// Compares samples with integrals of their density.
     pub fn new(
         partition: &Partition,
         integrals: &[Integral],
-        samples: &[Sample],
-        count: usize,
+        samples: &Samples,
         significance: f64,
     ) -> Comparison {
+        let Samples { tests, count, .. } = samples;
+        let count = (*count).max(1) as f64;
         let mut observed = vec![0.0; partition.len()];
-        samples.iter().for_each(|sample| observed[partition.cell(sample.direction)] += 1.0);
+        tests.iter().for_each(|sample| observed[partition.cell(sample.direction)] += 1.0);
         let integral = Integral {
             value: integrals.iter().map(|it| it.value).sum(),
             error: integrals.iter().map(|it| it.error).sum(),
         };
-        let part = samples.len() as f64 / count.max(1) as f64;
-        let chance =
-            normal_quantile(significance) * (part * (1.0 - part) / count.max(1) as f64).sqrt();
+        let part = tests.len() as f64 / count;
+        let chance = normal_quantile(significance) * (part * (1.0 - part) / count).sqrt();
         let mut comparison = Comparison {
             integral,
             part,
@@ -78,6 +113,25 @@ impl Comparison {
     /// Whether samples are distributed like their density.
     pub fn shape_holds(&self) -> bool {
         self.statistic <= self.limit
+    }
+
+    /// What is wrong with the integral; `those` says what the samples that count do.
+    pub fn integral_message(&self, place: &str, those: &str) -> String {
+        let Comparison { integral, part, .. } = self;
+        format!(
+            "{place}: the density's integral is {:.4}, where {part:.4} of the samples {those}",
+            integral.value
+        )
+    }
+
+    /// What is wrong with the distribution.
+    pub fn shape_message(&self, place: &str) -> String {
+        let Comparison { statistic, limit, cells, worst, .. } = self;
+        let Vec3 { x, y, z } = worst.direction;
+        format!(
+            "{place}: chi-square is {statistic:.0} in {cells} cells, where chance stays below {limit:.0}; around ({x:.3}, {y:.3}, {z:.3}) there are {} samples instead of {:.1}",
+            worst.observed, worst.expected
+        )
     }
 
     /// Samples are expected by the part of the density that a cell has: the parts of the whole are
@@ -129,16 +183,15 @@ mod tests {
     use crate::statistics::significance;
 
     fn compare(density: impl Fn(&Vec3) -> f32) -> Comparison {
-        let sample = |item| Sample {
-            direction: Stream::new(1).direction(item).as_vec3(),
-            density: 0.25 / PI,
-        };
-        let samples: Vec<Sample> = (0..20_000).map(sample).collect();
-        let partition = Partition::new(DVec3::Z, &samples[..5000]);
+        let mut samples = Samples::default();
+        for item in 0..20_000 {
+            samples.add(Stream::new(1).direction(item).as_vec3(), 0.25 / PI);
+        }
+        let partition = Partition::new(DVec3::Z, &samples.pilots);
         let integrals = partition
             .integrate(15_000, |directions| Ok(directions.iter().map(&density).collect()))
             .unwrap();
-        Comparison::new(&partition, &integrals, &samples[5000..], 15_000, significance(1))
+        Comparison::new(&partition, &integrals, &samples, significance(1))
     }
 
     #[test]

@@ -10,8 +10,11 @@
 //!
 //! This crate knows no scenes and no renderers, and no stage of the compiler: only `rtsl`.
 
+mod agreement;
+mod camera;
 mod contract;
 mod distribution;
+mod light;
 mod material;
 mod options;
 mod partition;
@@ -24,6 +27,8 @@ mod statistics;
 mod stop;
 mod subject;
 mod tally;
+mod texture;
+mod values;
 
 use std::sync::Arc;
 
@@ -55,14 +60,27 @@ pub fn check(
         let found = match role {
             Role::Material => material::check(&subject),
             Role::Primitive => primitive::check(&subject),
-            Role::Camera | Role::Texture | Role::Light => Ok(Vec::new()),
+            Role::Camera => camera::check(&subject),
+            Role::Texture => texture::check(&subject),
+            Role::Light => light::check(&subject),
         };
         match found {
             Ok(found) => findings.extend(found),
             Err(Stop::NoCode(diagnostic)) => return Err(*diagnostic),
-            Err(Stop::Endless) => break,
+            Err(Stop::Endless) => return Ok(report(instance, findings, subject)),
         }
     }
+    if options.compare_bits {
+        match agreement::check(instance, options) {
+            Ok(found) => findings.push(found),
+            Err(Stop::NoCode(diagnostic)) => return Err(*diagnostic),
+            Err(Stop::Endless) => {}
+        }
+    }
+    Ok(report(instance, findings, subject))
+}
+
+fn report(instance: &Instance, mut findings: Vec<Finding>, subject: Subject<'_>) -> Report {
     findings.push(subject.budget_finding());
-    Ok(Report { class: instance.class().name.clone(), findings })
+    Report { class: instance.class().name.clone(), findings }
 }

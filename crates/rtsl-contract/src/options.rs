@@ -12,11 +12,13 @@ pub struct Options {
     pub samples: u32,
     /// Chooses the random numbers. With another seed a class that is right is still found so.
     pub seed: u64,
+    /// Whether results are compared at all widths and with the interpreter's. It compiles every method four times.
+    pub compare_bits: bool,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { samples: 20_000, seed: 0 }
+        Options { samples: 20_000, seed: 0, compare_bits: true }
     }
 }
 

@@ -47,6 +47,14 @@ impl Rays {
         }
     }
 
+    /// Sets a variable, for each ray its own value.
+    pub fn set_pairs(&mut self, variable: &str, values: impl IntoIterator<Item = Vec2>) {
+        let [x, y] = self.state.vectors_mut::<2>(component_of(variable));
+        for (lane, value) in values.into_iter().enumerate() {
+            (x[lane], y[lane]) = value.into();
+        }
+    }
+
     /// Sets a direction, and what is computed from it.
     pub fn set_ray_directions(&mut self, directions: impl IntoIterator<Item = Vec3> + Clone) {
         let inverse = directions.clone().into_iter().map(Vec3::recip);

@@ -100,8 +100,10 @@ impl fmt::Display for Failure {
         writeln!(f, "          {}", self.message)?;
         writeln!(f, "          ({} of {} tests)", self.broken, self.tested)?;
         match &self.inputs {
-            Some(inputs) => writeln!(f, "          inputs of {}: {inputs}", inputs.method.name()),
-            None => Ok(()),
+            Some(inputs) if !inputs.state.is_empty() => {
+                writeln!(f, "          inputs of {}: {inputs}", inputs.method.name())
+            }
+            Some(_) | None => Ok(()),
         }
     }
 }

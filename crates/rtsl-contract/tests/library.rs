@@ -139,12 +139,26 @@ fn of_library(class: &str, arguments: Vec<(&str, Value)>) -> Value {
         .into()
 }
 
+/// The library's bits are compared by a test of `rtsl`, more thoroughly.
+const OPTIONS: Options = Options { samples: 8_000, seed: 0, compare_bits: false };
+
 #[test]
 fn primitives() {
-    check_role(Role::Primitive, &Options { samples: 8_000, ..Options::default() });
+    check_role(Role::Primitive, &OPTIONS);
 }
 
 #[test]
 fn materials() {
-    check_role(Role::Material, &Options { samples: 8_000, ..Options::default() });
+    check_role(Role::Material, &OPTIONS);
+}
+
+#[test]
+fn lights() {
+    check_role(Role::Light, &OPTIONS);
+}
+
+#[test]
+fn cameras_and_textures() {
+    check_role(Role::Camera, &OPTIONS);
+    check_role(Role::Texture, &OPTIONS);
 }

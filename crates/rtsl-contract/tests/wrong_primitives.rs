@@ -136,33 +136,33 @@ fn a_direction_taken_for_one_of_unit_length() {
     finds(
         &ball("if (!hit(-b - root)) hit(root - b);", "radius", NORMAL, AREA),
         expect![[r#"
-        breaks
-          BROKEN  hits lie within the bounds
-                  the hit at [-15.7630415, 5.052097, -2.7256608] lies 14.2630415 outside of the box from [-1.5, -1.5, -1.5] to [1.5, 1.5, 1.5]
-                  (1626 of 2120 tests)
-                  inputs of intersect: rt_RayOrigin=7.1886015,-3.3931713,0.055788543 rt_RayDirection=-1.7678745,0.65050566,-0.21424407 rt_Epsilon=0.00013703654 rt_HitDistance=inf
-                  look at: computeBounds: an extent, a half size taken for a whole one, or a box without its centre
-          BROKEN  directions may have any length
-                  the hit is one at 1.4992483; with a direction 3.7 times as long it is one at 5.5472183
-                  (2119 of 2119 tests)
-                  inputs of intersect: rt_RayOrigin=1.8266033,-0.23387532,1.1227919 rt_RayDirection=-1.1525893,0.08519662,-1.635111 rt_Epsilon=0.00012975292 rt_HitDistance=inf
-                  look at: the parameter of a hit counts in units of rt_RayDirection's length; divide by its square where you solve for it
-          BROKEN  hits are found from everywhere
-                  a ray hits at [0.098585755, -0.10614443, -1.3286453]; one towards that point from [-6.513146, -5.2665734, 3.228478] finds one at 75.999084
-                  (2119 of 2119 tests)
-                  inputs of intersect: rt_RayOrigin=-6.513146,-5.2665734,3.228478 rt_RayDirection=6.6117315,5.160429,-4.557123 rt_Epsilon=0.000027218435 rt_HitDistance=inf
-                  look at: intersect: a hit that is none, or one that is missed
-          BROKEN  sampled points lie on the surface
-                  from [5.3008285, 6.4441442, -6.1946936]: generateSample gives [0.8277012, -0.81876636, 0.94579715] with density 8.116375; a ray towards it finds a hit at 105.75001 of the way
-                  (73979 of 80000 tests)
-                  inputs of intersect: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_RayDirection=-4.4731274,-7.262911,7.1404905 rt_Epsilon=0.00002335541 rt_HitDistance=inf
-                  look at: generateSample: rt_HitPoint is a point in the primitive's space
-          BROKEN  the density integrates to the part of samples that are seen
-                  from [-1.7227691, -2.0943468, 2.0132754]: the integral of samplePDF over what is seen is 0.2352, where 0.0000 of the samples are seen
-                  (2 of 4 tests)
-                  inputs of samplePDF: rt_RayOrigin=-1.7227691,-2.0943468,2.0132754 rt_HitPoint=0,0,0
-                  look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
-    "#]],
+            breaks
+              BROKEN  hits lie within the bounds
+                      the hit at [-15.7630415, 5.052097, -2.7256608] lies 14.2630415 outside of the box from [-1.5, -1.5, -1.5] to [1.5, 1.5, 1.5]
+                      (1626 of 2120 tests)
+                      inputs of intersect: rt_RayOrigin=7.1886015,-3.3931713,0.055788543 rt_RayDirection=-1.7678745,0.65050566,-0.21424407 rt_Epsilon=0.00013703654 rt_HitDistance=inf
+                      look at: computeBounds: an extent, a half size taken for a whole one, or a box without its centre
+              BROKEN  directions may have any length
+                      the hit is one at 1.4992483; with a direction 3.7 times as long it is one at 5.5472183
+                      (2119 of 2119 tests)
+                      inputs of intersect: rt_RayOrigin=1.8266033,-0.23387532,1.1227919 rt_RayDirection=-1.1525893,0.08519662,-1.635111 rt_Epsilon=0.00012975292 rt_HitDistance=inf
+                      look at: the parameter of a hit counts in units of rt_RayDirection's length; divide by its square where you solve for it
+              BROKEN  hits are found from everywhere
+                      a ray hits at [0.098585755, -0.10614443, -1.3286453]; one towards that point from [-6.513146, -5.2665734, 3.228478] finds one at 75.999084
+                      (2119 of 2119 tests)
+                      inputs of intersect: rt_RayOrigin=-6.513146,-5.2665734,3.228478 rt_RayDirection=6.6117315,5.160429,-4.557123 rt_Epsilon=0.000027218435 rt_HitDistance=inf
+                      look at: intersect: a hit that is none, or one that is missed
+              BROKEN  sampled points lie on the surface
+                      from [5.3008285, 6.4441442, -6.1946936]: generateSample gives [0.8277012, -0.81876636, 0.94579715] with density 8.116375; a ray towards it finds a hit at 105.75001 of the way
+                      (73979 of 80000 tests)
+                      inputs of intersect: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_RayDirection=-4.4731274,-7.262911,7.1404905 rt_Epsilon=0.00002335541 rt_HitDistance=inf
+                      look at: generateSample: rt_HitPoint is a point in the primitive's space
+              BROKEN  the density integrates to the part of samples that are seen
+                      from [-1.7227691, -2.0943468, 2.0132754]: the density's integral is 0.2352, where 0.0000 of the samples are seen
+                      (2 of 4 tests)
+                      inputs of samplePDF: rt_RayOrigin=-1.7227691,-2.0943468,2.0132754 rt_HitPoint=0,0,0
+                      look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
+        "#]],
     );
 }
 
@@ -171,13 +171,13 @@ fn a_density_by_a_wrong_area() {
     finds(
         &ball(BOTH, "radius", NORMAL, "2.0 * PI * radius * radius"),
         expect![[r#"
-        breaks
-          BROKEN  the density integrates to the part of samples that are seen
-                  from [5.3008285, 6.4441442, -6.1946936]: the integral of samplePDF over what is seen is 0.7580, where 0.3767 of the samples are seen
-                  (4 of 4 tests)
-                  inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0.78089505,1.013102,-0.7834698
-                  look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
-    "#]],
+            breaks
+              BROKEN  the density integrates to the part of samples that are seen
+                      from [5.3008285, 6.4441442, -6.1946936]: the density's integral is 0.7580, where 0.3767 of the samples are seen
+                      (4 of 4 tests)
+                      inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0.78089505,1.013102,-0.7834698
+                      look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
+        "#]],
     );
 }
 
@@ -186,17 +186,17 @@ fn a_density_without_its_cosine() {
     finds(
         &ball(BOTH, "radius", NORMAL, "1.0 / cosine * 4.0 * PI * radius * radius"),
         expect![[r#"
-        breaks
-          BROKEN  the density integrates to the part of samples that are seen
-                  from [5.3008285, 6.4441442, -6.1946936]: the integral of samplePDF over what is seen is 0.2008, where 0.3767 of the samples are seen
-                  (4 of 4 tests)
-                  inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0,0,0
-                  look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
-          BROKEN  samples are distributed as samplePDF says
-                  from [5.3008285, 6.4441442, -6.1946936]: chi-square is 2434 in 287 cells, where chance stays below 435; around (-0.562, -0.499, 0.659) there are 27 samples instead of 5.9
-                  (2 of 4 tests)
-                  inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0,0,0
-                  look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
-    "#]],
+            breaks
+              BROKEN  the density integrates to the part of samples that are seen
+                      from [5.3008285, 6.4441442, -6.1946936]: the density's integral is 0.2008, where 0.3767 of the samples are seen
+                      (4 of 4 tests)
+                      inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0,0,0
+                      look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
+              BROKEN  samples are distributed as samplePDF says
+                      from [5.3008285, 6.4441442, -6.1946936]: chi-square is 2434 in 287 cells, where chance stays below 435; around (-0.562, -0.499, 0.659) there are 27 samples instead of 5.9
+                      (2 of 4 tests)
+                      inputs of samplePDF: rt_RayOrigin=5.3008285,6.4441442,-6.1946936 rt_HitPoint=0,0,0
+                      look at: densities count per solid angle: one over the area, times the distance squared, over the cosine at the light
+        "#]],
     );
 }

@@ -6,12 +6,12 @@ use rtsl::Method;
 
 use super::ONLY_SHADES;
 use super::meeting::Meeting;
-use super::scattering::is_color;
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::stop::Stop;
 use crate::subject::Subject;
 use crate::tally::Tally;
+use crate::values::is_color;
 use crate::{Contract, Finding};
 
 const RAYS: usize = 2048;

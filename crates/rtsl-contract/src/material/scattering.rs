@@ -6,22 +6,16 @@ use rtsl::Method;
 use super::ONLY_SHADES;
 use super::meeting::Meeting;
 use super::throughput::{Throughput, Weights};
-use crate::distribution::Comparison;
-use crate::partition::{Partition, Sample};
+use crate::distribution::{Comparison, Samples};
+use crate::partition::Partition;
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
-use crate::{Contract, Finding};
-
-/// How far the length of a direction may be from 1.
-const LENGTH_ERROR: f32 = 1e-4;
-/// How far values of the same thing that are computed twice may be apart, relatively.
-const VALUE_ERROR: f32 = 2e-3;
-/// Every so many samples one serves to find where samples are many.
-const PILOTS: usize = 4;
+use crate::values::{is_close, is_color, is_unit};
+use crate::{Contract, Finding, Inputs};
 
 /// Checks all that samples say.
 ///
@@ -136,13 +130,12 @@ impl<'a> Tests<'a> {
             self.values.set_inputs(inputs()?);
         }
         // Nobody looks at the direction of a sample that is black.
-        let is_unit = (direction.length() - 1.0).abs() <= LENGTH_ERROR;
         let is_given_up = density == 0.0 && value == Vec3::ZERO;
         let message = || {
             let length = direction.length();
             format!("{meeting}: sampleBSDF gives direction {direction}, whose length is {length}")
         };
-        if !is_given_up && self.directions.test(is_unit, message) {
+        if !is_given_up && self.directions.test(is_unit(direction), message) {
             self.directions.set_inputs(inputs()?);
         }
         Ok(())
@@ -155,30 +148,17 @@ impl<'a> Tests<'a> {
         samples: &Samples,
         significance: f64,
     ) -> Result<(), Stop> {
-        let Samples { pilots, tests, count, .. } = samples;
-        let partition = Partition::new(meeting.normal, pilots);
+        let partition = Partition::new(meeting.normal, &samples.pilots);
         let integrals =
-            partition.integrate(*count, |directions| self.densities(meeting, directions))?;
-        let found = Comparison::new(&partition, &integrals, tests, *count, significance);
-        let Comparison { integral, part, statistic, limit, cells, worst, .. } = &found;
-        let message = || {
-            format!(
-                "{meeting}: the density's integral is {:.4}, where {:.4} of the samples have a density",
-                integral.value, part
-            )
-        };
+            partition.integrate(samples.count, |directions| self.densities(meeting, directions))?;
+        let found = Comparison::new(&partition, &integrals, samples, significance);
+        let place = meeting.to_string();
+        let message = || found.integral_message(&place, "have a density");
         if self.integral.test(found.integral_holds(), message) {
-            self.integral.set_inputs(self.density_inputs(meeting, worst.direction)?);
+            self.integral.set_inputs(self.density_inputs(meeting, found.worst.direction)?);
         }
-        let message = || {
-            let Vec3 { x, y, z } = worst.direction;
-            format!(
-                "{meeting}: chi-square is {statistic:.0} in {cells} cells, where chance stays below {limit:.0}; around ({x:.3}, {y:.3}, {z:.3}) there are {} samples instead of {:.1}",
-                worst.observed, worst.expected
-            )
-        };
-        if self.distribution.test(found.shape_holds(), message) {
-            self.distribution.set_inputs(self.density_inputs(meeting, worst.direction)?);
+        if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
+            self.distribution.set_inputs(self.density_inputs(meeting, found.worst.direction)?);
         }
         Ok(())
     }
@@ -207,7 +187,7 @@ impl<'a> Tests<'a> {
         Ok(all)
     }
 
-    fn density_inputs(&self, meeting: &Meeting, direction: Vec3) -> Result<crate::Inputs, Stop> {
+    fn density_inputs(&self, meeting: &Meeting, direction: Vec3) -> Result<Inputs, Stop> {
         let mut rays = meeting.rays(self.subject, Stream::new(0), 1);
         rays.fill_vector("rt_LightDirection", direction);
         self.subject.inputs(Method::EvaluatePdf, &rays, 0)
@@ -224,41 +204,4 @@ impl<'a> Tests<'a> {
         findings.push(self.throughput.finish());
         findings
     }
-}
-
-/// The samples of a meeting.
-#[derive(Default)]
-struct Samples {
-    /// Those that say where samples are many.
-    pilots: Vec<Sample>,
-    /// Those that are compared, as far as they have a density.
-    tests: Vec<Sample>,
-    /// How many might be compared.
-    count: usize,
-    /// How many there are in all.
-    all: usize,
-}
-
-impl Samples {
-    /// Adds a sample, which only counts where it is none.
-    fn add(&mut self, direction: Vec3, density: f32) {
-        let sample = Sample { direction, density };
-        let is_pilot = self.all.is_multiple_of(PILOTS);
-        self.all += 1;
-        self.count += usize::from(!is_pilot);
-        let is_direction = direction.is_finite() && direction != Vec3::ZERO;
-        if is_direction && density.is_finite() && density > 0.0 {
-            if is_pilot { self.pilots.push(sample) } else { self.tests.push(sample) }
-        }
-    }
-}
-
-/// Whether a colour is one that light may have.
-pub fn is_color(value: Vec3) -> bool {
-    value.is_finite() && value.min_element() >= 0.0
-}
-
-/// Whether two values of the same thing are equal but for rounding.
-pub fn is_close(a: Vec3, b: Vec3) -> bool {
-    (a - b).abs().max_element() <= VALUE_ERROR * a.abs().max(b.abs()).max_element() + 1e-6
 }

@@ -12,8 +12,8 @@ use rtsl::{Method, Role};
 
 use super::Place;
 use super::shot::{Ray, Shot};
-use crate::distribution::Comparison;
-use crate::partition::{Partition, Sample};
+use crate::distribution::{Comparison, Samples};
+use crate::partition::Partition;
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::statistics::significance;
@@ -28,9 +28,6 @@ const LEAST_COSINE: f32 = 0.1;
 const DENSITY_ERROR: f32 = 0.01;
 /// How far a hit may be before or behind the sample that it should be, as a part of the distance.
 const DISTANCE_ERROR: f32 = 2e-3;
-/// Every so many samples one serves to find where samples are many.
-const PILOTS: usize = 4;
-
 /// Checks what samples say.
 ///
 /// # Errors
@@ -97,52 +94,34 @@ impl Tests<'_> {
     fn check_from(&mut self, from: DVec3, index: usize, significance: f64) -> Result<(), Stop> {
         let from = from.as_vec3();
         let stream = self.subject.stream(Contract::SampleDistribution).at(index as u64);
-        let (mut pilots, mut tests, mut count) = (Vec::new(), Vec::new(), 0);
+        let mut samples = Samples::default();
         for numbers in batches(u64::from(self.subject.options.samples)) {
-            let first = numbers.start;
-            for (item, sample) in self.samples(from, stream, numbers)?.into_iter().enumerate() {
-                let is_pilot = (first as usize + item).is_multiple_of(PILOTS);
-                count += usize::from(!is_pilot);
-                if let Some(sample) = sample {
-                    if is_pilot { pilots.push(sample) } else { tests.push(sample) }
-                }
-            }
+            self.sample(from, stream, numbers, &mut samples)?;
         }
         let axis = (self.place.center - from.as_dvec3()).try_normalize().unwrap_or(DVec3::Z);
-        let partition = Partition::new(axis, &pilots);
-        let integrals =
-            partition.integrate(count, |directions| self.densities_towards(from, directions))?;
-        let found = Comparison::new(&partition, &integrals, &tests, count, significance);
-        let Comparison { integral, part, statistic, limit, cells, worst, .. } = &found;
-        let message = || {
-            format!(
-                "from {from}: the integral of samplePDF over what is seen is {:.4}, where {:.4} of the samples are seen",
-                integral.value, part
-            )
-        };
+        let partition = Partition::new(axis, &samples.pilots);
+        let integrals = partition
+            .integrate(samples.count, |directions| self.densities_towards(from, directions))?;
+        let found = Comparison::new(&partition, &integrals, &samples, significance);
+        let place = format!("from {from}");
+        let message = || found.integral_message(&place, "are seen");
         if self.integral.test(found.integral_holds(), message) {
-            self.integral.set_inputs(self.density_inputs(from, worst.direction)?);
+            self.integral.set_inputs(self.density_inputs(from, found.worst.direction)?);
         }
-        let message = || {
-            let Vec3 { x, y, z } = worst.direction;
-            format!(
-                "from {from}: chi-square is {statistic:.0} in {cells} cells, where chance stays below {limit:.0}; around ({x:.3}, {y:.3}, {z:.3}) there are {} samples instead of {:.1}",
-                worst.observed, worst.expected
-            )
-        };
-        if self.distribution.test(found.shape_holds(), message) {
-            self.distribution.set_inputs(self.density_inputs(from, worst.direction)?);
+        if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
+            self.distribution.set_inputs(self.density_inputs(from, found.worst.direction)?);
         }
         Ok(())
     }
 
-    /// Samples, checked one by one; none where they are not seen.
-    fn samples(
+    /// Adds samples, checked one by one. Those that are not seen have no density.
+    fn sample(
         &mut self,
         from: Vec3,
         stream: Stream,
         numbers: Range<u64>,
-    ) -> Result<Vec<Option<Sample>>, Stop> {
+        samples: &mut Samples,
+    ) -> Result<(), Stop> {
         let mut rays = self.subject.rays(Role::Primitive, stream, numbers);
         rays.fill_vector("rt_RayOrigin", from);
         self.subject.call(Method::GenerateSample, &mut rays)?;
@@ -155,7 +134,6 @@ impl Tests<'_> {
         let mut shot = Shot::new(self.subject, towards)?;
         shot.then(self.subject, Method::ComputeNormal)?;
         let found_normals = shot.vectors("rt_GeometricNormal");
-        let mut samples = Vec::with_capacity(points.len());
         for (item, point) in points.into_iter().enumerate() {
             let (density, normal) = (given[item], normals[item]);
             let hit = shot.hits[item];
@@ -187,10 +165,9 @@ impl Tests<'_> {
                 let inputs = self.subject.inputs(Method::SamplePdf, &density_rays, item)?;
                 self.agreement.set_inputs(inputs);
             }
-            let direction = point - from;
-            samples.push((is_seen && is_sample).then_some(Sample { direction, density }));
+            samples.add(point - from, if is_seen { density } else { 0.0 });
         }
-        Ok(samples)
+        Ok(())
     }
 
     fn check_normal(&mut self, point: Vec3, normal: Vec3, found: Vec3) {

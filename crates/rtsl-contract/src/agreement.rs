@@ -1,0 +1,78 @@
+//! The same bits at every width and on the interpreter.
+
+use std::sync::Arc;
+
+use rtsl::{Backend, Engine, EngineOptions, Instance, LaneBlock, Method, Role};
+
+use crate::rays::Rays;
+use crate::stop::Stop;
+use crate::subject::Subject;
+use crate::tally::Tally;
+use crate::{Contract, Finding, Options, engine_options};
+
+/// Rays of a call: not a multiple of any width but 1.
+const RAYS: u64 = 37;
+
+/// Compares all methods of an instance.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(instance: &Arc<Instance>, options: &Options) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::SameBits);
+    let oracle = engine(Backend::Interpreter, 1)?;
+    let oracle = Subject::new(&oracle, instance, options);
+    let expected = results(&oracle, instance)?;
+    for width in Engine::WIDTHS {
+        // Without LLVM the interpreter is all there is.
+        let Ok(engine) = engine(Backend::Jit, width) else { continue };
+        let found = results(&Subject::new(&engine, instance, options), instance)?;
+        for ((method, expected), (_, found)) in expected.iter().zip(&found) {
+            tally.test(expected == found, || {
+                format!(
+                    "{} gives other bits at width {width} than on the interpreter",
+                    method.name()
+                )
+            });
+        }
+    }
+    Ok(tally.finish("there is no LLVM to compare the interpreter with"))
+}
+
+fn engine(backend: Backend, width: u32) -> Result<Engine, Stop> {
+    let options = EngineOptions { backend, width: Some(width), ..engine_options() };
+    Ok(Engine::new(options).map(|(engine, _)| engine)?)
+}
+
+/// What each method leaves of state in which everything is random.
+fn results(subject: &Subject<'_>, instance: &Instance) -> Result<Vec<(Method, Vec<u32>)>, Stop> {
+    let stream = subject.stream(Contract::SameBits);
+    let methods = instance.class().methods.keys();
+    let each = methods.map(|method| {
+        let mut rays = subject.rays(Role::Camera, stream.at(*method as u64), 0..RAYS);
+        fill(&mut rays, |item, component| stream.number(item, component));
+        subject.call(*method, &mut rays)?;
+        Ok((*method, words(&rays)))
+    });
+    each.collect()
+}
+
+fn fill(rays: &mut Rays, number: impl Fn(u64, u32) -> f32) {
+    let fill = |block: &mut LaneBlock, first: u32| {
+        for component in 0..block.components() {
+            for (ray, lane) in block.floats_mut(component).iter_mut().enumerate() {
+                *lane = 4.0 * number(ray as u64, first + component as u32) - 2.0;
+            }
+        }
+    };
+    fill(&mut rays.state, 0);
+    fill(&mut rays.scratch, 1000);
+}
+
+/// All bits, those of all NaNs alike: which NaN arithmetic makes is not defined.
+fn words(rays: &Rays) -> Vec<u32> {
+    let blocks = [&rays.state, &rays.scratch];
+    let values =
+        blocks.iter().flat_map(|it| (0..it.components()).flat_map(|array| it.floats(array)));
+    let canonical = |it: &f32| if it.is_nan() { f32::NAN.to_bits() } else { it.to_bits() };
+    values.map(canonical).collect()
+}

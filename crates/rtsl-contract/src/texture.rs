@@ -1,0 +1,118 @@
+//! What textures promise: a value everywhere, however wide the filter.
+
+use glam::Vec3;
+use rtsl::{Method, Role};
+
+use crate::rays::Rays;
+use crate::statistics::{Mean, normal_quantile, significance};
+use crate::stop::Stop;
+use crate::subject::Subject;
+use crate::tally::Tally;
+use crate::{Contract, Finding};
+
+const LOOKUPS: u64 = 4096;
+/// Widths of filters, in texture coordinates.
+const WIDTHS: [f32; 5] = [0.0, 1e-6, 0.01, 1.0, 1e6];
+/// The width that counts as wide, and the side of the square over which means are taken.
+const WIDE: f32 = 4.0;
+const SIDE: f32 = 16.0;
+
+/// Checks a texture.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
+    let mut values = Tally::new(Contract::TextureValues);
+    let mut filter = Tally::new(Contract::TextureFilter);
+    let mut reason = "the class has no lookup";
+    if subject.has(Method::Lookup) {
+        for width in WIDTHS {
+            check_values(subject, width, &mut values)?;
+        }
+        reason = "the texture does not filter: wide lookups are as narrow ones";
+        check_filter(subject, &mut filter)?;
+    }
+    Ok(vec![values.finish(reason), filter.finish(reason)])
+}
+
+fn check_values(subject: &Subject<'_>, width: f32, tally: &mut Tally) -> Result<(), Stop> {
+    /// Places near and far, on whole numbers and off them.
+    const SCALES: [f32; 4] = [1.0, 20.0, 1e5, 0.0];
+    let stream = subject.stream(Contract::TextureValues);
+    let mut rays = subject.rays(Role::Texture, stream, 0..LOOKUPS);
+    let place = |item: u64| {
+        let scaled = SCALES[(item % 4) as usize] * (2.0 * stream.vector(item) - 1.0);
+        if item.is_multiple_of(5) { scaled.round() } else { scaled }
+    };
+    rays.set_vectors("rt_TextureUVW", (0..LOOKUPS).map(place));
+    rays.set_vectors("rt_HitPoint", (0..LOOKUPS).map(place));
+    rays.set_pairs("rt_TextureUV", (0..LOOKUPS).map(|item| place(item).truncate()));
+    set_filter(&mut rays, width);
+    subject.call(Method::Lookup, &mut rays)?;
+    let colors = rays.vectors("rt_TextureColor");
+    for (ray, color) in colors.into_iter().enumerate() {
+        let value = rays.floats("rt_FloatTextureValue")[ray];
+        let message = || format!("lookup gives colour {color} and value {value}");
+        if tally.test(color.is_finite() && value.is_finite(), message) {
+            tally.set_inputs(subject.inputs(Method::Lookup, &rays, ray)?);
+        }
+    }
+    Ok(())
+}
+
+/// What wide lookups have in common is the mean of narrow ones, and they differ less.
+fn check_filter(subject: &Subject<'_>, tally: &mut Tally) -> Result<(), Stop> {
+    let narrow = lookups(subject, 0.0)?;
+    let wide = lookups(subject, WIDE)?;
+    if narrow == wide {
+        return Ok(());
+    }
+    let mean = |colors: &[Vec3]| {
+        let mut mean = Mean::default();
+        colors.iter().for_each(|it| mean.add(f64::from(it.element_sum()) / 3.0));
+        mean
+    };
+    let (narrow, wide) = (mean(&narrow), mean(&wide));
+    let chance = normal_quantile(significance(1)) * (narrow.deviation() + wide.deviation());
+    let range = narrow.mean().abs().max(wide.mean().abs());
+    let holds = (narrow.mean() - wide.mean()).abs() <= chance + 0.02 * range + 1e-3;
+    tally.test(holds, || {
+        format!(
+            "the mean of lookups is {:.4}; of lookups with filters {WIDE} wide it is {:.4}",
+            narrow.mean(),
+            wide.mean()
+        )
+    });
+    let calmer = wide.deviation() <= 1.1 * narrow.deviation() + 1e-6;
+    tally.test(calmer, || {
+        format!(
+            "lookups differ by {:.4} from their mean; with filters {WIDE} wide by {:.4}, which is more",
+            narrow.deviation() * (LOOKUPS as f64).sqrt(),
+            wide.deviation() * (LOOKUPS as f64).sqrt()
+        )
+    });
+    Ok(())
+}
+
+fn lookups(subject: &Subject<'_>, width: f32) -> Result<Vec<Vec3>, Stop> {
+    let stream = subject.stream(Contract::TextureFilter);
+    let mut rays = subject.rays(Role::Texture, stream, 0..LOOKUPS);
+    let place = |item| SIDE * stream.vector(item);
+    rays.set_vectors("rt_TextureUVW", (0..LOOKUPS).map(place));
+    rays.set_vectors("rt_HitPoint", (0..LOOKUPS).map(place));
+    rays.set_pairs("rt_TextureUV", (0..LOOKUPS).map(|item| place(item).truncate()));
+    set_filter(&mut rays, width);
+    subject.call(Method::Lookup, &mut rays)?;
+    Ok(rays.vectors("rt_TextureColor"))
+}
+
+/// Surface parameters are texture coordinates here.
+fn set_filter(rays: &mut Rays, width: f32) {
+    rays.fill("rt_du", width);
+    rays.fill("rt_dv", width);
+    for (variable, value) in
+        [("rt_dsdu", 1.0), ("rt_dtdv", 1.0), ("rt_dsdv", 0.0), ("rt_dtdu", 0.0)]
+    {
+        rays.fill(variable, value);
+    }
+}
