@@ -14,15 +14,7 @@ pub fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> io::Result<()> {
-    if path.file_name().is_none() {
-        return Err(io::Error::other("the path does not end in the name of a file"));
-    }
-    if path.is_dir() {
-        // Found before any work is done, not when the name is wanted.
-        return Err(io::Error::other("it is a folder"));
-    }
-    let temporary = temporary_path(path);
-    let mut file = open_alone(&temporary)?;
+    let (temporary, mut file) = open_beside(path)?;
     let written = write(&mut file)
         .and_then(|()| file.sync_all())
         .and_then(|()| std::fs::rename(&temporary, path));
@@ -33,6 +25,28 @@ pub fn replace_file(
     }
     sync_folder(path);
     Ok(())
+}
+
+/// Whether a file could be written there: the folder exists and takes files.
+///
+/// # Errors
+/// What the system says.
+pub fn check_replaceable(path: &Path) -> io::Result<()> {
+    let (temporary, _) = open_beside(path)?;
+    std::fs::remove_file(temporary)
+}
+
+/// Opens the file that will take a place.
+fn open_beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    if path.file_name().is_none() {
+        return Err(io::Error::other("the path does not end in the name of a file"));
+    }
+    if path.is_dir() {
+        return Err(io::Error::other("it is a folder"));
+    }
+    let temporary = temporary_path(path);
+    let file = open_alone(&temporary)?;
+    Ok((temporary, file))
 }
 
 /// Opens a file for this process alone. Its name is always the same, so that what a process left that was killed

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
-use rtsl_render::film::{Image, write_image};
+use rtsl_render::film::{Image, ImageOptions, write_image};
 use rtsl_render::{RenderRequest, RenderResult, render_scene};
 
 fn root() -> PathBuf {
@@ -64,10 +64,12 @@ fn scenes_look_as_they_did() {
         }
         if bless {
             std::fs::create_dir_all(&images).expect("the folder can be made");
-            write_image(&result.image, &path, 0.0).expect("the reference can be written");
+            write_image(&result.image, &path, &ImageOptions::default())
+                .expect("the reference can be written");
         } else {
             let actual = std::env::temp_dir().join(name).with_extension("actual.png");
-            write_image(&result.image, &actual, 0.0).expect("the image can be written");
+            write_image(&result.image, &actual, &ImageOptions::default())
+                .expect("the image can be written");
             different.push(format!("{} (now {})", path.display(), actual.display()));
         }
     }

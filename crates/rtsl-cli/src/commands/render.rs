@@ -4,8 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use rtsl_render::film::{Aov, ImageFormat, write_image_with};
-use rtsl_render::{Messages, Progress, RenderRequest, Renderer, render_scene};
+use rtsl_render::film::{
+    Aov, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions, ViewTransform,
+    check_writable, write_image_with,
+};
+use rtsl_render::{Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene};
 
 use super::{CommandResult, Failure, Outcome};
 use crate::arguments::{EngineArguments, SearchPath};
@@ -41,7 +44,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
     /// Besides the picture, what its pixels show and take, with commas between: distance, normal,
-    /// object, class, time, nodes, lanes. In an EXR as further channels, beside a PNG as files of their
+    /// object, class, samples, time, nodes, lanes. In an EXR as further channels, beside a PNG as files of their
     /// own.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov)]
     aov: Vec<Aov>,
@@ -58,6 +61,15 @@ pub struct RenderArguments {
     /// Brighten a PNG by so many stops, on top of the scene's exposure.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
+    /// How linear colours become those of a PNG.
+    #[arg(long, value_enum, default_value_t = View::Standard)]
+    view: View,
+    /// The precision of colours in an EXR. All else in it is float.
+    #[arg(long, value_enum, default_value_t = Precision::Float)]
+    exr: Precision,
+    /// Make each image of an EXR a part of its own.
+    #[arg(long)]
+    exr_parts: bool,
     #[command(flatten)]
     engine: EngineArguments,
     #[command(flatten)]
@@ -78,6 +90,45 @@ impl From<RendererName> for Renderer {
         match name {
             RendererName::Batch => Renderer::Batch,
             RendererName::Interactive => Renderer::Interactive,
+        }
+    }
+}
+
+/// View transforms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum View {
+    /// sRGB; what is brighter than white is cut off.
+    Standard,
+    /// A curve like film's, on which bright colours run into white.
+    Filmic,
+    /// Linear.
+    Raw,
+}
+
+impl From<View> for ViewTransform {
+    fn from(view: View) -> Self {
+        match view {
+            View::Standard => ViewTransform::Standard,
+            View::Filmic => ViewTransform::Filmic,
+            View::Raw => ViewTransform::Raw,
+        }
+    }
+}
+
+/// Precisions of numbers in an EXR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Precision {
+    /// 16 bits.
+    Half,
+    /// 32 bits.
+    Float,
+}
+
+impl From<Precision> for ExrPrecision {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::Half => ExrPrecision::Half,
+            Precision::Float => ExrPrecision::Float,
         }
     }
 }
@@ -113,13 +164,30 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         }
     };
     report(&rendered.warnings, reporter);
-    let exposure = rendered.settings.exposure + arguments.exposure;
-    write_image_with(&rendered.image, &rendered.aovs, &arguments.output, exposure)
-        .map_err(|error| Failure::Output(std::io::Error::other(error)))?;
+    let options = image_options(arguments, &rendered);
+    let written = write_image_with(&rendered.image, &rendered.aovs, &arguments.output, &options);
+    if let Err(error) = written {
+        report(&Messages::one(error.diagnostic()), reporter);
+        return Ok(Outcome::InputAtFault);
+    }
     if let Some(path) = &arguments.stats {
         write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
     }
     Ok(Outcome::Done)
+}
+
+/// How the picture is written.
+fn image_options(arguments: &RenderArguments, rendered: &RenderResult) -> ImageOptions {
+    let sampler = &rendered.settings.sampler;
+    ImageOptions {
+        exposure: rendered.settings.exposure + arguments.exposure,
+        view: arguments.view.into(),
+        exr: ExrOptions { precision: arguments.exr.into(), multi_part: arguments.exr_parts },
+        metadata: ImageMetadata {
+            samples: Some(sampler.samples_per_pixel()),
+            seed: Some(sampler.seed),
+        },
+    }
 }
 
 /// Refuses before the work what could not be written after it.
@@ -130,7 +198,7 @@ fn check_output(output: &Path) -> Result<(), Failure> {
         Some(folder) if !folder.is_dir() => {
             Err(Failure::Usage(format!("there is no folder `{}`", folder.display())))
         }
-        _ => Ok(()),
+        Some(_) | None => check_writable(output).map_err(|error| Failure::Usage(error.to_string())),
     }
 }
 

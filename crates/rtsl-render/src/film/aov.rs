@@ -1,11 +1,16 @@
 //! Images of something else than colour ("arbitrary output variables"): what each pixel shows, and what it
 //! takes to render.
 
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
 use super::{HeatScale, SrgbEncoder, logarithm};
 
 /// What is known of a pixel besides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aov {
+    /// What the surface reflects of white light from all around, channel by channel, the mean of all samples;
+    /// of lights that are seen, what they emit, at most 1. For denoising.
+    Albedo,
     /// The distance of what is seen from the ray's origin, the mean of a pixel's samples that hit
     /// anything; infinite where none does.
     Distance,
@@ -16,6 +21,10 @@ pub enum Aov {
     /// The number of that object's class, in the order in which objects of the scene have them; -1
     /// for none.
     Class,
+    /// How many samples the pixel has.
+    Samples,
+    /// The variance of the pixel's mean luminance, as its samples tell it.
+    Variance,
     /// Nanoseconds for a sample of the pixel; the same for the 64 pixels of a tile.
     Time,
     /// The nodes and blocks of the hierarchy that a camera ray of the pixel visits, the mean of all
@@ -28,34 +37,70 @@ pub enum Aov {
 
 impl Aov {
     /// All of them.
-    pub const ALL: [Aov; 7] =
-        [Aov::Distance, Aov::Normal, Aov::Object, Aov::Class, Aov::Time, Aov::Nodes, Aov::Lanes];
+    pub const ALL: [Aov; 10] = [
+        Aov::Albedo,
+        Aov::Distance,
+        Aov::Normal,
+        Aov::Object,
+        Aov::Class,
+        Aov::Samples,
+        Aov::Variance,
+        Aov::Time,
+        Aov::Nodes,
+        Aov::Lanes,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
+            Aov::Albedo => "albedo",
             Aov::Distance => "distance",
             Aov::Normal => "normal",
             Aov::Object => "object",
             Aov::Class => "class",
+            Aov::Samples => "samples",
+            Aov::Variance => "variance",
             Aov::Time => "time",
             Aov::Nodes => "nodes",
             Aov::Lanes => "lanes",
         }
     }
 
-    /// The one of this name.
+    /// The one of this name; `depth` is another name of the distance.
     pub fn from_name(name: &str) -> Option<Aov> {
+        let name = if name == "depth" { "distance" } else { name };
         Aov::ALL.into_iter().find(|aov| aov.name() == name)
     }
 
+    /// Refuses those of `asked` that the renderer of this name does not make.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn refuse_others(asked: &[Aov], made: &[Aov], renderer: &str) -> Result<(), Diagnostic> {
+        let Some(other) = asked.iter().find(|aov| !made.contains(aov)) else { return Ok(()) };
+        let message = format!("the {renderer} renderer makes no image `{}`", other.name());
+        let names: Vec<&str> = made.iter().map(|aov| aov.name()).collect();
+        Err(Diagnostic::new(codes::NO_SUCH_IMAGE, message)
+            .help(format!("it makes {}", names.join(", "))))
+    }
+
+    /// Whether it is a colour, for which the precision of colours will do.
+    pub fn is_color(self) -> bool {
+        self == Aov::Albedo
+    }
+
     /// The names of its channels in a file.
+    ///
+    /// That of the distance is the name by which OpenEXR knows it.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Aov::Distance => &["distance"],
+            Aov::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
+            Aov::Distance => &["Z"],
             Aov::Object => &["object"],
             Aov::Class => &["class"],
+            Aov::Samples => &["samples"],
+            Aov::Variance => &["variance"],
             Aov::Time => &["time"],
             Aov::Nodes => &["nodes"],
             Aov::Lanes => &["lanes"],
@@ -82,12 +127,16 @@ impl AovImage {
         AovImage { aov, width, height, pixels: vec![[0.0; 3]; width * height] }
     }
 
-    /// What people look at, as bytes of sRGB: distances, times and visits on the heat scale, by their
+    /// What people look at, as bytes of sRGB: albedo as it is; what can be of any size on the heat scale, by their
     /// logarithms; parts of lanes on the whole of it; normals as colours of their components; numbers in
     /// colours that differ.
     pub fn to_srgb(&self) -> Vec<u8> {
         match self.aov {
-            Aov::Distance | Aov::Time | Aov::Nodes => self.heat(),
+            Aov::Albedo => {
+                let encoder = SrgbEncoder::new();
+                self.pixels.iter().flatten().map(|x| encoder.encode(*x)).collect()
+            }
+            Aov::Distance | Aov::Samples | Aov::Variance | Aov::Time | Aov::Nodes => self.heat(),
             Aov::Lanes => {
                 let scale = HeatScale::new();
                 self.pixels.iter().flat_map(|pixel| scale.color(pixel[0])).collect()
@@ -137,7 +186,8 @@ mod tests {
         for aov in Aov::ALL {
             assert_eq!(Aov::from_name(aov.name()), Some(aov));
         }
-        assert_eq!(Aov::from_name("depth"), None);
+        assert_eq!(Aov::from_name("depth"), Some(Aov::Distance));
+        assert_eq!(Aov::from_name("colour"), None);
     }
 
     #[test]

@@ -1,19 +1,22 @@
-//! Image files, written beside their place and then renamed, so that no reader sees half a file.
+//! Image files, written beside their place and then renamed, so that no reader sees half a file and a full disk
+//! loses no earlier one.
 
-use std::ffi::OsString;
-use std::io;
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, SpecificChannels, WritableImage};
+use rtsl::{Diagnostic, diagnostic_codes as codes};
 
-use super::{AovImage, Image};
+use crate::replacement::{check_replaceable, replace_file};
+
+use super::exr_file::write_exr;
+use super::png_file::write_png;
+use super::{AovImage, ExrOptions, Image, ImageMetadata, ViewTransform};
 
 /// The formats that images are kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// 8 bits a channel, sRGB.
+    /// 8 bits a channel, as a screen shows them.
     Png,
-    /// 32-bit floats, linear.
+    /// Floats, linear.
     Exr,
 }
 
@@ -27,6 +30,19 @@ impl ImageFormat {
             Some(_) | None => Err(ImageError::UnknownFormat { path: path.to_owned() }),
         }
     }
+}
+
+/// How images are written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageOptions {
+    /// Stops by which a PNG is brightened.
+    pub exposure: f32,
+    /// How colours become the bytes of a PNG.
+    pub view: ViewTransform,
+    /// How an EXR keeps them.
+    pub exr: ExrOptions,
+    /// What files say of how they were made.
+    pub metadata: ImageMetadata,
 }
 
 /// Why an image was not written.
@@ -48,29 +64,46 @@ pub enum ImageError {
     },
 }
 
-/// Writes an image in the format that the file's name tells. `exposure`, in stops, applies to PNG.
-pub fn write_image(image: &Image, path: &Path, exposure: f32) -> Result<(), ImageError> {
-    write_image_with(image, &[], path, exposure)
+impl ImageError {
+    /// The error as users read it.
+    pub fn diagnostic(&self) -> Diagnostic {
+        Diagnostic::new(codes::UNWRITABLE_FILE, self.to_string())
+    }
 }
 
-/// Writes an image and, of the same size, what else is known of its pixels: as channels of the same
-/// EXR file, or beside `picture.png` as `picture.normal.png` and so on.
+/// Writes an image in the format that the file's name tells.
+pub fn write_image(image: &Image, path: &Path, options: &ImageOptions) -> Result<(), ImageError> {
+    write_image_with(image, &[], path, options)
+}
+
+/// Writes an image and, of the same size, what else is known of its pixels: in the same EXR file, or beside
+/// `picture.png` as `picture.normal.png` and so on. Of several files all are written that can be.
+///
+/// # Errors
+/// The first file that could not be written.
 pub fn write_image_with(
     image: &Image,
     aovs: &[AovImage],
     path: &Path,
-    exposure: f32,
+    options: &ImageOptions,
 ) -> Result<(), ImageError> {
     let size = (image.width, image.height);
+    let metadata = &options.metadata;
     match ImageFormat::from_path(path)? {
-        ImageFormat::Exr if aovs.is_empty() => write_beside(path, |file| write_exr(image, file)),
-        ImageFormat::Exr => write_beside(path, |file| write_exr_layers(image, aovs, file)),
+        ImageFormat::Exr => {
+            replace(path, |file| write_exr(image, aovs, options.exr, metadata, file))
+        }
         ImageFormat::Png => {
-            write_beside(path, |file| write_png(size, &image.to_srgb(exposure), file))?;
-            aovs.iter().try_for_each(|aov| {
+            let view = options.view;
+            let shown = image.to_view(view, options.exposure);
+            let picture = replace(path, |file| write_png(size, &shown, view, metadata, file));
+            let others = aovs.iter().map(|aov| {
                 let path = path.with_extension(format!("{}.png", aov.aov.name()));
-                write_beside(&path, |file| write_png(size, &aov.to_srgb(), file))
-            })
+                let (shown, view) = (aov.to_srgb(), ViewTransform::Standard);
+                replace(&path, |file| write_png(size, &shown, view, metadata, file))
+            });
+            // All of them before the first error.
+            std::iter::once(picture).chain(others).fold(Ok(()), Result::and)
         }
     }
 }
@@ -79,92 +112,156 @@ pub fn write_image_with(
 pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), ImageError> {
     let bytes = pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
     let bytes: Vec<u8> = bytes.collect();
-    let height = pixels.len().checked_div(width).unwrap_or(0);
-    write_beside(path, |temporary| write_png((width, height), &bytes, temporary))
+    let size = (width, pixels.len().checked_div(width).unwrap_or(0));
+    let (view, metadata) = (ViewTransform::Standard, ImageMetadata::default());
+    replace(path, |file| write_png(size, &bytes, view, &metadata, file))
 }
 
-/// Writes a file beside its place and renames it then.
-fn write_beside(
+/// Whether an image could be written: found before hours of work, not after.
+pub fn check_writable(path: &Path) -> Result<(), ImageError> {
+    ImageFormat::from_path(path)?;
+    check_replaceable(path).map_err(|error| unwritable(path, &error))
+}
+
+fn replace(
     path: &Path,
-    write: impl FnOnce(&Path) -> io::Result<()>,
+    write: impl FnOnce(&mut std::fs::File) -> std::io::Result<()>,
 ) -> Result<(), ImageError> {
-    let temporary = temporary_path(path);
-    write(&temporary).and_then(|()| std::fs::rename(&temporary, path)).map_err(|error| {
-        // Nothing is left behind; that it cannot be removed either is no further news.
-        let _ = std::fs::remove_file(&temporary);
-        ImageError::Unwritable { path: path.to_owned(), reason: error.to_string() }
-    })
+    replace_file(path, write).map_err(|error| unwritable(path, &error))
 }
 
-fn temporary_path(path: &Path) -> PathBuf {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
-}
-
-fn write_png((width, height): (usize, usize), bytes: &[u8], path: &Path) -> io::Result<()> {
-    let file = io::BufWriter::new(std::fs::File::create(path)?);
-    let mut encoder = png::Encoder::new(file, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
-    writer.finish()?;
-    Ok(())
-}
-
-/// On one thread: several would order the blocks of the file as they finish, so that the same image
-/// gave other bytes from run to run.
-fn write_exr(image: &Image, path: &Path) -> io::Result<()> {
-    let color = |position: exr::math::Vec2<usize>| {
-        let [red, green, blue] = image.pixels[position.y() * image.width + position.x()];
-        (red, green, blue)
-    };
-    let channels = SpecificChannels::rgb(color);
-    let file = exr::image::Image::from_channels((image.width, image.height), channels);
-    let written = file.write().non_parallel().to_file(path);
-    written.map_err(|error| io::Error::other(error.to_string()))
-}
-
-/// The colours as `R`, `G` and `B`, then the channels of the others. On one thread, as above.
-fn write_exr_layers(image: &Image, aovs: &[AovImage], path: &Path) -> io::Result<()> {
-    let channel = |name: &str, pixels: &[[f32; 3]], component: usize| {
-        let values = pixels.iter().map(|pixel| pixel[component]).collect();
-        AnyChannel::new(name, FlatSamples::F32(values))
-    };
-    let colors = ["R", "G", "B"].into_iter().enumerate();
-    let colors = colors.map(|(component, name)| channel(name, &image.pixels, component));
-    let others = aovs.iter().flat_map(|aov| {
-        let names = aov.aov.channels().iter().enumerate();
-        names.map(|(component, name)| channel(name, &aov.pixels, component))
-    });
-    let channels = AnyChannels::sort(colors.chain(others).collect());
-    let file = exr::image::Image::from_channels((image.width, image.height), channels);
-    let written = file.write().non_parallel().to_file(path);
-    written.map_err(|error| io::Error::other(error.to_string()))
+fn unwritable(path: &Path, error: &std::io::Error) -> ImageError {
+    ImageError::Unwritable { path: path.to_owned(), reason: error.to_string() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::{Aov, ExrPrecision};
+
+    /// A folder that goes when the test ends.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("rtsl-{name}-{}", std::process::id()));
+            std::fs::create_dir_all(&path).unwrap();
+            Folder(path)
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    fn picture() -> (Image, Vec<AovImage>) {
+        let pixels =
+            (0..96 * 64).map(|index| [index as f32 * 100.0, 0.1, -1.0 / (1 + index) as f32]);
+        let image = Image { width: 96, height: 64, pixels: pixels.collect() };
+        let aovs = [Aov::Albedo, Aov::Object, Aov::Distance].map(|aov| {
+            let pixels = (0..96 * 64).map(|index| [index as f32 + 0.1; 3]).collect();
+            AovImage { aov, width: 96, height: 64, pixels }
+        });
+        (image, aovs.to_vec())
+    }
+
+    fn options(precision: ExrPrecision, multi_part: bool) -> ImageOptions {
+        let metadata = ImageMetadata { samples: Some(256), seed: Some(3) };
+        let exr = ExrOptions { precision, multi_part };
+        ImageOptions { exr, metadata, ..ImageOptions::default() }
+    }
 
     #[test]
     fn the_same_image_gives_the_same_bytes() {
-        let pixels = (0..96 * 64).map(|index| [index as f32, 0.5, -1.0 / (1 + index) as f32]);
-        let image = Image { width: 96, height: 64, pixels: pixels.collect() };
-        let folder = std::env::temp_dir().join(format!("rtsl-image-file-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        for ending in ["exr", "png"] {
+        let (image, aovs) = picture();
+        let folder = Folder::new("image-file");
+        for (ending, multi_part) in [("exr", false), ("exr", true), ("png", false)] {
             let write = |name: &str| {
-                let path = folder.join(format!("{name}.{ending}"));
-                write_image(&image, &path, 0.0).unwrap();
+                let path = folder.0.join(format!("{name}.{ending}"));
+                let options = options(ExrPrecision::Half, multi_part);
+                write_image_with(&image, &aovs, &path, &options).unwrap();
                 std::fs::read(path).unwrap()
             };
             let first = write("first");
             assert!((0..4).all(|_| write("again") == first), "{ending}");
         }
-        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn halves_are_for_colors_and_finite() {
+        let (image, aovs) = picture();
+        let folder = Folder::new("image-half");
+        for multi_part in [false, true] {
+            let path = folder.0.join("half.exr");
+            let options = options(ExrPrecision::Half, multi_part);
+            write_image_with(&image, &aovs, &path, &options).unwrap();
+            let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+            let parts: Vec<Option<String>> = (file.layer_data.iter())
+                .map(|layer| layer.attributes.layer_name.as_ref().map(ToString::to_string))
+                .collect();
+            let expected = [Some("color"), Some("albedo"), Some("object"), Some("distance")];
+            let expected: &[Option<&str>] = if multi_part { &expected } else { &[None] };
+            assert_eq!(parts.iter().map(Option::as_deref).collect::<Vec<_>>(), expected);
+            let channels: Vec<_> =
+                file.layer_data.iter().flat_map(|layer| &layer.channel_data.list).collect();
+            let find = |name: &str| {
+                let channel = channels.iter().find(|channel| channel.name == *name).unwrap();
+                let is_half = matches!(channel.sample_data, exr::prelude::FlatSamples::F16(_));
+                (is_half, channel.sample_data.values_as_f32().collect::<Vec<f32>>())
+            };
+            for (name, half) in [("R", true), ("albedo.G", true), ("object", false), ("Z", false)] {
+                assert_eq!(find(name).0, half, "{name}");
+            }
+            assert_eq!(channels.len(), 8);
+            let reds = find("R").1;
+            assert_eq!(reds[3], 300.0);
+            assert_eq!(reds[96 * 64 - 1], 65504.0);
+            assert_eq!(find("object").1[4000], 4000.1);
+            let attributes = &file.layer_data[0].attributes;
+            let comment = attributes.comments.as_ref().map(ToString::to_string);
+            assert_eq!(comment.as_deref(), Some("samples 256, seed 3"));
+            assert!(attributes.software_name.as_ref().unwrap().to_string().starts_with("RTSL "));
+        }
+    }
+
+    #[test]
+    fn a_raw_picture_says_that_it_is_linear() {
+        let (image, _) = picture();
+        let folder = Folder::new("image-raw");
+        let path = folder.0.join("raw.png");
+        let options = ImageOptions { view: ViewTransform::Raw, ..ImageOptions::default() };
+        write_image(&image, &path, &options).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        assert_eq!(reader.info().gama_chunk, Some(png::ScaledFloat::new(1.0)));
+        assert_eq!(reader.info().srgb, None);
+    }
+
+    #[test]
+    fn an_image_that_cannot_be_written_keeps_others() {
+        let (image, aovs) = picture();
+        let folder = Folder::new("image-others");
+        let path = folder.0.join("picture.png");
+        std::fs::create_dir(folder.0.join("picture.albedo.png")).unwrap();
+        let error = write_image_with(&image, &aovs, &path, &ImageOptions::default()).unwrap_err();
+        assert!(error.to_string().ends_with("picture.albedo.png`: it is a folder"), "{error}");
+        assert_eq!(error.diagnostic().code, codes::UNWRITABLE_FILE);
+        for name in ["picture.png", "picture.object.png", "picture.distance.png"] {
+            assert!(folder.0.join(name).is_file(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_before() {
+        let folder = Folder::new("image-before");
+        assert!(check_writable(&folder.0.join("picture.png")).is_ok());
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0);
+        for path in ["picture", "missing/picture.png", "picture.tiff"] {
+            assert!(check_writable(&folder.0.join(path)).is_err(), "{path}");
+        }
+        std::fs::create_dir(folder.0.join("folder.png")).unwrap();
+        assert!(check_writable(&folder.0.join("folder.png")).is_err());
     }
 }

@@ -1,15 +1,25 @@
-//! The image: linear colours while it is made, PNG (sRGB) or EXR (linear) when it is kept.
+//! The image: linear colours while it is made, PNG (as a screen shows it) or EXR (linear) when it is kept.
 
 mod aov;
+mod exr_file;
 mod file;
 mod heat;
+mod metadata;
+mod png_file;
 mod srgb;
+mod view_transform;
 
 pub use aov::{Aov, AovImage};
-pub use file::{ImageError, ImageFormat, write_image, write_image_with, write_pixels};
+pub use exr_file::{ExrOptions, ExrPrecision};
+pub use file::{
+    ImageError, ImageFormat, ImageOptions, check_writable, write_image, write_image_with,
+    write_pixels,
+};
 pub use heat::HeatScale;
 pub(crate) use heat::logarithm;
+pub use metadata::ImageMetadata;
 pub use srgb::SrgbEncoder;
+pub use view_transform::{ViewEncoder, ViewTransform};
 
 use crate::math::power_of_two;
 
@@ -32,9 +42,13 @@ impl Image {
 
     /// The image as bytes of sRGB after a multiplication by `2^exposure`.
     pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
-        let encoder = SrgbEncoder::new();
-        let scale = exposure_scale(exposure);
-        self.pixels.iter().flatten().map(|value| encoder.encode(value * scale)).collect()
+        self.to_view(ViewTransform::Standard, exposure)
+    }
+
+    /// The image as bytes that a screen shows, after a multiplication by `2^exposure`.
+    pub fn to_view(&self, view: ViewTransform, exposure: f32) -> Vec<u8> {
+        let encoder = ViewEncoder::new(view, exposure);
+        self.pixels.iter().flat_map(|color| encoder.encode(*color)).collect()
     }
 }
 

@@ -17,7 +17,7 @@ mod tile_sample;
 mod workspace;
 
 pub(crate) use host::ShadingHost;
-pub use render::{RenderOptions, Rendered, render};
+pub use render::{AOVS, RenderOptions, Rendered, render};
 pub(crate) use surface::{prepare, runs};
 pub(crate) use tile_aovs::visits_of_sample;
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};

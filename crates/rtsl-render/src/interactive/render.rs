@@ -20,6 +20,18 @@ use super::tile_aovs::{ObjectClasses, TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;
 use super::workspace::{Workspace, rays_of};
 
+/// The images besides colour that this renderer makes.
+pub const AOVS: [Aov; 8] = [
+    Aov::Distance,
+    Aov::Normal,
+    Aov::Object,
+    Aov::Class,
+    Aov::Samples,
+    Aov::Time,
+    Aov::Nodes,
+    Aov::Lanes,
+];
+
 /// How to render.
 #[derive(Clone, Copy, Default)]
 pub struct RenderOptions<'a> {
@@ -62,8 +74,9 @@ pub struct Rendered {
 /// Renders a scene.
 ///
 /// # Errors
-/// If a shader ran past its budget of loop iterations, or threads can't be had.
+/// If a shader ran past its budget of loop iterations, threads can't be had, or it does not make an image that is asked for.
 pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
+    Aov::refuse_others(options.aovs, &AOVS, "interactive").map_err(Messages::one)?;
     let threads = RenderThreads::new(options.threads)?;
     let job = Job::new(scene, options);
     let start = Instant::now();
@@ -175,7 +188,8 @@ impl<'a> Job<'a> {
         samples: u32,
     ) -> TileAovs {
         let mut aovs = TileAovs::new();
-        if self.options.aovs.iter().any(|aov| !matches!(aov, Aov::Time | Aov::Lanes)) {
+        if self.options.aovs.iter().any(|aov| !matches!(aov, Aov::Samples | Aov::Time | Aov::Lanes))
+        {
             for sample in 0..samples {
                 aovs.add(tracer, workspace, &self.object_classes, tile, sample);
             }

@@ -123,6 +123,9 @@ impl TileAovs {
             Aov::Normal => self.normal[lane].map(|x| x / self.samples.max(1) as f32),
             Aov::Object => [self.object[lane]; 3],
             Aov::Class => [self.class[lane]; 3],
+            Aov::Samples => [samples as f32; 3],
+            // The renderer refuses what it does not make.
+            Aov::Albedo | Aov::Variance => [0.0; 3],
             Aov::Time => [time; 3],
             Aov::Nodes => [self.visited[lane] as f32 / self.samples.max(1) as f32; 3],
             Aov::Lanes => [lanes; 3],
