@@ -30,6 +30,10 @@ const FEWEST_IF_LOOSE: u32 = 24;
 /// Fewer rays than these test the objects of a leaf one by one.
 const FEWEST_AT_LEAVES: u32 = 4;
 
+/// In trees with no more nodes rays of all directions stay together for nearest hits as well: what each would save on a way
+/// of its own is less than what going alone costs. A box with 17 surfaces is rendered in three quarters of the time.
+const FEW_NODES: usize = 4;
+
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketVisit {
@@ -67,13 +71,14 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Fewer rays than these go on from a child one by one.
     #[inline(always)]
-    fn fewest(&self, space: &PacketSpace<'_>, child: Child) -> u32 {
+    fn fewest(&self, space: &PacketSpace<'_>, tree: &WideTree, child: Child) -> u32 {
         if child.is_leaf() {
             return FEWEST_AT_LEAVES;
         }
         match (space.interval.is_loose(), self.search) {
             (false, Search::Nearest | Search::Any) => FEWEST_AT_NODES,
             (true, Search::Any) => FEWEST_IF_LOOSE,
+            (true, Search::Nearest) if tree.nodes.len() <= FEW_NODES => FEWEST_IF_LOOSE,
             (true, Search::Nearest) => u32::MAX,
         }
     }
@@ -94,7 +99,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             true => space.test(simd, &group.tree.bounds, lanes, &self.hits.distance),
             false => lanes,
         };
-        if lanes.count_ones() < self.fewest(space, root) {
+        if lanes.count_ones() < self.fewest(space, &group.tree, root) {
             return self.visit_with_rays(simd, group, root, space, lanes, outer);
         }
         let all = WideNode::ALL_ITEMS;
@@ -110,7 +115,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             let child = node.children[slot];
             let lanes =
                 test_child(simd, &node.boxes.get(slot), child, space, lanes, &self.hits.distance);
-            if lanes.count_ones() < self.fewest(space, child) {
+            if lanes.count_ones() < self.fewest(space, &group.tree, child) {
                 self.visit_with_rays(simd, group, child, space, lanes, outer);
             } else {
                 let child = (child, node.items[slot]);

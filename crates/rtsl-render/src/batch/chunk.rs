@@ -9,7 +9,8 @@ use crate::compiled::problems::Problems;
 use crate::sampling::Sampler;
 
 use super::numbers::Numbers;
-use super::wave::{NO_INSTANCE, Path, PathHit};
+use super::places::Whereabouts;
+use super::wave::{Path, PathHit};
 
 /// Lanes of a chunk: the more, the fewer calls; the fewer, the more of it stays in caches.
 pub const CHUNK: usize = 256;
@@ -143,9 +144,14 @@ impl Chunk {
         }
     }
 
-    /// Whether all lanes hit what the world itself holds.
-    pub fn is_in_world(&self) -> bool {
-        self.hits[..self.count].iter().all(|hit| hit.instance == NO_INSTANCE)
+    /// What the lanes in use hit.
+    pub fn hits(&self) -> &[PathHit] {
+        &self.hits[..self.count]
+    }
+
+    /// Which objects the lanes hit, and when.
+    pub fn whereabouts(&self) -> Whereabouts<'_> {
+        (&self.hits, &self.time)
     }
 }
 

@@ -25,6 +25,7 @@ mod kernels;
 mod lights;
 mod material;
 mod numbers;
+mod places;
 mod render;
 mod scatter;
 mod scene;

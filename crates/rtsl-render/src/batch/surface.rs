@@ -2,25 +2,22 @@
 //! shapes in their own spaces, then everything in world space.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{Kernel, Method};
 
-use crate::compiled::CompiledScene;
-use crate::compiled::compiled_scene::Object;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, Vectors, dots, eights_of, points_on_rays, scaled};
-use crate::lanes::lane_maps::LaneMaps;
+use crate::lanes::eight::{dots, eights_of, points_on_rays};
 use crate::lanes::surface_state::{
     normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
 };
-use crate::math::Affine;
 
 use super::chunk::{Callee, Chunk};
 use super::kernels::Of;
+use super::places::Places;
 use super::scene::BatchScene;
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
-use super::wave::{NO_INSTANCE, PathHit};
+use super::wave::PathHit;
 
 /// The surfaces of a chunk.
 pub struct ChunkSurfaces<'a> {
@@ -29,31 +26,10 @@ pub struct ChunkSurfaces<'a> {
     places: Places<'a>,
 }
 
-/// Where the objects of a chunk stand.
-struct Places<'a> {
-    scene: &'a CompiledScene,
-    /// The object, where all lanes hit the same.
-    object: Option<&'a Object>,
-    /// Whether the objects have spaces of their own.
-    is_placed: bool,
-    /// Whether none is placed by an instance.
-    is_in_world: bool,
-}
-
 impl<'a> ChunkSurfaces<'a> {
     /// Those of the chunk's lanes, which all belong to the group.
     pub fn new(tracer: &'a PathTracer<'a>, group: &'a SurfaceGroup, chunk: &Chunk) -> Self {
-        let scene = &tracer.scene.compiled;
-        let class = &scene.classes[group.key.class as usize];
-        let places = Places {
-            scene,
-            object: match group.key.shape {
-                Of::One(_) => Some(&scene.objects[chunk.hits[0].object as usize]),
-                Of::Each => None,
-            },
-            is_placed: class.is_placed(),
-            is_in_world: chunk.is_in_world(),
-        };
+        let places = Places::new(&tracer.scene.compiled, group.key.class, chunk.hits());
         ChunkSurfaces { tracer, group, places }
     }
 
@@ -98,7 +74,7 @@ impl<'a> ChunkSurfaces<'a> {
     }
 
     fn call(&self, kernel: &Kernel, method: Method, chunk: &mut Chunk) {
-        let class = &self.places.scene.classes[self.group.key.class as usize];
+        let class = &self.places.scene().classes[self.group.key.class as usize];
         let callee = Callee { class: &class.name, method, problems: self.tracer.problems };
         let Chunk { count, state, kept_scratch, objects, numbers, accepted, .. } = chunk;
         let instances = self.group.key.shape.instances(&class.objects, objects);
@@ -113,8 +89,8 @@ impl<'a> ChunkSurfaces<'a> {
         for eight in eights_of(simd, chunk.count) {
             let mut origin = eight.vectors(&chunk.origin);
             let mut direction = eight.vectors(&chunk.direction);
-            if !self.places.is_in_world {
-                let maps = self.places.group_inverses(eight, chunk);
+            if !self.places.is_in_world() {
+                let maps = self.places.group_inverses(eight, chunk.whereabouts());
                 (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
             }
             let state = &mut chunk.state;
@@ -137,12 +113,12 @@ impl<'a> ChunkSurfaces<'a> {
         for eight in eights_of(simd, chunk.count) {
             let mut origin = eight.vectors(&chunk.origin);
             let mut direction = eight.vectors(&chunk.direction);
-            if !self.places.is_in_world {
-                let maps = self.places.group_inverses(eight, chunk);
+            if !self.places.is_in_world() {
+                let maps = self.places.group_inverses(eight, chunk.whereabouts());
                 (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
             }
-            if self.places.is_placed {
-                let maps = self.places.inverses(eight, chunk);
+            if self.places.is_placed() {
+                let maps = self.places.inverses(eight, chunk.whereabouts());
                 (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
             }
             let state = &mut chunk.state;
@@ -179,7 +155,8 @@ impl<'a> ChunkSurfaces<'a> {
             let world = eight.vectors(&chunk.direction);
             let local = eight.load_vectors(state, v.ray_direction);
             let squares = dots(&world, &world) / dots(&local, &local);
-            let scale = squares * squares.sqrt() / self.places.volume_scales(eight, chunk);
+            let scale =
+                squares * squares.sqrt() / self.places.volume_scales(eight, chunk.whereabouts());
             let density = eight.load(state, v.pdf) * scale;
             let usable = density.simd_gt(0.0) & density.simd_lt(f32::INFINITY);
             eight.blend(usable.select(density, eight.splat(0.0)), &mut chunk.light_density);
@@ -191,7 +168,7 @@ impl<'a> ChunkSurfaces<'a> {
     fn to_world<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
         let v = variables();
         let needs = self.group.needs;
-        let is_elsewhere = self.places.is_placed || !self.places.is_in_world;
+        let is_elsewhere = self.places.is_placed() || !self.places.is_in_world();
         let has_tangents = self.group.shape.derivatives.is_some();
         for eight in eights_of(simd, chunk.count) {
             let (origin, direction) =
@@ -201,7 +178,8 @@ impl<'a> ChunkSurfaces<'a> {
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
             let geometric = eight.load_vectors(&chunk.state, v.geometric_normal);
             let shading = eight.load_vectors(&chunk.state, v.shading_normal);
-            let [geometric, shading] = self.places.normals(eight, chunk, [geometric, shading]);
+            let [geometric, shading] =
+                self.places.normals(eight, chunk.whereabouts(), [geometric, shading]);
             let geometric = eight.normalized_or(&geometric, &up);
             let shading = eight.normalized_or(&shading, &geometric);
             let is_behind = dots(&direction, &geometric).simd_gt(0.0);
@@ -211,7 +189,7 @@ impl<'a> ChunkSurfaces<'a> {
             if has_tangents {
                 for variable in [v.dpdu, v.dpdv] {
                     let local = eight.load_vectors(&chunk.state, variable);
-                    let tangents = self.places.vectors(eight, chunk, &local);
+                    let tangents = self.places.vectors(eight, chunk.whereabouts(), &local);
                     eight.store_vectors(&mut chunk.state, variable, &tangents);
                 }
             }
@@ -255,112 +233,5 @@ fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
         for (number, hit) in chunk.emitters.as_mut_slice().iter_mut().zip(hits) {
             *number = entry(hit).emitter;
         }
-    }
-}
-
-impl Places<'_> {
-    fn object_of(&self, hit: &PathHit) -> &Object {
-        &self.scene.objects[hit.object as usize]
-    }
-
-    /// From the world's space to those of the objects' groups.
-    #[inline(always)]
-    fn group_inverses<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
-        LaneMaps::each(eight, |lane| {
-            let instance = chunk.hits[lane].instance;
-            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
-                None => Affine::IDENTITY,
-                Some(placement) => placement.inverse_at(chunk.time[lane]),
-            }
-        })
-    }
-
-    /// From the spaces of the objects' groups to the world's.
-    #[inline(always)]
-    fn group_maps<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
-        LaneMaps::each(eight, |lane| {
-            let instance = chunk.hits[lane].instance;
-            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
-                None => Affine::IDENTITY,
-                Some(placement) => placement.map_at(chunk.time[lane]),
-            }
-        })
-    }
-
-    /// From the spaces of the objects' groups to their own.
-    #[inline(always)]
-    fn inverses<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> LaneMaps<S> {
-        match self.object {
-            Some(object) => LaneMaps::same(eight, &object.inverse),
-            None => LaneMaps::each(eight, |lane| self.object_of(&chunk.hits[lane]).inverse),
-        }
-    }
-
-    /// Normals of the objects' spaces in the world's, of any length, on the side that the objects show.
-    #[inline(always)]
-    fn normals<S: Simd>(
-        &self,
-        eight: Eight<S>,
-        chunk: &Chunk,
-        normals: [Vectors<S>; 2],
-    ) -> [Vectors<S>; 2] {
-        let mut normals = normals;
-        if self.is_placed {
-            let maps = self.inverses(eight, chunk);
-            normals = normals.map(|normals| maps.transposed_vectors(&normals));
-        }
-        let side = self.sides(eight, chunk);
-        normals = normals.map(|normals| scaled(&normals, side));
-        if !self.is_in_world {
-            let maps = self.group_inverses(eight, chunk);
-            normals = normals.map(|normals| maps.transposed_vectors(&normals));
-        }
-        normals
-    }
-
-    /// -1 where an object's normals point the other way, else 1.
-    #[inline(always)]
-    fn sides<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> f32x8<S> {
-        let side = |object: &Object| if object.reverse_orientation { -1.0 } else { 1.0 };
-        match self.object {
-            Some(object) => eight.splat(side(object)),
-            None => {
-                let start = eight.start();
-                let hits = &chunk.hits[start..start + 8];
-                let sides: [f32; 8] = std::array::from_fn(|lane| side(self.object_of(&hits[lane])));
-                f32x8::from_slice(eight.simd(), &sides)
-            }
-        }
-    }
-
-    /// Vectors of the objects' spaces in the world's.
-    #[inline(always)]
-    fn vectors<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk, vectors: &Vectors<S>) -> Vectors<S> {
-        let mut vectors = *vectors;
-        if self.is_placed {
-            vectors = match self.object {
-                Some(object) => LaneMaps::same(eight, &object.forward).vectors(&vectors),
-                None => LaneMaps::each(eight, |lane| self.object_of(&chunk.hits[lane]).forward)
-                    .vectors(&vectors),
-            };
-        }
-        if !self.is_in_world {
-            vectors = self.group_maps(eight, chunk).vectors(&vectors);
-        }
-        vectors
-    }
-
-    /// How much larger volumes of the objects' spaces are in the world's.
-    #[inline(always)]
-    fn volume_scales<S: Simd>(&self, eight: Eight<S>, chunk: &Chunk) -> f32x8<S> {
-        let scale = |lane: usize| {
-            let hit = &chunk.hits[lane];
-            let own = self.object_of(hit).forward.volume_scale();
-            let placement = self.scene.placement(hit.instance).filter(|_| !self.is_in_world);
-            let of_group = placement.map_or(1.0, |it| it.volume_scale(chunk.time[lane]));
-            (own * of_group) as f32
-        };
-        let scales: [f32; 8] = std::array::from_fn(|lane| scale(eight.start() + lane));
-        f32x8::from_slice(eight.simd(), &scales)
     }
 }

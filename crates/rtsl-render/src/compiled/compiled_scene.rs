@@ -39,6 +39,8 @@ pub struct Object {
     pub forward: Affine,
     /// From its group's space to its own.
     pub inverse: Affine,
+    /// How much larger a volume of its own space is in its group's; positive.
+    pub volume_scale: f32,
     /// The index of its material; `None` where the shape is its own.
     pub material: Option<u32>,
     /// The index of the material whose emission it gives off besides.
@@ -404,6 +406,7 @@ impl Builder<'_> {
             primitive: self.table.instance(&object.primitive),
             forward: object.fixed_transform().affine(),
             inverse: inverse(object.fixed_transform()),
+            volume_scale: object.fixed_transform().volume_scale() as f32,
             material: (!is_own_material(object)).then_some(object.material),
             emitter: object.emitter,
             reverse_orientation: object.reverse_orientation,

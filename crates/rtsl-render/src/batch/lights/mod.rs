@@ -225,7 +225,14 @@ impl Lights {
             }
         }
         for ((class, emitter), members) in by_key {
-            let made = self.shape_class(maker, compiled, materials, (class, emitter));
+            let of = match members.as_slice() {
+                [only] if scene.objects[*only as usize].elements.is_none() => {
+                    let entry = &objects[*only as usize];
+                    [Of::One(entry.number), Of::One(entry.emitter)]
+                }
+                _ => [Of::Each; 2],
+            };
+            let made = shape_class(maker, compiled, materials, (class, emitter), of);
             let number = self.shapes.len() as u32;
             self.shapes.extend(made);
             for object in members {
@@ -239,25 +246,6 @@ impl Lights {
                 entry.class = (entry.class & !SHAPE) + without;
             }
         }
-    }
-
-    fn shape_class(
-        &self,
-        maker: &mut KernelMaker<'_>,
-        compiled: &CompiledScene,
-        materials: &MaterialClasses,
-        (class, emitter): (u32, u32),
-    ) -> Option<ShapeLightClass> {
-        let shapes = &compiled.classes[class as usize];
-        let emitters = &materials.classes[emitter as usize];
-        let outputs = Outputs::ALL.without_scratch();
-        let of = Of::Each;
-        let form = shapes.objects.form();
-        let generate = maker.kernel(shapes.program(), Method::GenerateSample, (of, form), outputs);
-        let form = emitters.objects.form();
-        let emission = maker.kernel(&emitters.program, Method::Emission, (of, form), outputs);
-        let (generate, emission) = generate.zip(emission)?;
-        Some(ShapeLightClass { class, of, generate, emitter: (emitter, of), emission })
     }
 
     /// Adds an object, or its elements, wherever it stands.
@@ -292,6 +280,25 @@ impl Lights {
             }));
         }
     }
+}
+
+/// What shapes of one class and emitters of one class have in common.
+fn shape_class(
+    maker: &mut KernelMaker<'_>,
+    compiled: &CompiledScene,
+    materials: &MaterialClasses,
+    (class, emitter): (u32, u32),
+    [of, of_emitter]: [Of; 2],
+) -> Option<ShapeLightClass> {
+    let shapes = &compiled.classes[class as usize];
+    let emitters = &materials.classes[emitter as usize];
+    let outputs = Outputs::ALL.without_scratch();
+    let form = shapes.objects.form();
+    let generate = maker.kernel(shapes.program(), Method::GenerateSample, (of, form), outputs);
+    let form = emitters.objects.form();
+    let emission = maker.kernel(&emitters.program, Method::Emission, (of_emitter, form), outputs);
+    let (generate, emission) = generate.zip(emission)?;
+    Some(ShapeLightClass { class, of, generate, emitter: (emitter, of_emitter), emission })
 }
 
 /// Marks classes of shapes until it is known how many there are without.

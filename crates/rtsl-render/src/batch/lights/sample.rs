@@ -5,16 +5,16 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Vectors, difference, dots, eights_of, is_lit, select};
+use crate::lanes::eight::{difference, dots, eights_of, is_lit, select};
 use crate::lanes::lane_maps::LaneMaps;
-use crate::math::Affine;
 use crate::sampling::Sampler;
 
 use super::super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set};
 use super::super::kernels::Of;
 use super::super::numbers::Numbers;
+use super::super::places::Places;
 use super::super::tracer::PathTracer;
-use super::super::wave::NO_INSTANCE;
+use super::super::wave::PathHit;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 
 /// How far before a sample of a shape, relative to its distance, shadow rays end: rounding of silhouettes.
@@ -27,6 +27,8 @@ pub struct LightMemory {
     probability: Row,
     /// The lanes of the chunk that light of the class is sampled for.
     lanes: Vec<u32>,
+    /// What of the lights is sampled.
+    hits: [PathHit; CHUNK],
     /// Points in world space.
     point: Rows,
     time: Row,
@@ -52,6 +54,7 @@ impl LightMemory {
             chosen: [0; CHUNK],
             probability: NONE,
             lanes: Vec::with_capacity(CHUNK),
+            hits: [PathHit::default(); CHUNK],
             point: [NONE; 3],
             time: NONE,
             geometric_normal: [NONE; 3],
@@ -75,7 +78,7 @@ impl LightMemory {
 
     /// Takes the points of the chunk's lanes that are lit by lights of a class. Lanes behind the last repeat it up
     /// to a multiple of eight.
-    fn load(&mut self, chunk: &Chunk, entries: &[LightEntry], of: Of, with_normals: bool) {
+    fn load(&mut self, chunk: &Chunk, entries: &[LightEntry], with_normals: bool) {
         let LightMemory { lanes, .. } = self;
         let Some(last) = lanes.last() else { return };
         let padding = std::iter::repeat_n(last, lanes.len().next_multiple_of(8) - lanes.len());
@@ -85,9 +88,9 @@ impl LightMemory {
             self.time[to] = chunk.time[lane];
             self.keys[to] = chunk.keys[lane];
             self.numbers.samples[to] = chunk.numbers.samples[lane];
-            if of == Of::Each {
-                objects[to] = entries[self.chosen[lane] as usize].number;
-            }
+            let entry = &entries[self.chosen[lane] as usize];
+            objects[to] = entry.number;
+            self.hits[to] = entry.hit;
             if with_normals {
                 let side = chunk.side[lane];
                 let seen = |normal: [f32; 3]| normal.map(|component| component * side);
@@ -157,7 +160,7 @@ impl PathTracer<'_> {
         chunk: &Chunk,
         memory: &mut LightMemory,
     ) {
-        memory.load(chunk, &lights.entries, class.of, class.reads_normals);
+        memory.load(chunk, &lights.entries, class.reads_normals);
         let count = memory.count();
         let LightMemory { numbers, keys, .. } = memory;
         numbers.start(keys, NUMBERS_OF_LIGHTS, count);
@@ -243,25 +246,29 @@ impl PathTracer<'_> {
         chunk: &Chunk,
         memory: &mut LightMemory,
     ) {
-        memory.load(chunk, &lights.entries, class.of, false);
+        memory.load(chunk, &lights.entries, false);
         let count = memory.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
         let LightMemory { numbers, keys, .. } = memory;
         numbers.start(keys, NUMBERS_OF_LIGHTS, count);
-        let places = ShapePlaces { tracer: self, lights, chosen: memory.chosen };
-        dispatch!(Level::new(), simd => places.set_origins(simd, memory));
+        let sampled = SampledShapes {
+            places: Places::new(&self.scene.compiled, class.class, &memory.hits[..count]),
+            epsilon: self.scene.compiled.epsilon,
+        };
+        dispatch!(Level::new(), simd => sampled.set_origins(simd, memory));
         let LightMemory { state, scratch, objects, numbers, .. } = memory;
         let callee =
             Callee { class: &shapes.name, method: Method::GenerateSample, problems: self.problems };
         let instances = class.of.instances(&shapes.objects, objects);
         callee.call(&class.generate, count, instances, (state, scratch), None, numbers);
-        dispatch!(Level::new(), simd => places.read_points(simd, memory));
+        dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials.classes[emitter as usize];
-        for (to, lane) in memory.lanes.iter().map(|lane| *lane as usize).enumerate() {
-            let entry = &lights.entries[memory.chosen[lane] as usize];
-            let emitter = self.scene.objects[entry.hit.object as usize].emitter;
-            memory.emitters.as_mut_slice()[to] = emitter;
+        if of == Of::Each {
+            let numbers = memory.emitters.as_mut_slice().iter_mut();
+            for (number, hit) in numbers.zip(&memory.hits[..count]) {
+                *number = self.scene.objects[hit.object as usize].emitter;
+            }
         }
         let LightMemory { state, scratch, emitters: of_lanes, numbers, .. } = memory;
         let name = &emitters.program.class().name;
@@ -280,49 +287,24 @@ impl PathTracer<'_> {
     }
 }
 
-/// Where the shapes stand that are sampled for lanes.
-struct ShapePlaces<'a> {
-    tracer: &'a PathTracer<'a>,
-    lights: &'a Lights,
-    chosen: [u32; CHUNK],
+/// Where the shapes stand that are sampled.
+struct SampledShapes<'a> {
+    places: Places<'a>,
+    epsilon: f32,
 }
 
-impl ShapePlaces<'_> {
-    fn entry(&self, lanes: &[u32], to: usize) -> &LightEntry {
-        // Lanes of padding repeat the last.
-        let lane = lanes[to.min(lanes.len() - 1)];
-        &self.lights.entries[self.chosen[lane as usize] as usize]
-    }
-
-    /// From the world's space to those of the shapes' groups, and from there to their own.
-    fn inverses(&self, memory: &LightMemory, lane: usize) -> [Affine; 2] {
-        let scene = &self.tracer.scene.compiled;
-        let hit = &self.entry(&memory.lanes, lane).hit;
-        let placement = scene.placement(hit.instance).filter(|_| hit.instance != NO_INSTANCE);
-        let of_group = placement.map_or(Affine::IDENTITY, |it| it.inverse_at(memory.time[lane]));
-        [of_group, scene.objects[hit.object as usize].inverse]
-    }
-
-    /// The ways back.
-    fn maps(&self, memory: &LightMemory, lane: usize) -> [Affine; 2] {
-        let scene = &self.tracer.scene.compiled;
-        let hit = &self.entry(&memory.lanes, lane).hit;
-        let placement = scene.placement(hit.instance).filter(|_| hit.instance != NO_INSTANCE);
-        let of_group = placement.map_or(Affine::IDENTITY, |it| it.map_at(memory.time[lane]));
-        [scene.objects[hit.object as usize].forward, of_group]
-    }
-
+impl SampledShapes<'_> {
     /// Sets what `generateSample` reads.
     #[inline(always)]
     fn set_origins<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
         for eight in eights_of(simd, memory.count()) {
-            let to_group = LaneMaps::each(eight, |lane| self.inverses(memory, lane)[0]);
-            let to_shape = LaneMaps::each(eight, |lane| self.inverses(memory, lane)[1]);
-            let origin = to_shape.points(&to_group.points(&eight.vectors(&memory.point)));
+            let lanes = (&memory.hits, &memory.time);
+            let point = eight.vectors(&memory.point);
+            let origin = self.places.local_points(eight, lanes, &point);
             let state = &mut memory.state;
             eight.store_vectors(state, v.ray_origin, &origin);
-            eight.store(state, v.epsilon, eight.splat(self.tracer.scene.compiled.epsilon));
+            eight.store(state, v.epsilon, eight.splat(self.epsilon));
             eight.store(state, v.time_seed, eight.numbers(&memory.time));
         }
     }
@@ -333,14 +315,13 @@ impl ShapePlaces<'_> {
     fn read_points<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
         for eight in eights_of(simd, memory.count()) {
-            let state = &memory.state;
+            let (state, lanes) = (&memory.state, (&memory.hits, &memory.time));
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));
-            let to_group = LaneMaps::each(eight, |lane| self.maps(memory, lane)[0]);
-            let to_world = LaneMaps::each(eight, |lane| self.maps(memory, lane)[1]);
-            let point = to_world.points(&to_group.points(&local));
-            let normal =
-                self.normals(eight, memory, &eight.load_vectors(state, v.geometric_normal));
+            let point = self.places.points(eight, lanes, &local);
+            let normal = eight.load_vectors(state, v.geometric_normal);
+            let [normal] = self.places.normals(eight, lanes, [normal]);
+            let normal = eight.normalized_or(&normal, &eight.splat_vector([0.0, 0.0, 1.0]));
             let origin = eight.vectors(&memory.point);
             let way = difference(&point, &origin);
             let (square, local_square) = (dots(&way, &way), dots(&local_way, &local_way));
@@ -349,7 +330,7 @@ impl ShapePlaces<'_> {
             let direction = eight.normalized_or(&way, &nowhere);
             // The Jacobian of directions under a linear map: its stretch along them, cubed, over its determinant.
             let stretch = square / local_square;
-            let scale = stretch * stretch.sqrt() / self.volume_scales(eight, memory);
+            let scale = stretch * stretch.sqrt() / self.places.volume_scales(eight, lanes);
             let density = eight.load(state, v.pdf) * scale;
             let is_usable = density.simd_gt(0.0)
                 & density.simd_lt(f32::INFINITY)
@@ -367,41 +348,5 @@ impl ShapePlaces<'_> {
             eight.store_vectors(state, v.geometric_normal, &normal);
             eight.store_vectors(state, v.shading_normal, &normal);
         }
-    }
-
-    #[inline(always)]
-    fn normals<S: Simd>(
-        &self,
-        eight: crate::lanes::eight::Eight<S>,
-        memory: &LightMemory,
-        normals: &Vectors<S>,
-    ) -> Vectors<S> {
-        let to_group = LaneMaps::each(eight, |lane| self.inverses(memory, lane)[0]);
-        let to_shape = LaneMaps::each(eight, |lane| self.inverses(memory, lane)[1]);
-        let normals = to_group.transposed_vectors(&to_shape.transposed_vectors(normals));
-        let scene = &self.tracer.scene.compiled;
-        let side = |lane: usize| {
-            let object = self.entry(&memory.lanes, eight.start() + lane).hit.object;
-            if scene.objects[object as usize].reverse_orientation { -1.0 } else { 1.0 }
-        };
-        let sides: [f32; 8] = std::array::from_fn(side);
-        let sides = fearless_simd::f32x8::from_slice(eight.simd(), &sides);
-        let up = eight.splat_vector([0.0, 0.0, 1.0]);
-        eight.normalized_or(&crate::lanes::eight::scaled(&normals, sides), &up)
-    }
-
-    #[inline(always)]
-    fn volume_scales<S: Simd>(
-        &self,
-        eight: crate::lanes::eight::Eight<S>,
-        memory: &LightMemory,
-    ) -> fearless_simd::f32x8<S> {
-        let scale = |lane: usize| {
-            let lane = eight.start() + lane;
-            let [of_shape, of_group] = self.maps(memory, lane);
-            (of_shape.volume_scale() * of_group.volume_scale()) as f32
-        };
-        let scales: [f32; 8] = std::array::from_fn(scale);
-        fearless_simd::f32x8::from_slice(eight.simd(), &scales)
     }
 }

@@ -1,0 +1,219 @@
+//! Where the objects stand that the lanes of a chunk are about.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use crate::compiled::CompiledScene;
+use crate::compiled::compiled_scene::Object;
+use crate::lanes::eight::{Eight, Vectors, scaled};
+use crate::lanes::lane_maps::LaneMaps;
+use crate::math::Affine;
+
+use super::chunk::{CHUNK, Row};
+use super::wave::{NO_INSTANCE, PathHit};
+
+/// Where objects of one class of the traversal stand. Where all lanes have the same, its maps are taken once.
+pub struct Places<'a> {
+    scene: &'a CompiledScene,
+    /// The object, where all lanes have the same.
+    object: Option<&'a Object>,
+    /// Whether the objects have spaces of their own.
+    is_placed: bool,
+    /// Whether none is placed by an instance.
+    is_in_world: bool,
+}
+
+/// Which objects the lanes have, and their times within the shutter.
+pub type Whereabouts<'a> = (&'a [PathHit; CHUNK], &'a Row);
+
+impl<'a> Places<'a> {
+    /// Where the objects of these hits stand.
+    pub fn new(scene: &'a CompiledScene, class: u32, hits: &[PathHit]) -> Self {
+        let first = hits.first().map_or(0, |hit| hit.object);
+        let is_one = hits.iter().all(|hit| hit.object == first);
+        Places {
+            scene,
+            object: is_one.then(|| &scene.objects[first as usize]),
+            is_placed: scene.classes[class as usize].is_placed(),
+            is_in_world: hits.iter().all(|hit| hit.instance == NO_INSTANCE),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a CompiledScene {
+        self.scene
+    }
+
+    /// Whether the objects have spaces of their own.
+    pub fn is_placed(&self) -> bool {
+        self.is_placed
+    }
+
+    /// Whether none is placed by an instance.
+    pub fn is_in_world(&self) -> bool {
+        self.is_in_world
+    }
+
+    fn object_of(&self, hit: &PathHit) -> &Object {
+        &self.scene.objects[hit.object as usize]
+    }
+
+    /// From the world's space to those of the objects' groups.
+    #[inline(always)]
+    pub fn group_inverses<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        (hits, times): Whereabouts<'_>,
+    ) -> LaneMaps<S> {
+        LaneMaps::each(eight, |lane| {
+            let instance = hits[lane].instance;
+            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
+                None => Affine::IDENTITY,
+                Some(placement) => placement.inverse_at(times[lane]),
+            }
+        })
+    }
+
+    /// From the spaces of the objects' groups to the world's.
+    #[inline(always)]
+    fn group_maps<S: Simd>(&self, eight: Eight<S>, (hits, times): Whereabouts<'_>) -> LaneMaps<S> {
+        LaneMaps::each(eight, |lane| {
+            let instance = hits[lane].instance;
+            match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
+                None => Affine::IDENTITY,
+                Some(placement) => placement.map_at(times[lane]),
+            }
+        })
+    }
+
+    /// From the spaces of the objects' groups to their own.
+    #[inline(always)]
+    pub fn inverses<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
+        match self.object {
+            Some(object) => LaneMaps::same(eight, &object.inverse),
+            None => LaneMaps::each(eight, |lane| self.object_of(&hits[lane]).inverse),
+        }
+    }
+
+    /// From the objects' own spaces to those of their groups.
+    #[inline(always)]
+    fn maps<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
+        match self.object {
+            Some(object) => LaneMaps::same(eight, &object.forward),
+            None => LaneMaps::each(eight, |lane| self.object_of(&hits[lane]).forward),
+        }
+    }
+
+    /// Points of the world in the objects' spaces.
+    #[inline(always)]
+    pub fn local_points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        lanes: Whereabouts<'_>,
+        points: &Vectors<S>,
+    ) -> Vectors<S> {
+        let mut points = *points;
+        if !self.is_in_world {
+            points = self.group_inverses(eight, lanes).points(&points);
+        }
+        if self.is_placed {
+            points = self.inverses(eight, lanes).points(&points);
+        }
+        points
+    }
+
+    /// Points of the objects' spaces in the world's.
+    #[inline(always)]
+    pub fn points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        lanes: Whereabouts<'_>,
+        points: &Vectors<S>,
+    ) -> Vectors<S> {
+        let mut points = *points;
+        if self.is_placed {
+            points = self.maps(eight, lanes).points(&points);
+        }
+        if !self.is_in_world {
+            points = self.group_maps(eight, lanes).points(&points);
+        }
+        points
+    }
+
+    /// Vectors of the objects' spaces in the world's.
+    #[inline(always)]
+    pub fn vectors<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        lanes: Whereabouts<'_>,
+        vectors: &Vectors<S>,
+    ) -> Vectors<S> {
+        let mut vectors = *vectors;
+        if self.is_placed {
+            vectors = self.maps(eight, lanes).vectors(&vectors);
+        }
+        if !self.is_in_world {
+            vectors = self.group_maps(eight, lanes).vectors(&vectors);
+        }
+        vectors
+    }
+
+    /// Normals of the objects' spaces in the world's, of any length, on the side that the objects show.
+    #[inline(always)]
+    pub fn normals<S: Simd, const N: usize>(
+        &self,
+        eight: Eight<S>,
+        lanes: Whereabouts<'_>,
+        mut normals: [Vectors<S>; N],
+    ) -> [Vectors<S>; N] {
+        if self.is_placed {
+            let maps = self.inverses(eight, lanes);
+            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+        }
+        let side = self.sides(eight, lanes);
+        normals = normals.map(|normals| scaled(&normals, side));
+        if !self.is_in_world {
+            let maps = self.group_inverses(eight, lanes);
+            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+        }
+        normals
+    }
+
+    /// -1 where an object's normals point the other way, else 1.
+    #[inline(always)]
+    fn sides<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> f32x8<S> {
+        let side = |object: &Object| if object.reverse_orientation { -1.0 } else { 1.0 };
+        match self.object {
+            Some(object) => eight.splat(side(object)),
+            None => numbers(eight, |lane| side(self.object_of(&hits[lane]))),
+        }
+    }
+
+    /// How much larger volumes of the objects' spaces are in the world's.
+    #[inline(always)]
+    pub fn volume_scales<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        (hits, times): Whereabouts<'_>,
+    ) -> f32x8<S> {
+        let own = match self.object {
+            Some(object) => eight.splat(object.volume_scale),
+            None => numbers(eight, |lane| self.object_of(&hits[lane]).volume_scale),
+        };
+        if self.is_in_world {
+            return own;
+        }
+        let of_group = numbers(eight, |lane| {
+            let placement = self.scene.placement(hits[lane].instance);
+            placement.map_or(1.0, |it| it.volume_scale(times[lane]) as f32)
+        });
+        own * of_group
+    }
+}
+
+/// A number for each of eight lanes.
+#[inline(always)]
+fn numbers<S: Simd>(eight: Eight<S>, number: impl Fn(usize) -> f32) -> f32x8<S> {
+    let numbers: [f32; 8] = std::array::from_fn(|lane| number(eight.start() + lane));
+    f32x8::from_slice(eight.simd(), &numbers)
+}
