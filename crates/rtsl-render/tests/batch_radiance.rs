@@ -1,0 +1,251 @@
+//! The batch renderer on scenes whose radiance is known: furnaces, lamps over a floor, images with the same bits
+//! however they are made.
+
+use std::path::{Path, PathBuf};
+
+use rtsl::{Backend, Engine, EngineOptions};
+use rtsl_render::Messages;
+use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
+use rtsl_render::reader::MemoryFiles;
+use rtsl_render::scene::{LoadOptions, load_scene};
+
+/// How a scene is rendered.
+#[derive(Clone, Copy)]
+struct How {
+    backend: Backend,
+    width: u32,
+    threads: usize,
+}
+
+const PLAIN: How = How { backend: Backend::Auto, width: 8, threads: 2 };
+
+fn rendered(text: &str, how: How) -> BatchRendered {
+    let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+    let fail = |messages: Messages| -> ! { panic!("{}", messages.to_text(false)) };
+    let scene = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
+    let scene = scene.unwrap_or_else(|messages| fail(messages)).scene;
+    let options =
+        EngineOptions { backend: how.backend, width: Some(how.width), ..EngineOptions::default() };
+    let (engine, _) = Engine::new(options).expect("the backend is there");
+    let mut warnings = Messages::default();
+    let scene = BatchScene::new(&scene, &engine, &mut warnings, &|_| {});
+    let scene = scene.unwrap_or_else(|messages| fail(messages));
+    let options = BatchOptions { threads: Some(how.threads), ..BatchOptions::default() };
+    render(&scene, options).unwrap_or_else(|messages| fail(messages))
+}
+
+/// A scene of 16 by 16 pixels that a narrow camera sees.
+fn scene(head: &str, world: &str) -> String {
+    format!(
+        "Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16\n{head}\nWorldBegin\n{world}"
+    )
+}
+
+/// The mean of all pixels, and how far it may be off by chance: its standard error, from how far pixels
+/// differ.
+fn mean(rendered: &BatchRendered, channel: usize) -> (f64, f64) {
+    let values = rendered.image.pixels.iter().map(|pixel| f64::from(pixel[channel]));
+    let values: Vec<f64> = values.collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>();
+    (mean, (square / (count - 1.0) / count).sqrt())
+}
+
+/// Checks the mean of the first channel. The camera's pixels must see about the same.
+#[track_caller]
+fn check(text: &str, expected: f64) {
+    let (mean, error) = mean(&rendered(text, PLAIN), 0);
+    // Five standard errors, and the pixels' own differences.
+    let allowed = 5.0 * error + 2e-3 * expected;
+    assert!((mean - expected).abs() < allowed, "{mean} +- {error}, expected {expected}");
+    assert!(error < 0.02 * expected, "{error} says little of {expected}");
+}
+
+const DOWN: &str = "LookAt 0 4 0  0 0 0  0 0 1\nCamera \"Pinhole\" \"float fov\" 1";
+const INTEGRATOR: &str = "Integrator \"path\" \"integer maxdepth\" 8 \"float rrthreshold\" 0\nSampler \"sobol\" \"integer pixelsamples\" 64";
+const FLOOR: &str = "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\nShape \"Plane\"\n";
+
+fn above_floor(world: &str) -> String {
+    scene(&format!("{DOWN}\n{INTEGRATOR}"), &format!("{FLOOR}{world}"))
+}
+
+#[test]
+fn a_floor_under_an_even_sky_reflects_its_part_of_it() {
+    check(&above_floor("LightSource \"infinite\" \"rgb L\" [2 2 2]"), 1.0);
+}
+
+#[test]
+fn a_point_light_lights_by_its_squared_distance() {
+    // Intensity 10 at height 2: irradiance 2.5.
+    let light = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]";
+    // The light is not in the way of the camera: it has no extent.
+    check(&above_floor(light), 0.5 / std::f64::consts::PI * 2.5);
+}
+
+#[test]
+fn two_lights_add_up() {
+    let lights = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]
+        LightSource \"infinite\" \"rgb L\" [2 2 2]";
+    check(&above_floor(lights), 1.0 + 0.5 / std::f64::consts::PI * 2.5);
+}
+
+/// Lamps stand aside of the camera's view, so that it sees the floor: irradiance of a sphere of radiance L and radius r whose
+/// centre is at distance d and cosine c is pi L c (r / d)^2 while all of it is above the floor.
+fn sphere_irradiance(radiance: f64, radius: f64, [x, y]: [f64; 2]) -> f64 {
+    let square = x * x + y * y;
+    std::f64::consts::PI * radiance * (y / square.sqrt()) * radius * radius / square
+}
+
+#[test]
+fn a_spherical_lamp_lights_as_the_solid_angle_says() {
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3]
+        Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+        Translate 1.5 2 0
+        Shape \"sphere\" \"float radius\" 1 AttributeEnd";
+    let expected = 0.5 / std::f64::consts::PI * sphere_irradiance(3.0, 1.0, [1.5, 2.0]);
+    check(&above_floor(lamp), expected);
+}
+
+#[test]
+fn a_lamp_may_be_scaled_unevenly_or_placed_by_an_instance() {
+    let expected = 0.5 / std::f64::consts::PI * sphere_irradiance(3.0, 1.0, [1.5, 2.0]);
+    // A sphere of radius 2, halved, and stretched and squeezed back.
+    let shape = "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3]
+        Material \"diffuse\" \"rgb reflectance\" [0 0 0]";
+    let scaled = format!(
+        "AttributeBegin {shape} Translate 1.5 2 0 Scale 0.5 0.5 0.5 Shape \"sphere\" \"float radius\" 2 AttributeEnd"
+    );
+    check(&above_floor(&scaled), expected);
+    let placed = format!(
+        "ObjectBegin \"lamp\" {shape} Translate 0 2 0 Shape \"sphere\" \"float radius\" 1 ObjectEnd
+        Translate 1.5 0 0 ObjectInstance \"lamp\""
+    );
+    check(&above_floor(&placed), expected);
+    // An ellipsoid and the same as a sphere under an uneven scale light alike.
+    let flat = |shape_text: &str| {
+        let lamp = format!("AttributeBegin {shape} Translate 1.5 2 0 {shape_text} AttributeEnd");
+        mean(&rendered(&above_floor(&lamp), PLAIN), 0).0
+    };
+    let one = flat("Scale 1 0.25 1 Shape \"sphere\" \"float radius\" 1");
+    let other = flat("Scale 2 0.5 2 Shape \"sphere\" \"float radius\" 0.5");
+    assert!((one - other).abs() < 0.01 * one, "{one} {other}");
+}
+
+#[test]
+fn a_disk_lights_what_it_faces() {
+    // Over the middle of a disk of radius r at height h: pi L r^2 / (r^2 + h^2). The camera looks from below it.
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation
+        Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+        Translate 0 5 0 Shape \"Disk\" \"float radius\" 2 AttributeEnd";
+    check(&above_floor(lamp), 0.5 * 3.0 * 4.0 / 29.0);
+}
+
+#[test]
+fn lamps_are_found_by_mirrors_too() {
+    // What a mirror shows is never weighted down.
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation
+        Translate 0 5 0 Shape \"Disk\" \"float radius\" 2 AttributeEnd
+        Material \"Mirror\" \"rgb kr\" [0.5 0.5 0.5]
+        Shape \"Disk\" \"float radius\" 0.5";
+    let text = scene(&format!("{DOWN}\n{INTEGRATOR}"), lamp);
+    check(&text, 1.5);
+}
+
+/// Everything within a closed room emits L and reflects the part r: after n reflections that is L (1 + r + ... + r^n).
+#[test]
+fn a_closed_room_gathers_all_orders() {
+    let text = scene(
+        &format!("Camera \"Pinhole\" \"float fov\" 60\n{INTEGRATOR}"),
+        "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] ReverseOrientation
+        Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
+        Shape \"sphere\" \"float radius\" 3",
+    );
+    let orders = (0..=8).map(|order| 0.5_f64.powi(order)).sum();
+    check(&text, orders);
+}
+
+/// What neither absorbs nor emits is invisible in an even sky.
+#[test]
+fn lossless_materials_vanish_in_a_furnace() {
+    for material in [
+        "Material \"diffuse\" \"rgb reflectance\" [1 1 1]",
+        "Material \"Mirror\" \"rgb kr\" [1 1 1]",
+        "Material \"SchlickDielectric\"",
+        "Material \"Dielectric\"",
+        "Material \"ThinDielectric\"",
+    ] {
+        let text = scene(
+            "LookAt 0 0 -6  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 10
+            Integrator \"path\" \"integer maxdepth\" 64 \"float rrthreshold\" 0
+            Sampler \"sobol\" \"integer pixelsamples\" 16",
+            &format!("LightSource \"infinite\" \"rgb L\" [1 1 1]\n{material}\nShape \"Sphere\""),
+        );
+        check(&text, 1.0);
+    }
+}
+
+/// Roulette changes what pixels look like, but not what they are on average.
+#[test]
+fn roulette_does_not_darken() {
+    let room = |roulette: f32| {
+        let head = format!(
+            "Camera \"Pinhole\" \"float fov\" 60
+            Integrator \"path\" \"integer maxdepth\" 8 \"float rrthreshold\" {roulette}
+            Sampler \"independent\" \"integer pixelsamples\" 256"
+        );
+        scene(
+            &head,
+            "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] ReverseOrientation
+            Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
+            Shape \"sphere\" \"float radius\" 3",
+        )
+    };
+    let [without, with] = [0.0, 1.0].map(|roulette| rendered(&room(roulette), PLAIN));
+    assert!(with.rays.traced < without.rays.traced, "it ends paths");
+    let ((one, _), (other, error)) = (mean(&without, 0), mean(&with, 0));
+    assert!((one - other).abs() < 5.0 * error + 1e-3, "{one} {other} +- {error}");
+}
+
+/// A little of everything: elements and single objects, one material and several, instances, motion, two kinds of
+/// lights, glass and metal.
+const MIXED: &str = "
+    LightSource \"infinite\" \"rgb L\" [0.3 0.4 0.5]
+    LightSource \"point\" \"rgb I\" [10 9 8] \"point3 from\" [2 4 -3]
+    Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
+    Shape \"bilinearmesh\" \"point3 P\" [-5 -1 -5  5 -1 -5  -5 -1 5  5 -1 5]
+    AttributeBegin
+      AreaLightSource \"diffuse\" \"rgb L\" [4 4 4]
+      Translate -1.5 2 0 Scale 1 0.5 1
+      Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 0 1  1 0 1] \"integer indices\" [0 1 2  2 1 3]
+    AttributeEnd
+    Material \"conductor\" \"float roughness\" 0.2
+    Shape \"Sphere\" \"point3 center\" [-1 0 0]
+    ObjectBegin \"ball\"
+      Material \"SchlickDielectric\"
+      Scale 1 1.2 1
+      Shape \"Sphere\" \"float radius\" 0.8
+    ObjectEnd
+    AttributeBegin Translate 1 0 0 ObjectInstance \"ball\" AttributeEnd
+    AttributeBegin
+      ActiveTransform EndTime Translate 0.3 0 0 ActiveTransform All
+      Translate 0 0.2 -2 ObjectInstance \"ball\"
+    AttributeEnd";
+
+#[test]
+fn images_have_the_same_bits_however_they_are_made() {
+    let head = "LookAt 0 1 -6  0 0 0  0 1 0\nCamera \"ThinLens\" \"float fov\" 40 \"float lensRadius\" 0.05
+        Integrator \"path\" \"integer maxdepth\" 4\nSampler \"sobol\" \"integer pixelsamples\" 20";
+    let text = scene(head, MIXED);
+    let bits = |how: How| {
+        let rendered = rendered(&text, how);
+        let pixels = rendered.image.pixels.into_iter().flatten();
+        (pixels.map(f32::to_bits).collect::<Vec<u32>>(), rendered.rays)
+    };
+    let reference = bits(How { backend: Backend::Interpreter, width: 1, threads: 1 });
+    assert!(reference.0.iter().any(|bits| *bits != 0));
+    for (width, threads) in [(1, 2), (4, 1), (8, 1), (8, 3), (16, 2)] {
+        let how = How { backend: Backend::Auto, width, threads };
+        assert!(bits(how) == reference, "width {width}, {threads} threads");
+    }
+}
