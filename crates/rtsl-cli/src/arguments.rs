@@ -39,6 +39,8 @@ pub enum Command {
     Build(crate::commands::build::BuildArguments),
     /// Run one method on values given here and print what it sets.
     Eval(crate::commands::eval::EvalArguments),
+    /// Check what classes promise to renderers: is the density the sampler's, do bounds hold, is energy conserved?
+    Test(crate::commands::test::TestArguments),
     /// Measure how long methods take per ray, for each shape and width.
     Bench(crate::commands::bench::BenchArguments),
     /// Render a scene to a picture.

@@ -1,4 +1,4 @@
-//! The `rtsl` command: a thin shell over the crates `rtsl` and `rtsl-render`.
+//! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract` and `rtsl-render`.
 //!
 //! Exit codes: 0 done; 1 the input is at fault, and diagnostics say why; 2 wrong usage. Diagnostics
 //! go to standard error, results to standard output or to the file that `-o` names.
@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::run(&arguments, &reporter),
         Command::Build(arguments) => commands::build::run(&arguments, &reporter),
         Command::Eval(arguments) => commands::eval::run(&arguments, &reporter),
+        Command::Test(arguments) => commands::test::run(&arguments, &reporter),
         Command::Bench(arguments) => commands::bench::run(&arguments, &reporter),
         Command::Render(arguments) => commands::render::run(&arguments, &reporter),
         Command::View(arguments) => commands::view::run(&arguments, &reporter),

@@ -328,6 +328,38 @@ fn bench(folder: &Folder, arguments: &[&str]) -> Vec<serde_json::Value> {
 }
 
 #[test]
+fn test_tells_which_contracts_are_broken() {
+    let folder = Folder::new("test");
+    let slope = "class Slope : rt_Texture; public float steep = 1.0;
+        void lookup() { rt_TextureColor = color(steep * rt_TextureUV.x / rt_TextureUV.y); }";
+    folder.write("slope.rtsl", slope);
+    let ran = folder.run(&["test", "slope.rtsl", "--param", "steep=2"]).exits(INPUT_AT_FAULT);
+    assert_eq!(ran.errors(), "error: 1 contract is broken\n");
+    ran.prints(expect![[r#"
+        Slope (texture), steep=2
+          BROKEN  values are numbers, whatever the filter
+                  lookup gives colour [NaN, NaN, NaN] and value NaN
+                  (5705 of 20480 tests)
+                  try: rtsl eval slope.rtsl lookup --param 'steep=2' --state rt_TextureUV=0,-0
+                  look at: divisions by rt_du and rt_dv, which may be 0, and numbers far from 0
+          -       wide filters tend to the mean: the texture does not filter: wide lookups are as narrow ones
+          held    results have the same bits at every width
+          held    every call comes to its end
+
+    "#]]);
+    let ran = folder.run(&["test", "slope.rtsl", "--json"]).exits(INPUT_AT_FAULT);
+    let report: serde_json::Value = serde_json::from_str(&ran.output()).unwrap();
+    assert_eq!((&report["class"], &report["holds"]), (&"Slope".into(), &false.into()));
+    assert_eq!(report["contracts"][0]["outcome"], "broken");
+
+    folder.write("flat.rtsl", slope.replace("/ rt_TextureUV.y", ""));
+    folder.run(&["test", "flat.rtsl"]).exits(DONE);
+    folder.run(&["test", "flat.rtsl", "--samples", "1"]).exits(WRONG_USAGE);
+    folder.run(&["test", "flat.rtsl", "--param", "flat=1"]).fails_with("E0502");
+    folder.run(&["test", "none.rtsl"]).fails_with("E0601");
+}
+
+#[test]
 fn bench_measures_every_width() {
     let folder = Folder::new("bench");
     folder.write("rare.rtsl", RARE);

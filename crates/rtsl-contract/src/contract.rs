@@ -78,6 +78,11 @@ pub enum Contract {
 }
 
 impl Contract {
+    /// A name for programs, such as `ScatteredIntegral`.
+    pub fn name(self) -> String {
+        format!("{self:?}")
+    }
+
     /// What is promised, in a few words.
     pub const fn promise(self) -> &'static str {
         match self {

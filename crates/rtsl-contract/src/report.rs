@@ -81,29 +81,30 @@ impl fmt::Display for Report {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let promise = self.contract.promise();
-        match &self.outcome {
-            Outcome::Held(None) => writeln!(f, "  held    {promise}"),
-            Outcome::Held(Some(note)) => writeln!(f, "  held    {promise}: {note}"),
-            Outcome::NotApplicable(reason) => writeln!(f, "  -       {promise}: {reason}"),
-            Outcome::Broken(failure) => {
-                writeln!(f, "  BROKEN  {promise}")?;
-                write!(f, "{failure}")?;
-                writeln!(f, "          look at: {}", self.contract.hint())
-            }
-        }
+        f.write_str(
+            &self.to_text(&|inputs| format!("inputs of {}: {inputs}", inputs.method.name())),
+        )
     }
 }
 
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "          {}", self.message)?;
-        writeln!(f, "          ({} of {} tests)", self.broken, self.tested)?;
-        match &self.inputs {
-            Some(inputs) if !inputs.state.is_empty() => {
-                writeln!(f, "          inputs of {}: {inputs}", inputs.method.name())
+impl Finding {
+    /// The lines of a report; `show` says how to repeat a call that shows a failure.
+    pub fn to_text(&self, show: &dyn Fn(&Inputs) -> String) -> String {
+        let promise = self.contract.promise();
+        match &self.outcome {
+            Outcome::Held(None) => format!("  held    {promise}\n"),
+            Outcome::Held(Some(note)) => format!("  held    {promise}: {note}\n"),
+            Outcome::NotApplicable(reason) => format!("  -       {promise}: {reason}\n"),
+            Outcome::Broken(failure) => {
+                let hint = self.contract.hint();
+                let Failure { message, inputs, broken, tested } = failure;
+                let inputs = inputs.as_ref().filter(|inputs| !inputs.state.is_empty());
+                let inputs = inputs.map(|inputs| format!("          {}\n", show(inputs)));
+                let inputs = inputs.unwrap_or_default();
+                format!(
+                    "  BROKEN  {promise}\n          {message}\n          ({broken} of {tested} tests)\n{inputs}          look at: {hint}\n"
+                )
             }
-            Some(_) | None => Ok(()),
         }
     }
 }

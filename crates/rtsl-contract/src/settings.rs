@@ -50,16 +50,16 @@ impl std::fmt::Display for Setting {
 }
 
 /// The defaults; then all numbers with a range at its least, in its middle, at its greatest; then numbers
-/// at random, with bools. What refers to shaders and may not be left unset refers to simple ones.
-pub fn settings(class: &Class) -> Vec<Setting> {
+/// at random, with bools. Parameters that are `given` are left alone. What refers to shaders and may not be left unset refers to simple ones.
+pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     let references = references(class);
     let of = |shown: Vec<(String, String)>, values: Vec<(String, Value)>| {
         let arguments = values.into_iter().chain(references.iter().cloned()).collect();
         Setting { shown, arguments }
     };
     let mut all = vec![of(Vec::new(), Vec::new())];
-    let ranged: Vec<_> =
-        class.parameters.iter().filter_map(|it| Some((it, Range::of(it)?))).collect();
+    let free = class.parameters.iter().filter(|it| !given.contains(&it.name.as_str()));
+    let ranged: Vec<_> = free.filter_map(|it| Some((it, Range::of(it)?))).collect();
     if ranged.is_empty() {
         return all;
     }

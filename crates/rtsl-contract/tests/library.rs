@@ -29,7 +29,7 @@ fn check_role(role: Role, options: &Options) {
     let mut all = String::new();
     for class in classes(role) {
         let mut program = None;
-        for setting in settings(&class) {
+        for setting in settings(&class, &[]) {
             for (index, given) in table(&class.name).into_iter().enumerate() {
                 let name = format!("{} with {setting}, row {index} of the table", class.name);
                 let instance = setting

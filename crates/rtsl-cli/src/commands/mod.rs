@@ -8,6 +8,7 @@ pub mod explain;
 pub mod help;
 pub mod info;
 pub mod render;
+pub mod test;
 pub mod view;
 
 use std::path::Path;
@@ -93,8 +94,13 @@ pub fn instance(
     unit: &Unit,
 ) -> Result<Arc<Instance>, Failure> {
     let params = params.iter().map(|(name, value)| (name, value));
-    make_instance(class, unit, params).map_err(|error| match error {
+    make_instance(class, unit, params).map_err(value_failure)
+}
+
+/// Why a command ends that was given such a value.
+fn value_failure(error: ValueError) -> Failure {
+    match error {
         ValueError::Malformed(message) => Failure::Usage(message),
         ValueError::Instance(diagnostics) => Failure::Diagnostics(diagnostics),
-    })
+    }
 }

@@ -11,4 +11,4 @@ pub use lines::answer_lines;
 pub use request::{Answer, Request};
 pub use run::role_of;
 pub use session::{Evaluation, Session};
-pub use values::{Lanes, ValueError, make_instance, parse_state};
+pub use values::{Lanes, ValueError, make_instance, parse_state, parse_value};

@@ -1,0 +1,233 @@
+//! `rtsl test`: whether classes keep what they promise to renderers.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use rtsl::{Class, Engine, EngineOptions, Instance, Unit, Value};
+use rtsl_contract::{Finding, Inputs, Options, Outcome as Found, Report, Setting, check, settings};
+use serde_json::Value as JsonValue;
+
+use super::eval::parse_setting;
+use super::{CommandResult, Failure, Outcome, compile_file, compiler, engine, value_failure};
+use crate::arguments::{EngineArguments, SearchPath};
+use crate::eval::parse_value;
+use crate::files::write_result;
+use crate::json::Json;
+use crate::report::Reporter;
+
+/// The command line of `rtsl test`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Each class is checked with its defaults, and with numbers spread over the ranges that its annotations give.
+What it refers to and must have is simple: a grey texture, a matte material.
+
+Example: is the density of this material that of its samples, and does it reflect too much?
+    rtsl test velvet.rtsl --param sharpness=8")]
+pub struct TestArguments {
+    /// The shader.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Check this class only.
+    #[arg(long)]
+    class: Option<String>,
+    /// A parameter of all instances; may be repeated. Values are as those of `rtsl eval`.
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    params: Vec<(String, JsonValue)>,
+    /// Samples for each test of a distribution: four times as many find deviations half as large.
+    #[arg(long, default_value_t = Options::default().samples, value_parser = clap::value_parser!(u32).range(1000..=10_000_000))]
+    samples: u32,
+    /// Chooses the random numbers.
+    #[arg(long, default_value_t = Options::default().seed)]
+    seed: u64,
+    /// Print one JSON object a line for each instance.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    engine: EngineArguments,
+    #[command(flatten)]
+    search_path: SearchPath,
+}
+
+/// Checks the classes of the file, one after the other.
+pub fn run(arguments: &TestArguments, reporter: &Reporter) -> CommandResult {
+    let compiler = compiler(&arguments.search_path);
+    let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
+        return Ok(Outcome::InputAtFault);
+    };
+    let classes: Vec<&Arc<Class>> = match &arguments.class {
+        Some(name) => vec![unit.class(name)?],
+        None => unit.classes().iter().collect(),
+    };
+    let usual = rtsl_contract::engine_options();
+    let options = EngineOptions {
+        loop_budget: usual.loop_budget,
+        optimization: usual.optimization,
+        ..arguments.engine.options()
+    };
+    let tests = Tests { arguments, unit: &unit, engine: engine(options, reporter)? };
+    let mut broken = 0;
+    for class in &classes {
+        broken += tests.check_class(class)?;
+    }
+    if broken == 0 {
+        return Ok(Outcome::Done);
+    }
+    let plural = if broken == 1 { "contract is" } else { "contracts are" };
+    reporter.message("error", &format!("{broken} {plural} broken"));
+    Ok(Outcome::InputAtFault)
+}
+
+struct Tests<'a> {
+    arguments: &'a TestArguments,
+    unit: &'a Unit,
+    engine: Engine,
+}
+
+/// A class, how it is set, and what was found.
+struct Checked<'a> {
+    class: &'a Class,
+    setting: &'a Setting,
+    report: Report,
+}
+
+impl Tests<'_> {
+    /// Checks all settings of a class; gives how many contracts are broken.
+    fn check_class(&self, class: &Arc<Class>) -> Result<usize, Failure> {
+        let given = self.given(class)?;
+        let mut broken = 0;
+        // Keeps the code from setting to setting.
+        let mut program = None;
+        for (index, setting) in self.settings(class).iter().enumerate() {
+            let instance = setting
+                .instance(class, &given)
+                .map_err(|problems| Failure::Diagnostics(problems.into_vec()))?;
+            program.get_or_insert_with(|| self.engine.program(&instance));
+            let report = self.check(&instance, index == 0)?;
+            broken += report.broken().count();
+            let checked = Checked { class, setting, report };
+            let text = if self.arguments.json {
+                self.json_line(&checked)
+            } else {
+                self.text(&checked, index == 0)
+            };
+            write_result(None, text.as_bytes())?;
+        }
+        Ok(broken)
+    }
+
+    /// Code does not depend on parameters, so the first instance's bits speak for all.
+    fn check(&self, instance: &Arc<Instance>, compare_bits: bool) -> Result<Report, Failure> {
+        let TestArguments { samples, seed, .. } = *self.arguments;
+        Ok(check(&self.engine, instance, &Options { samples, seed, compare_bits })?)
+    }
+
+    /// The parameters of the command line that the class has, and those that no class has: it says so.
+    fn given(&self, class: &Class) -> Result<Vec<(String, Value)>, Failure> {
+        let has = |class: &Class, name: &str| class.parameters.iter().any(|it| it.name == name);
+        let is_wanted = |name: &str| {
+            let is_others = self.unit.classes().iter().any(|other| has(other, name));
+            has(class, name) || self.arguments.class.is_some() || !is_others
+        };
+        let wanted = self.arguments.params.iter().filter(|(name, _)| is_wanted(name));
+        let values = wanted.map(|(name, json)| {
+            Ok((name.clone(), parse_value(json, self.unit).map_err(value_failure)?))
+        });
+        values.collect()
+    }
+
+    /// The settings of a class without what the command line sets.
+    fn settings(&self, class: &Class) -> Vec<Setting> {
+        let names: Vec<&str> = self.arguments.params.iter().map(|(name, _)| &**name).collect();
+        settings(class, &names)
+    }
+
+    /// All findings of the first setting; of the others what is broken.
+    fn text(&self, checked: &Checked<'_>, is_first: bool) -> String {
+        let Checked { class, setting, report } = checked;
+        let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
+        let own = setting.shown.iter().map(|(name, value)| format!("{name}={value}"));
+        let shown: Vec<String> = self.shown_params().chain(own).collect();
+        let shown = if shown.is_empty() { "defaults".to_owned() } else { shown.join(" ") };
+        let mut text = format!("{} ({}), {shown}\n", class.name, roles.join(", "));
+        let is_shown = |finding: &&Finding| is_first || matches!(finding.outcome, Found::Broken(_));
+        for finding in report.findings.iter().filter(is_shown) {
+            text += &finding.to_text(&|inputs| self.command(checked, inputs));
+        }
+        if !is_first {
+            let is_held = |finding: &&Finding| matches!(finding.outcome, Found::Held(_));
+            let held = report.findings.iter().filter(is_held).count();
+            text += &format!("  held    {held} contracts\n");
+        }
+        text + "\n"
+    }
+
+    /// The parameters of the command line, as they are written there.
+    fn shown_params(&self) -> impl Iterator<Item = String> {
+        self.arguments.params.iter().map(|(name, value)| format!("{name}={value}"))
+    }
+
+    /// The command that repeats a call.
+    fn command(&self, checked: &Checked<'_>, inputs: &Inputs) -> String {
+        let Checked { class, setting, .. } = checked;
+        let file = self.arguments.file.display();
+        let mut command = format!("try: rtsl eval {file} {}", inputs.method.name());
+        if self.unit.classes().len() > 1 {
+            let _ = write!(command, " --class {}", class.name);
+        }
+        for param in self.shown_params() {
+            let _ = write!(command, " --param '{param}'");
+        }
+        for (name, value) in &setting.shown {
+            let _ = write!(command, " --param {name}={value}");
+        }
+        for state in inputs.to_string().split_whitespace() {
+            let _ = write!(command, " --state {state}");
+        }
+        command
+    }
+
+    fn json_line(&self, checked: &Checked<'_>) -> String {
+        let Checked { class, setting, report } = checked;
+        let text = |it: &str| Json::Text(it.to_owned());
+        let shown = setting.shown.iter().map(|(name, value)| (name.clone(), text(value)));
+        let fields = vec![
+            ("class".to_owned(), text(&class.name)),
+            ("setting".to_owned(), Json::Object(shown.collect())),
+            ("holds".to_owned(), Json::Bool(report.holds())),
+            (
+                "contracts".to_owned(),
+                Json::List(report.findings.iter().map(json_finding).collect()),
+            ),
+        ];
+        serde_json::to_string(&Json::Object(fields)).unwrap_or_default() + "\n"
+    }
+}
+
+fn json_finding(finding: &Finding) -> Json {
+    let text = |it: &str| Json::Text(it.to_owned());
+    let (outcome, message) = match &finding.outcome {
+        Found::Held(note) => ("held", note.as_deref()),
+        Found::Broken(failure) => ("broken", Some(failure.message.as_str())),
+        Found::NotApplicable(reason) => ("not applicable", Some(reason.as_str())),
+    };
+    let mut fields = vec![
+        ("contract", text(&finding.contract.name())),
+        ("promise", text(finding.contract.promise())),
+        ("outcome", text(outcome)),
+    ];
+    fields.extend(message.map(|message| ("message", text(message))));
+    if let Found::Broken(failure) = &finding.outcome {
+        fields.push(("broken", Json::Integer(failure.broken as i64)));
+        fields.push(("tested", Json::Integer(failure.tested as i64)));
+        if let Some(inputs) = &failure.inputs {
+            fields.push(("method", text(inputs.method.name())));
+            let state = inputs.state.iter().map(|(name, values)| {
+                (name.to_string(), Json::List(values.iter().map(|it| Json::Float(*it)).collect()))
+            });
+            fields.push(("state", Json::Object(state.collect())));
+        }
+    }
+    Json::Object(fields.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+}
