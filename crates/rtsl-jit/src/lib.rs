@@ -7,6 +7,8 @@
 //! a [`Module`] owns the code. [`CompiledKernel::compile`] does all of it for packet kernels, and what it
 //! gives can be called: no way leads there from text.
 //!
+//! [`Denoiser`] loads another library at run time, that of Open Image Denoise, which renderers finish pictures with.
+//!
 //! This is the one crate of the compiler that holds `unsafe`. It must not know the language,
 //! the single-ray IR's operations or how packet code is made: it knows the form of a call
 //! and text that LLVM reads.
@@ -18,6 +20,7 @@ mod callbacks;
 mod chunk_stack;
 mod compile;
 mod components;
+mod denoiser;
 mod error;
 mod huge_pages;
 mod instance;
@@ -41,6 +44,7 @@ mod worker;
 pub use call::{CallArguments, CallStatus, Instances};
 pub use compile::OptLevel;
 pub use components::ComponentSet;
+pub use denoiser::{Denoiser, DenoiserError, DenoiserInput};
 pub use error::{JitError, LlvmError, LlvmVersion};
 pub use huge_pages::{in_huge_pages, with_capacity_in_huge_pages};
 pub use instance::{BoundBuffer, BufferEntry, InstanceBlock};

@@ -194,6 +194,7 @@ diagnostics! {
     E0701 NO_LLVM "machine code is asked for and there is no LLVM";
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";
+    E0704 NO_DENOISER "a picture that cannot be denoised";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
     W0025 EXTRA_DIRECTIVE_TEXT "text after a directive";

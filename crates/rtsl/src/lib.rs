@@ -73,9 +73,9 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallStatus, ComponentSet, InstanceBlock, Instances, LaneBlock, LaneIndices,
-    LaneMask, LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
-    in_huge_pages, prefetch,
+    CallArguments, CallStatus, ComponentSet, Denoiser, DenoiserError, DenoiserInput, InstanceBlock,
+    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Llvm, LlvmError,
+    ObjectRow, Objects, OptLevel, Target, in_huge_pages, prefetch,
 };
 pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};

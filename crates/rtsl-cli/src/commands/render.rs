@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use rtsl::{Denoiser, Diagnostic};
 use rtsl_render::film::{
     Aov, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions, ViewTransform,
-    check_writable, write_image_with,
+    check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
 use rtsl_render::{Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene};
 
@@ -64,6 +65,10 @@ pub struct RenderArguments {
     /// How linear colours become those of a PNG.
     #[arg(long, value_enum, default_value_t = View::Standard)]
     view: View,
+    /// Take the noise out of the picture with Open Image Denoise, where that is installed; `--aov albedo,normal`
+    /// helps it to keep edges and textures. What comes out depends on the library and the machine.
+    #[arg(long)]
+    denoise: bool,
     /// The precision of colours in an EXR. All else in it is float.
     #[arg(long, value_enum, default_value_t = Precision::Float)]
     exr: Precision,
@@ -136,6 +141,11 @@ impl From<Precision> for ExrPrecision {
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     check_output(&arguments.output)?;
+    // Before the work, not after it.
+    let denoiser = match arguments.denoise.then(Denoiser::load).transpose() {
+        Ok(denoiser) => denoiser,
+        Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
+    };
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
     let request = RenderRequest {
@@ -156,7 +166,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     };
     let rendered = render_scene(&request);
     bar.clear();
-    let rendered = match rendered {
+    let mut rendered = match rendered {
         Ok(rendered) => rendered,
         Err(messages) => {
             report(&messages, reporter);
@@ -164,16 +174,29 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         }
     };
     report(&rendered.warnings, reporter);
+    let mut outcome = Outcome::Done;
+    if let Some(denoiser) = &denoiser {
+        match denoised(denoiser, &rendered.image, &rendered.aovs) {
+            Ok(image) => rendered.image = image,
+            // The render is not lost for it.
+            Err(error) => outcome = refused(denoiser_diagnostic(&error), reporter),
+        }
+    }
     let options = image_options(arguments, &rendered);
     let written = write_image_with(&rendered.image, &rendered.aovs, &arguments.output, &options);
     if let Err(error) = written {
-        report(&Messages::one(error.diagnostic()), reporter);
-        return Ok(Outcome::InputAtFault);
+        return Ok(refused(error.diagnostic(), reporter));
     }
     if let Some(path) = &arguments.stats {
         write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
+}
+
+/// Says what is wrong.
+fn refused(diagnostic: Diagnostic, reporter: &Reporter) -> Outcome {
+    report(&Messages::one(diagnostic), reporter);
+    Outcome::InputAtFault
 }
 
 /// How the picture is written.

@@ -1,6 +1,7 @@
 //! The image: linear colours while it is made, PNG (as a screen shows it) or EXR (linear) when it is kept.
 
 mod aov;
+mod denoise;
 mod exr_file;
 mod file;
 mod heat;
@@ -10,6 +11,7 @@ mod srgb;
 mod view_transform;
 
 pub use aov::{Aov, AovImage};
+pub use denoise::{DENOISER_AOVS, denoised, denoiser_diagnostic};
 pub use exr_file::{ExrOptions, ExrPrecision};
 pub use file::{
     ImageError, ImageFormat, ImageOptions, check_writable, write_image, write_image_with,

@@ -1,0 +1,88 @@
+//! The functions of Open Image Denoise that are used: those that are the same in versions 1 and 2, and two that
+//! changed their names.
+
+use std::ffi::{c_char, c_int, c_void};
+
+use libloading::Library;
+
+/// `OIDNDevice`
+#[repr(C)]
+pub struct DeviceHandle {
+    _opaque: [u8; 0],
+}
+
+/// `OIDNFilter`
+#[repr(C)]
+pub struct FilterHandle {
+    _opaque: [u8; 0],
+}
+
+/// `OIDN_DEVICE_TYPE_CPU`
+pub const CPU_DEVICE: c_int = 1;
+/// `OIDN_FORMAT_FLOAT3`
+pub const FLOAT3: c_int = 3;
+
+/// An image of a filter: its name, its pixels, their format, columns, rows, and the bytes before, from pixel to pixel
+/// and from row to row, where 0 means no gaps.
+type SetImage = unsafe extern "C" fn(
+    *mut FilterHandle,
+    *const c_char,
+    *mut c_void,
+    c_int,
+    usize,
+    usize,
+    usize,
+    usize,
+    usize,
+);
+
+/// Pointers to the functions.
+pub struct Api {
+    pub new_device: unsafe extern "C" fn(c_int) -> *mut DeviceHandle,
+    pub commit_device: unsafe extern "C" fn(*mut DeviceHandle),
+    pub release_device: unsafe extern "C" fn(*mut DeviceHandle),
+    pub device_int: unsafe extern "C" fn(*mut DeviceHandle, *const c_char) -> c_int,
+    pub device_error: unsafe extern "C" fn(*mut DeviceHandle, *mut *const c_char) -> c_int,
+    pub new_filter: unsafe extern "C" fn(*mut DeviceHandle, *const c_char) -> *mut FilterHandle,
+    pub set_image: SetImage,
+    pub set_bool: unsafe extern "C" fn(*mut FilterHandle, *const c_char, bool),
+    pub commit_filter: unsafe extern "C" fn(*mut FilterHandle),
+    pub execute_filter: unsafe extern "C" fn(*mut FilterHandle),
+    pub release_filter: unsafe extern "C" fn(*mut FilterHandle),
+}
+
+impl Api {
+    /// Looks every function up; the error names the first that is missing.
+    pub fn resolve(library: &Library) -> Result<Api, &'static str> {
+        // Safety: the types are those of the library's headers for these names, and it is never unloaded once all
+        // are found.
+        unsafe {
+            Ok(Api {
+                new_device: find(library, &["oidnNewDevice"])?,
+                commit_device: find(library, &["oidnCommitDevice"])?,
+                release_device: find(library, &["oidnReleaseDevice"])?,
+                device_int: find(library, &["oidnGetDeviceInt", "oidnGetDevice1i"])?,
+                device_error: find(library, &["oidnGetDeviceError"])?,
+                new_filter: find(library, &["oidnNewFilter"])?,
+                set_image: find(library, &["oidnSetSharedFilterImage"])?,
+                set_bool: find(library, &["oidnSetFilterBool", "oidnSetFilter1b"])?,
+                commit_filter: find(library, &["oidnCommitFilter"])?,
+                execute_filter: find(library, &["oidnExecuteFilter"])?,
+                release_filter: find(library, &["oidnReleaseFilter"])?,
+            })
+        }
+    }
+}
+
+/// The first function of these names.
+///
+/// # Safety
+/// Each has the type `T`, and the library stays.
+unsafe fn find<T: Copy>(library: &Library, names: &[&'static str]) -> Result<T, &'static str> {
+    names
+        .iter()
+        // Safety: as the caller says.
+        .find_map(|name| unsafe { library.get::<T>(name.as_bytes()) }.ok())
+        .map(|function| *function)
+        .ok_or(names[0])
+}
