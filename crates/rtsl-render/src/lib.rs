@@ -23,6 +23,7 @@ pub mod request;
 pub mod sampling;
 pub mod scene;
 pub mod session;
+pub mod spectrum;
 pub mod statistics;
 pub(crate) mod tiles;
 

@@ -20,7 +20,7 @@ pub use file::{
 pub use heat::HeatScale;
 pub(crate) use heat::logarithm;
 pub use metadata::ImageMetadata;
-pub use srgb::SrgbEncoder;
+pub use srgb::{SrgbEncoder, decode as srgb_decode};
 pub use view_transform::{ViewEncoder, ViewTransform};
 
 use crate::math::power_of_two;

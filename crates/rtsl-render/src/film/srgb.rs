@@ -30,8 +30,8 @@ impl Default for SrgbEncoder {
     }
 }
 
-/// The linear value of an encoded value in [0,1].
-fn decode(encoded: f64) -> f64 {
+/// The linear value of an encoded value from 0 to 1.
+pub fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { power_12_5((encoded + 0.055) / 1.055) }
 }
 

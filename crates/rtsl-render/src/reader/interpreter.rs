@@ -16,9 +16,10 @@ use crate::scene::{
 use super::current_transform::{ActiveTimes, CurrentTransform};
 use super::directive::Keyword;
 use super::files::{FileSource, resolve};
-use super::parameter::{ParameterType, Values};
+use super::parameter::{COLOR, Parameter, ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
 
+use super::spectra;
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
 
 /// Includes nest no deeper.
@@ -435,7 +436,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn attribute(&mut self, command: Command) -> Executed {
+    fn attribute(&mut self, mut command: Command) -> Executed {
         let target = first_text(&command);
         let kind = match target.text.as_str() {
             "shape" => EntityKind::Shape,
@@ -447,6 +448,7 @@ impl<'a> Interpreter<'a> {
                 return Err(unknown_name("target of `Attribute`", target, known));
             }
         };
+        self.convert_spectra(kind, &mut command.parameters);
         let list = Rc::make_mut(self.state.defaults.entry(kind).or_default());
         list.extend(command.parameters);
         let values: usize = list.iter().map(|parameter| parameter.values.len()).sum();
@@ -627,6 +629,7 @@ impl<'a> Interpreter<'a> {
     /// Makes an entity whose class is the command's first quoted string.
     fn add(&mut self, kind: EntityKind, command: Command) -> EntityId {
         let mut parameters = command.parameters;
+        self.convert_spectra(kind, &mut parameters);
         if let Some(defaults) = self.state.defaults.get(&kind) {
             let given: BTreeSet<String> =
                 parameters.iter().map(|parameter| parameter.name.clone()).collect();
@@ -653,6 +656,20 @@ impl<'a> Interpreter<'a> {
             end_transform: self.state.transform.end(),
         });
         EntityId(self.description.entities.len() - 1)
+    }
+
+    /// Makes colours of spectra; of those that are none, which is reported, a grey.
+    fn convert_spectra(&mut self, kind: EntityKind, parameters: &mut [Parameter]) {
+        let emits = matches!(kind, EntityKind::Light | EntityKind::AreaLight);
+        // Paths are relative to the folder of the scene, also in a file that the scene includes.
+        let scene = self.open_files.first().map_or(Path::new(""), PathBuf::as_path);
+        for parameter in parameters {
+            if let Err(diagnostic) = spectra::convert(parameter, emits, scene, self.files) {
+                parameter.kind = COLOR;
+                parameter.values = Values::Numbers(vec![0.5]);
+                self.diagnostics.push(*diagnostic);
+            }
+        }
     }
 
     fn resolve_materials(&mut self) {

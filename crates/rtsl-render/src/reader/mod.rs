@@ -28,6 +28,7 @@ mod lexer;
 mod parameter;
 mod parser;
 mod recorded_files;
+mod spectra;
 mod state;
 
 pub use files::{DiskFiles, FileSource, MemoryFiles, SceneFiles, resolve};

@@ -109,6 +109,10 @@ pub enum ParameterType {
         /// Whether it is a colour.
         color: bool,
     },
+    /// `spectrum`: a colour, wavelengths and values in turn, or a name. The reader makes colours of them.
+    Spectrum,
+    /// `blackbody`: a temperature in kelvin. The reader makes a colour of it.
+    Blackbody,
     /// `string`
     Text,
     /// `texture`, `material`, ...: the name of another part of the scene.
@@ -121,7 +125,8 @@ const fn numeric(component: Component, count: usize) -> ParameterType {
     ParameterType::Numeric { component, count, color: false }
 }
 
-const COLOR: ParameterType =
+/// Linear red, green and blue.
+pub const COLOR: ParameterType =
     ParameterType::Numeric { component: Component::Float, count: 3, color: true };
 
 /// Every type name, the format's own first, then RTSL's.
@@ -132,7 +137,8 @@ const TYPES: &[(&str, ParameterType)] = &[
     ("string", ParameterType::Text),
     ("rgb", COLOR),
     ("color", COLOR),
-    ("spectrum", COLOR),
+    ("spectrum", ParameterType::Spectrum),
+    ("blackbody", ParameterType::Blackbody),
     ("point2", numeric(Component::Float, 2)),
     ("vector2", numeric(Component::Float, 2)),
     ("point", numeric(Component::Float, 3)),

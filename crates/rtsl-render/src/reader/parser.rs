@@ -11,6 +11,7 @@ use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, mos
 use super::directive::{Keyword, Operands, directive, directive_words};
 use super::lexer::{Lexer, Token, TokenKind};
 use super::parameter::{Parameter, ParameterType, Values, parameter_type, parameter_type_words};
+use super::spectra::is_color;
 
 /// A directive with all that belongs to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -377,14 +378,27 @@ fn check_values(
                 .and_then(|()| list.iter().try_for_each(|value| check_range(*component, *value)))
                 .or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
-        (ParameterType::Numeric { color: true, .. }, Values::Texts(_)) => wrong(format!(
-            "`{name}` is given by the name of a spectrum, which is not supported: give three numbers"
-        )),
         (ParameterType::Numeric { .. }, other) => {
             wrong(format!("`{name}` takes numbers, found {}", other.description()))
         }
-        (ParameterType::Text | ParameterType::Reference(_), Values::Texts(_)) => Ok(()),
+        (
+            ParameterType::Text | ParameterType::Spectrum | ParameterType::Reference(_),
+            Values::Texts(_),
+        ) => Ok(()),
         (ParameterType::Given, _) => Ok(()),
+        (ParameterType::Spectrum, Values::Numbers(list)) => {
+            let groups = if is_color(list) { Ok(()) } else { check_groups(2, list.len()) };
+            groups
+                .and_then(|()| check_floats(list))
+                .or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        (ParameterType::Blackbody, Values::Numbers(list)) if list.len() == 1 && list[0] > 0.0 => {
+            check_floats(list).or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        (ParameterType::Blackbody, _) => wrong(format!("`{name}` takes one temperature in kelvin")),
+        (ParameterType::Spectrum, Values::Booleans(_)) => {
+            wrong(format!("`{name}` takes numbers or a name, found truth values"))
+        }
         (ParameterType::Text | ParameterType::Reference(_), other) => {
             wrong(format!("`{name}` takes quoted strings, found {}", other.description()))
         }
@@ -399,6 +413,10 @@ fn check_groups(count: usize, length: usize) -> Result<(), String> {
     } else {
         Ok(())
     }
+}
+
+fn check_floats(list: &[f64]) -> Result<(), String> {
+    list.iter().try_for_each(|value| check_range(super::parameter::Component::Float, *value))
 }
 
 fn check_range(component: super::parameter::Component, value: f64) -> Result<(), String> {

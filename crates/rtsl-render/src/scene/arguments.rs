@@ -126,7 +126,10 @@ fn constant_color(parameter: &Parameter) -> Option<[f32; 3]> {
     let numeric = match parameter.kind {
         ParameterType::Numeric { component, .. } => component != Component::Bool,
         ParameterType::Given => true,
-        ParameterType::Text | ParameterType::Reference(_) => false,
+        ParameterType::Spectrum
+        | ParameterType::Blackbody
+        | ParameterType::Text
+        | ParameterType::Reference(_) => false,
     };
     match &parameter.values {
         Values::Numbers(values) if numeric => match values.as_slice() {
@@ -204,7 +207,10 @@ fn words(parameter: &Parameter, scalar: Scalar) -> Option<Vec<u32>> {
     let declared = match parameter.kind {
         ParameterType::Numeric { component, .. } => Some(component),
         ParameterType::Given => None,
-        ParameterType::Text | ParameterType::Reference(_) => return None,
+        ParameterType::Spectrum
+        | ParameterType::Blackbody
+        | ParameterType::Text
+        | ParameterType::Reference(_) => return None,
     };
     match (&parameter.values, scalar) {
         (Values::Booleans(values), Scalar::Bool) => {

@@ -5,15 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Class, Diagnostic, Diagnostics, Instance, Role, Value, diagnostic_codes as codes, most_similar,
+    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
+    most_similar,
 };
 
 use crate::math::Transform;
-use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
+use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 
 use super::arguments::{Resolve, argument, texture};
 use super::classes::{Classes, Found};
 use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use super::format_parameters::{image_values, translated, without_effect};
 use super::mesh_shape::MeshShape;
 use super::parts::SceneParts;
 use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
@@ -120,8 +122,8 @@ pub struct Loader<'a, 'f> {
     instances: Vec<Slot>,
     names: Names,
     depth: usize,
-    /// That cut-outs have no effect was said.
-    said_alpha: bool,
+    /// Messages of what has no effect.
+    said: BTreeSet<String>,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
@@ -142,7 +144,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             instances: vec![Slot::Empty; description.entities.len()],
             names: names_of(description),
             depth: 0,
-            said_alpha: false,
+            said: BTreeSet::new(),
         }
     }
 
@@ -390,7 +392,11 @@ impl<'a, 'f> Loader<'a, 'f> {
                 .push(Diagnostic::new(codes::LINK_LIMIT, message).at(entity.class_span, ""));
             return None;
         }
+        if self.is_left_out(entity) {
+            return None;
+        }
         let class = self.class(entity)?;
+        self.check_format(entity, &class);
         if let Some(made) = self.unchanged(id, &class) {
             return Some(made.clone());
         }
@@ -450,6 +456,15 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
+        if let Some(standard) = self.standard_name(entity) {
+            match image_values(entity, standard, self.files) {
+                Ok(values) => arguments.values = values,
+                Err(diagnostic) => {
+                    self.diagnostics.push(*diagnostic);
+                    complete = false;
+                }
+            }
+        }
         let is_elsewhere = |it: &str| {
             let takes = class.parameters.iter().any(|parameter| parameter.name == it);
             !takes
@@ -466,7 +481,7 @@ impl<'a, 'f> Loader<'a, 'f> {
                     | EntityKind::Light => false,
                 }
         };
-        let parameters = self.parameters(entity).into_iter();
+        let parameters = self.parameters(entity, class).into_iter();
         for parameter in parameters.filter(|it| !is_elsewhere(&it.name)) {
             let value =
                 self.resolve(&mut arguments, |resolver| argument(class, &parameter, resolver));
@@ -510,44 +525,56 @@ impl<'a, 'f> Loader<'a, 'f> {
         if matches!(&parameter.values, Values::Numbers(values) if *values == [1.0]) {
             return Some(None);
         }
-        if !self.said_alpha {
-            self.said_alpha = true;
-            let message = "cut-outs have no effect: the whole surface is there";
-            let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
-            self.diagnostics.push(diagnostic.at(parameter.declaration, ""));
-        }
+        let message = "cut-outs have no effect: the whole surface is there";
+        self.say_once(message.to_owned(), parameter.declaration);
         self.resolve(arguments, |resolver| texture(parameter, resolver)).map(Some)
     }
 
     /// The parameters as the entity's class calls them.
-    fn parameters<'e>(&mut self, entity: &'e Entity) -> Vec<Cow<'e, Parameter>> {
-        let given = entity.parameters.iter().map(Cow::Borrowed);
-        let Some(standard) = self.standard_name(entity) else { return given.collect() };
-        let mut parameters: Vec<Cow<'e, Parameter>> = given.collect();
-        for parameter in &mut parameters {
-            let name = standard.parameter(&parameter.name);
-            if name != parameter.name {
-                let name = name.to_owned();
-                parameter.to_mut().name = name;
-            }
+    fn parameters<'e>(&mut self, entity: &'e Entity, class: &Class) -> Vec<Cow<'e, Parameter>> {
+        match self.standard_name(entity) {
+            Some(standard) => translated(entity, standard, class),
+            None => entity.parameters.iter().map(Cow::Borrowed).collect(),
         }
-        for (name, values) in standard.defaults() {
-            if parameters.iter().all(|parameter| parameter.name != name) {
-                parameters.push(Cow::Owned(Parameter {
-                    kind: ParameterType::Given,
-                    name: name.to_owned(),
-                    declaration: entity.class_span,
-                    values: Values::Numbers(values.to_vec()),
-                    values_span: entity.class_span,
-                }));
-            }
+    }
+
+    /// Says what of a name of the format has no effect here, once for each thing.
+    fn check_format(&mut self, entity: &Entity, class: &Class) {
+        let Some(standard) = self.standard_name(entity) else { return };
+        let (kind, name) = (entity.kind.word(), &entity.class);
+        if standard.is_replaced() {
+            let message =
+                format!("{kind} `{name}` is not supported: `{}` takes its place", class.name);
+            self.say_once(message, entity.class_span);
+            return;
         }
-        parameters
+        for (parameter, why) in without_effect(entity, standard, class) {
+            let message = format!("`{}` of {kind} `{name}` has no effect: {why}", parameter.name);
+            self.say_once(message, parameter.declaration);
+        }
+    }
+
+    /// Whether an entity is one that no class stands for, which is said once for each name.
+    fn is_left_out(&mut self, entity: &Entity) -> bool {
+        let left_out = StandardName::is_left_out(entity)
+            && matches!(self.classes.find(&entity.class), Found::Nothing);
+        if left_out && entity.kind != EntityKind::Material {
+            let (kind, name) = (entity.kind.word(), &entity.class);
+            let message = format!("{kind} `{name}` is not supported: it is left out");
+            self.say_once(message, entity.class_span);
+        }
+        left_out
+    }
+
+    fn say_once(&mut self, message: String, span: Span) {
+        if self.said.insert(message.clone()) {
+            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+        }
     }
 
     /// What a name means that is the format's. A class of the scene wins over it.
     fn standard_name(&mut self, entity: &Entity) -> Option<&'static StandardName> {
-        let standard = StandardName::find(entity.kind, &entity.class)?;
+        let standard = StandardName::of(entity)?;
         match self.classes.find(&entity.class) {
             Found::Nothing => Some(standard),
             Found::Class(_) | Found::Broken => None,

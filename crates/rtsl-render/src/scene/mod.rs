@@ -4,9 +4,11 @@
 mod arguments;
 mod classes;
 mod description;
+mod format_parameters;
 mod load;
 mod mesh_shape;
 mod parts;
+mod picture;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]
 mod scene;
 mod settings;

@@ -205,7 +205,7 @@ impl<'f> SceneSource<'f> {
         let entity = &self.description.entities[index];
         let given = entity.parameters.iter().find(|it| class_name(entity, &it.name) == name);
         given.map(|parameter| parameter.values.clone()).or_else(|| {
-            let mut defaults = StandardName::find(entity.kind, &entity.class)?.defaults();
+            let mut defaults = StandardName::of(entity)?.defaults();
             let (_, numbers) = defaults.find(|(other, _)| *other == name)?;
             Some(Values::Numbers(numbers.to_vec()))
         })
@@ -259,5 +259,5 @@ fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
 
 /// What the class of an entity calls one of its parameters.
 fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
-    StandardName::find(entity.kind, &entity.class).map_or(name, |standard| standard.parameter(name))
+    StandardName::of(entity).map_or(name, |standard| standard.parameter(name))
 }

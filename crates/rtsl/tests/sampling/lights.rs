@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use rtsl::Method;
+use rtsl::{Method, Numbers, Value};
 
 use crate::call::{Rays, Shader, batches, thinning};
 use crate::distribution::{Sample, compare};
@@ -37,6 +37,29 @@ fn emission(light: &Shader, normal: Vec3, directions: &[Vec3]) -> Vec<Vec3> {
 fn skies_are_sampled_with_their_density_and_shine_as_they_look() {
     check_sky(&Shader::library("SkyLight", vec![]));
     check_sky(&Shader::library("ConstantSky", vec![("strength", 0.7_f32.into())]));
+}
+
+/// Two rows of four texels, or a square of four by four, brighter from column to column.
+fn image_sky(latitudes: bool) -> Shader {
+    let (columns, rows) = if latitudes { (4_usize, 2_usize) } else { (4, 4) };
+    let brightness = |texel: usize| 1.0 + (texel % columns) as f32;
+    let texels = (0..columns * rows).flat_map(|texel| [brightness(texel); 3]);
+    let even: Vec<f32> = (0..=rows).map(|row| row as f32 / rows as f32).collect();
+    let line = [0.0, 0.1, 0.3, 0.6, 1.0];
+    let arguments = vec![
+        ("texels", Value::Numbers(Numbers::floats(texels))),
+        ("rows", Value::Numbers(Numbers::floats(even))),
+        ("columns", Value::Numbers(Numbers::floats(line.repeat(rows)))),
+        ("size", Value::from([columns as i32, rows as i32])),
+        ("latitudes", Value::Bool(latitudes)),
+    ];
+    Shader::library("ImageSky", arguments)
+}
+
+#[test]
+fn images_of_skies_are_sampled_by_their_sums() {
+    check_sky(&image_sky(true));
+    check_sky(&image_sky(false));
 }
 
 fn check_sky(light: &Shader) {
