@@ -15,7 +15,7 @@ use crate::{Contract, Finding};
 /// Pairs of directions that are tried.
 const PAIRS: usize = 1024;
 /// How far both ways may differ, relatively: narrow lobes enlarge the rounding of directions.
-const RELATIVE_ERROR: f64 = 0.01;
+const RELATIVE_ERROR: f64 = 0.02;
 /// The part of pairs that rounding may decide: those far out in the tails of narrow lobes.
 const ROUNDED_PART: f64 = 0.02;
 /// Directions this close to opposite have no half vector to speak of: rounding decides in narrow lobes.
