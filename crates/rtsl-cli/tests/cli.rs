@@ -34,6 +34,8 @@ impl Folder {
             .args(arguments)
             .current_dir(&self.0)
             .env_remove("NO_COLOR")
+            // Whatever is installed.
+            .env("RTSL_OIDN", "no-such-library")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -533,11 +535,43 @@ fn render_writes_a_picture() {
     let with_aovs = [&["render", "scene.pbrt", "-o", "x.png", "--aov", "normal,time"], &small[..]];
     folder.run(&with_aovs.concat()).exits(DONE);
     assert!(["x.png", "x.normal.png", "x.time.png"].iter().all(|it| folder.0.join(it).exists()));
-    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "depth"]).exits(WRONG_USAGE);
+    folder.run(&["render", "scene.pbrt", "-o", "x.png", "--aov", "colour"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "x.jpeg"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "no/such/folder/x.png"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt"]).exits(WRONG_USAGE);
     folder.run(&["render", "scene.pbrt", "-o", "x.png", "--size", "0x9"]).exits(WRONG_USAGE);
+}
+
+#[test]
+fn pictures_are_kept_as_asked() {
+    let folder = Folder::new("kept");
+    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+                 LightSource \"SkyLight\"\nMaterial \"Lambertian\"\nShape \"Sphere\"\n";
+    folder.write("scene.pbrt", scene);
+    let render = |output: &str, options: &[&str]| {
+        let start = ["render", "scene.pbrt", "-o", output, "--size", "64x64", "--spp", "1"];
+        folder.run(&[&start[..], options].concat())
+    };
+    let bytes = |output: &str, options: &[&str]| {
+        render(output, options).exits(DONE);
+        std::fs::read(folder.0.join(output)).unwrap()
+    };
+    let standard = bytes("a.png", &[]);
+    assert_eq!(standard, bytes("b.png", &["--view", "standard"]));
+    assert_ne!(standard, bytes("c.png", &["--view", "filmic"]));
+    assert_ne!(standard, bytes("d.png", &["--view", "raw"]));
+    let float = bytes("a.exr", &["--exr", "float"]);
+    assert!(bytes("b.exr", &["--exr", "half"]).len() < float.len());
+    let parts = bytes("c.exr", &["--exr-parts", "--aov", "depth"]);
+    assert!(parts.windows(8).any(|name| name == b"distance"), "a part has this name");
+    render("e.png", &["--view", "pale"]).exits(WRONG_USAGE);
+    // A folder that has the picture's name.
+    std::fs::create_dir(folder.0.join("f.png")).unwrap();
+    let ran = render("f.png", &[]).exits(WRONG_USAGE);
+    assert!(ran.errors().contains("cannot write `f.png`: it is a folder"), "{}", ran.errors());
+    render("g.png", &["--denoise"]).fails_with("E0704");
+    render("h.exr", &["--aov", "variance"]).fails_with("E0624");
+    assert!(!folder.0.join("g.png").exists() && !folder.0.join("h.exr").exists());
 }
 
 #[test]

@@ -62,6 +62,18 @@ impl PixelFilter {
         self.radius
     }
 
+    /// What [`PixelFilter::sample`] makes of many points, each in its place, and their weights. Where places are what they are
+    /// given it does nothing, so weights have to be 1 before.
+    pub fn sample_each(&self, points: [&mut [f32]; 2], weights: &mut [f32]) {
+        if self.tables.is_none() {
+            return;
+        }
+        let [columns, rows] = points;
+        for ((x, y), weight) in columns.iter_mut().zip(rows).zip(weights) {
+            ([*x, *y], *weight) = self.sample([*x, *y]);
+        }
+    }
+
     /// From a point of [0,1)^2 to the place of a sample and its weight.
     ///
     /// The place is in pixels from the pixel's corner, so that the pixel itself is [0,1)^2. Weights are 1 on average,

@@ -158,9 +158,13 @@ impl CameraNumbers {
         }
         let index = |lane: usize| pixels[1][lane].wrapping_mul(width).wrapping_add(pixels[0][lane]);
         for lane in 0..LANES {
-            let ([x, y], weight) =
-                settings.filter.sample(sampler.pixel_position::<SPREAD>(index(lane), sample));
-            numbers.filter_weights[lane] = weight;
+            [numbers.screen[0][lane], numbers.screen[1][lane]] =
+                sampler.pixel_position::<SPREAD>(index(lane), sample);
+        }
+        let [columns, rows] = &mut numbers.screen;
+        settings.filter.sample_each([columns, rows], &mut numbers.filter_weights);
+        for lane in 0..LANES {
+            let [x, y] = [numbers.screen[0][lane], numbers.screen[1][lane]];
             // Rows count from the top, screen coordinates from the bottom.
             let row = height.wrapping_sub(1).wrapping_sub(pixels[1][lane]);
             numbers.screen[0][lane] = (pixels[0][lane] as i32 as f32 + x) * du;
