@@ -29,5 +29,5 @@ pub(crate) mod tiles;
 
 pub use messages::Messages;
 pub use progress::Progress;
-pub use request::{RenderRequest, RenderResult, Renderer, render_scene};
+pub use request::{CheckpointRequest, RenderRequest, RenderResult, Renderer, render_scene};
 pub use statistics::Statistics;

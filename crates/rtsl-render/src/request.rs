@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
 
-use crate::batch::{self, BatchOptions, BatchScene};
+use crate::batch::{self, BatchOptions, BatchScene, Checkpoints, is_feature};
+use crate::checkpoint::Fingerprint;
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, Image};
 use crate::interactive::{self, RenderOptions};
 use crate::messages::Messages;
 use crate::progress::Progress;
-use crate::reader::{DiskFiles, FileSource};
+use crate::reader::{DiskFiles, FileSource, RecordedFiles};
 use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
 
@@ -61,12 +62,28 @@ pub struct RenderRequest<'a> {
     pub time_limit: Option<Duration>,
     /// Images of something else than colour.
     pub aovs: Vec<Aov>,
+    /// Tiles of a batch render take no more samples where their noise is no more than this, relative to
+    /// their luminance.
+    pub noise_target: Option<f32>,
+    /// Where a batch render keeps what it has, to go on later.
+    pub checkpoint: Option<CheckpointRequest>,
     /// Makes no kernels for the scene's values while rendering. Never changes the image.
     pub general_kernels_only: bool,
     /// Is told what the render is at, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
+}
+
+/// What is wanted of checkpoints.
+#[derive(Clone, Debug)]
+pub struct CheckpointRequest {
+    /// The file.
+    pub path: PathBuf,
+    /// How often it is written; only where the render ends early, if `None`.
+    pub every: Option<Duration>,
+    /// Whether to go on from it; where there is none the render begins anew.
+    pub resume: bool,
 }
 
 impl RenderRequest<'_> {
@@ -109,18 +126,43 @@ pub fn render_scene_from(
     files: &dyn FileSource,
 ) -> Result<RenderResult, Messages> {
     let start = Instant::now();
+    let files = RecordedFiles::new(files);
     let loaded = std::thread::scope(|scope| {
         if request.engine.backend != Backend::Interpreter {
             // The compiler's library is paged in while the scene is read.
             scope.spawn(Engine::warm_up);
         }
-        LoadedScene::new(request, files)
+        LoadedScene::new(request, &files)
     })?;
-    let renderer = request.renderer.unwrap_or(loaded.scene.settings.renderer);
-    match renderer {
+    match loaded.scene.settings.renderer {
         Renderer::Interactive => render_interactively(request, loaded, start),
-        Renderer::Batch => render_paths(request, loaded, start),
+        Renderer::Batch => {
+            let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
+                path: checkpoint.path.clone(),
+                every: checkpoint.every,
+                resume: checkpoint.resume,
+                fingerprint: fingerprint(request, &loaded.scene.settings, &files),
+            });
+            render_paths(request, loaded, checkpoints.as_ref(), start)
+        }
     }
+}
+
+/// What a batch render's image depends on.
+fn fingerprint(
+    request: &RenderRequest<'_>,
+    settings: &Settings,
+    files: &RecordedFiles<'_>,
+) -> Fingerprint {
+    let mut fingerprint = Fingerprint::of_settings(settings);
+    files.add_to(&mut fingerprint, &request.scene);
+    fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
+    fingerprint.set("parameters set", request.defines.join(" "));
+    let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
+    fingerprint.set("noise target", noise);
+    let has_features = request.aovs.iter().any(|aov| is_feature(*aov));
+    fingerprint.set("features of pixels", if has_features { "kept" } else { "not kept" });
+    fingerprint
 }
 
 fn render_interactively(
@@ -159,9 +201,10 @@ fn render_interactively(
 fn render_paths(
     request: &RenderRequest<'_>,
     loaded: LoadedScene,
+    checkpoints: Option<&Checkpoints>,
     start: Instant,
 ) -> Result<RenderResult, Messages> {
-    let Prepared { scene, statistics, warnings, .. } = Prepared::for_paths(request, loaded)?;
+    let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_paths(request, loaded)?;
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |done, of| request.tell(Progress::Rendering { done, of });
     let rendered = batch::render(
@@ -171,19 +214,27 @@ fn render_paths(
             progress: request.progress.is_some().then_some(&waves_done),
             cancel: request.cancel,
             time_limit: request.time_limit,
+            aovs: &request.aovs,
+            noise_target: request.noise_target,
+            checkpoints,
         },
     )?;
+    if let Some(problem) = &rendered.checkpoint_problem {
+        warnings.push_one(problem.diagnostic());
+    }
     let mut statistics = Statistics {
         cold_start_seconds,
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
+        object_classes: rendered.object_classes,
+        mean_samples: Some(rendered.mean_samples),
         threads: rendered.threads,
         cancelled: rendered.cancelled,
         ..of_scene(statistics, &scene.compiled)
     };
     statistics.set_render_time(rendered.time);
     let settings = scene.compiled.settings;
-    Ok(RenderResult { image: rendered.image, aovs: Vec::new(), settings, statistics, warnings })
+    Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
 }
 
 /// Figures of the scene and the process besides.
@@ -313,6 +364,9 @@ impl<Ready> Prepared<Ready> {
 fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
     if let Some((width, height)) = request.size {
         (settings.width, settings.height) = (width.max(1), height.max(1));
+    }
+    if let Some(renderer) = request.renderer {
+        settings.renderer = renderer;
     }
     if let Some(samples) = request.samples {
         settings.set_samples_per_pixel(samples);

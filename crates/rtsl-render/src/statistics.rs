@@ -32,6 +32,8 @@ pub struct Statistics {
     pub size: [usize; 2],
     /// Samples a pixel.
     pub samples_per_pixel: u32,
+    /// Those that a batch render took, on average: fewer where it ended early, or knew enough.
+    pub mean_samples: Option<f64>,
     /// Objects, those of instances counted once.
     pub objects: usize,
     /// The classes of the objects, by the numbers that `--aov class` gives them.

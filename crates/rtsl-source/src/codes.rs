@@ -208,5 +208,6 @@ diagnostics! {
     W0334 MISSPELLED_METHOD "a function that looks like a misspelled interface method";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
+    W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
 }

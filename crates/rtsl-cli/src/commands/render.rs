@@ -1,21 +1,28 @@
 //! `rtsl render`: a scene to a picture.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use rtsl::{Denoiser, Diagnostic};
+use rtsl::{Denoiser, Diagnostic, diagnostic_codes as codes};
 use rtsl_render::film::{
     Aov, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions, ViewTransform,
     check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
-use rtsl_render::{Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene};
+use rtsl_render::{
+    CheckpointRequest, Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene,
+};
 
 use super::{CommandResult, Failure, Outcome};
+use crate::INPUT_AT_FAULT;
 use crate::arguments::{EngineArguments, SearchPath};
 use crate::files::write_result;
 use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
+
+/// How often checkpoints are written, unless the user says otherwise.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
 
 /// The command line of `rtsl render`.
 #[derive(Debug, Args)]
@@ -44,6 +51,21 @@ pub struct RenderArguments {
     /// Stop after this time and write what there is.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
+    /// End where standard errors, relative to the brightness of their tile, are no more than this, such as 0.02. Batch
+    /// renderer.
+    #[arg(long, value_name = "NOISE", value_parser = parse_noise)]
+    noise: Option<f32>,
+    /// Keep what there is in this file while rendering, every half a minute, to go on with `--resume` after whatever
+    /// happens. Batch renderer.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// How often the checkpoint is written.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, requires = "checkpoint")]
+    checkpoint_every: Option<Duration>,
+    /// Go on from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C left beside the picture. The picture has
+    /// the bits of one that was never interrupted. Where there is no checkpoint the render begins anew.
+    #[arg(long)]
+    resume: bool,
     /// Besides the picture, what its pixels show and take, with commas between: distance, normal,
     /// object, class, samples, time, nodes, lanes. In an EXR as further channels, beside a PNG as files of their
     /// own.
@@ -146,6 +168,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         Ok(denoiser) => denoiser,
         Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
     };
+    let interrupted = interrupts();
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
     let request = RenderRequest {
@@ -161,8 +184,10 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         time_limit: arguments.time,
         aovs: arguments.aov.clone(),
         general_kernels_only: arguments.no_specialise,
+        noise_target: arguments.noise,
+        checkpoint: Some(checkpoint(arguments)),
         progress: Some(&progress),
-        cancel: None,
+        cancel: Some(interrupted),
     };
     let rendered = render_scene(&request);
     bar.clear();
@@ -190,13 +215,63 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     if let Some(path) = &arguments.stats {
         write_result(Some(path), (rendered.statistics.to_json() + "\n").as_bytes())?;
     }
-    Ok(outcome)
+    if rendered.statistics.cancelled {
+        say_how_to_go_on(arguments, &rendered, reporter);
+    }
+    // Such as a checkpoint that could not be written.
+    let is_done = !rendered.warnings.has_errors() && !interrupted.load(Ordering::Relaxed);
+    Ok(if is_done { outcome } else { Outcome::InputAtFault })
 }
 
 /// Says what is wrong.
 fn refused(diagnostic: Diagnostic, reporter: &Reporter) -> Outcome {
     report(&Messages::one(diagnostic), reporter);
     Outcome::InputAtFault
+}
+
+/// Becomes true when the user interrupts the program; a second time ends it at once.
+fn interrupts() -> &'static AtomicBool {
+    static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+    // Where the system has no such signal, it ends the program as it always did.
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INPUT_AT_FAULT));
+        }
+    });
+    &INTERRUPTED
+}
+
+/// What the render keeps, and where.
+fn checkpoint(arguments: &RenderArguments) -> CheckpointRequest {
+    let every = arguments.checkpoint_every.unwrap_or(CHECKPOINT_EVERY);
+    CheckpointRequest {
+        path: checkpoint_path(arguments),
+        every: arguments.checkpoint.is_some().then_some(every),
+        resume: arguments.resume,
+    }
+}
+
+/// The file by which the render can go on: beside the picture unless another is named.
+fn checkpoint_path(arguments: &RenderArguments) -> PathBuf {
+    arguments.checkpoint.clone().unwrap_or_else(|| {
+        let mut name = arguments.output.clone().into_os_string();
+        name.push(".checkpoint");
+        PathBuf::from(name)
+    })
+}
+
+/// Tells what there is of a picture that was not finished, and how to finish it.
+fn say_how_to_go_on(arguments: &RenderArguments, rendered: &RenderResult, reporter: &Reporter) {
+    let Some(samples) = rendered.statistics.mean_samples else { return };
+    let message = format!(
+        "`{}` has {samples:.1} samples a pixel of {}",
+        arguments.output.display(),
+        rendered.statistics.samples_per_pixel,
+    );
+    let path = checkpoint_path(arguments);
+    let note = Diagnostic::new(codes::UNFINISHED_PICTURE, message)
+        .help(format!("the same command with `--resume` goes on from `{}`", path.display()));
+    report(&Messages::one(note), reporter);
 }
 
 /// How the picture is written.
@@ -252,6 +327,11 @@ fn parse_aov(text: &str) -> Result<Aov, String> {
         let names = Aov::ALL.map(Aov::name).join(", ");
         format!("known are {names}")
     })
+}
+
+fn parse_noise(text: &str) -> Result<f32, String> {
+    let noise = text.parse().ok().filter(|noise: &f32| *noise > 0.0 && noise.is_finite());
+    noise.ok_or_else(|| "expected a positive number, such as 0.02".to_owned())
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use crate::acceleration::{LANES, lanes_of};
-use crate::film::Image;
+use crate::film::{Aov, AovImage, Image};
 use crate::tiles::{Tile, tiles_of};
 
-use super::wave::Path;
+use super::features::{FeatureSums, PathFeatures};
+use super::wave::Wave;
 
 /// A film. Each tile has a lock of its own.
 pub struct BatchFilm {
@@ -15,6 +17,8 @@ pub struct BatchFilm {
     height: usize,
     tiles: Vec<Tile>,
     records: Vec<Mutex<TileRecord>>,
+    /// Where the mean of a tile's pixels is this exact, it takes no more samples.
+    noise_target: Option<f32>,
 }
 
 /// What is known of a tile.
@@ -22,22 +26,108 @@ pub struct BatchFilm {
 pub struct TileRecord {
     /// For each pixel the sum of its samples, in their order.
     pub sums: [[f64; 3]; LANES],
+    /// The sum of their luminances squared.
+    pub squares: [f64; LANES],
+    /// What else is known of the pixels, where that is asked for.
+    pub features: Option<Box<FeatureSums>>,
     /// The samples of each pixel.
     pub taken: u32,
     /// Samples that were not finite and count as black.
     pub dropped: u64,
+    /// The time that they took.
+    pub time: Duration,
+    /// Whether it needs no more of them.
+    pub is_done: bool,
     /// Samples that came before those in front of them, by the first.
-    early: BTreeMap<u32, Vec<[f32; 3]>>,
+    early: BTreeMap<u32, Samples>,
+}
+
+/// Samples of all pixels of a tile.
+#[derive(Clone, Debug)]
+struct Samples {
+    colors: Vec<[f32; 3]>,
+    features: Vec<PathFeatures>,
+    time: Duration,
+}
+
+/// The samples after which a tile's noise is first looked at. Fewer might all miss what is rarely hit.
+const FEWEST_SAMPLES: u32 = 32;
+
+impl TileRecord {
+    fn new(with_features: bool) -> Self {
+        TileRecord {
+            sums: [[0.0; 3]; LANES],
+            squares: [0.0; LANES],
+            features: with_features.then(|| Box::new(FeatureSums::NONE)),
+            taken: 0,
+            dropped: 0,
+            time: Duration::ZERO,
+            is_done: false,
+            early: BTreeMap::new(),
+        }
+    }
+
+    fn take(&mut self, samples: &Samples) {
+        for (index, colors) in samples.colors.chunks_exact(LANES).enumerate() {
+            for ((sum, square), color) in self.sums.iter_mut().zip(&mut self.squares).zip(colors) {
+                if color.iter().all(|channel| channel.is_finite()) {
+                    let color = color.map(f64::from);
+                    (0..3).for_each(|channel| sum[channel] += color[channel]);
+                    let luminance = luminance(color);
+                    *square += luminance * luminance;
+                } else {
+                    self.dropped += 1;
+                }
+            }
+            if let Some(features) = &mut self.features {
+                let of_sample = samples.features.get(index * LANES..).unwrap_or_default();
+                features.add(of_sample, self.taken == 0);
+            }
+            self.taken += 1;
+        }
+        self.time += samples.time;
+    }
+
+    /// The mean of a pixel.
+    pub fn mean(&self, lane: usize) -> [f64; 3] {
+        self.sums[lane].map(|channel| channel / f64::from(self.taken.max(1)))
+    }
+
+    /// The variance of a pixel's mean luminance.
+    pub fn variance(&self, lane: usize) -> f64 {
+        let count = f64::from(self.taken);
+        let mean = luminance(self.sums[lane]) / count;
+        let spread = (self.squares[lane] / count - mean * mean).max(0.0);
+        if self.taken > 1 { spread / (count - 1.0) } else { 0.0 }
+    }
+
+    /// How far the tile's pixels are off, relative to what eyes see of them: standard errors, the root of their mean
+    /// square, over the tile's mean luminance and a little, so that black needs no samples.
+    fn noise(&self, lanes: u64) -> f64 {
+        const BLACK: f64 = 0.01;
+        let count = f64::from(lanes.count_ones().max(1));
+        let sum = |value: &dyn Fn(usize) -> f64| lanes_of(lanes).map(value).sum::<f64>() / count;
+        let variance = sum(&|lane| self.variance(lane));
+        let mean = sum(&|lane| luminance(self.mean(lane)));
+        variance.sqrt() / (mean + BLACK)
+    }
+}
+
+/// Rec. 709 luminance.
+fn luminance([red, green, blue]: [f64; 3]) -> f64 {
+    0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
 impl BatchFilm {
-    /// A black film.
-    pub fn new(width: usize, height: usize) -> Self {
+    /// A black film, with room for features if any is asked for.
+    pub fn new(
+        (width, height): (usize, usize),
+        with_features: bool,
+        noise_target: Option<f32>,
+    ) -> Self {
         let tiles = tiles_of(width, height);
-        let empty =
-            TileRecord { sums: [[0.0; 3]; LANES], taken: 0, dropped: 0, early: BTreeMap::new() };
-        let records = tiles.iter().map(|_| Mutex::new(empty.clone())).collect();
-        BatchFilm { width, height, tiles, records }
+        let records = tiles.iter().map(|_| Mutex::new(TileRecord::new(with_features))).collect();
+        BatchFilm { width, height, tiles, records, noise_target }
     }
 
     /// Its tiles.
@@ -45,32 +135,60 @@ impl BatchFilm {
         &self.tiles
     }
 
-    /// Adds the paths of samples from `first` on of a tile's pixels, sample by sample. Sums take them in
-    /// the order of their numbers, whenever they come.
-    pub fn add(&self, tile: usize, first: u32, paths: &[Path]) {
+    /// The samples that each pixel of a tile has; `None` where it needs no more.
+    pub fn taken(&self, tile: usize) -> Option<u32> {
+        let record = self.record(tile);
+        (!record.is_done).then_some(record.taken)
+    }
+
+    /// Adds the paths of samples from `first` on of a tile's pixels, sample by sample, which took so long. Sums take
+    /// them in the order of their numbers, whenever they come; a tile that needs no more takes none.
+    pub fn add(&self, tile: usize, first: u32, wave: &Wave, time: Duration) {
         let mut record = self.record(tile);
-        record.early.insert(first, paths.iter().map(|path| path.radiance).collect());
-        while let Some(next) = {
-            let taken = record.taken;
-            record.early.remove(&taken)
-        } {
-            record.take(&next);
+        let colors = wave.paths.iter().map(|path| path.radiance).collect();
+        let features = wave.features.clone();
+        record.early.insert(first, Samples { colors, features, time });
+        loop {
+            let next = record.taken;
+            let Some(samples) = record.early.remove(&next).filter(|_| !record.is_done) else {
+                break;
+            };
+            record.take(&samples);
+            if let Some(target) = self.noise_target
+                && record.taken >= FEWEST_SAMPLES
+            {
+                let lanes = self.tiles[tile].lanes(self.width, self.height);
+                record.is_done = record.noise(lanes) <= f64::from(target);
+            }
         }
     }
 
     /// The means of the samples; black where there is none.
     pub fn image(&self) -> Image {
         let mut image = Image::new(self.width, self.height);
+        self.for_each_pixel(|record, lane, index| {
+            image.pixels[index] = record.mean(lane).map(|channel| channel as f32);
+        });
+        image
+    }
+
+    /// An image of something else; `classes` are the numbers of objects' classes.
+    pub fn aov(&self, aov: Aov, classes: &[f32]) -> AovImage {
+        let mut image = AovImage::new(aov, self.width, self.height);
+        self.for_each_pixel(|record, lane, index| {
+            image.pixels[index] = value(aov, record, lane, classes);
+        });
+        image
+    }
+
+    fn for_each_pixel(&self, mut visit: impl FnMut(&TileRecord, usize, usize)) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let record = self.record(index);
-            let count = f64::from(record.taken.max(1));
             for lane in lanes_of(tile.lanes(self.width, self.height)) {
                 let (x, y) = tile.pixel(lane);
-                image.pixels[y * self.width + x] =
-                    record.sums[lane].map(|channel| (channel / count) as f32);
+                visit(&record, lane, y * self.width + x);
             }
         }
-        image
     }
 
     /// Samples that were not finite.
@@ -78,22 +196,84 @@ impl BatchFilm {
         (0..self.records.len()).map(|tile| self.record(tile).dropped).sum()
     }
 
-    fn record(&self, tile: usize) -> MutexGuard<'_, TileRecord> {
+    /// The samples of a pixel, on average.
+    pub fn mean_samples(&self) -> f64 {
+        let sum: u64 = (0..self.records.len()).map(|tile| u64::from(self.record(tile).taken)).sum();
+        sum as f64 / self.records.len().max(1) as f64
+    }
+
+    /// What is known of a tile.
+    pub fn record(&self, tile: usize) -> MutexGuard<'_, TileRecord> {
         self.records[tile].lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl TileRecord {
-    fn take(&mut self, samples: &[[f32; 3]]) {
-        for sample in samples.chunks_exact(LANES) {
-            for (sum, color) in self.sums.iter_mut().zip(sample) {
-                if color.iter().all(|channel| channel.is_finite()) {
-                    (0..3).for_each(|channel| sum[channel] += f64::from(color[channel]));
-                } else {
-                    self.dropped += 1;
-                }
-            }
-            self.taken += 1;
+/// What an image of something else shows of a pixel.
+fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3] {
+    let count = f64::from(record.taken.max(1));
+    let mean = |sum: [f64; 3]| sum.map(|channel| (channel / count) as f32);
+    let features = record.features.as_deref().unwrap_or(&FeatureSums::NONE);
+    match aov {
+        Aov::Albedo => mean(features.albedo[lane]),
+        Aov::Normal => mean(features.normal[lane]),
+        Aov::Distance if features.hits[lane] == 0 => [f32::INFINITY; 3],
+        Aov::Distance => [(features.distance[lane] / f64::from(features.hits[lane])) as f32; 3],
+        Aov::Object => [features.object[lane]; 3],
+        Aov::Class => [classes.get(features.object[lane] as usize).copied().unwrap_or(-1.0); 3],
+        Aov::Samples => [record.taken as f32; 3],
+        Aov::Variance => [record.variance(lane) as f32; 3],
+        Aov::Time => [(record.time.as_nanos() as f64 / (count * LANES as f64)) as f32; 3],
+        // Not counted by this renderer.
+        Aov::Nodes | Aov::Lanes => [0.0; 3],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::wave::Path;
+    use super::*;
+
+    /// Two samples of each pixel, of these radiances.
+    fn wave(radiance: [f32; 2]) -> Wave {
+        let paths = radiance.into_iter().flat_map(|radiance| {
+            std::iter::repeat_n(Path { radiance: [radiance; 3], ..Path::NOWHERE }, LANES)
+        });
+        Wave { paths: paths.collect(), ..Wave::default() }
+    }
+
+    #[test]
+    fn samples_are_summed_in_their_order() {
+        let film = BatchFilm::new((8, 8), false, None);
+        film.add(0, 2, &wave([1.0, 1.0]), Duration::ZERO);
+        assert_eq!((film.taken(0), film.image().pixels[0]), (Some(0), [0.0; 3]));
+        film.add(0, 0, &wave([0.5, 0.5]), Duration::ZERO);
+        assert_eq!((film.taken(0), film.image().pixels[0]), (Some(4), [0.75; 3]));
+        assert_eq!(film.aov(Aov::Samples, &[]).pixels[3][0], 4.0);
+        // Four samples with a variance of 1/16, so 1/48 of their mean.
+        let variance = film.aov(Aov::Variance, &[]).pixels[3][0];
+        assert!((variance - 1.0 / 48.0).abs() < 1e-7, "{variance}");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_dropped() {
+        let film = BatchFilm::new((8, 8), false, None);
+        film.add(0, 0, &wave([f32::NAN, 1.0]), Duration::ZERO);
+        assert_eq!((film.dropped(), film.image().pixels[0]), (64, [0.5; 3]));
+    }
+
+    #[test]
+    fn tiles_that_are_exact_take_no_more() {
+        let film = BatchFilm::new((8, 8), false, Some(0.1));
+        let mut first = 0;
+        while film.taken(0).is_some() {
+            film.add(0, first, &wave([0.9, 1.1]), Duration::ZERO);
+            first += 2;
         }
+        assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
+        film.add(0, first, &wave([9.0, 9.0]), Duration::ZERO);
+        assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
+        let noisy = BatchFilm::new((8, 8), false, Some(0.1));
+        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
+        assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
     }
 }

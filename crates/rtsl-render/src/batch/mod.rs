@@ -18,8 +18,10 @@
 //! (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2). The numbers that it is made of are those of
 //! its pixel, sample and vertex alone, so it does not depend on the wave, its size, or the thread.
 
+mod checkpoints;
 mod chunk;
 mod emission;
+mod features;
 mod film;
 mod kernels;
 mod lights;
@@ -35,5 +37,7 @@ mod surface_group;
 mod tracer;
 mod wave;
 
+pub use checkpoints::Checkpoints;
+pub(crate) use features::is_feature;
 pub use render::{BatchOptions, BatchRendered, render};
 pub use scene::BatchScene;

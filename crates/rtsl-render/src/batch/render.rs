@@ -3,18 +3,35 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::checkpoint::CheckpointError;
+use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
-use crate::film::Image;
+use crate::film::{Aov, AovImage, Image};
 use crate::messages::Messages;
+use crate::request::Renderer;
 use crate::statistics::RayCounts;
 use crate::tiles::RenderThreads;
 
+use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
+use super::features::is_feature;
 use super::film::BatchFilm;
 use super::scene::BatchScene;
 use super::tracer::{BatchMemory, PathTracer};
 
 /// Samples of a pixel that a wave takes: with 64 pixels a thousand paths, whose memory caches hold.
 const SAMPLES_IN_WAVE: u32 = 16;
+
+/// The images of something else than colour that it makes.
+const AOVS: [Aov; 8] = [
+    Aov::Albedo,
+    Aov::Distance,
+    Aov::Normal,
+    Aov::Object,
+    Aov::Class,
+    Aov::Samples,
+    Aov::Variance,
+    Aov::Time,
+];
 
 /// How to render.
 #[derive(Clone, Copy, Default)]
@@ -27,6 +44,13 @@ pub struct BatchOptions<'a> {
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
+    /// Images of something else than colour.
+    pub aovs: &'a [Aov],
+    /// Tiles take no more samples where their noise is no more than this: standard errors relative to the
+    /// tile's luminance.
+    pub noise_target: Option<f32>,
+    /// Keeps what there is, to go on later.
+    pub checkpoints: Option<&'a Checkpoints>,
 }
 
 /// An image, and what making it took.
@@ -34,6 +58,12 @@ pub struct BatchOptions<'a> {
 pub struct BatchRendered {
     /// The image; where the render ended early, of the samples that there are.
     pub image: Image,
+    /// The images that were asked for besides, in that order.
+    pub aovs: Vec<AovImage>,
+    /// The classes of the objects, by their numbers in such an image.
+    pub object_classes: Vec<String>,
+    /// The samples of a pixel, on average.
+    pub mean_samples: f64,
     /// Rays traced.
     pub rays: RayCounts,
     /// Samples that were not finite.
@@ -44,32 +74,22 @@ pub struct BatchRendered {
     pub threads: usize,
     /// Whether the render ended early.
     pub cancelled: bool,
+    /// Why there is no checkpoint of all that was rendered.
+    pub checkpoint_problem: Option<CheckpointError>,
 }
 
 /// Renders a scene.
 ///
 /// # Errors
-/// If a shader ran past its budget of loop iterations, or threads can't be had.
+/// If a shader ran past its budget of loop iterations, threads can't be had, it does not make an image that is asked for,
+/// or the checkpoint cannot be resumed.
 pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
+    Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
     let threads = RenderThreads::new(options.threads)?;
-    let settings = &scene.compiled.settings;
-    let film = BatchFilm::new(settings.width, settings.height);
-    let job =
-        Job { scene, options, film, problems: Problems::default(), done: AtomicUsize::new(0) };
+    let job = Job::new(scene, options)?;
     let start = Instant::now();
     let (cancelled, rays) = job.run(&threads, start);
-    let time = start.elapsed();
-    if job.problems.any() {
-        return Err(exhausted_budgets(&scene.compiled, &job.problems));
-    }
-    Ok(BatchRendered {
-        image: job.film.image(),
-        rays,
-        dropped_samples: job.film.dropped(),
-        time,
-        threads: threads.count(),
-        cancelled,
-    })
+    job.finish(start.elapsed(), cancelled, rays, threads.count())
 }
 
 /// A render in progress.
@@ -77,31 +97,46 @@ struct Job<'a> {
     scene: &'a BatchScene,
     options: BatchOptions<'a>,
     film: BatchFilm,
+    with_features: bool,
     problems: Problems,
+    writer: Option<CheckpointWriter<'a>>,
     done: AtomicUsize,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    fn new(scene: &'a BatchScene, options: BatchOptions<'a>) -> Result<Self, Messages> {
+        let settings = &scene.compiled.settings;
+        let with_features = options.aovs.iter().any(|aov| is_feature(*aov));
+        let size = (settings.width, settings.height);
+        let film = BatchFilm::new(size, with_features, options.noise_target);
+        if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
+            restore(&film, checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
+        }
+        Ok(Job {
+            scene,
+            options,
+            film,
+            with_features,
+            problems: Problems::default(),
+            writer: options.checkpoints.map(CheckpointWriter::new),
+            done: AtomicUsize::new(0),
+        })
+    }
+
     /// Renders all passes; whether it ended early, and the rays traced.
     fn run(&self, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
         let samples = self.scene.compiled.settings.sampler.samples_per_pixel();
-        let passes = samples.div_ceil(SAMPLES_IN_WAVE) as usize;
         let tiles = self.film.tiles().len();
-        let count = passes * tiles;
-        let tracer = PathTracer { scene: self.scene, problems: &self.problems };
+        let count = samples.div_ceil(SAMPLES_IN_WAVE) as usize * tiles;
         let (next, memories) = threads.for_each_tile(
             (0, count),
             || BatchMemory::new(self.scene),
             || !self.must_stop(start),
             |memory, index| {
+                // Pass by pass over the whole image, so that it is even wherever it ends.
                 let (pass, tile) = (index / tiles, index % tiles);
                 let first = pass as u32 * SAMPLES_IN_WAVE;
-                let end = samples.min(first + SAMPLES_IN_WAVE);
-                tracer.trace_samples(memory, self.film.tiles()[tile], (first, end));
-                // Samples that were cut short are none.
-                if !self.problems.any() {
-                    self.film.add(tile, first, &memory.wave.paths);
-                }
+                self.render_wave(memory, tile, (first, samples.min(first + SAMPLES_IN_WAVE)));
                 let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
                 if let Some(progress) = self.options.progress {
                     progress(done, count);
@@ -113,9 +148,59 @@ impl Job<'_> {
         (next < count, rays)
     }
 
+    /// Renders the samples `first..end` of a tile, as far as it needs them.
+    fn render_wave(&self, memory: &mut BatchMemory, tile: usize, (first, end): (u32, u32)) {
+        let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return };
+        if first >= end {
+            return;
+        }
+        let begun = Instant::now();
+        let Job { scene, problems, with_features, .. } = self;
+        let tracer = PathTracer { scene, problems, with_features: *with_features };
+        tracer.trace_samples(memory, self.film.tiles()[tile], (first, end));
+        // Samples that were cut short are none.
+        if !self.problems.any() {
+            self.film.add(tile, first, &memory.wave, begun.elapsed());
+            if let Some(writer) = &self.writer {
+                writer.write_if_due(&self.film);
+            }
+        }
+    }
+
     fn must_stop(&self, start: Instant) -> bool {
         let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
         let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
         cancelled || late || self.problems.any()
+    }
+
+    fn finish(
+        self,
+        time: Duration,
+        cancelled: bool,
+        rays: RayCounts,
+        threads: usize,
+    ) -> Result<BatchRendered, Messages> {
+        let Job { scene, options, film, problems, writer, .. } = self;
+        let scene = &scene.compiled;
+        if problems.any() {
+            return Err(exhausted_budgets(scene, &problems));
+        }
+        let is_kept = |writer: &&CheckpointWriter<'_>| cancelled || writer.is_periodic();
+        let checkpoint_problem =
+            writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
+        let classes = ObjectClasses::of(scene);
+        let numbers: Vec<f32> = scene.objects.iter().map(|it| classes.number(it)).collect();
+        Ok(BatchRendered {
+            image: film.image(),
+            aovs: options.aovs.iter().map(|aov| film.aov(*aov, &numbers)).collect(),
+            object_classes: classes.names,
+            mean_samples: film.mean_samples(),
+            rays,
+            dropped_samples: film.dropped(),
+            time,
+            threads,
+            cancelled,
+            checkpoint_problem,
+        })
     }
 }

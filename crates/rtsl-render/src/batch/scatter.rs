@@ -7,10 +7,12 @@ use rtsl::Method;
 
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_lit, scaled};
+use crate::math::dot;
 use crate::sampling::hash;
 
 use super::chunk::{CHUNK, Chunk, Row, Rows, get};
 use super::emission::weight;
+use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::material::{EvaluationKernels, ScatteringKernels};
 use super::numbers::lone_number;
@@ -18,7 +20,7 @@ use super::shadow_rays::ShadowRay;
 use super::surface::ChunkSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::{BatchMemory, PathTracer};
-use super::wave::{Path, PathHit};
+use super::wave::{Path, PathHit, Wave};
 
 /// What the numbers of a vertex are for: sequences of their own.
 const NUMBERS_OF_SHAPES: u32 = 0x102;
@@ -55,6 +57,9 @@ impl PathTracer<'_> {
             let Chunk { numbers, keys, count, .. } = &mut **chunk;
             numbers.start(keys, NUMBERS_OF_MATERIALS, *count);
             self.add_emission(group, chunk, &mut wave.paths);
+            if depth == 0 && self.with_features {
+                note_surfaces(chunk, wave);
+            }
             let Some(scattering) = &group.material.scattering else { continue };
             if depth >= self.scene.compiled.settings.max_depth {
                 continue;
@@ -67,6 +72,9 @@ impl PathTracer<'_> {
                 self.gather_light(group, evaluate, chunk, light, &second, shadow_rays);
             }
             let onward = self.choose_directions(group, scattering, chunk, &first);
+            if depth == 0 && self.with_features {
+                note_albedo(chunk, &onward, wave);
+            }
             self.send_on(chunk, &onward, depth, &mut wave.paths, &mut wave.active);
         }
     }
@@ -153,7 +161,8 @@ impl PathTracer<'_> {
             let PathHit { path: index, .. } = chunk.hits[lane];
             let path = &mut paths[index as usize];
             let mut throughput = get(&onward.throughput, lane);
-            let survival = throughput.into_iter().fold(0.0, f32::max);
+            // Filters may count samples negative.
+            let survival = throughput.into_iter().fold(0.0, |most: f32, it| most.max(it.abs()));
             if survival < threshold {
                 if lone_number(path.key, NUMBERS_OF_ROULETTE, path.sample) >= survival {
                     continue;
@@ -172,6 +181,35 @@ impl PathTracer<'_> {
             path.shading_normal = seen(get(&chunk.shading_normal, lane));
             path.key = hash(path.key, NUMBERS_OF_NEXT_VERTEX);
             active.push(index);
+        }
+    }
+}
+
+/// Notes what the first surfaces of paths are; of those that glow, how much.
+fn note_surfaces(chunk: &Chunk, wave: &mut Wave) {
+    for (lane, hit) in chunk.hits().iter().enumerate() {
+        let path = &wave.paths[hit.path as usize];
+        let direction = get(&chunk.direction, lane);
+        let glow = std::array::from_fn(|channel| {
+            // The path has brought back nothing else so far.
+            (path.radiance[channel] / path.throughput[channel]).clamp(0.0, 1.0)
+        });
+        wave.features[hit.path as usize] = PathFeatures {
+            albedo: glow,
+            normal: get(&chunk.shading_normal, lane),
+            distance: chunk.distance[lane] * dot(direction, direction).sqrt(),
+            object: hit.object as f32,
+        };
+    }
+}
+
+/// Notes what they reflect.
+fn note_albedo(chunk: &Chunk, onward: &Onward, wave: &mut Wave) {
+    for (lane, hit) in chunk.hits().iter().enumerate().filter(|(lane, _)| onward.goes_on[*lane]) {
+        let (before, after) = (get(&chunk.throughput, lane), get(&onward.throughput, lane));
+        let features = &mut wave.features[hit.path as usize];
+        for (channel, albedo) in features.albedo.iter_mut().enumerate() {
+            *albedo += after[channel] / before[channel];
         }
     }
 }

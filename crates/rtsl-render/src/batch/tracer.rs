@@ -8,6 +8,7 @@ use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 
 use super::chunk::Chunk;
+use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
 use super::shadow_rays::{ShadowRay, trace_shadow_rays};
@@ -19,6 +20,8 @@ pub struct PathTracer<'a> {
     pub scene: &'a BatchScene,
     /// Where problems go.
     pub problems: &'a Problems,
+    /// Whether the first surfaces of paths are wanted.
+    pub with_features: bool,
 }
 
 /// The memory of one thread.
@@ -87,6 +90,7 @@ impl PathTracer<'_> {
         let BatchMemory { wave, camera: camera_memory, rays: counts, .. } = memory;
         wave.paths.clear();
         wave.active.clear();
+        wave.features.clear();
         let lanes = tile.lanes(scene.settings.width, scene.settings.height);
         let tracer = Tracer { scene, problems: self.problems };
         for sample in first..end {
@@ -100,6 +104,9 @@ impl PathTracer<'_> {
                 ..Path::from_camera(rays, lane, context.streams.keys[lane], sample)
             }));
             camera_memory.keep(camera);
+        }
+        if self.with_features {
+            wave.features.resize(wave.paths.len(), PathFeatures::NONE);
         }
     }
 
@@ -153,14 +160,10 @@ impl Path {
             epsilon: rays.epsilon[lane],
             direction: rays.direction_of(lane),
             distance: rays.limit[lane],
-            throughput: [1.0; 3],
-            density: 0.0,
-            radiance: [0.0; 3],
             time: rays.time[lane],
-            geometric_normal: [0.0, 0.0, 1.0],
-            shading_normal: [0.0, 0.0, 1.0],
             key,
             sample,
+            ..Path::NOWHERE
         }
     }
 }

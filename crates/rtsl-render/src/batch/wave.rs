@@ -1,5 +1,7 @@
 //! The paths of a wave.
 
+use super::features::PathFeatures;
+
 /// A path on its way: what is known of it between surfaces. Two lines of a cache each.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +32,24 @@ pub struct Path {
     pub sample: u32,
 }
 
+impl Path {
+    /// One that goes nowhere.
+    pub const NOWHERE: Path = Path {
+        origin: [0.0; 3],
+        epsilon: 0.0,
+        direction: [0.0, 0.0, 1.0],
+        distance: f32::INFINITY,
+        throughput: [1.0; 3],
+        density: 0.0,
+        radiance: [0.0; 3],
+        time: 0.0,
+        geometric_normal: [0.0, 0.0, 1.0],
+        shading_normal: [0.0, 0.0, 1.0],
+        key: 0,
+        sample: 0,
+    };
+}
+
 /// What a ray hits, in the scene's terms.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PathHit {
@@ -51,6 +71,8 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 pub struct Wave {
     /// The paths.
     pub paths: Vec<Path>,
+    /// What their first surfaces are, if that is asked for; else none.
+    pub features: Vec<PathFeatures>,
     /// Those whose rays have still to be traced, by their index.
     pub active: Vec<u32>,
     /// Those whose rays left the scene.

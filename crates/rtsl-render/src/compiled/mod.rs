@@ -7,6 +7,7 @@ pub(crate) mod calls;
 pub(crate) mod compiled_scene;
 mod intersection;
 pub(crate) mod object_class;
+pub(crate) mod object_class_numbers;
 pub(crate) mod placed_objects;
 pub(crate) mod placement;
 pub(crate) mod problems;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::acceleration::{LANES, lanes_of};
 use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;
@@ -16,7 +17,7 @@ use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
 
-use super::tile_aovs::{ObjectClasses, TileAovs, TileValues, TileWork};
+use super::tile_aovs::{TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;
 use super::workspace::{Workspace, rays_of};
 

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use crate::acceleration::{Hits, LANES, LaneMask, RayPacket, lanes_of};
-use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
 use crate::film::Aov;
@@ -14,30 +14,6 @@ use crate::tiles::{CameraRays, Tile, camera_rays};
 
 use super::surface::{prepare, runs};
 use super::workspace::Workspace;
-
-/// The classes of a scene's objects, in the order in which objects have them.
-pub struct ObjectClasses {
-    /// Their names.
-    pub names: Vec<String>,
-    /// The number of each shader's class; -1 for those of no object.
-    numbers: Vec<f32>,
-}
-
-impl ObjectClasses {
-    /// Those of a scene.
-    pub fn of(scene: &CompiledScene) -> Self {
-        let mut classes =
-            ObjectClasses { names: Vec::new(), numbers: vec![-1.0; scene.shaders.len()] };
-        for object in &scene.objects {
-            let shader = object.primitive.shader;
-            if classes.numbers[shader] < 0.0 {
-                classes.numbers[shader] = classes.names.len() as f32;
-                classes.names.push(scene.shaders[shader].program.class().name.clone());
-            }
-        }
-        classes
-    }
-}
 
 /// Sums of the samples of a tile.
 pub struct TileAovs {
@@ -103,7 +79,7 @@ impl TileAovs {
                 self.hits[lane] += 1;
                 if self.samples == 0 {
                     self.object[lane] = run.index as f32;
-                    self.class[lane] = classes.numbers[run.object.primitive.shader];
+                    self.class[lane] = classes.number(run.object);
                 }
             }
         }

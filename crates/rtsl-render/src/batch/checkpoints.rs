@@ -1,0 +1,226 @@
+//! What of a film goes into checkpoints, and when they are written.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use crate::acceleration::LANES;
+use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
+
+use super::features::FeatureSums;
+use super::film::{BatchFilm, TileRecord};
+
+/// Where and when a render keeps what it has.
+#[derive(Clone, Debug)]
+pub struct Checkpoints {
+    /// The file.
+    pub path: PathBuf,
+    /// How often it is written; only where the render ends early, if `None`.
+    pub every: Option<Duration>,
+    /// Whether the render goes on from it. Where there is no such file, it begins anew.
+    pub resume: bool,
+    /// What the image depends on.
+    pub fingerprint: Fingerprint,
+}
+
+/// The same while rendering.
+pub struct CheckpointWriter<'a> {
+    checkpoints: &'a Checkpoints,
+    /// The time of the last attempt.
+    last: Mutex<Instant>,
+}
+
+impl<'a> CheckpointWriter<'a> {
+    /// For a render that begins now.
+    pub fn new(checkpoints: &'a Checkpoints) -> Self {
+        CheckpointWriter { checkpoints, last: Mutex::new(Instant::now()) }
+    }
+
+    /// Writes a checkpoint if it is time, and nobody else is at it. The render goes on where that fails: there will be
+    /// another attempt, and of the last one it is told.
+    pub fn write_if_due(&self, film: &BatchFilm) {
+        let Some(every) = self.checkpoints.every else { return };
+        let Ok(mut last) = self.last.try_lock() else { return };
+        if last.elapsed() >= every {
+            let _ = write(film, self.checkpoints);
+            *last = Instant::now();
+        }
+    }
+
+    /// Writes a last checkpoint.
+    ///
+    /// # Errors
+    /// What hinders it.
+    pub fn write_last(&self, film: &BatchFilm) -> Result<(), CheckpointError> {
+        write(film, self.checkpoints)
+    }
+
+    /// Whether checkpoints are written while rendering.
+    pub fn is_periodic(&self) -> bool {
+        self.checkpoints.every.is_some()
+    }
+}
+
+/// Everything that a film knows.
+#[derive(Default)]
+struct FilmNumbers {
+    taken: Vec<u32>,
+    done: Vec<u32>,
+    dropped: Vec<u32>,
+    seconds: Vec<f64>,
+    sums: Vec<f64>,
+    squares: Vec<f64>,
+    albedo: Vec<f64>,
+    normals: Vec<f64>,
+    distances: Vec<f64>,
+    hits: Vec<u32>,
+    objects: Vec<f32>,
+}
+
+fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointError> {
+    let mut numbers = FilmNumbers::default();
+    for tile in 0..film.tiles().len() {
+        // A tile at a time: each is what it is after some of its samples, and that is enough.
+        numbers.add(&film.record(tile));
+    }
+    let fingerprint = checkpoints.fingerprint.clone();
+    Checkpoint { fingerprint, sections: numbers.sections() }.write(&checkpoints.path)
+}
+
+/// Gives a film what a checkpoint has; where there is none, the film stays as it is. Whether there was one.
+///
+/// # Errors
+/// It cannot be read, is damaged, or is of another render.
+pub fn restore(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<bool, CheckpointError> {
+    let Checkpoints { path, fingerprint, .. } = checkpoints;
+    if !path.try_exists().unwrap_or(true) {
+        return Ok(false);
+    }
+    let checkpoint = Checkpoint::read_for(path, fingerprint)?;
+    let numbers = FilmNumbers::from_sections(checkpoint.sections, film)
+        .map_err(|what| malformed(path, what))?;
+    for tile in 0..film.tiles().len() {
+        numbers.give(tile, &mut film.record(tile));
+    }
+    Ok(true)
+}
+
+fn malformed(path: &Path, what: String) -> CheckpointError {
+    CheckpointError::Damaged { path: path.to_owned(), damage: Damage::Malformed(what) }
+}
+
+impl FilmNumbers {
+    fn add(&mut self, record: &TileRecord) {
+        self.taken.push(record.taken);
+        self.done.push(u32::from(record.is_done));
+        self.dropped.push(u32::try_from(record.dropped).unwrap_or(u32::MAX));
+        self.seconds.push(record.time.as_secs_f64());
+        self.sums.extend(record.sums.as_flattened());
+        self.squares.extend(record.squares);
+        if let Some(features) = &record.features {
+            self.albedo.extend(features.albedo.as_flattened());
+            self.normals.extend(features.normal.as_flattened());
+            self.distances.extend(features.distance);
+            self.hits.extend(features.hits);
+            self.objects.extend(features.object);
+        }
+    }
+
+    fn sections(&self) -> Vec<Section<'_>> {
+        let mut sections = vec![
+            Section::u32("taken", &self.taken),
+            Section::u32("done", &self.done),
+            Section::u32("dropped", &self.dropped),
+            Section::f64("seconds", &self.seconds),
+            Section::f64("sums", &self.sums),
+            Section::f64("squares", &self.squares),
+        ];
+        if !self.hits.is_empty() {
+            sections.extend([
+                Section::f64("albedo", &self.albedo),
+                Section::f64("normals", &self.normals),
+                Section::f64("distances", &self.distances),
+                Section::u32("hits", &self.hits),
+                Section::f32("objects", &self.objects),
+            ]);
+        }
+        sections
+    }
+
+    /// The numbers for a film, or what is wrong with them.
+    fn from_sections(sections: Vec<Section<'_>>, film: &BatchFilm) -> Result<Self, String> {
+        let mut all = FilmNumbers::default();
+        for Section { name, numbers } in sections {
+            match (&*name, numbers) {
+                ("taken", Numbers::U32(numbers)) => all.taken = numbers.into_owned(),
+                ("done", Numbers::U32(numbers)) => all.done = numbers.into_owned(),
+                ("dropped", Numbers::U32(numbers)) => all.dropped = numbers.into_owned(),
+                ("seconds", Numbers::F64(numbers)) => all.seconds = numbers.into_owned(),
+                ("sums", Numbers::F64(numbers)) => all.sums = numbers.into_owned(),
+                ("squares", Numbers::F64(numbers)) => all.squares = numbers.into_owned(),
+                ("albedo", Numbers::F64(numbers)) => all.albedo = numbers.into_owned(),
+                ("normals", Numbers::F64(numbers)) => all.normals = numbers.into_owned(),
+                ("distances", Numbers::F64(numbers)) => all.distances = numbers.into_owned(),
+                ("hits", Numbers::U32(numbers)) => all.hits = numbers.into_owned(),
+                ("objects", Numbers::F32(numbers)) => all.objects = numbers.into_owned(),
+                (name, _) => return Err(format!("it has a section `{name}` of another sort")),
+            }
+        }
+        all.check(film)?;
+        Ok(all)
+    }
+
+    /// Whether there are as many as the film's tiles need.
+    fn check(&self, film: &BatchFilm) -> Result<(), String> {
+        let tiles = film.tiles().len();
+        let pixels = tiles * LANES;
+        let with_features = tiles > 0 && film.record(0).features.is_some();
+        let featured = if with_features { pixels } else { 0 };
+        let lengths = [
+            ("taken", self.taken.len(), tiles),
+            ("done", self.done.len(), tiles),
+            ("dropped", self.dropped.len(), tiles),
+            ("seconds", self.seconds.len(), tiles),
+            ("sums", self.sums.len(), 3 * pixels),
+            ("squares", self.squares.len(), pixels),
+            ("albedo", self.albedo.len(), 3 * featured),
+            ("normals", self.normals.len(), 3 * featured),
+            ("distances", self.distances.len(), featured),
+            ("hits", self.hits.len(), featured),
+            ("objects", self.objects.len(), featured),
+        ];
+        match lengths.into_iter().find(|(_, found, expected)| found != expected) {
+            None => Ok(()),
+            Some((name, found, expected)) => {
+                Err(format!("its section `{name}` has {found} numbers, expected {expected}"))
+            }
+        }
+    }
+
+    fn give(&self, tile: usize, record: &mut TileRecord) {
+        record.taken = self.taken[tile];
+        record.is_done = self.done[tile] != 0;
+        record.dropped = u64::from(self.dropped[tile]);
+        record.time = Duration::try_from_secs_f64(self.seconds[tile]).unwrap_or_default();
+        let first = tile * LANES;
+        for lane in 0..LANES {
+            let pixel = first + lane;
+            record.sums[lane] = vector(&self.sums, pixel);
+            record.squares[lane] = self.squares[pixel];
+        }
+        let Some(features) = record.features.as_deref_mut() else { return };
+        let FeatureSums { albedo, normal, distance, hits, object } = features;
+        for lane in 0..LANES {
+            let pixel = first + lane;
+            albedo[lane] = vector(&self.albedo, pixel);
+            normal[lane] = vector(&self.normals, pixel);
+            distance[lane] = self.distances[pixel];
+            hits[lane] = self.hits[pixel];
+            object[lane] = self.objects[pixel];
+        }
+    }
+}
+
+fn vector(numbers: &[f64], pixel: usize) -> [f64; 3] {
+    [numbers[3 * pixel], numbers[3 * pixel + 1], numbers[3 * pixel + 2]]
+}

@@ -1,0 +1,32 @@
+//! Numbers of the classes of a scene's objects, for images that show them.
+
+use super::compiled_scene::{CompiledScene, Object};
+
+/// The classes of a scene's objects, in the order in which objects have them.
+pub struct ObjectClasses {
+    /// Their names.
+    pub names: Vec<String>,
+    /// The number of each shader's class; -1 for those of no object.
+    numbers: Vec<f32>,
+}
+
+impl ObjectClasses {
+    /// Those of a scene.
+    pub fn of(scene: &CompiledScene) -> Self {
+        let mut classes =
+            ObjectClasses { names: Vec::new(), numbers: vec![-1.0; scene.shaders.len()] };
+        for object in &scene.objects {
+            let shader = object.primitive.shader;
+            if classes.numbers[shader] < 0.0 {
+                classes.numbers[shader] = classes.names.len() as f32;
+                classes.names.push(scene.shaders[shader].program.class().name.clone());
+            }
+        }
+        classes
+    }
+
+    /// The number of an object's class.
+    pub fn number(&self, object: &Object) -> f32 {
+        self.numbers[object.primitive.shader]
+    }
+}
