@@ -161,8 +161,33 @@ fn a_closed_room_gathers_all_orders() {
         Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
         Shape \"sphere\" \"float radius\" 3",
     );
-    let orders = (0..=8).map(|order| 0.5_f64.powi(order)).sum();
+    let orders = (0..8).fold(1.0, |sum, _| 1.0 + 0.5 * sum);
     check(&text, orders);
+}
+
+/// Many lamps light as the sum of each, whichever of them are sampled how often.
+#[test]
+fn many_lights_add_up() {
+    let places: Vec<[f64; 2]> = (0..40)
+        .map(|index| [1.0 + 0.05 * f64::from(index), 2.0 + 0.1 * f64::from(index)])
+        .collect();
+    let lamp = |(index, [x, y]): (usize, &[f64; 2])| {
+        let radiance = 1 + index % 7;
+        format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{radiance} 1 1] Translate {x} {y} {}
+            Shape \"sphere\" \"float radius\" 0.01 AttributeEnd\n",
+            0.3 * index as f64
+        )
+    };
+    let lamps: String = places.iter().enumerate().map(lamp).collect();
+    let black = "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n";
+    let lit = |(index, [x, y]): (usize, &[f64; 2])| {
+        let z = 0.3 * index as f64;
+        let across = (x * x + z * z).sqrt();
+        sphere_irradiance(1.0 + (index % 7) as f64, 0.01, [across, *y])
+    };
+    let irradiance: f64 = places.iter().enumerate().map(lit).sum();
+    check(&above_floor(&format!("{black}{lamps}")), 0.5 / std::f64::consts::PI * irradiance);
 }
 
 /// What neither absorbs nor emits is invisible in an even sky.

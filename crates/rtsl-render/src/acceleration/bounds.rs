@@ -80,6 +80,19 @@ impl Bounds {
         }
     }
 
+    /// The point at these parts of the ways along its sides.
+    pub fn at(&self, parts: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| {
+            let (min, max) = (f64::from(self.min[axis]), f64::from(self.max[axis]));
+            (min + (max - min) * f64::from(parts[axis])) as f32
+        })
+    }
+
+    /// The point in its middle.
+    pub fn center(&self) -> [f32; 3] {
+        self.at([0.5; 3])
+    }
+
     /// Its surface; 0 for the empty box.
     pub fn area(&self) -> f64 {
         let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);

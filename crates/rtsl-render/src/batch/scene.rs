@@ -9,6 +9,7 @@ use rtsl::{
 };
 
 use crate::compiled::placed_objects::GroupMember;
+use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::messages::Messages;
@@ -18,6 +19,7 @@ use super::kernels::{KernelMaker, Of};
 use super::lights::Lights;
 use super::material::{MaterialClasses, MaterialSource};
 use super::surface_group::{GroupKey, GroupParts, SurfaceGroup};
+use super::tracer::PathTracer;
 
 /// Of classes with no more objects than this each is called for by itself: what its methods read of it is read
 /// once.
@@ -83,7 +85,16 @@ impl BatchScene {
         messages.push(SourceMap::new(), problems);
         warn_of_shade(&groups, &compiled, &materials, messages);
         let compile_time = compiled.compile_time + start.elapsed();
-        Ok(BatchScene { compiled, compile_time, groups, objects: plan.objects, materials, lights })
+        let mut scene =
+            BatchScene { compiled, compile_time, groups, objects: plan.objects, materials, lights };
+        let problems = Problems::default();
+        let tracer = PathTracer { scene: &scene, problems: &problems, with_features: false };
+        let probes = tracer.probe_lights();
+        if problems.any() {
+            return Err(exhausted_budgets(&scene.compiled, &problems));
+        }
+        scene.lights.select_by(&probes);
+        Ok(scene)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What lights a scene: its lights, and its shapes that emit.
 
+mod probe;
 mod sample;
 mod selection;
 
@@ -17,7 +18,7 @@ use super::scene::ObjectEntry;
 use super::wave::{NO_INSTANCE, PathHit};
 
 pub use sample::LightMemory;
-use selection::Selection;
+use selection::{LightProbe, Selection};
 
 /// The lights of a scene.
 pub struct Lights {
@@ -106,8 +107,14 @@ impl Lights {
         };
         lights.add_classes(maker, scene, compiled);
         lights.add_shapes(maker, scene, compiled, materials, objects);
-        lights.selection = Selection::new(&lights.entries);
+        let unknown = LightProbe { bounds: None, strength: 1.0 };
+        lights.selection = Selection::new(&vec![unknown; lights.entries.len()]);
         lights
+    }
+
+    /// Lets what is known of the lights decide how often each is chosen.
+    pub fn select_by(&mut self, probes: &[LightProbe]) {
+        self.selection = Selection::new(probes);
     }
 
     /// Whether there is nothing to sample.

@@ -127,6 +127,19 @@ impl PathTracer<'_> {
             (memory.chosen[lane], memory.probability[lane]) =
                 lights.selection.choose(get(&chunk.point, lane), *number);
         }
+        self.sample_by_class(chunk, memory);
+    }
+
+    /// Samples these lights, one for each lane of a chunk, as if they were the only ones.
+    pub fn sample_chosen(&self, chunk: &mut Chunk, memory: &mut LightMemory, chosen: &[u32]) {
+        memory.chosen[..chosen.len()].copy_from_slice(chosen);
+        memory.probability.fill(1.0);
+        self.sample_by_class(chunk, memory);
+    }
+
+    /// Samples the lights that were chosen, those of a class together.
+    fn sample_by_class(&self, chunk: &mut Chunk, memory: &mut LightMemory) {
+        let lights = &self.scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
             memory.lanes.clear();
             let is_of_class =

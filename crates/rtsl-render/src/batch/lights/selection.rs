@@ -1,27 +1,277 @@
-//! Which light a point is lit by a sample of.
+//! Which light a point is lit by a sample of: by a hierarchy, so that many lights cost a point little and the
+//! near and the strong ones are chosen often (Conty Estevez and Kulla, "Importance Sampling of Many Lights with
+//! Adaptive Tree Splitting", HPG 2018).
+//!
+//! What is known of lights comes from a few samples of each, whatever their classes. It steers how often a light is chosen and
+//! nothing else: every light has some probability at every point, and each sample is divided by it.
 
-use super::LightEntry;
+use crate::acceleration::Bounds;
+
+/// What samples told of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightProbe {
+    /// The box of the places that light came from; `None` for what is infinitely far away.
+    pub bounds: Option<Bounds>,
+    /// Luminous intensity, the mean over directions. Of what is infinitely far away nobody reads it.
+    pub strength: f32,
+}
 
 /// Chooses lights.
 #[derive(Default)]
 pub struct Selection {
-    count: u32,
+    /// The lights that are infinitely far away.
+    infinite: Vec<u32>,
+    /// The hierarchy over the others: the root first, the children of a node side by side.
+    nodes: Vec<Node>,
+    /// For each light where the hierarchy has it.
+    places: Vec<Place>,
 }
 
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    center: [f32; 3],
+    /// Half of the diagonal of its box, squared: nearer than this the distance says nothing.
+    radius2: f32,
+    strength: f32,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Light(u32),
+    /// The first of two nodes.
+    Children(u32),
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Infinite,
+    /// On the way from the root: a bit for each step, the first lowest, that says whether it leads to the second
+    /// child, and how many steps.
+    Finite(u64, u32),
+}
+
+/// Part of the mean strength that each light has at least: samples may have missed all of its light.
+const LEAST_STRENGTH: f32 = 1e-3;
+
 impl Selection {
-    /// Among these.
-    pub fn new(entries: &[LightEntry]) -> Self {
-        Selection { count: entries.len() as u32 }
+    /// Among lights of which this is known.
+    pub fn new(probes: &[LightProbe]) -> Self {
+        let (infinite, finite): (Vec<u32>, Vec<u32>) =
+            (0..probes.len() as u32).partition(|light| probes[*light as usize].bounds.is_none());
+        let mut selection = Selection {
+            infinite,
+            nodes: Vec::with_capacity(2 * finite.len()),
+            places: vec![Place::Infinite; probes.len()],
+        };
+        let strengths = finite.iter().map(|light| probes[*light as usize].strength);
+        let mean = strengths.sum::<f32>() / finite.len().max(1) as f32;
+        let least = if mean > 0.0 && mean.is_finite() { mean * LEAST_STRENGTH } else { 1.0 };
+        let mut leaves: Vec<Leaf> = finite
+            .into_iter()
+            .filter_map(|light| Leaf::new(light, &probes[light as usize], least))
+            .collect();
+        if !leaves.is_empty() {
+            selection.nodes.push(Node::over(&leaves));
+            selection.split(0, &mut leaves, (0, 0));
+        }
+        selection
     }
 
-    /// The light that a number in [0,1) chooses for a point, and with which probability.
-    pub fn choose(&self, _point: [f32; 3], number: f32) -> (u32, f32) {
-        let light = (number * self.count as f32) as u32;
-        (light.min(self.count.saturating_sub(1)), 1.0 / self.count as f32)
+    /// Makes the tree below a node. Halves are equally large, so no way is longer than numbers of lights have
+    /// digits.
+    fn split(&mut self, node: usize, leaves: &mut [Leaf], (way, steps): (u64, u32)) {
+        if let [only] = leaves {
+            self.places[only.light as usize] = Place::Finite(way, steps);
+            return;
+        }
+        let axis = widest_axis(leaves);
+        let middle = leaves.len() / 2;
+        let order = |one: &Leaf, other: &Leaf| {
+            one.center[axis].total_cmp(&other.center[axis]).then(one.light.cmp(&other.light))
+        };
+        leaves.select_nth_unstable_by(middle, order);
+        let (first, second) = leaves.split_at_mut(middle);
+        let children = self.nodes.len();
+        self.nodes.extend([Node::over(first), Node::over(second)]);
+        self.nodes[node].content = Content::Children(children as u32);
+        self.split(children, first, (way, steps + 1));
+        self.split(children + 1, second, (way | 1 << steps, steps + 1));
+    }
+
+    /// The light that a number in [0,1) chooses for a point, and with which probability; positive.
+    pub fn choose(&self, point: [f32; 3], number: f32) -> (u32, f32) {
+        let probability = self.infinite_probability();
+        let place = number / probability;
+        if let Some(light) = self.infinite.get(place as usize) {
+            return (*light, probability);
+        }
+        let Some(mut node) = self.nodes.first() else {
+            return (self.infinite.last().copied().unwrap_or(0), probability);
+        };
+        let infinite = probability * self.infinite.len() as f32;
+        let mut number = ((number - infinite) / (1.0 - infinite)).clamp(0.0, BELOW_ONE);
+        let mut chosen = 1.0 - infinite;
+        loop {
+            match node.content {
+                Content::Light(light) => return (light, chosen),
+                Content::Children(children) => {
+                    let [first, second] = self.children(children);
+                    let part = first.part(second, point);
+                    let is_second = number >= part;
+                    let (start, width) = if is_second { (part, 1.0 - part) } else { (0.0, part) };
+                    number = ((number - start) / width).clamp(0.0, BELOW_ONE);
+                    chosen *= width;
+                    node = if is_second { second } else { first };
+                }
+            }
+        }
     }
 
     /// The probability with which a light is chosen for a point.
-    pub fn probability(&self, _light: u32, _point: [f32; 3]) -> f32 {
-        1.0 / self.count as f32
+    pub fn probability(&self, light: u32, point: [f32; 3]) -> f32 {
+        let infinite = self.infinite_probability();
+        let Place::Finite(way, steps) = self.places[light as usize] else { return infinite };
+        let mut probability = 1.0 - infinite * self.infinite.len() as f32;
+        let mut node = self.nodes[0];
+        for step in 0..steps {
+            let Content::Children(children) = node.content else { break };
+            let [first, second] = self.children(children);
+            let part = first.part(second, point);
+            let is_second = way >> step & 1 != 0;
+            probability *= if is_second { 1.0 - part } else { part };
+            node = if is_second { *second } else { *first };
+        }
+        probability
+    }
+
+    /// That of each light which is infinitely far away: all others together count as one of them.
+    fn infinite_probability(&self) -> f32 {
+        let others = usize::from(!self.nodes.is_empty());
+        1.0 / (self.infinite.len() + others).max(1) as f32
+    }
+
+    fn children(&self, first: u32) -> [&Node; 2] {
+        [&self.nodes[first as usize], &self.nodes[first as usize + 1]]
+    }
+}
+
+/// The greatest number below 1.
+const BELOW_ONE: f32 = 1.0_f32.next_down();
+
+/// Neither of two nodes is chosen with less than this probability: 1 less a rounded part must not vanish.
+const LEAST_PART: f32 = 1e-6;
+
+impl Node {
+    fn over(leaves: &[Leaf]) -> Self {
+        let bounds = leaves.iter().fold(Bounds::EMPTY, |all, leaf| all.union(&leaf.bounds));
+        let radius = 0.5 * bounds.diagonal();
+        Node {
+            center: bounds.center(),
+            radius2: (radius * radius) as f32,
+            strength: leaves.iter().map(|leaf| leaf.strength).sum(),
+            content: Content::Light(leaves[0].light),
+        }
+    }
+
+    /// How much light comes from it to a point, roughly; positive.
+    fn importance(&self, point: [f32; 3]) -> f32 {
+        let square = |axis: usize| {
+            let difference = point[axis] - self.center[axis];
+            difference * difference
+        };
+        let distance2 = square(0) + square(1) + square(2);
+        self.strength / distance2.max(self.radius2).max(f32::MIN_POSITIVE)
+    }
+
+    /// The probability with which it is chosen rather than another.
+    fn part(&self, other: &Node, point: [f32; 3]) -> f32 {
+        let (one, other) = (self.importance(point), other.importance(point));
+        let part = one / (one + other);
+        // Infinite importances say nothing.
+        if part.is_nan() { 0.5 } else { part.clamp(LEAST_PART, 1.0 - LEAST_PART) }
+    }
+}
+
+/// A light in the making of the hierarchy.
+#[derive(Clone, Copy, Debug)]
+struct Leaf {
+    light: u32,
+    bounds: Bounds,
+    center: [f32; 3],
+    strength: f32,
+}
+
+impl Leaf {
+    fn new(light: u32, probe: &LightProbe, least: f32) -> Option<Self> {
+        let bounds = probe.bounds?;
+        let strength = if probe.strength.is_finite() { probe.strength.max(least) } else { least };
+        Some(Leaf { light, bounds, center: bounds.center(), strength })
+    }
+}
+
+fn widest_axis(leaves: &[Leaf]) -> usize {
+    let width = |axis: usize| {
+        let centers = leaves.iter().map(|leaf| leaf.center[axis]);
+        let (least, greatest) = centers
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(least, greatest), it| {
+                (least.min(it), greatest.max(it))
+            });
+        greatest - least
+    };
+    [1, 2]
+        .into_iter()
+        .fold(0, |widest, axis| if width(axis) > width(widest) { axis } else { widest })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn probe() -> impl Strategy<Value = LightProbe> {
+        let place = prop::array::uniform3(-10.0_f32..10.0);
+        let size = prop::array::uniform3(0.0_f32..2.0);
+        let finite = (place, size).prop_map(|(place, size)| {
+            Bounds::new(place, std::array::from_fn(|axis| place[axis] + size[axis]))
+        });
+        let strength = prop_oneof![Just(0.0), 0.0_f32..10.0, Just(f32::INFINITY), Just(f32::NAN)];
+        (prop_oneof![1 => Just(None), 4 => finite], strength)
+            .prop_map(|(bounds, strength)| LightProbe { bounds, strength })
+    }
+
+    proptest! {
+        #[test]
+        fn lights_are_chosen_as_often_as_it_says(
+            probes in prop::collection::vec(probe(), 1..12),
+            point in prop::array::uniform3(-12.0_f32..12.0),
+        ) {
+            const COUNT: u32 = 1 << 14;
+            let selection = Selection::new(&probes);
+            let all: Vec<f32> = (0..probes.len() as u32).map(|it| selection.probability(it, point)).collect();
+            prop_assert!((all.iter().sum::<f32>() - 1.0).abs() < 1e-4, "{all:?}");
+            prop_assert!(all.iter().all(|it| *it > 0.0));
+            let mut chosen = vec![0_u32; probes.len()];
+            for index in 0..COUNT {
+                let (light, probability) = selection.choose(point, (index as f32 + 0.5) / COUNT as f32);
+                prop_assert_eq!(probability.to_bits(), all[light as usize].to_bits());
+                chosen[light as usize] += 1;
+            }
+            for (probability, count) in all.iter().zip(chosen) {
+                let expected = probability * COUNT as f32;
+                prop_assert!((expected - count as f32).abs() < 4.0 + 1e-2 * expected, "{expected} {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn near_and_strong_lights_are_chosen_often() {
+        let at = |x: f32| Bounds::new([x, 0.0, 0.0], [x, 0.0, 0.0]);
+        let probes = [(1.0, 1.0), (10.0, 1.0), (10.5, 50.0), (100.0, 1.0)];
+        let probes = probes.map(|(x, strength)| LightProbe { bounds: at(x), strength });
+        let selection = Selection::new(&probes);
+        let [near, weak, strong, far] = [0, 1, 2, 3].map(|it| selection.probability(it, [0.0; 3]));
+        assert!(near > 0.5 && strong > weak && weak > far, "{near} {weak} {strong} {far}");
     }
 }

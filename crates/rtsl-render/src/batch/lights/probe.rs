@@ -1,0 +1,88 @@
+//! What a few samples of each light tell of it.
+
+use crate::acceleration::Bounds;
+use crate::sampling::{hash, unit_float};
+
+use super::super::chunk::{CHUNK, Chunk, get, set};
+use super::super::tracer::PathTracer;
+use super::sample::LightMemory;
+use super::selection::LightProbe;
+
+/// Samples of each light: a chunk holds those of sixteen.
+const SAMPLES: usize = 16;
+
+/// The key of the numbers of probes.
+const NUMBERS_OF_PROBES: u32 = 0x7072_6F62;
+
+impl PathTracer<'_> {
+    /// Samples every light from some points all over the scene.
+    pub fn probe_lights(&self) -> Vec<LightProbe> {
+        let settings = &self.scene.compiled.settings;
+        let scratch = self.scene.scratch_arrays();
+        let mut chunk = Chunk::new(scratch, settings.sampler);
+        let mut memory = LightMemory::new(scratch, settings.sampler);
+        let world = self.world();
+        let count = self.scene.lights.entries.len() as u32;
+        let mut probes = Vec::with_capacity(count as usize);
+        for first in (0..count).step_by(CHUNK / SAMPLES) {
+            let end = count.min(first + (CHUNK / SAMPLES) as u32);
+            let lights = (first..end).flat_map(|light| std::iter::repeat_n(light, SAMPLES));
+            let lights: Vec<u32> = lights.collect();
+            set_points(&mut chunk, &lights, world);
+            self.sample_chosen(&mut chunk, &mut memory, &lights);
+            let samples = (0..lights.len()).step_by(SAMPLES);
+            probes.extend(samples.map(|start| probe(&chunk, start)));
+        }
+        probes
+    }
+
+    /// The box of the scene, as far as it has one.
+    fn world(&self) -> Bounds {
+        let groups = &self.scene.compiled.geometry.groups;
+        let world = groups.first().map(|group| group.tree.bounds);
+        let is_usable = |bounds: &Bounds| bounds.diagonal().is_finite() && bounds.diagonal() > 0.0;
+        world
+            .filter(is_usable)
+            .or_else(|| Bounds::new([-1.0; 3], [1.0; 3]))
+            .unwrap_or(Bounds::EMPTY)
+    }
+}
+
+/// Points all over a box, from which each light is sampled.
+fn set_points(chunk: &mut Chunk, lights: &[u32], world: Bounds) {
+    chunk.count = lights.len();
+    for lane in 0..lights.len().next_multiple_of(8).min(CHUNK) {
+        let number =
+            |axis: u32| unit_float(hash(hash(NUMBERS_OF_PROBES, (lane % SAMPLES) as u32), axis));
+        let [x, y, z] = [0, 1, 2].map(number);
+        set(&mut chunk.point, lane, world.at([x, y, z]));
+        set(&mut chunk.geometric_normal, lane, [0.0, 0.0, 1.0]);
+        set(&mut chunk.shading_normal, lane, [0.0, 0.0, 1.0]);
+        chunk.side[lane] = 1.0;
+        chunk.time[lane] = (lane % SAMPLES) as f32 / SAMPLES as f32;
+        chunk.keys[lane] = hash(NUMBERS_OF_PROBES, lane as u32);
+        chunk.numbers.samples[lane] = (lane % SAMPLES) as u32;
+    }
+}
+
+/// What the samples of one light say.
+fn probe(chunk: &Chunk, start: usize) -> LightProbe {
+    let (mut bounds, mut strength) = (Bounds::EMPTY, 0.0);
+    for lane in start..start + SAMPLES {
+        let distance = chunk.light.distance[lane];
+        if distance.is_nan() || distance == f32::INFINITY {
+            return LightProbe { bounds: None, strength: 1.0 };
+        }
+        let (point, direction) = (get(&chunk.point, lane), get(&chunk.light.direction, lane));
+        let place: [f32; 3] = std::array::from_fn(|axis| point[axis] + direction[axis] * distance);
+        if let Some(place) = Bounds::new(place, place) {
+            bounds = bounds.union(&place);
+        }
+        let [red, green, blue] = get(&chunk.light.color, lane);
+        let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+        let intensity = luminance * distance * distance;
+        strength += if intensity.is_finite() { intensity.max(0.0) / SAMPLES as f32 } else { 0.0 };
+    }
+    let is_somewhere = bounds != Bounds::EMPTY;
+    LightProbe { bounds: is_somewhere.then_some(bounds), strength }
+}
