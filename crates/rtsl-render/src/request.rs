@@ -9,7 +9,7 @@ use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes
 use crate::batch::{self, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::Fingerprint;
 use crate::compiled::{BuildStep, CompiledScene};
-use crate::film::{Aov, AovImage, Image};
+use crate::film::{Aov, AovImage, DENOISER_AOVS, Image};
 use crate::interactive::{self, RenderOptions};
 use crate::messages::Messages;
 use crate::progress::Progress;
@@ -62,6 +62,8 @@ pub struct RenderRequest<'a> {
     pub time_limit: Option<Duration>,
     /// Images of something else than colour.
     pub aovs: Vec<Aov>,
+    /// A batch render makes the images that help a denoiser too, after those that are asked for.
+    pub for_denoiser: bool,
     /// Tiles of a batch render take no more samples where their noise is no more than this, relative to
     /// their luminance.
     pub noise_target: Option<f32>,
@@ -87,6 +89,13 @@ pub struct CheckpointRequest {
 }
 
 impl RenderRequest<'_> {
+    /// The images besides colour that a batch render makes.
+    fn batch_aovs(&self) -> Vec<Aov> {
+        let helps =
+            DENOISER_AOVS.iter().filter(|aov| self.for_denoiser && !self.aovs.contains(aov));
+        self.aovs.iter().chain(helps).copied().collect()
+    }
+
     fn tell(&self, progress: Progress) {
         if let Some(listener) = self.progress {
             listener(progress);
@@ -99,7 +108,7 @@ impl RenderRequest<'_> {
 pub struct RenderResult {
     /// The image.
     pub image: Image,
-    /// The images that were asked for besides, in that order.
+    /// The images that were asked for besides, in that order, then those for a denoiser.
     pub aovs: Vec<AovImage>,
     /// The settings it was made with.
     pub settings: Settings,
@@ -160,7 +169,7 @@ fn fingerprint(
     fingerprint.set("parameters set", request.defines.join(" "));
     let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
     fingerprint.set("noise target", noise);
-    let has_features = request.aovs.iter().any(|aov| is_feature(*aov));
+    let has_features = request.batch_aovs().iter().any(|aov| is_feature(*aov));
     fingerprint.set("features of pixels", if has_features { "kept" } else { "not kept" });
     fingerprint
 }
@@ -214,7 +223,7 @@ fn render_paths(
             progress: request.progress.is_some().then_some(&waves_done),
             cancel: request.cancel,
             time_limit: request.time_limit,
-            aovs: &request.aovs,
+            aovs: &request.batch_aovs(),
             noise_target: request.noise_target,
             checkpoints,
         },

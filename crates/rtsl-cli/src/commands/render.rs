@@ -87,8 +87,7 @@ pub struct RenderArguments {
     /// How linear colours become those of a PNG.
     #[arg(long, value_enum, default_value_t = View::Standard)]
     view: View,
-    /// Take the noise out of the picture with Open Image Denoise, where that is installed; `--aov albedo,normal`
-    /// helps it to keep edges and textures. What comes out depends on the library and the machine.
+    /// Take the noise out of the picture with Open Image Denoise, where that is installed. What comes out depends on the library and the machine.
     #[arg(long)]
     denoise: bool,
     /// The precision of colours in an EXR. All else in it is float.
@@ -183,6 +182,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         engine: arguments.engine.options(),
         time_limit: arguments.time,
         aovs: arguments.aov.clone(),
+        for_denoiser: arguments.denoise,
         general_kernels_only: arguments.no_specialise,
         noise_target: arguments.noise,
         checkpoint: Some(checkpoint(arguments)),
@@ -206,6 +206,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
             // The render is not lost for it.
             Err(error) => outcome = refused(denoiser_diagnostic(&error), reporter),
         }
+        rendered.aovs.retain(|image| arguments.aov.contains(&image.aov));
     }
     let options = image_options(arguments, &rendered);
     let written = write_image_with(&rendered.image, &rendered.aovs, &arguments.output, &options);
