@@ -5,6 +5,19 @@
 //! [`Contract`]; [`check`] calls the methods of an instance for many rays and gives a [`Report`] that
 //! says of each whether it held, with the inputs that broke it.
 //!
+//! ```
+//! use rtsl::{Compiler, Engine, Instance};
+//! use rtsl_contract::{Options, check, engine_options};
+//!
+//! let text = "class Grey : rt_Material; void BSDF() { rt_BSDFValue = color(0.5); }";
+//! let unit = Compiler::default().compile("grey.rtsl", text).unit.expect("it compiles");
+//! let grey = Instance::new(&unit.classes()[0], []).expect("it has no parameters");
+//! let (engine, _warnings) = Engine::new(engine_options()).expect("the interpreter, if nothing else");
+//! let report = check(&engine, &grey, &Options::default()).expect("its methods have code");
+//! // A division by pi is missing.
+//! assert!(!report.holds() && report.to_string().contains("more light is scattered than arrives"));
+//! ```
+//!
 //! Random numbers are counted and all arithmetic is this crate's own or the shader's, so a report is
 //! the same on every machine, whatever runs the code.
 //!
