@@ -75,33 +75,14 @@ impl Picture {
         Picture { width, height, texels }
     }
 
-    /// How bright each texel is with its neighbours, of which a ray between them sees some.
-    fn brightness(&self) -> Vec<f64> {
-        let luminance = |row: usize, column: usize| {
-            let [red, green, blue, _] = self.texels[row * self.width + column].map(f64::from);
-            (0.2126 * red + 0.7152 * green + 0.0722 * blue).max(0.0)
-        };
-        let around = |place: usize, count: usize| {
-            [place.saturating_sub(1), place, (place + 1).min(count - 1)]
-        };
-        let mean = |row: usize, column: usize| {
-            let mut sum = 0.0;
-            for (y, weight) in around(row, self.height).into_iter().zip([0.25, 0.5, 0.25]) {
-                let left = if column == 0 { self.width - 1 } else { column - 1 };
-                let right = if column + 1 == self.width { 0 } else { column + 1 };
-                let line = 0.25 * (luminance(y, left) + luminance(y, right));
-                sum += weight * (line + 0.5 * luminance(y, column));
-            }
-            sum
-        };
-        let places = (0..self.height).flat_map(|row| (0..self.width).map(move |it| (row, it)));
-        places.map(|(row, column)| mean(row, column)).collect()
-    }
-
     /// For each row what part of a sky's light comes from those above, and the same for the columns of each
     /// row, each list ending with 1. `row_weight` is the solid angle of a row's texels, to any scale.
     pub fn sums(&self, row_weight: impl Fn(usize) -> f64) -> (Vec<f32>, Vec<f32>) {
-        let brightness = self.brightness();
+        let luminance = |texel: &[f32; 4]| {
+            let [red, green, blue, _] = texel.map(f64::from);
+            (0.2126 * red + 0.7152 * green + 0.0722 * blue).max(0.0)
+        };
+        let brightness: Vec<f64> = self.texels.iter().map(luminance).collect();
         let mut columns = Vec::with_capacity((self.width + 1) * self.height);
         let mut totals = Vec::with_capacity(self.height);
         for (row, line) in brightness.chunks(self.width).enumerate() {
