@@ -165,6 +165,26 @@ fn a_closed_room_gathers_all_orders() {
     check(&text, orders);
 }
 
+/// A screen of which half is there lets half of everything pass: of what is seen, and of what lights.
+#[test]
+fn cut_outs_let_their_part_pass() {
+    let screen = |alpha: f32, y: f32| {
+        format!(
+            "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] Translate 0 {y} 0
+            Shape \"Disk\" \"float radius\" 4 \"float alpha\" {alpha} AttributeEnd\n"
+        )
+    };
+    let light = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]\n";
+    let lit = 0.5 / std::f64::consts::PI * 2.5;
+    // Before the camera, but behind the light; then between the light and the floor as well, twice.
+    check(&above_floor(&format!("{light}{}", screen(0.5, 3.0))), 0.5 * lit);
+    check(&above_floor(&format!("{light}{}", screen(0.5, 1.0))), 0.25 * lit);
+    let two = above_floor(&format!("{light}{}{}", screen(0.5, 1.0), screen(0.5, 1.5)));
+    // Few of its samples are lit.
+    check(&two.replace("pixelsamples\" 64", "pixelsamples\" 512"), 0.0625 * lit);
+    check(&above_floor(&format!("{light}{}", screen(0.0, 1.0))), lit);
+}
+
 /// Many lamps light as the sum of each, whichever of them are sampled how often.
 #[test]
 fn many_lights_add_up() {

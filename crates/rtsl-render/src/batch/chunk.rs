@@ -69,6 +69,8 @@ pub struct Chunk {
     pub materials: LaneIndices,
     /// Those of their emitters.
     pub emitters: LaneIndices,
+    /// Those of the textures that cut them out.
+    pub cut_outs: LaneIndices,
     /// Random numbers.
     pub numbers: Numbers,
 }
@@ -119,6 +121,7 @@ impl Chunk {
             objects: LaneIndices::new(CHUNK),
             materials: LaneIndices::new(CHUNK),
             emitters: LaneIndices::new(CHUNK),
+            cut_outs: LaneIndices::new(CHUNK),
             numbers: Numbers::new(sampler),
         })
     }

@@ -1,57 +1,10 @@
-//! Materials of one program, and their methods for the surfaces of a group.
+//! The methods of materials for the surfaces of a group.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{
-    Engine, Instance, Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state,
-};
-
-use crate::scene::Scene;
+use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 
 use super::kernels::{KernelMaker, Of};
-
-/// Materials of one program, by number.
-pub struct MaterialClass {
-    /// The program.
-    pub program: Arc<Program>,
-    /// The materials' members.
-    pub objects: Arc<Objects>,
-}
-
-/// The materials of a scene by class.
-#[derive(Default)]
-pub struct MaterialClasses {
-    /// The classes.
-    pub classes: Vec<MaterialClass>,
-    /// For each material of the scene its class, and its number there.
-    pub numbers: Vec<(u32, u32)>,
-}
-
-impl MaterialClasses {
-    /// Those of a scene.
-    pub fn new(engine: &Engine, scene: &Scene) -> Self {
-        let mut by_program: BTreeMap<usize, u32> = BTreeMap::new();
-        let mut members: Vec<(Arc<Program>, Vec<&Instance>)> = Vec::new();
-        let mut numbers = Vec::with_capacity(scene.materials.len());
-        for material in &scene.materials {
-            let program = engine.program(material);
-            let next = members.len() as u32;
-            let class = *by_program.entry(Arc::as_ptr(&program) as usize).or_insert(next);
-            if class == next {
-                members.push((program, Vec::new()));
-            }
-            let (_, instances) = &mut members[class as usize];
-            numbers.push((class, instances.len() as u32));
-            instances.push(material);
-        }
-        let classes = members.into_iter().map(|(program, instances)| {
-            let objects = Arc::new(program.differing_objects(instances));
-            MaterialClass { program, objects }
-        });
-        MaterialClasses { classes: classes.collect(), numbers }
-    }
-}
 
 /// Whose methods a surface has for its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -20,9 +20,11 @@
 
 mod checkpoints;
 mod chunk;
+mod cut_outs;
 mod emission;
 mod features;
 mod film;
+mod instance_classes;
 mod kernels;
 mod lights;
 mod material;

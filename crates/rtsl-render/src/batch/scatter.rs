@@ -112,6 +112,8 @@ impl PathTracer<'_> {
             time: chunk.time[lane],
             color: get(&colors, lane),
             path: chunk.hits[lane].path,
+            key: chunk.keys[lane],
+            sample: chunk.numbers.samples[lane],
         }));
     }
 
@@ -175,6 +177,7 @@ impl PathTracer<'_> {
             path.direction = get(&onward.direction, lane);
             path.epsilon = scene.epsilon;
             path.distance = f32::INFINITY;
+            path.limit = f32::INFINITY;
             path.throughput = throughput;
             path.density = onward.density[lane];
             path.geometric_normal = seen(get(&chunk.geometric_normal, lane));

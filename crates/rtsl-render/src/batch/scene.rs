@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Objects, Program, SourceMap, diagnostic_codes as codes,
 };
 
 use crate::compiled::placed_objects::GroupMember;
@@ -13,11 +13,12 @@ use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::messages::Messages;
-use crate::scene::{Scene, SceneObject};
+use crate::scene::Scene;
 
+use super::instance_classes::InstanceClasses;
 use super::kernels::{KernelMaker, Of};
-use super::lights::Lights;
-use super::material::{MaterialClasses, MaterialSource};
+use super::lights::{Lights, is_sampled};
+use super::material::MaterialSource;
 use super::surface_group::{GroupKey, GroupParts, SurfaceGroup};
 use super::tracer::PathTracer;
 
@@ -36,7 +37,9 @@ pub struct BatchScene {
     /// What is known of each object.
     pub(super) objects: Vec<ObjectEntry>,
     /// The materials.
-    pub(super) materials: MaterialClasses,
+    pub(super) materials: InstanceClasses,
+    /// The textures that cut out shapes.
+    pub(super) cut_outs: InstanceClasses,
     /// The lights.
     pub(super) lights: Lights,
 }
@@ -50,6 +53,8 @@ pub struct ObjectEntry {
     pub material: u32,
     /// The number of its emitter among those of its class.
     pub emitter: u32,
+    /// The number of the texture that cuts it out among those of its class.
+    pub cut_out: u32,
     /// The class of the traversal that it, or its elements, belong to.
     pub class: u32,
     /// Its number there; elements have their own.
@@ -70,12 +75,15 @@ impl BatchScene {
     ) -> Result<Self, Messages> {
         let compiled = CompiledScene::for_searches(scene.clone(), engine, messages, listener)?;
         let start = Instant::now();
-        let materials = MaterialClasses::new(engine, scene);
+        let materials = InstanceClasses::new(engine, &scene.materials);
+        let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();
+        let cut_outs = InstanceClasses::new(engine, &textures);
         let members = members(&compiled);
-        let plan = GroupPlan::new(scene, &compiled, &materials, &members);
+        let classes = Classes { compiled: &compiled, materials: &materials, cut_outs: &cut_outs };
+        let plan = GroupPlan::new(scene, classes, &members);
         let made = KernelMaker::build_with(engine, |maker| {
             let groups = plan.keys.iter().map(|key| {
-                let parts = group_parts(key, &compiled, &materials);
+                let parts = classes.parts_of(key);
                 SurfaceGroup::new(maker, *key, &parts)
             });
             let groups: Vec<SurfaceGroup> = groups.collect();
@@ -85,8 +93,15 @@ impl BatchScene {
         messages.push(SourceMap::new(), problems);
         warn_of_shade(&groups, &compiled, &materials, messages);
         let compile_time = compiled.compile_time + start.elapsed();
-        let mut scene =
-            BatchScene { compiled, compile_time, groups, objects: plan.objects, materials, lights };
+        let mut scene = BatchScene {
+            compiled,
+            compile_time,
+            groups,
+            objects: plan.objects,
+            materials,
+            cut_outs,
+            lights,
+        };
         let problems = Problems::default();
         let tracer = PathTracer { scene: &scene, problems: &problems, with_features: false };
         let probes = tracer.probe_lights();
@@ -99,6 +114,11 @@ impl BatchScene {
 }
 
 impl BatchScene {
+    /// Whether rays pass through some of what they hit.
+    pub(super) fn has_cut_outs(&self) -> bool {
+        !self.cut_outs.classes.is_empty()
+    }
+
     /// The greatest number of arrays of scratch of a shader.
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays
@@ -109,7 +129,7 @@ impl BatchScene {
 fn warn_of_shade(
     groups: &[SurfaceGroup],
     compiled: &CompiledScene,
-    materials: &MaterialClasses,
+    materials: &InstanceClasses,
     messages: &mut Messages,
 ) {
     let shading = groups.iter().filter(|group| group.material.shade.is_some());
@@ -143,22 +163,34 @@ fn members(compiled: &CompiledScene) -> Vec<GroupMember> {
     members
 }
 
-/// The programs and instances of a group.
-fn group_parts<'a>(
-    key: &GroupKey,
+/// The classes of all that surfaces are made of.
+#[derive(Clone, Copy)]
+struct Classes<'a> {
     compiled: &'a CompiledScene,
-    materials: &'a MaterialClasses,
-) -> GroupParts<'a> {
-    let class = &compiled.classes[key.class as usize];
-    let of_class = |class: u32| -> (&'a Arc<Program>, &'a Objects) {
-        let class = &materials.classes[class as usize];
-        (&class.program, &class.objects)
-    };
-    let material = match key.material.0 {
-        MaterialSource::Own => (class.program(), &*class.objects),
-        MaterialSource::Class(number) => of_class(number),
-    };
-    GroupParts { class, material, emitter: key.emitter.map(|(class, _)| of_class(class)) }
+    materials: &'a InstanceClasses,
+    cut_outs: &'a InstanceClasses,
+}
+
+impl<'a> Classes<'a> {
+    /// The programs and instances of a group.
+    fn parts_of(&self, key: &GroupKey) -> GroupParts<'a> {
+        let class = &self.compiled.classes[key.class as usize];
+        let of_class =
+            |classes: &'a InstanceClasses, class: u32| -> (&'a Arc<Program>, &'a Objects) {
+                let class = &classes.classes[class as usize];
+                (&class.program, &class.objects)
+            };
+        let material = match key.material.0 {
+            MaterialSource::Own => (class.program(), &*class.objects),
+            MaterialSource::Class(number) => of_class(self.materials, number),
+        };
+        GroupParts {
+            class,
+            material,
+            emitter: key.emitter.map(|(class, _)| of_class(self.materials, class)),
+            cut_out: key.cut_out.map(|(class, _)| of_class(self.cut_outs, class)),
+        }
+    }
 }
 
 /// Which groups there are, and which object is in which.
@@ -168,12 +200,9 @@ struct GroupPlan {
 }
 
 impl GroupPlan {
-    fn new(
-        scene: &Scene,
-        compiled: &CompiledScene,
-        materials: &MaterialClasses,
-        members: &[GroupMember],
-    ) -> Self {
+    fn new(scene: &Scene, classes: Classes<'_>, members: &[GroupMember]) -> Self {
+        // Of the objects with cut-outs, in their order.
+        let mut with_cut_outs = 0_usize..;
         let mut of_class: BTreeMap<u32, usize> = BTreeMap::new();
         for member in members {
             *of_class.entry(member.class).or_default() += 1;
@@ -182,21 +211,23 @@ impl GroupPlan {
             .iter()
             .map(|member| {
                 let is_alone = of_class[&member.class] <= FEW_OBJECTS;
-                (*member, Planned::new(scene, compiled, materials, *member, is_alone))
+                let has_cut_out = scene.objects[member.object as usize].alpha.is_some();
+                let cut_out = if has_cut_out { with_cut_outs.next() } else { None };
+                (*member, Planned::new(scene, classes, *member, is_alone, cut_out))
             })
             .collect();
         // Of which materials the surfaces of a group are.
-        let mut numbers: BTreeMap<Rough, [BTreeSet<u32>; 2]> = BTreeMap::new();
+        let mut numbers: BTreeMap<Rough, [BTreeSet<u32>; 3]> = BTreeMap::new();
         for (_, planned) in &planned {
-            let [of_material, of_emitter] = numbers.entry(planned.rough).or_default();
+            let [of_material, of_emitter, of_cut_out] = numbers.entry(planned.rough).or_default();
             of_material.insert(planned.entry.material);
             of_emitter.insert(planned.entry.emitter);
+            of_cut_out.insert(planned.entry.cut_out);
         }
         let mut by_key: BTreeMap<GroupKey, u32> = BTreeMap::new();
         let mut objects = vec![ObjectEntry::default(); scene.objects.len()];
         for (member, planned) in &planned {
-            let [of_material, of_emitter] = &numbers[&planned.rough];
-            let key = planned.rough.key(of(of_material), of(of_emitter));
+            let key = planned.rough.key(numbers[&planned.rough].each_ref().map(of));
             let next = by_key.len() as u32;
             let group = *by_key.entry(key).or_insert(next);
             objects[member.object as usize] = ObjectEntry { group, ..planned.entry };
@@ -223,11 +254,12 @@ struct Rough {
     shape: Of,
     material: MaterialSource,
     emitter: Option<u32>,
+    cut_out: Option<u32>,
     is_sampled: bool,
 }
 
 impl Rough {
-    fn key(self, material: Of, emitter: Of) -> GroupKey {
+    fn key(self, [material, emitter, cut_out]: [Of; 3]) -> GroupKey {
         let of_material = match self.material {
             // The shape's numbers are the material's.
             MaterialSource::Own => self.shape,
@@ -238,6 +270,7 @@ impl Rough {
             shape: self.shape,
             material: (self.material, of_material),
             emitter: self.emitter.map(|class| (class, emitter)),
+            cut_out: self.cut_out.map(|class| (class, cut_out)),
             is_sampled: self.is_sampled,
         }
     }
@@ -252,11 +285,12 @@ struct Planned {
 impl Planned {
     fn new(
         scene: &Scene,
-        compiled: &CompiledScene,
-        materials: &MaterialClasses,
+        classes: Classes<'_>,
         member: GroupMember,
         is_alone: bool,
+        cut_out: Option<usize>,
     ) -> Self {
+        let Classes { compiled, materials, cut_outs } = classes;
         let object = &scene.objects[member.object as usize];
         let class = &compiled.classes[member.class as usize];
         let number = class.number_of(member.object, 0).unwrap_or(0);
@@ -269,28 +303,26 @@ impl Planned {
             }
         };
         let emitter = object.emitter.map(|emitter| materials.numbers[emitter as usize]);
+        let cut_out = cut_out.map(|texture| cut_outs.numbers[texture]);
         Planned {
             rough: Rough {
                 class: member.class,
                 shape: if is_one { Of::One(number) } else { Of::Each },
                 material,
                 emitter: emitter.map(|(class, _)| class),
-                is_sampled: is_sampled(object, class.program()),
+                cut_out: cut_out.map(|(class, _)| class),
+                is_sampled: emitter.is_some_and(|(emitter, _)| {
+                    is_sampled(&materials.classes[emitter as usize].program, class.program())
+                }),
             },
             entry: ObjectEntry {
                 group: 0,
                 material: material_number,
                 emitter: emitter.map_or(0, |(_, number)| number),
+                cut_out: cut_out.map_or(0, |(_, number)| number),
                 class: member.class,
                 number,
             },
         }
     }
-}
-
-/// Whether an object is a light whose samples have densities that hits of it can be asked for.
-fn is_sampled(object: &SceneObject, program: &Program) -> bool {
-    object.emitter.is_some()
-        && program.has(Method::GenerateSample)
-        && program.has(Method::SamplePdf)
 }

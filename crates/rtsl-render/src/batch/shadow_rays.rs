@@ -4,6 +4,7 @@ use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::tracer::Tracer;
 
 use super::tracer::BatchMemory;
+use super::wave::Path;
 
 /// A ray towards a sample of a light.
 #[derive(Clone, Copy, Debug)]
@@ -20,23 +21,47 @@ pub struct ShadowRay {
     pub color: [f32; 3],
     /// To which path.
     pub path: u32,
+    /// Which sequence of numbers the path has.
+    pub key: u32,
+    /// Which sample of its pixel the path is.
+    pub sample: u32,
+}
+
+impl ShadowRay {
+    /// Adds what it is for.
+    #[inline(always)]
+    pub fn add_to(&self, paths: &mut [Path]) {
+        let radiance = &mut paths[self.path as usize].radiance;
+        (0..3).for_each(|channel| radiance[channel] += self.color[channel]);
+    }
+
+    /// The same ray, as that of a path.
+    pub fn path_of(&self, epsilon: f32) -> Path {
+        Path {
+            origin: self.origin,
+            epsilon,
+            direction: self.direction,
+            distance: self.distance,
+            limit: self.distance,
+            time: self.time,
+            key: self.key,
+            sample: self.sample,
+            ..Path::NOWHERE
+        }
+    }
 }
 
 /// Traces the shadow rays of a wave and adds what they are for.
 pub fn trace_shadow_rays(tracer: &Tracer<'_>, memory: &mut BatchMemory) {
-    let BatchMemory { shadow_rays, search, wave, rays, packet, .. } = memory;
-    rays.shadow += shadow_rays.len() as u64;
+    let BatchMemory { shadow_rays, search, wave, packet, .. } = memory;
     for shadow_rays in shadow_rays.chunks(LANES) {
         fill(packet, shadow_rays, tracer.scene.epsilon);
         let lanes = LaneMask::MAX >> (LANES - shadow_rays.len());
         let occluded = tracer.any_hit(search, packet, lanes);
         for lane in lanes_of(lanes & !occluded) {
-            let ShadowRay { color, path, .. } = &shadow_rays[lane];
-            let radiance = &mut wave.paths[*path as usize].radiance;
-            (0..3).for_each(|channel| radiance[channel] += color[channel]);
+            shadow_rays[lane].add_to(&mut wave.paths);
         }
     }
-    shadow_rays.clear();
 }
 
 fn fill(packet: &mut RayPacket, shadow_rays: &[ShadowRay], epsilon: f32) {

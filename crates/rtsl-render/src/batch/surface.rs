@@ -229,6 +229,11 @@ fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
             *number = entry(hit).material;
         }
     }
+    if let Some((_, Of::Each)) = group.key.cut_out {
+        for (number, hit) in chunk.cut_outs.as_mut_slice().iter_mut().zip(hits) {
+            *number = entry(hit).cut_out;
+        }
+    }
     if let Some((_, Of::Each)) = group.key.emitter {
         for (number, hit) in chunk.emitters.as_mut_slice().iter_mut().zip(hits) {
             *number = entry(hit).emitter;

@@ -23,6 +23,8 @@ pub struct GroupKey {
     pub material: (MaterialSource, Of),
     /// The materials whose emission they give off besides.
     pub emitter: Option<(u32, Of)>,
+    /// The textures that cut them out.
+    pub cut_out: Option<(u32, Of)>,
     /// Whether rays can find them as samples of a light, so that densities have to be told.
     pub is_sampled: bool,
 }
@@ -39,6 +41,8 @@ pub struct SurfaceGroup {
     pub material: MaterialKernels,
     /// The emitters' `emission`.
     pub emitter: Option<Arc<Kernel>>,
+    /// The textures' `lookup`.
+    pub cut_out: Option<Arc<Kernel>>,
     /// Arrays of scratch of the material.
     pub material_scratch: usize,
 }
@@ -65,6 +69,8 @@ pub struct GroupParts<'a> {
     pub material: (&'a Arc<Program>, &'a Objects),
     /// The emitters.
     pub emitter: Option<(&'a Arc<Program>, &'a Objects)>,
+    /// The textures that cut them out.
+    pub cut_out: Option<(&'a Arc<Program>, &'a Objects)>,
 }
 
 impl SurfaceGroup {
@@ -77,7 +83,8 @@ impl SurfaceGroup {
         let mut readers: Vec<Arc<LinkedMethod>> =
             called_methods(material).filter_map(|method| linked(material, method)).collect();
         let emission = parts.emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
-        readers.extend(emission);
+        let lookup = parts.cut_out.and_then(|(texture, _)| linked(texture, Method::Lookup));
+        readers.extend(emission.into_iter().chain(lookup));
         let mut read = Read::by(readers.iter());
         if let MaterialSource::Class(_) = key.material.0 {
             // The scratch of materials is their own.
@@ -87,6 +94,10 @@ impl SurfaceGroup {
         let emitter = parts.emitter.zip(key.emitter).and_then(|((program, objects), (_, of))| {
             let outputs = Outputs::ALL.without_scratch();
             maker.kernel(program, Method::Emission, (of, objects.form()), outputs)
+        });
+        let cut_out = parts.cut_out.zip(key.cut_out).and_then(|((program, objects), (_, of))| {
+            let outputs = Outputs::ALL.without_scratch();
+            maker.kernel(program, Method::Lookup, (of, objects.form()), outputs)
         });
         let material_scratch = match key.material.0 {
             MaterialSource::Own => 0,
@@ -103,6 +114,7 @@ impl SurfaceGroup {
             shape,
             material: MaterialKernels::new(maker, material, objects, of),
             emitter,
+            cut_out,
             material_scratch,
         }
     }

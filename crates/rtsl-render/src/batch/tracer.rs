@@ -32,6 +32,8 @@ pub struct BatchMemory {
     pub chunk: Box<Chunk>,
     /// Samples of lights.
     pub light: Box<LightMemory>,
+    /// Shadow rays as paths, where rays may pass what they hit.
+    shadows: Wave,
     /// Rays towards samples of lights that were not yet traced.
     pub shadow_rays: Vec<ShadowRay>,
     /// For searches.
@@ -51,6 +53,7 @@ impl BatchMemory {
         let scratch = scene.scratch_arrays();
         BatchMemory {
             wave: Wave::default(),
+            shadows: Wave::default(),
             chunk: Chunk::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
             shadow_rays: Vec::new(),
@@ -69,7 +72,9 @@ impl PathTracer<'_> {
         self.begin(memory, tile, (first, end));
         let mut depth = 0;
         while !memory.wave.active.is_empty() && !self.problems.any() {
-            self.find_hits(memory);
+            let BatchMemory { wave, chunk, search, packet, rays, .. } = memory;
+            rays.traced += if depth > 0 { wave.active.len() as u64 } else { 0 };
+            self.find_hits(wave, &mut Searcher { search, packet, chunk });
             self.add_skies(&mut memory.wave, &mut memory.chunk);
             memory.wave.sort(self.scene.groups.len());
             let mut start = 0;
@@ -78,8 +83,7 @@ impl PathTracer<'_> {
                 self.scatter(group, start..end, depth, memory);
                 start = end;
             }
-            let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
-            trace_shadow_rays(&tracer, memory);
+            self.trace_shadow_rays(memory);
             depth += 1;
         }
     }
@@ -110,15 +114,29 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Finds what the active rays hit: their hits, and those that left the scene. None is active afterwards.
-    fn find_hits(&self, memory: &mut BatchMemory) {
+    /// Finds what the active rays of a wave hit: their hits, and those that left the scene. None is active afterwards.
+    fn find_hits(&self, wave: &mut Wave, searcher: &mut Searcher<'_>) {
+        wave.hits.clear();
+        wave.left.clear();
+        loop {
+            let known = wave.hits.len();
+            self.search(wave, searcher);
+            if !self.scene.has_cut_outs() {
+                return;
+            }
+            self.pass_cut_outs(wave, known, searcher.chunk);
+            if wave.active.is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// Searches for the nearest hits of the active rays.
+    fn search(&self, wave: &mut Wave, searcher: &mut Searcher<'_>) {
         let scene = &self.scene.compiled;
         let tracer = Tracer { scene, problems: self.problems };
-        let BatchMemory { wave, search, packet, rays, .. } = memory;
+        let Searcher { search, packet, .. } = searcher;
         let Wave { paths, active, left, hits, .. } = wave;
-        hits.clear();
-        left.clear();
-        rays.traced += active.len() as u64;
         for active in active.chunks(LANES) {
             for (lane, index) in active.iter().enumerate() {
                 let path = &paths[*index as usize];
@@ -150,6 +168,39 @@ impl PathTracer<'_> {
         }
         active.clear();
     }
+
+    /// Traces the shadow rays of a wave and adds what they are for.
+    fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
+        memory.rays.shadow += memory.shadow_rays.len() as u64;
+        if self.scene.has_cut_outs() {
+            self.trace_shadows_of_cut_outs(memory);
+        } else {
+            let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
+            trace_shadow_rays(&tracer, memory);
+        }
+        memory.shadow_rays.clear();
+    }
+
+    /// The same where rays may pass what they hit: as rays of a wave of their own.
+    fn trace_shadows_of_cut_outs(&self, memory: &mut BatchMemory) {
+        let BatchMemory { wave, shadows, shadow_rays, chunk, search, packet, .. } = memory;
+        let epsilon = self.scene.compiled.epsilon;
+        shadows.paths.clear();
+        shadows.paths.extend(shadow_rays.iter().map(|ray| ray.path_of(epsilon)));
+        shadows.active.clear();
+        shadows.active.extend(0..shadow_rays.len() as u32);
+        self.find_hits(shadows, &mut Searcher { search, packet, chunk });
+        for index in &shadows.left {
+            shadow_rays[*index as usize].add_to(&mut wave.paths);
+        }
+    }
+}
+
+/// What searches need besides the rays.
+struct Searcher<'a> {
+    search: &'a mut SearchMemory,
+    packet: &'a mut RayPacket,
+    chunk: &'a mut Chunk,
 }
 
 impl Path {
@@ -160,6 +211,7 @@ impl Path {
             epsilon: rays.epsilon[lane],
             direction: rays.direction_of(lane),
             distance: rays.limit[lane],
+            limit: rays.limit[lane],
             time: rays.time[lane],
             key,
             sample,

@@ -14,6 +14,8 @@ pub struct Path {
     pub direction: [f32; 3],
     /// The greatest parameter of a hit (exclusive); of the hit, once that is found.
     pub distance: f32,
+    /// The greatest parameter of a hit, for good.
+    pub limit: f32,
     /// What radiance along its ray is multiplied with.
     pub throughput: [f32; 3],
     /// The density of its direction per solid angle; 0 if it was not chosen by a density.
@@ -39,6 +41,7 @@ impl Path {
         epsilon: 0.0,
         direction: [0.0, 0.0, 1.0],
         distance: f32::INFINITY,
+        limit: f32::INFINITY,
         throughput: [1.0; 3],
         density: 0.0,
         radiance: [0.0; 3],

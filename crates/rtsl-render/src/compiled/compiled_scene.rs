@@ -5,7 +5,10 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::Simd;
 use rayon::prelude::*;
-use rtsl::{Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap};
+use rtsl::{
+    Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap,
+    diagnostic_codes as codes,
+};
 
 use crate::acceleration::{Bounds, Geometry, HitId};
 use crate::lanes::eight::{Eight, Vectors, scaled};
@@ -236,6 +239,12 @@ impl CompiledScene {
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
+        if purpose == Purpose::Shading && scene.objects.iter().any(|object| object.alpha.is_some())
+        {
+            let message =
+                "cut-outs have no effect on the interactive renderer: whole surfaces are there";
+            messages.push_one(Diagnostic::new(codes::IGNORED_SETTING, message));
+        }
         let start = Instant::now();
         let shaders = ShaderTable::new(engine, &scene, purpose);
         listener(BuildStep::Kernels { shaders: shaders.len() });

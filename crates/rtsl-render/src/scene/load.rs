@@ -525,8 +525,6 @@ impl<'a, 'f> Loader<'a, 'f> {
         if matches!(&parameter.values, Values::Numbers(values) if *values == [1.0]) {
             return Some(None);
         }
-        let message = "cut-outs have no effect: the whole surface is there";
-        self.say_once(message.to_owned(), parameter.declaration);
         self.resolve(arguments, |resolver| texture(parameter, resolver)).map(Some)
     }
 

@@ -7,13 +7,13 @@ mod selection;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::{Kernel, Method, Objects, Outputs, Program, lookup_state};
+use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 
 use crate::compiled::CompiledScene;
 use crate::scene::Scene;
 
+use super::instance_classes::InstanceClasses;
 use super::kernels::{KernelMaker, Of};
-use super::material::MaterialClasses;
 use super::scene::ObjectEntry;
 use super::wave::{NO_INSTANCE, PathHit};
 
@@ -94,7 +94,7 @@ impl Lights {
         maker: &mut KernelMaker<'_>,
         scene: &Scene,
         compiled: &CompiledScene,
-        materials: &MaterialClasses,
+        materials: &InstanceClasses,
         objects: &[ObjectEntry],
     ) -> Self {
         let mut lights = Lights {
@@ -217,7 +217,7 @@ impl Lights {
         maker: &mut KernelMaker<'_>,
         scene: &Scene,
         compiled: &CompiledScene,
-        materials: &MaterialClasses,
+        materials: &InstanceClasses,
         objects: &[ObjectEntry],
     ) {
         let mut by_key: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
@@ -226,8 +226,7 @@ impl Lights {
             let class = objects[object as usize].class;
             let program = compiled.classes[class as usize].program();
             let (emitter, _) = materials.numbers[emitter as usize];
-            let emits = materials.classes[emitter as usize].program.has(Method::Emission);
-            if emits && program.has(Method::GenerateSample) && program.has(Method::SamplePdf) {
+            if is_sampled(&materials.classes[emitter as usize].program, program) {
                 by_key.entry((class, emitter)).or_default().push(object);
             }
         }
@@ -293,7 +292,7 @@ impl Lights {
 fn shape_class(
     maker: &mut KernelMaker<'_>,
     compiled: &CompiledScene,
-    materials: &MaterialClasses,
+    materials: &InstanceClasses,
     (class, emitter): (u32, u32),
     [of, of_emitter]: [Of; 2],
 ) -> Option<ShapeLightClass> {
@@ -306,6 +305,27 @@ fn shape_class(
     let emission = maker.kernel(&emitters.program, Method::Emission, (of_emitter, form), outputs);
     let (generate, emission) = generate.zip(emission)?;
     Some(ShapeLightClass { class, of, generate, emitter: (emitter, of_emitter), emission })
+}
+
+/// Whether shapes of a program are sampled as lights with the `emission` of another's materials: where samples can be
+/// weighed against hits, and a sample knows all that `emission` reads. Others light what finds them.
+pub fn is_sampled(emitter: &Program, shape: &Program) -> bool {
+    const KNOWN: [&str; 8] = [
+        "rt_RayOrigin",
+        "rt_RayDirection",
+        "rt_HitPoint",
+        "rt_HitDistance",
+        "rt_GeometricNormal",
+        "rt_ShadingNormal",
+        "rt_Epsilon",
+        "rt_TimeSeed",
+    ];
+    let knows = |emission: &LinkedMethod| {
+        !emission.reads_scratch && emission.reads.iter().all(|it| KNOWN.contains(&it.name))
+    };
+    emitter.method(Method::Emission).is_ok_and(|it| knows(&it))
+        && shape.has(Method::GenerateSample)
+        && shape.has(Method::SamplePdf)
 }
 
 /// Marks classes of shapes until it is known how many there are without.
