@@ -20,7 +20,9 @@ struct How {
 const PLAIN: How = How { backend: Backend::Auto, width: 8, threads: 2 };
 
 fn rendered(text: &str, how: How) -> BatchRendered {
-    let files = MemoryFiles([(PathBuf::from("scene.pbrt"), text.to_owned())].into());
+    let files = [("scene.pbrt", text), ("width.rtsl", WIDTH)];
+    let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
+    let files = MemoryFiles(files.into());
     let fail = |messages: Messages| -> ! { panic!("{}", messages.to_text(false)) };
     let scene = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
     let scene = scene.unwrap_or_else(|messages| fail(messages)).scene;
@@ -183,6 +185,28 @@ fn cut_outs_let_their_part_pass() {
     // Few of its samples are lit.
     check(&two.replace("pixelsamples\" 64", "pixelsamples\" 512"), 0.0625 * lit);
     check(&above_floor(&format!("{light}{}", screen(0.0, 1.0))), lit);
+}
+
+/// A texture that shows how wide rays are.
+const WIDTH: &str = "class Width : rt_Texture;
+    public float scale = 1.0;
+    void lookup() { rt_TextureColor = color(scale * rt_du); }";
+
+/// Pixels of a degree's sixteenth, four units away; of which each of 64 samples has an eighth of the side.
+#[test]
+fn textures_know_how_wide_rays_are() {
+    let tangent = 0.008_726_867_790_758_8; // Of half a degree.
+    let width = 4.0 * 2.0 * tangent / 16.0 / 8.0;
+    let floor = |head: &str| {
+        let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]
+            Texture \"width\" \"spectrum\" \"Width\" \"float scale\" 1000
+            Material \"diffuse\" \"texture reflectance\" \"width\" Shape \"Plane\"";
+        scene(&format!("{head}\n{INTEGRATOR}"), world)
+    };
+    check(&floor(DOWN), 1000.0 * width);
+    // At a slant of 60 degrees the cut is twice as long one way.
+    let aslant = "LookAt 0 2 -3.464102  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 1";
+    check(&floor(aslant), 1000.0 * width * 2.0_f64.sqrt());
 }
 
 /// Many lamps light as the sum of each, whichever of them are sampled how often.

@@ -37,6 +37,10 @@ pub struct Chunk {
     pub distance: Row,
     /// The times within the shutter.
     pub time: Row,
+    /// How wide the rays are where they hit.
+    pub width: Row,
+    /// How much wider after a unit of length.
+    pub spread: Row,
     /// What radiance along the rays is multiplied with.
     pub throughput: Rows,
     /// The densities of the directions; 0 if they were not chosen by one.
@@ -100,6 +104,8 @@ impl Chunk {
             epsilon: NONE,
             distance: NONE,
             time: NONE,
+            width: NONE,
+            spread: NONE,
             throughput: [NONE; 3],
             density: NONE,
             keys: [0; CHUNK],
@@ -141,6 +147,8 @@ impl Chunk {
             self.epsilon[lane] = path.epsilon;
             self.distance[lane] = path.distance;
             self.time[lane] = path.time;
+            self.width[lane] = path.width + path.spread * path.distance;
+            self.spread[lane] = path.spread;
             self.density[lane] = path.density;
             self.keys[lane] = path.key;
             self.numbers.samples[lane] = path.sample;

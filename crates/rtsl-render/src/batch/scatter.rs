@@ -178,6 +178,8 @@ impl PathTracer<'_> {
             path.epsilon = scene.epsilon;
             path.distance = f32::INFINITY;
             path.limit = f32::INFINITY;
+            path.width = chunk.width[lane];
+            path.spread = chunk.spread[lane].max(spread(onward.density[lane]));
             path.throughput = throughput;
             path.density = onward.density[lane];
             path.geometric_normal = seen(get(&chunk.geometric_normal, lane));
@@ -186,6 +188,13 @@ impl PathTracer<'_> {
             active.push(index);
         }
     }
+}
+
+/// How much wider a ray becomes after a unit of length whose direction has this density per solid angle: a part of
+/// the cone that it stands for. Mirrors keep what their rays have.
+fn spread(density: f32) -> f32 {
+    const PART: f32 = 0.1;
+    if density > 0.0 { PART / density.sqrt() } else { 0.0 }
 }
 
 /// Notes what the first surfaces of paths are; of those that glow, how much.

@@ -119,6 +119,11 @@ impl BatchScene {
         !self.cut_outs.classes.is_empty()
     }
 
+    /// Whether any surface asks how wide rays are.
+    pub(super) fn has_footprints(&self) -> bool {
+        self.groups.iter().any(|group| group.needs.footprints)
+    }
+
     /// The greatest number of arrays of scratch of a shader.
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays

@@ -71,6 +71,9 @@ impl<'a> ChunkSurfaces<'a> {
                 set_tangents(eight, &mut chunk.state, &normal);
             }
         }
+        if needs.footprints {
+            set_footprints(simd, chunk);
+        }
     }
 
     fn call(&self, kernel: &Kernel, method: Method, chunk: &mut Chunk) {
@@ -207,6 +210,29 @@ impl<'a> ChunkSurfaces<'a> {
         }
     }
 }
+
+/// Sets how wide the rays are in surface parameters. A surface that is met at a slant is cut by an ellipse, whose area counts.
+#[inline(always)]
+fn set_footprints<S: Simd>(simd: S, chunk: &mut Chunk) {
+    let v = variables();
+    for eight in eights_of(simd, chunk.count) {
+        let direction = eight.vectors(&chunk.direction);
+        let cosine = dots(&direction, &eight.vectors(&chunk.geometric_normal)).abs();
+        let length = dots(&direction, &direction).sqrt();
+        let slant = (cosine / length).max(eight.splat(LEAST_COSINE)).sqrt();
+        let width = eight.numbers(&chunk.width) / slant;
+        for (width_of, tangent) in [(v.du, v.dpdu), (v.dv, v.dpdv)] {
+            let tangents = eight.load_vectors(&chunk.state, tangent);
+            let parameter = width / dots(&tangents, &tangents).sqrt();
+            let is_usable = parameter.simd_lt(f32::INFINITY);
+            let parameter = is_usable.select(parameter, eight.splat(0.0));
+            eight.store(&mut chunk.state, width_of, parameter);
+        }
+    }
+}
+
+/// Surfaces that are met at a steeper slant are filtered as at this one.
+const LEAST_COSINE: f32 = 0.01;
 
 /// Sets the numbers by which kernels know shapes, materials and emitters, where these differ from lane to
 /// lane.

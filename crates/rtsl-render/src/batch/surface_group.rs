@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant};
+use rtsl::{
+    Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant, lookup_state,
+};
 
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::shaders::SurfaceNeeds;
@@ -105,6 +107,8 @@ impl SurfaceGroup {
         };
         let needs = SurfaceNeeds::of(read.state);
         let needs = SurfaceNeeds {
+            // Widths are told in surface parameters.
+            derivatives: needs.derivatives || needs.footprints,
             inverse_directions: needs.inverse_directions || reads_inverse(program),
             ..needs
         };
@@ -151,7 +155,8 @@ impl ShapeKernels {
         let program = class.program();
         let linked = |method: Method| program.method(method).ok();
         let mut methods = vec![Method::ComputeNormal];
-        if SurfaceNeeds::of(read.state).derivatives && program.has(Method::ComputeDerivatives) {
+        let needs = SurfaceNeeds::of(read.state);
+        if (needs.derivatives || needs.footprints) && program.has(Method::ComputeDerivatives) {
             methods.push(Method::ComputeDerivatives);
             linked(Method::ComputeDerivatives).iter().for_each(|it| read.add(it));
         }
@@ -164,7 +169,11 @@ impl ShapeKernels {
         for method in &methods {
             linked(*method).iter().for_each(|it| read.scratch |= it.reads_scratch);
         }
-        let surface = read.state;
+        let mut surface = read.state;
+        if needs.footprints {
+            surface = surface
+                .union(Outputs::state(["rt_dPdu", "rt_dPdv"].into_iter().filter_map(lookup_state)));
+        }
         let mut kernel = |method: Method| {
             let outputs = match method {
                 Method::ComputeTextureCoordinates | Method::ComputeDerivatives => surface,

@@ -58,7 +58,7 @@ impl BatchMemory {
             light: LightMemory::new(scratch, sampler),
             shadow_rays: Vec::new(),
             search: SearchMemory::new(&scene.compiled),
-            camera: CameraMemory::new(&scene.compiled),
+            camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
             packet: Box::default(),
             rays: RayCounts::default(),
         }
@@ -99,12 +99,14 @@ impl PathTracer<'_> {
         let tracer = Tracer { scene, problems: self.problems };
         for sample in first..end {
             let camera = camera_rays(&tracer, camera_memory, tile, sample);
-            let CameraRays { rays, context, weights } = &*camera;
+            let CameraRays { rays, context, weights, footprints } = &*camera;
             let begun = wave.paths.len() as u32;
             wave.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
             counts.camera += u64::from(lanes.count_ones());
             wave.paths.extend((0..LANES).map(|lane| Path {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
+                width: footprints[0][lane],
+                spread: footprints[1][lane],
                 ..Path::from_camera(rays, lane, context.streams.keys[lane], sample)
             }));
             camera_memory.keep(camera);

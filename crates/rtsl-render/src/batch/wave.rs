@@ -24,6 +24,10 @@ pub struct Path {
     pub radiance: [f32; 3],
     /// The time within the shutter.
     pub time: f32,
+    /// How wide its ray is where it begins.
+    pub width: f32,
+    /// How much wider after a unit of length.
+    pub spread: f32,
     /// The normals where its ray begins, on the side that its last ray came from, in world space.
     pub geometric_normal: [f32; 3],
     /// The one for shading.
@@ -46,6 +50,8 @@ impl Path {
         density: 0.0,
         radiance: [0.0; 3],
         time: 0.0,
+        width: 0.0,
+        spread: 0.0,
         geometric_normal: [0.0, 0.0, 1.0],
         shading_normal: [0.0, 0.0, 1.0],
         key: 0,

@@ -61,6 +61,8 @@ pub struct SurfaceNeeds {
     pub derivatives: bool,
     /// One over the rays' directions.
     pub inverse_directions: bool,
+    /// How wide rays are there.
+    pub footprints: bool,
 }
 
 impl SurfaceNeeds {
@@ -70,6 +72,7 @@ impl SurfaceNeeds {
             coordinates: self.coordinates || other.coordinates,
             derivatives: self.derivatives || other.derivatives,
             inverse_directions: self.inverse_directions || other.inverse_directions,
+            footprints: self.footprints || other.footprints,
         }
     }
 
@@ -80,12 +83,14 @@ impl SurfaceNeeds {
             coordinates: any(&COORDINATES),
             derivatives: any(&DERIVATIVES),
             inverse_directions: any(&["rt_InverseRayDirection"]),
+            footprints: any(&FOOTPRINTS),
         }
     }
 }
 
 /// The state variables whose reading makes a host compute texture coordinates.
 const COORDINATES: [&str; 2] = ["rt_TextureUV", "rt_TextureUVW"];
+const FOOTPRINTS: [&str; 2] = ["rt_du", "rt_dv"];
 const DERIVATIVES: [&str; 6] = ["rt_dPdu", "rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
 
 fn named(names: &[&str]) -> Outputs {

@@ -27,7 +27,7 @@ pub fn sample_tile(
     let settings = &tracer.scene.settings;
     let lanes = tile.lanes(settings.width, settings.height);
     let mut camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
-    let CameraRays { rays, context, weights } = &mut *camera;
+    let CameraRays { rays, context, weights, .. } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
     let mut colors = radiance(tracer, workspace, rays, lanes, context, 0);
     for (channel, weights) in colors.iter_mut().zip(weights) {

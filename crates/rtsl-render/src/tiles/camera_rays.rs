@@ -4,13 +4,14 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, moved_packet_by};
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet_by};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::Tracer;
-use crate::compiled::variables::variables;
+use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{LaneVectors, eights_alone};
 use crate::lanes::lane_streams::LaneStreams;
+use crate::math::{dot, normalize_or};
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 use crate::scene::Settings;
 
@@ -25,6 +26,9 @@ pub struct CameraRays {
     pub context: LaneContext,
     /// What radiance is multiplied with.
     pub weights: LaneVectors,
+    /// How wide the rays are where they begin, and how much wider after a unit of length: from a ray to those of the pixels
+    /// beside and above. 0 where nobody asks.
+    pub footprints: [Lanes; 2],
 }
 
 impl CameraRays {
@@ -34,6 +38,7 @@ impl CameraRays {
             rays: RayPacket::default(),
             context: LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]),
             weights: [[1.0; LANES]; 3],
+            footprints: [[0.0; LANES]; 2],
         }
     }
 }
@@ -41,6 +46,8 @@ impl CameraRays {
 /// The memory of one thread for camera rays.
 pub struct CameraMemory {
     blocks: CallBlocks,
+    /// Whether somebody asks how wide rays are.
+    with_footprints: bool,
     /// Rays not in use.
     free: Option<Box<CameraRays>>,
 }
@@ -48,7 +55,14 @@ pub struct CameraMemory {
 impl CameraMemory {
     /// For the camera of a scene.
     pub fn new(scene: &CompiledScene) -> Self {
-        CameraMemory { blocks: CallBlocks::new(scene.scratch_arrays), free: None }
+        let blocks = CallBlocks::new(scene.scratch_arrays);
+        CameraMemory { blocks, with_footprints: false, free: None }
+    }
+
+    /// The same where somebody asks how wide rays are.
+    #[must_use]
+    pub fn with_footprints(self, with_footprints: bool) -> Self {
+        CameraMemory { with_footprints, ..self }
     }
 
     /// Takes camera rays back, to be filled again.
@@ -68,6 +82,9 @@ pub fn camera_rays(
     let mut camera =
         kept.unwrap_or_else(|| Box::new(CameraRays::new(tracer.scene.settings.sampler)));
     dispatch!(Level::new(), simd => fill(simd, tracer, &mut memory.blocks, tile, sample, &mut camera));
+    if memory.with_footprints {
+        set_footprints(tracer, &mut memory.blocks, tile, &mut camera);
+    }
     camera
 }
 
@@ -89,7 +106,7 @@ fn fill<S: Simd>(
         SOBOL => CameraNumbers::new::<SOBOL>(settings, tile, sample),
         _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
     };
-    let CameraRays { rays, context, weights } = camera;
+    let CameraRays { rays, context, weights, .. } = camera;
     context.streams = LaneStreams::new(numbers.stream_keys, sample);
     context.time = numbers.time;
     numbers.set(scene, &mut blocks.state);
@@ -120,6 +137,54 @@ fn fill<S: Simd>(
     if let Some(motion) = &scene.camera_motion {
         *rays = moved_packet_by(rays, lanes, |time| motion.map_at(time));
     }
+}
+
+/// Measures how far rays are from those of the pixels beside and above. The camera's blocks still have what the rays were
+/// made of.
+fn set_footprints(
+    tracer: &Tracer<'_>,
+    blocks: &mut CallBlocks,
+    tile: Tile,
+    camera: &mut CameraRays,
+) {
+    let scene = tracer.scene;
+    let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) else {
+        return;
+    };
+    let v = variables();
+    let (width, height) = (scene.settings.width, scene.settings.height);
+    let lanes = tile.lanes(width, height);
+    let ray = |blocks: &CallBlocks, lane: usize| {
+        let direction = vector(&blocks.state, v.ray_direction, lane);
+        (vector(&blocks.state, v.ray_origin, lane), normalize_or(direction, [0.0, 0.0, 1.0]))
+    };
+    let rays: [_; LANES] = std::array::from_fn(|lane| ray(blocks, lane));
+    let mut footprints = [[1.0; LANES]; 2];
+    for (axis, step) in [1.0 / width as f32, 1.0 / height as f32].into_iter().enumerate() {
+        let place = |step: f32, blocks: &mut CallBlocks| {
+            let coordinates = blocks.state.floats_mut(v.screen_coord + axis);
+            coordinates.iter_mut().for_each(|coordinate| *coordinate += step);
+        };
+        place(step, blocks);
+        // The numbers that it asks for are not those of any ray.
+        blocks.call(&call, lanes, None, &mut camera.context.clone());
+        for lane in lanes_of(lanes) {
+            let (one, other) = (&rays[lane], ray(blocks, lane));
+            footprints[0][lane] *= distance(one.0, other.0);
+            footprints[1][lane] *= distance(one.1, other.1);
+        }
+        place(-step, blocks);
+    }
+    // The side of a square of the same area, which all samples of the pixel share; below an eighth of it nothing is
+    // gained.
+    let samples = scene.settings.sampler.samples_per_pixel() as f32;
+    let part = (1.0 / samples.sqrt()).max(0.125);
+    camera.footprints = footprints.map(|areas| areas.map(|area| area.sqrt() * part));
+}
+
+fn distance(one: [f32; 3], other: [f32; 3]) -> f32 {
+    let way: [f32; 3] = std::array::from_fn(|axis| one[axis] - other[axis]);
+    dot(way, way).sqrt()
 }
 
 /// What the camera is given, lane by lane.
