@@ -166,6 +166,14 @@ impl Chunk {
     }
 }
 
+/// Sets the numbers by which a kernel knows the objects of lanes. Lanes behind the last get one that is in every table: kernels want
+/// all to be.
+pub fn set_numbers(indices: &mut LaneIndices, numbers: impl Iterator<Item = u32>) {
+    let mut indices = indices.as_mut_slice().iter_mut();
+    numbers.zip(&mut indices).for_each(|(number, index)| *index = number);
+    indices.for_each(|index| *index = 0);
+}
+
 /// Sets a vector of one lane.
 #[inline(always)]
 pub fn set(rows: &mut Rows, lane: usize, [x, y, z]: [f32; 3]) {

@@ -11,7 +11,7 @@ use crate::lanes::surface_state::{
     normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
 };
 
-use super::chunk::{Callee, Chunk};
+use super::chunk::{Callee, Chunk, set_numbers};
 use super::kernels::Of;
 use super::places::Places;
 use super::scene::BatchScene;
@@ -242,27 +242,19 @@ fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
     let hits = &chunk.hits[..count];
     if group.key.shape == Of::Each {
         let class = &scene.compiled.classes[group.key.class as usize];
-        let has_elements = class.has_elements();
-        for (number, hit) in chunk.objects.as_mut_slice().iter_mut().zip(hits) {
-            *number = match has_elements {
-                true => class.number_of(hit.object, hit.element).unwrap_or(0),
-                false => entry(hit).number,
-            };
-        }
+        let number = |hit: &PathHit| match class.has_elements() {
+            true => class.number_of(hit.object, hit.element).unwrap_or(0),
+            false => entry(hit).number,
+        };
+        set_numbers(&mut chunk.objects, hits.iter().map(number));
     }
     if group.key.material.1 == Of::Each {
-        for (number, hit) in chunk.materials.as_mut_slice().iter_mut().zip(hits) {
-            *number = entry(hit).material;
-        }
+        set_numbers(&mut chunk.materials, hits.iter().map(|hit| entry(hit).material));
     }
     if let Some((_, Of::Each)) = group.key.cut_out {
-        for (number, hit) in chunk.cut_outs.as_mut_slice().iter_mut().zip(hits) {
-            *number = entry(hit).cut_out;
-        }
+        set_numbers(&mut chunk.cut_outs, hits.iter().map(|hit| entry(hit).cut_out));
     }
     if let Some((_, Of::Each)) = group.key.emitter {
-        for (number, hit) in chunk.emitters.as_mut_slice().iter_mut().zip(hits) {
-            *number = entry(hit).emitter;
-        }
+        set_numbers(&mut chunk.emitters, hits.iter().map(|hit| entry(hit).emitter));
     }
 }

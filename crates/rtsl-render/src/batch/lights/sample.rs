@@ -9,7 +9,7 @@ use crate::lanes::eight::{difference, dots, eights_of, is_lit, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::sampling::Sampler;
 
-use super::super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set};
+use super::super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set, set_numbers};
 use super::super::kernels::Of;
 use super::super::numbers::Numbers;
 use super::super::places::Places;
@@ -82,15 +82,15 @@ impl LightMemory {
         let LightMemory { lanes, .. } = self;
         let Some(last) = lanes.last() else { return };
         let padding = std::iter::repeat_n(last, lanes.len().next_multiple_of(8) - lanes.len());
-        let objects = self.objects.as_mut_slice();
-        for (to, lane) in lanes.iter().chain(padding).map(|lane| *lane as usize).enumerate() {
+        let lanes = lanes.iter().chain(padding).map(|lane| *lane as usize);
+        let entry_of = |lane: usize| &entries[self.chosen[lane] as usize];
+        set_numbers(&mut self.objects, lanes.clone().map(|lane| entry_of(lane).number));
+        for (to, lane) in lanes.enumerate() {
             set(&mut self.point, to, get(&chunk.point, lane));
             self.time[to] = chunk.time[lane];
             self.keys[to] = chunk.keys[lane];
             self.numbers.samples[to] = chunk.numbers.samples[lane];
-            let entry = &entries[self.chosen[lane] as usize];
-            objects[to] = entry.number;
-            self.hits[to] = entry.hit;
+            self.hits[to] = entry_of(lane).hit;
             if with_normals {
                 let side = chunk.side[lane];
                 let seen = |normal: [f32; 3]| normal.map(|component| component * side);
@@ -278,10 +278,9 @@ impl PathTracer<'_> {
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials.classes[emitter as usize];
         if of == Of::Each {
-            let numbers = memory.emitters.as_mut_slice().iter_mut();
-            for (number, hit) in numbers.zip(&memory.hits[..count]) {
-                *number = self.scene.objects[hit.object as usize].emitter;
-            }
+            let hits = memory.hits[..count].iter();
+            let numbers = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
+            set_numbers(&mut memory.emitters, numbers);
         }
         let LightMemory { state, scratch, emitters: of_lanes, numbers, .. } = memory;
         let name = &emitters.program.class().name;
