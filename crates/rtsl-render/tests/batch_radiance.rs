@@ -20,7 +20,7 @@ struct How {
 const PLAIN: How = How { backend: Backend::Auto, width: 8, threads: 2 };
 
 fn rendered(text: &str, how: How) -> BatchRendered {
-    let files = [("scene.pbrt", text), ("width.rtsl", WIDTH)];
+    let files = [("scene.pbrt", text), ("width.rtsl", WIDTH), ("shaded.rtsl", SHADED)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
     let fail = |messages: Messages| -> ! { panic!("{}", messages.to_text(false)) };
@@ -207,6 +207,43 @@ fn textures_know_how_wide_rays_are() {
     // At a slant of 60 degrees the cut is twice as long one way.
     let aslant = "LookAt 0 2 -3.464102  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 1";
     check(&floor(aslant), 1000.0 * width * 2.0_f64.sqrt());
+}
+
+/// Materials that have nothing but `shade`.
+const SHADED: &str = "class Half : rt_Material;
+    void shade() { rt_SampleColor = 0.5 * trace(rt_HitPoint, reflect(rt_RayDirection, rt_ShadingNormal)); }
+
+    class Lit : rt_Material;
+    void shade() {
+        color sum = color(0.0);
+        illuminance { sum += rt_LightColor * max(dot(rt_LightDirection, rt_ShadingNormal), 0.0); }
+        rt_SampleColor = 0.5 / 3.14159265 * sum;
+    }";
+
+/// Their rays are paths: a mirror over a floor shows what paths bring back from it.
+#[test]
+fn materials_that_only_shade_run_as_they_stand() {
+    let light = "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]\n";
+    let lit = 0.5 / std::f64::consts::PI * 2.5;
+    let floor = "Material \"Lit\" Shape \"Plane\"\n";
+    check(&scene(&format!("{DOWN}\n{INTEGRATOR}"), &format!("{light}{floor}")), lit);
+    // From below, by a mirror under the camera: sky, half of it.
+    let mirror = "LightSource \"infinite\" \"rgb L\" [2 2 2]\nMaterial \"Half\" Shape \"Plane\"\n";
+    check(&scene(&format!("{DOWN}\n{INTEGRATOR}"), mirror), 1.0);
+    // The camera looks up into a mirror that shows the floor, which paths light by the sky at its side.
+    let up = "LookAt 0 1 0  0 2 0  0 0 1\nCamera \"Pinhole\" \"float fov\" 1";
+    let world = format!(
+        "LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0.5]
+        {FLOOR} AttributeBegin Material \"Half\" Translate 0 4 0
+        Shape \"Disk\" \"float radius\" 0.2 AttributeEnd"
+    );
+    // At the height of 2 and half a unit aside.
+    let square: f64 = 4.25;
+    let irradiance = 10.0 * 2.0 / (square * square.sqrt());
+    check(
+        &scene(&format!("{up}\n{INTEGRATOR}"), &world),
+        0.5 * 0.5 / std::f64::consts::PI * irradiance,
+    );
 }
 
 /// Many lamps light as the sum of each, whichever of them are sampled how often.

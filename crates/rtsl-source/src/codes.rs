@@ -209,5 +209,6 @@ diagnostics! {
     W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
+    W0603 SHADE_ONLY "a material that the batch renderer can only shade";
     W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
 }

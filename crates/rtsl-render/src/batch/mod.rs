@@ -33,6 +33,7 @@ mod places;
 mod render;
 mod scatter;
 mod scene;
+mod shade;
 mod shadow_rays;
 mod surface;
 mod surface_group;

@@ -47,7 +47,7 @@ impl PathTracer<'_> {
         depth: u32,
         memory: &mut BatchMemory,
     ) {
-        let BatchMemory { wave, chunk, light, shadow_rays, .. } = memory;
+        let BatchMemory { wave, chunk, light, shadow_rays, shade, rays, .. } = memory;
         for start in hits.clone().step_by(CHUNK) {
             let hits = &wave.sorted[start..hits.end.min(start + CHUNK)];
             chunk.load(&wave.paths, hits);
@@ -59,6 +59,11 @@ impl PathTracer<'_> {
             self.add_emission(group, chunk, &mut wave.paths);
             if depth == 0 && self.with_features {
                 note_surfaces(chunk, wave);
+            }
+            if group.material.shade.is_some()
+                && let Some(shade) = shade
+            {
+                *rays += self.add_shading(chunk.hits().to_vec(), depth, &mut wave.paths, shade);
             }
             let Some(scattering) = &group.material.scattering else { continue };
             if depth >= self.scene.compiled.settings.max_depth {

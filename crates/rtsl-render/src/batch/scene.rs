@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Objects, Program, SourceMap, diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
 };
 
 use crate::compiled::placed_objects::GroupMember;
@@ -73,7 +73,11 @@ impl BatchScene {
         messages: &mut Messages,
         listener: &dyn Fn(BuildStep),
     ) -> Result<Self, Messages> {
-        let compiled = CompiledScene::for_searches(scene.clone(), engine, messages, listener)?;
+        let compiled = if has_shade(engine, scene) {
+            CompiledScene::with_progress(scene.clone(), engine, messages, listener)?
+        } else {
+            CompiledScene::for_searches(scene.clone(), engine, messages, listener)?
+        };
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();
@@ -119,6 +123,11 @@ impl BatchScene {
         !self.cut_outs.classes.is_empty()
     }
 
+    /// Whether any material has nothing but `shade`.
+    pub(super) fn has_shade(&self) -> bool {
+        self.groups.iter().any(|group| group.material.shade.is_some())
+    }
+
     /// Whether any surface asks how wide rays are.
     pub(super) fn has_footprints(&self) -> bool {
         self.groups.iter().any(|group| group.needs.footprints)
@@ -128,6 +137,18 @@ impl BatchScene {
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays
     }
+}
+
+/// Whether surfaces of a scene have nothing but `shade`.
+fn has_shade(engine: &Engine, scene: &Scene) -> bool {
+    scene.objects.iter().any(|object| {
+        let material = match is_own_material(object) {
+            true => &object.primitive,
+            false => &scene.materials[object.material as usize],
+        };
+        let program = engine.program(material);
+        program.has(Method::Shade) && !program.has(Method::SampleBsdf)
+    })
 }
 
 /// Says which materials have nothing but `shade`.
@@ -147,10 +168,10 @@ fn warn_of_shade(
         })
         .collect();
     for class in classes {
-        let message = format!("`{class}` has no `BSDF` or `sampleBSDF`: paths end at it");
+        let message = format!("`{class}` has nothing but `shade`, which runs as it stands");
         messages.push_one(
-            Diagnostic::new(codes::IGNORED_SETTING, message)
-                .help("`--renderer interactive` runs its `shade`"),
+            Diagnostic::new(codes::SHADE_ONLY, message)
+                .note("its picture is what it computes, whether that is all light or not"),
         );
     }
 }

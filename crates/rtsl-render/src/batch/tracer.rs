@@ -11,10 +11,12 @@ use super::chunk::Chunk;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
+use super::shade::ShadeMemory;
 use super::shadow_rays::{ShadowRay, trace_shadow_rays};
 use super::wave::{NO_INSTANCE, Path, PathHit, Wave};
 
 /// What paths are traced with.
+#[derive(Clone, Copy)]
 pub struct PathTracer<'a> {
     /// The scene.
     pub scene: &'a BatchScene,
@@ -42,6 +44,8 @@ pub struct BatchMemory {
     pub camera: CameraMemory,
     /// Rays of a search.
     pub packet: Box<RayPacket>,
+    /// For materials that shade, if there are any.
+    pub shade: Option<Box<ShadeMemory>>,
     /// Rays traced so far.
     pub rays: RayCounts,
 }
@@ -60,6 +64,7 @@ impl BatchMemory {
             search: SearchMemory::new(&scene.compiled),
             camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
             packet: Box::default(),
+            shade: scene.has_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
             rays: RayCounts::default(),
         }
     }
@@ -70,7 +75,11 @@ impl PathTracer<'_> {
     /// paths have the radiance that they bring back. Pixels outside the image have paths that bring nothing.
     pub fn trace_samples(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
         self.begin(memory, tile, (first, end));
-        let mut depth = 0;
+        self.trace_wave(memory, 0);
+    }
+
+    /// Traces the paths of a wave, whose rays were spawned `depth` times.
+    pub fn trace_wave(&self, memory: &mut BatchMemory, mut depth: u32) {
         while !memory.wave.active.is_empty() && !self.problems.any() {
             let BatchMemory { wave, chunk, search, packet, rays, .. } = memory;
             rays.traced += if depth > 0 { wave.active.len() as u64 } else { 0 };
@@ -107,7 +116,7 @@ impl PathTracer<'_> {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
-                ..Path::from_camera(rays, lane, context.streams.keys[lane], sample)
+                ..Path::from_ray(rays, lane, context.streams.keys[lane], sample)
             }));
             camera_memory.keep(camera);
         }
@@ -206,8 +215,8 @@ struct Searcher<'a> {
 }
 
 impl Path {
-    /// A path that begins with a lane's camera ray.
-    fn from_camera(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
+    /// A path that begins with a lane's ray.
+    pub fn from_ray(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
         Path {
             origin: rays.origin_of(lane),
             epsilon: rays.epsilon[lane],

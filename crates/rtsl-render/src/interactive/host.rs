@@ -21,7 +21,7 @@ use crate::tiles::LaneContext;
 
 use super::area_light::sample;
 use super::light_samples::LightSamples;
-use super::shading::radiance;
+use super::shading::SpawnedRays;
 use super::workspace::Workspace;
 
 /// Answers the materials of a packet.
@@ -34,6 +34,8 @@ pub struct ShadingHost<'a> {
     pub context: &'a mut LaneContext,
     /// How often the rays that are shaded were spawned by others.
     pub depth: u32,
+    /// Says what the rays bring back that they spawn.
+    pub spawned: &'a dyn SpawnedRays,
 }
 
 impl Host for ShadingHost<'_> {
@@ -77,7 +79,8 @@ impl Host for ShadingHost<'_> {
         }
         self.workspace.rays.traced += u64::from(lanes.count_ones());
         let depth = self.depth + 1;
-        let traced = radiance(self.tracer, self.workspace, &rays, lanes, &mut context, depth);
+        let (tracer, workspace) = (self.tracer, &mut *self.workspace);
+        let traced = self.spawned.radiance(tracer, workspace, &rays, lanes, &mut context, depth);
         for request in requests {
             for (channel, color) in request.radiance.iter_mut().enumerate() {
                 from_packet(request.lanes, &traced[channel], color);

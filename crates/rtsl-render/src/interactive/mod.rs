@@ -18,6 +18,7 @@ mod workspace;
 
 pub(crate) use host::ShadingHost;
 pub use render::{AOVS, RenderOptions, Rendered, render};
+pub(crate) use shading::{Emitters, PacketColors, ShadedRays, SpawnedRays, shade_hits};
 pub(crate) use surface::{prepare, runs};
 pub(crate) use tile_aovs::visits_of_sample;
 pub(crate) use tile_sample::{TileSample, TileSums, sample_tile};

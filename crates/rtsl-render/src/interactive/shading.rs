@@ -19,6 +19,37 @@ use super::workspace::{Level, Workspace};
 /// A colour for each lane, channel by channel.
 pub type PacketColors = LaneVectors;
 
+/// Who says what rays bring back that `trace` spawns.
+pub trait SpawnedRays {
+    /// The radiance along the rays of `lanes`, which were spawned `depth` times.
+    fn radiance(
+        &self,
+        tracer: &Tracer<'_>,
+        workspace: &mut Workspace,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        context: &mut LaneContext,
+        depth: u32,
+    ) -> PacketColors;
+}
+
+/// What rays hit is shaded, again and again.
+pub struct ShadedRays;
+
+impl SpawnedRays for ShadedRays {
+    fn radiance(
+        &self,
+        tracer: &Tracer<'_>,
+        workspace: &mut Workspace,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        context: &mut LaneContext,
+        depth: u32,
+    ) -> PacketColors {
+        radiance(tracer, workspace, rays, lanes, context, depth)
+    }
+}
+
 /// The radiance along the rays of `lanes`, which were spawned `depth` times.
 pub fn radiance(
     tracer: &Tracer<'_>,
@@ -29,19 +60,41 @@ pub fn radiance(
     depth: u32,
 ) -> PacketColors {
     let mut colors = [[0.0; LANES]; 3];
-    let mut level = workspace.take_level();
     let hits = tracer.nearest(&mut workspace.search, rays, lanes);
     add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
-    let runs = runs(tracer.scene, &hits, lanes);
-    for run in &runs {
-        prepare(tracer, run, rays, &hits, &mut level, context);
-    }
-    for shading in shadings(&runs) {
-        let mut host = ShadingHost { tracer, workspace, context, depth };
-        shade(&shading, &hits, &mut level, &mut host, &mut colors);
-    }
-    workspace.return_level(level);
+    let mut host = ShadingHost { tracer, workspace, context, depth, spawned: &ShadedRays };
+    shade_hits(rays, &hits, lanes, &mut host, Emitters::Included, &mut colors);
     colors
+}
+
+/// Whether what shapes emit besides their materials is added where they are shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Emitters {
+    /// It is.
+    Included,
+    /// It is not.
+    LeftOut,
+}
+
+/// Shades what the rays of `lanes` hit.
+pub fn shade_hits(
+    rays: &RayPacket,
+    hits: &Hits,
+    lanes: LaneMask,
+    host: &mut ShadingHost<'_>,
+    emitters: Emitters,
+    colors: &mut PacketColors,
+) {
+    let tracer = host.tracer;
+    let mut level = host.workspace.take_level();
+    let runs = runs(tracer.scene, hits, lanes);
+    for run in &runs {
+        prepare(tracer, run, rays, hits, &mut level, host.context);
+    }
+    for shading in shadings(&runs, emitters) {
+        shade(&shading, hits, &mut level, host, colors);
+    }
+    host.workspace.return_level(level);
 }
 
 /// What the lights emit towards rays that leave the scene.
@@ -137,7 +190,7 @@ impl Surface<'_> {
 }
 
 /// Groups lanes by what shades them: one call for each material.
-fn shadings<'a>(runs: &'a [Run<'a>]) -> Vec<Shading<'a>> {
+fn shadings<'a>(runs: &'a [Run<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
         let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);
@@ -152,7 +205,7 @@ fn shadings<'a>(runs: &'a [Run<'a>]) -> Vec<Shading<'a>> {
             None => Surface::Own(run),
         };
         add(surface, Method::Shade, run.lanes);
-        if let Some(emitter) = run.object.emitter {
+        if let Some(emitter) = run.object.emitter.filter(|_| emitters == Emitters::Included) {
             add(Surface::Material(emitter), Method::Emission, run.lanes);
         }
     }

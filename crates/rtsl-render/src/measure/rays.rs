@@ -4,7 +4,7 @@ use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
 
 use crate::acceleration::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::tracer::Tracer;
-use crate::interactive::{ShadingHost, Workspace, prepare, runs};
+use crate::interactive::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 use crate::math::dot;
 use crate::sampling::{hash, unit_float};
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
@@ -114,7 +114,7 @@ impl Surface<'_> {
         index: usize,
     ) -> Option<Packet> {
         let time = context.time;
-        let mut host = ShadingHost { tracer, workspace, context, depth: 0 };
+        let mut host = ShadingHost { tracer, workspace, context, depth: 0, spawned: &ShadedRays };
         let lights = host.light_count();
         let light = (index as u32).checked_rem(lights)?;
         let mut packet = Packet { rays: RayPacket { time, ..RayPacket::default() }, lanes: 0 };

@@ -1,0 +1,158 @@
+//! Materials that have nothing but `shade`: it runs as it stands, as in the interactive renderer, and the rays that it
+//! traces are paths.
+
+use std::cell::RefCell;
+
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use crate::compiled::CompiledScene;
+use crate::compiled::tracer::Tracer;
+use crate::interactive::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};
+use crate::lanes::lane_streams::LaneStreams;
+use crate::sampling::hash;
+use crate::statistics::RayCounts;
+use crate::tiles::LaneContext;
+
+use super::tracer::{BatchMemory, PathTracer};
+use super::wave::{NO_INSTANCE, Path, PathHit};
+
+/// What a path's numbers are for: those of `shade`, and of the paths that its rays are.
+const NUMBERS_OF_SHADE: u32 = 0x107;
+
+/// What one thread needs to shade.
+pub struct ShadeMemory {
+    workspace: Workspace,
+    /// For the paths that rays of `shade` are: one is in use for each level of such materials.
+    free: RefCell<Vec<BatchMemory>>,
+}
+
+impl ShadeMemory {
+    /// For a scene.
+    pub fn new(scene: &CompiledScene) -> Self {
+        ShadeMemory { workspace: Workspace::new(scene), free: RefCell::default() }
+    }
+}
+
+impl PathTracer<'_> {
+    /// Adds what paths bring back from surfaces whose materials shade, after `depth` others. Returns the rays that it took.
+    pub fn add_shading(
+        &self,
+        mut hits: Vec<PathHit>,
+        depth: u32,
+        paths: &mut [Path],
+        memory: &mut ShadeMemory,
+    ) -> RayCounts {
+        // Numbers of a packet belong to one sample each.
+        hits.sort_by_key(|hit| paths[hit.path as usize].sample);
+        let sample = |hit: &PathHit| paths[hit.path as usize].sample;
+        let packets: Vec<&[PathHit]> = hits
+            .chunk_by(|one, other| sample(one) == sample(other))
+            .flat_map(|hits| hits.chunks(LANES))
+            .collect();
+        for hits in packets {
+            let colors = self.shading(hits, depth, paths, memory);
+            for (lane, hit) in hits.iter().enumerate() {
+                let path = &mut paths[hit.path as usize];
+                for (channel, colors) in colors.iter().enumerate() {
+                    path.radiance[channel] += path.throughput[channel] * colors[lane];
+                }
+            }
+        }
+        std::mem::take(&mut memory.workspace.rays)
+    }
+
+    /// What `shade` gives for hits of one sample, no more than a packet has lanes.
+    fn shading(
+        &self,
+        hits: &[PathHit],
+        depth: u32,
+        paths: &[Path],
+        memory: &mut ShadeMemory,
+    ) -> PacketColors {
+        let scene = &self.scene.compiled;
+        let mut rays = RayPacket::default();
+        let mut keys = [0; LANES];
+        for (lane, hit) in hits.iter().enumerate() {
+            let path = &paths[hit.path as usize];
+            rays.set(lane, path.origin, path.direction);
+            rays.epsilon[lane] = path.epsilon;
+            rays.limit[lane] = path.limit;
+            rays.time[lane] = path.time;
+            keys[lane] = hash(path.key, NUMBERS_OF_SHADE);
+        }
+        let mut found = Hits::new(&rays);
+        for (lane, hit) in hits.iter().enumerate() {
+            found.set(lane, paths[hit.path as usize].distance, self.id_of(hit));
+        }
+        let sample = hits.first().map_or(0, |hit| paths[hit.path as usize].sample);
+        let streams = LaneStreams::new(keys, sample);
+        let mut context = LaneContext::new(scene.settings.sampler, streams, rays.time);
+        let ShadeMemory { workspace, free } = memory;
+        let spawned = SpawnedPaths { tracer: self, sample, free };
+        let tracer = Tracer { scene, problems: self.problems };
+        let context = &mut context;
+        let mut host =
+            ShadingHost { tracer: &tracer, workspace, context, depth, spawned: &spawned };
+        let mut colors = [[0.0; LANES]; 3];
+        let lanes = LaneMask::MAX >> (LANES - hits.len());
+        shade_hits(&rays, &found, lanes, &mut host, Emitters::LeftOut, &mut colors);
+        colors
+    }
+
+    /// By which searches name what was hit.
+    fn id_of(&self, hit: &PathHit) -> HitId {
+        let scene = &self.scene.compiled;
+        let group = match scene.geometry.instances.get(hit.instance as usize) {
+            Some(instance) if hit.instance != NO_INSTANCE => instance.group as usize,
+            _ => 0,
+        };
+        let members = scene.items[group].members();
+        let member = members.iter().find(|member| member.object == hit.object);
+        let item = member.map_or(0, |member| member.first) + hit.element;
+        match hit.instance {
+            NO_INSTANCE => HitId::new(item, 0),
+            instance => HitId::new(scene.geometry.first_instance + instance, item),
+        }
+    }
+}
+
+/// Rays of `shade` as paths.
+struct SpawnedPaths<'a> {
+    tracer: &'a PathTracer<'a>,
+    sample: u32,
+    free: &'a RefCell<Vec<BatchMemory>>,
+}
+
+impl SpawnedRays for SpawnedPaths<'_> {
+    fn radiance(
+        &self,
+        _: &Tracer<'_>,
+        workspace: &mut Workspace,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        context: &mut LaneContext,
+        depth: u32,
+    ) -> PacketColors {
+        let taken = self.free.borrow_mut().pop();
+        let mut memory = taken.unwrap_or_else(|| BatchMemory::new(self.tracer.scene));
+        let wave = &mut memory.wave;
+        wave.paths.clear();
+        wave.paths.extend(
+            (0..LANES)
+                .map(|lane| Path::from_ray(rays, lane, context.streams.keys[lane], self.sample)),
+        );
+        wave.features.clear();
+        wave.active.clear();
+        wave.active.extend(lanes_of(lanes).map(|lane| lane as u32));
+        let inner = PathTracer { with_features: false, ..*self.tracer };
+        inner.trace_wave(&mut memory, depth);
+        let colors = std::array::from_fn(|channel| {
+            std::array::from_fn(|lane| memory.wave.paths[lane].radiance[channel])
+        });
+        let mut rays = std::mem::take(&mut memory.rays);
+        // Who spawned them has counted them.
+        rays.traced = rays.traced.saturating_sub(u64::from(lanes.count_ones()));
+        workspace.rays += rays;
+        self.free.borrow_mut().push(memory);
+        colors
+    }
+}
