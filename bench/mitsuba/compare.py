@@ -7,6 +7,7 @@ Mitsuba is installed into a virtual environment; it needs an LLVM besides, as RT
 import argparse
 import json
 import shutil
+import sys
 import tempfile
 from pathlib import Path
 
@@ -85,7 +86,8 @@ def compare(options: argparse.Namespace, program: Path, work: Path) -> int:
     finally:
         for system in systems:
             system.close()
-    print("\nthe means agree" if same else "\nTHE MEANS DIFFER")
+    if not same:
+        print("\nthe means differ", file=sys.stderr)
     return 0 if same else 1
 
 

@@ -47,7 +47,8 @@ def measure(system, task: Task, truth: numpy.ndarray, work: Path) -> Point:
 
 def compare_error(systems: list, task: Task, work: Path) -> list[Point]:
     """Prints the table of a scene. The task's samples are those of the reference."""
-    truth = reference(systems, Task(task.scene, task.size, task.samples, REFERENCE_SEED, task.threads), work)
+    longest = Task(task.scene, task.size, task.samples, REFERENCE_SEED, task.threads)
+    truth = reference(systems, longest, work)
     print(f"\n{task.scene}, reference: {task.samples} samples of each, threads: {task.threads}")
     print(f"{'samples':>8}" + "".join(f"{it.name + ' s':>12}{'error':>10}" for it in systems))
     points = []

@@ -26,10 +26,12 @@ class Scale:
         part = (log10(value) - self.least) / (self.greatest - self.least)
         return self.ends[0] + (self.ends[1] - self.ends[0]) * part
 
-    def powers_of_ten(self) -> Iterator[float]:
+    def marks(self) -> Iterator[float]:
+        """1, 2 and 5 of each power of ten."""
         for power in range(-6, 6):
-            if self.least <= power <= self.greatest:
-                yield 10.0**power
+            for value in (10.0**power, 2 * 10.0**power, 5 * 10.0**power):
+                if self.least <= log10(value) <= self.greatest:
+                    yield value
 
 
 def text(x: float, y: float, anchor: str, words: str, color: str = "black") -> str:
@@ -53,11 +55,11 @@ def field(scene: str, points: list[Point], shift: float) -> Iterator[str]:
     across = Scale([point.seconds for point in points], (left, right))
     up = Scale([point.error for point in points], (bottom, top))
     yield text((left + right) / 2, top - 12, "middle", scene.replace("_", " "))
-    for value in across.powers_of_ten():
+    for value in across.marks():
         x = across.place(value)
         yield line(x, top, x, bottom)
         yield text(x, bottom + 18, "middle", f"{value:g}")
-    for value in up.powers_of_ten():
+    for value in up.marks():
         y = up.place(value)
         yield line(left, y, right, y)
         yield text(left - 6, y + 4, "end", f"{value:g}")
