@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use rtsl::{
     Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
 };
 
+use crate::compiled::object_class::ObjectClass;
 use crate::compiled::placed_objects::GroupMember;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
@@ -95,6 +97,8 @@ impl BatchScene {
         });
         let ((groups, lights), problems) = made.map_err(|problems| failed(messages, problems))?;
         messages.push(SourceMap::new(), problems);
+        // Paths go every way, so that searches want them all at once.
+        compiled.classes.par_iter().for_each(ObjectClass::make_all);
         warn_of_shade(&groups, &compiled, &materials, messages);
         let compile_time = compiled.compile_time + start.elapsed();
         let mut scene = BatchScene {

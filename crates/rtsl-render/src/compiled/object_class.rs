@@ -249,6 +249,12 @@ impl ObjectClass {
         self.leaf.get_or_init(make).as_ref()
     }
 
+    /// Makes the kernels that are else made when they are first wanted: for those who will want them, and would wait.
+    pub fn make_all(&self) {
+        self.leaf_kernel();
+        self.packet_kernel(true);
+    }
+
     /// A kernel that is made when it is first wanted: few scenes want all.
     fn make(&self, shape: Shape) -> Option<Arc<Kernel>> {
         let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
