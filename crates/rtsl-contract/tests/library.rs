@@ -77,6 +77,17 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
             vec![("center", [0.5, -1.0, 2.0].into()), ("radius", 1.5.into())],
             vec![("center", [300.0, 20.0, -50.0].into()), ("radius", 0.7.into())],
         ],
+        "Parallelogram" => vec![
+            vec![],
+            vec![
+                ("corner", [-0.5, 0.0, 0.2].into()),
+                ("sideU", [1.8, 0.2, -0.3].into()),
+                ("sideV", [0.1, 1.1, 0.3].into()),
+                ("uv", [0.1, 0.7].into()),
+                ("uvAlongU", [0.5, 0.4].into()),
+                ("uvAlongV", [-0.2, 1.5].into()),
+            ],
+        ],
         "Disk" => vec![vec![], vec![("radius", 1.3.into()), ("innerRadius", 0.6.into())]],
         "Cylinder" => {
             vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("yMax", 1.1.into())]]

@@ -89,6 +89,29 @@ fn materials_of_the_format_have_classes() {
 }
 
 #[test]
+fn flat_patches_are_parallelograms() {
+    let patch = |rest: &str| {
+        let text = format!("Shape \"bilinearmesh\" \"point3 P\" [0 0 0  2 0 0  0 1 1  2 1 1{rest}");
+        let loaded = loaded(&text);
+        (loaded.scene.objects[0].primitive.clone(), loaded.warnings.to_text(false))
+    };
+    let class = |rest: &str| patch(rest).0.class().name.clone();
+    assert_eq!(class("]"), "Parallelogram");
+    assert_eq!(class("] \"integer indices\" [0 1 2 3] \"float alpha\" 0.5"), "Parallelogram");
+    assert_eq!(class("] \"integer indices\" [1 0 3 2]"), "BilinearMesh");
+    assert_eq!(class("  3 3 3] \"integer indices\" [0 1 2 3  1 3 4 2]"), "BilinearMesh");
+    assert_eq!(class("] \"normal N\" [0 0 1 0 0 1 0 0 1 0 0 1]"), "BilinearMesh");
+    assert_eq!(class("] \"point2 uv\" [0 0 1 0 0 1 2 2]"), "BilinearMesh");
+    let bent = loaded("Shape \"bilinearmesh\" \"point3 P\" [0 0 0  2 0 0  0 1 1  2 1 1.01]");
+    assert_eq!(bent.scene.objects[0].primitive.class().name, "BilinearMesh");
+    let (square, warnings) = patch("] \"point2 uv\" [1 0 3 0 1 4 3 4]");
+    assert_eq!(warnings, "");
+    assert_eq!(numbers(&square, "sideV"), [0.0, 1.0, 1.0]);
+    assert_eq!(numbers(&square, "uv"), [1.0, 0.0]);
+    assert_eq!(numbers(&square, "uvAlongV"), [0.0, 4.0]);
+}
+
+#[test]
 fn spectra_become_colours() {
     let loaded = loaded(
         "LightSource \"infinite\" \"blackbody L\" 6500 \"float scale\" 2\n\

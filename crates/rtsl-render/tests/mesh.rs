@@ -181,12 +181,15 @@ fn patches_and_small_meshes_light_what_is_around_them() {
     };
     assert_eq!(brightness(""), 0.0);
     let patch = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]";
-    assert_eq!(scene(&lit_floor(patch)).objects[1].elements, None);
+    let bent = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 1e-4]";
+    assert_eq!(scene(&lit_floor(bent)).objects[1].elements, None);
+    let as_bent = brightness(bent);
     let triangles =
         SQUARE.replace("[0 0 -1  0 0 -1  0 0 -1  0 0 -1]", "[0 0 1  0 0 1  0 0 1  0 0 1]");
     let (patch, triangles) = (brightness(patch), brightness(&triangles));
     assert!(patch > 1.0);
     assert!((triangles / patch - 1.0).abs() < 0.02, "{triangles} and {patch}");
+    assert!((as_bent / patch - 1.0).abs() < 0.02, "{as_bent} and {patch}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! The format's shapes that are meshes. They become instances of the library's classes `TriangleMesh`
-//! and `BilinearMesh`, whose buffers are the mesh's arrays.
+//! and `BilinearMesh`, whose buffers are the mesh's arrays; or of `Parallelogram`, where that is all they are.
 
 use std::path::Path;
 
@@ -9,6 +9,7 @@ use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf, read_ply};
 use crate::reader::{FileSource, Parameter, SceneFiles, Values, resolve};
 
 use super::description::Entity;
+use super::parallelogram::Parallelogram;
 
 /// A shape that is a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +51,9 @@ impl MeshShape {
         entity: &Entity,
         files: SceneFiles<'_>,
     ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
+        if let Some(parallelogram) = Parallelogram::of(entity) {
+            return Ok(parallelogram.arguments());
+        }
         check_names(entity, self.parameters())?;
         let mesh = match self {
             MeshShape::Triangles => triangles(entity),

@@ -7,6 +7,7 @@ mod description;
 mod format_parameters;
 mod load;
 mod mesh_shape;
+mod parallelogram;
 mod parts;
 mod picture;
 #[allow(clippy::module_inception, reason = "the noun of the folder is the noun of the file")]

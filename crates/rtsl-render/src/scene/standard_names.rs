@@ -3,6 +3,7 @@
 use crate::math::Transform;
 
 use super::description::{Entity, EntityKind};
+use super::parallelogram::Parallelogram;
 
 /// A name of the format.
 #[derive(Debug)]
@@ -32,6 +33,9 @@ impl StandardName {
         let is_sky = entity.kind == EntityKind::Light && entity.class == "infinite";
         if is_sky && has_image {
             return Some(&IMAGE_SKY);
+        }
+        if Parallelogram::of(entity).is_some() {
+            return Some(&PARALLELOGRAM);
         }
         NAMES.iter().find(|standard| standard.kind == entity.kind && standard.name == entity.class)
     }
@@ -131,6 +135,10 @@ impl StandardName {
 static IMAGE_SKY: StandardName = StandardName::new(EntityKind::Light, "infinite", "ImageSky")
     .renaming(&[("scale", "strength")])
     .with_image();
+
+/// `bilinearmesh` with a single patch that is flat.
+static PARALLELOGRAM: StandardName =
+    StandardName::new(EntityKind::Shape, "bilinearmesh", "Parallelogram");
 
 /// What no class stands for; `interface` and its old names are surfaces of media, and not seen.
 const LEFT_OUT: &[(EntityKind, &str)] = &[
