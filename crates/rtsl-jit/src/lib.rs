@@ -27,6 +27,7 @@ mod instance;
 mod kernel;
 mod lanes;
 mod leaf;
+mod library_pages;
 mod llvm;
 mod memory;
 mod module;

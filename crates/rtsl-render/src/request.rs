@@ -180,6 +180,7 @@ fn render_interactively(
     start: Instant,
 ) -> Result<RenderResult, Messages> {
     let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
+    Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let tiles_done = |done, of| request.tell(Progress::Rendering { done, of });
     let rendered = interactive::render(
@@ -214,6 +215,7 @@ fn render_paths(
     start: Instant,
 ) -> Result<RenderResult, Messages> {
     let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_paths(request, loaded)?;
+    Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let waves_done = |done, of| request.tell(Progress::Rendering { done, of });
     let rendered = batch::render(

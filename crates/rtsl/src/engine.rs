@@ -110,6 +110,12 @@ impl Engine {
         let _ = llvm.compile(text, llvm.host(), OptLevel::default());
     }
 
+    /// Gives back what memory LLVM holds for further compilations, 40 MB and more. A host may call this before it works with
+    /// its kernels for long; what it compiles afterwards takes some milliseconds longer.
+    pub fn cool_down() {
+        Llvm::release_memory();
+    }
+
     /// How it makes kernels.
     pub fn options(&self) -> &EngineOptions {
         &self.shared.options

@@ -1,0 +1,129 @@
+//! Memory that a loaded library takes up and can give back.
+//!
+//! A process holds the pages of a library's file that it ever touched, with their neighbours. The system keeps the file
+//! in memory anyway, so that pages given back return within microseconds when they are touched again.
+
+/// The pages of a library that hold what its file holds.
+pub struct LibraryPages {
+    ranges: Vec<system::Pages>,
+}
+
+impl LibraryPages {
+    /// Those of the library that the code at this address is part of; none where the system does not tell.
+    pub fn of_code_at(address: *const ()) -> LibraryPages {
+        LibraryPages { ranges: system::pages_of_file(address.addr()) }
+    }
+
+    /// Gives them back until they are touched again. Other threads may use them meanwhile.
+    pub fn release(&self) {
+        self.ranges.iter().for_each(system::release);
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::ffi::{c_int, c_void};
+    use std::ops::Range;
+
+    use libc::{
+        Elf64_Phdr, MADV_DONTNEED, PF_W, PT_DYNAMIC, PT_LOAD, dl_iterate_phdr, dl_phdr_info,
+        madvise,
+    };
+
+    use crate::memory::PAGE;
+
+    /// Addresses of whole pages.
+    pub type Pages = Range<usize>;
+
+    /// An entry of a library's dynamic section: what it says, and its value.
+    type DynamicEntry = [u64; 2];
+    const DYNAMIC_END: u64 = 0;
+    const DYNAMIC_TEXT_RELOCATIONS: u64 = 22;
+    const DYNAMIC_FLAGS: u64 = 30;
+    const FLAG_TEXT_RELOCATIONS: u64 = 4;
+
+    struct Search {
+        address: usize,
+        found: Vec<Pages>,
+    }
+
+    pub fn pages_of_file(address: usize) -> Vec<Pages> {
+        let mut search = Search { address, found: Vec::new() };
+        // Safety: `visit` takes what it gets here.
+        unsafe { dl_iterate_phdr(Some(visit), (&raw mut search).cast()) };
+        search.found
+    }
+
+    unsafe extern "C" fn visit(info: *mut dl_phdr_info, _: usize, search: *mut c_void) -> c_int {
+        // Safety: the loader describes a library, whose table has so many entries; the pointer is that of
+        // `pages_of_file`, which waits.
+        let (base, segments, search) = unsafe {
+            let info = &*info;
+            let segments = std::slice::from_raw_parts(info.dlpi_phdr, info.dlpi_phnum.into());
+            (info.dlpi_addr as usize, segments, &mut *search.cast::<Search>())
+        };
+        let is_here = |segment: &&Elf64_Phdr| addresses(base, segment).contains(&search.address);
+        if !of_kind(segments, PT_LOAD).any(|segment| is_here(&segment)) {
+            return 0;
+        }
+        // Safety: the segments are those of a loaded library.
+        if !unsafe { has_text_relocations(base, segments) } {
+            let unwritable =
+                of_kind(segments, PT_LOAD).filter(|segment| segment.p_flags & PF_W == 0);
+            search.found.extend(unwritable.map(|segment| {
+                let Range { start, end } = addresses(base, segment);
+                start.next_multiple_of(PAGE)..end / PAGE * PAGE
+            }));
+        }
+        // That is all that is looked for.
+        1
+    }
+
+    fn of_kind(segments: &[Elf64_Phdr], kind: u32) -> impl Iterator<Item = &Elf64_Phdr> {
+        segments.iter().filter(move |segment| segment.p_type == kind)
+    }
+
+    fn addresses(base: usize, segment: &Elf64_Phdr) -> Range<usize> {
+        let start = base.wrapping_add(segment.p_vaddr as usize);
+        start..start + segment.p_memsz as usize
+    }
+
+    /// Whether the loader wrote to pages that are not writable afterwards. Linkers refuse to make such libraries unless
+    /// they are told to.
+    ///
+    /// # Safety
+    /// The segments are those of a library that is loaded at `base`.
+    unsafe fn has_text_relocations(base: usize, segments: &[Elf64_Phdr]) -> bool {
+        of_kind(segments, PT_DYNAMIC).any(|segment| {
+            let Range { start, end } = addresses(base, segment);
+            let count = (end - start) / size_of::<DynamicEntry>();
+            let entries = std::ptr::with_exposed_provenance::<DynamicEntry>(start);
+            // Safety: the loader reads this section as such entries, and leaves it in memory.
+            let entries = unsafe { std::slice::from_raw_parts(entries, count) };
+            let mut entries = entries.iter().take_while(|[tag, _]| *tag != DYNAMIC_END);
+            entries.any(|[tag, value]| match *tag {
+                DYNAMIC_TEXT_RELOCATIONS => true,
+                DYNAMIC_FLAGS => value & FLAG_TEXT_RELOCATIONS != 0,
+                _ => false,
+            })
+        })
+    }
+
+    pub fn release(pages: &Pages) {
+        let start = std::ptr::with_exposed_provenance_mut(pages.start);
+        // Safety: whole pages of a private mapping that nobody writes to, neither the loader nor the library: they
+        // are as in the file, from which the system maps them again when they are next touched.
+        unsafe { madvise(start, pages.end.saturating_sub(pages.start), MADV_DONTNEED) };
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    pub type Pages = std::ops::Range<usize>;
+
+    pub fn pages_of_file(_: usize) -> Vec<Pages> {
+        Vec::new()
+    }
+
+    pub fn release(_: &Pages) {}
+}
