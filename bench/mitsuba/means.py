@@ -9,8 +9,11 @@ import numpy
 from systems import Task, read_exr
 
 CHANNELS = ("red", "green", "blue")
-# Means may be this many standard errors of their difference apart.
+# Means may be this many standard errors of their difference apart,
 TOLERANCE = 4.0
+# and Mitsuba's besides lower by this part of it: along the rims of rough metal spheres it is darker, by a hundredth there and 4 parts in
+# 10,000 over the picture. The same model integrated in double precision sides with RTSL (docs/performance.md).
+RIM_ALLOWANCE = {"metals": 1e-3}
 # Differences are shown this much larger, around grey.
 DIFFERENCE_GAIN = 8.0
 # Pixels along the side of the blocks whose means are compared.
@@ -44,10 +47,24 @@ class Channel:
     standard_errors: tuple[float, float]
 
     @property
+    def difference(self) -> float:
+        return self.means[0] - self.means[1]
+
+    @property
+    def standard_error(self) -> float:
+        """That of the difference."""
+        return float(numpy.hypot(*self.standard_errors))
+
+    @property
     def deviation(self) -> float:
         """The difference in standard errors."""
-        error = numpy.hypot(*self.standard_errors)
-        return float((self.means[0] - self.means[1]) / error)
+        return self.difference / self.standard_error
+
+    def agrees(self, scene: str) -> bool:
+        """Whether the difference, RTSL's mean less Mitsuba's, is explained."""
+        noise = TOLERANCE * self.standard_error
+        allowance = RIM_ALLOWANCE.get(scene, 0.0) * self.means[1]
+        return -noise <= self.difference <= noise + allowance
 
 
 @dataclass(frozen=True)
@@ -122,9 +139,12 @@ def compare_means(systems: list, task: Task, renders: int, work: Path, out: Path
         values = "".join(
             f"{mean:12.5f} ±{error:.5f}" for mean, error in zip(row.means, row.standard_errors)
         )
-        print(f"{row.name:8}{values}   {row.deviation:+.2f} standard errors")
+        part = row.difference / row.means[1]
+        print(f"{row.name:8}{values}   {row.deviation:+.2f} standard errors, {part:+.2e} of the mean")
     print(
         f"differences squared over their variance: pixels {agrees.pixels:.2f}, "
         f"blocks of {BLOCK} by {BLOCK} {agrees.blocks:.2f}"
     )
-    return all(abs(row.deviation) <= TOLERANCE for row in rows)
+    if task.scene in RIM_ALLOWANCE:
+        print(f"{systems[1].name} may be darker by {RIM_ALLOWANCE[task.scene]:g} of the mean besides, at rims")
+    return all(row.agrees(task.scene) for row in rows)
