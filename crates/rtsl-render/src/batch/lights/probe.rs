@@ -1,39 +1,73 @@
 //! What a few samples of each light tell of it.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
 use crate::acceleration::Bounds;
 use crate::sampling::{hash, unit_float};
 
 use super::super::chunk::{CHUNK, Chunk, get, set};
+use super::super::scene::BatchScene;
 use super::super::tracer::PathTracer;
 use super::sample::LightMemory;
 use super::selection::LightProbe;
 
-/// Samples of each light: a chunk holds those of sixteen.
+/// Samples of each light.
 const SAMPLES: usize = 16;
+
+/// The lights whose samples a chunk holds.
+const LIGHTS_IN_CHUNK: usize = CHUNK / SAMPLES;
 
 /// The key of the numbers of probes.
 const NUMBERS_OF_PROBES: u32 = 0x7072_6F62;
 
-impl PathTracer<'_> {
-    /// Samples every light from some points all over the scene.
-    pub fn probe_lights(&self) -> Vec<LightProbe> {
-        let settings = &self.scene.compiled.settings;
-        let scratch = self.scene.scratch_arrays();
-        let mut chunk = Chunk::new(scratch, settings.sampler);
-        let mut memory = LightMemory::new(scratch, settings.sampler);
-        let world = self.world();
-        let count = self.scene.lights.entries.len() as u32;
-        let mut probes = Vec::with_capacity(count as usize);
-        for first in (0..count).step_by(CHUNK / SAMPLES) {
-            let end = count.min(first + (CHUNK / SAMPLES) as u32);
-            let lights = (first..end).flat_map(|light| std::iter::repeat_n(light, SAMPLES));
-            let lights: Vec<u32> = lights.collect();
-            set_points(&mut chunk, &lights, world);
-            self.sample_chosen(&mut chunk, &mut memory, &lights);
-            let samples = (0..lights.len()).step_by(SAMPLES);
-            probes.extend(samples.map(|start| probe(&chunk, start)));
+/// Memory of a thread that samples lights.
+struct ProbeMemory {
+    chunk: Box<Chunk>,
+    light: Box<LightMemory>,
+}
+
+impl ProbeMemory {
+    fn new(scene: &BatchScene) -> Self {
+        let (scratch, sampler) = (scene.scratch_arrays(), scene.compiled.settings.sampler);
+        ProbeMemory {
+            chunk: Chunk::new(scratch, sampler),
+            light: LightMemory::new(scratch, sampler),
         }
-        probes
+    }
+}
+
+impl PathTracer<'_> {
+    /// Samples every light from some points all over the scene, on all processors.
+    pub fn probe_lights(&self) -> Vec<LightProbe> {
+        let world = self.world();
+        let count = self.scene.lights.entries.len();
+        let chunks = (0..count.div_ceil(LIGHTS_IN_CHUNK)).into_par_iter();
+        let probes = chunks.map_init(
+            || ProbeMemory::new(self.scene),
+            |memory, index| {
+                let first = index * LIGHTS_IN_CHUNK;
+                self.probe_chunk(memory, first..count.min(first + LIGHTS_IN_CHUNK), world)
+            },
+        );
+        probes.flatten_iter().collect()
+    }
+
+    /// Samples no more lights than a chunk holds.
+    fn probe_chunk(
+        &self,
+        memory: &mut ProbeMemory,
+        lights: Range<usize>,
+        world: Bounds,
+    ) -> SmallVec<[LightProbe; LIGHTS_IN_CHUNK]> {
+        let ProbeMemory { chunk, light } = memory;
+        let chosen = lights.flat_map(|light| std::iter::repeat_n(light as u32, SAMPLES));
+        let chosen: SmallVec<[u32; CHUNK]> = chosen.collect();
+        set_points(chunk, &chosen, world);
+        self.sample_chosen(chunk, light, &chosen);
+        (0..chosen.len()).step_by(SAMPLES).map(|start| probe(chunk, start)).collect()
     }
 
     /// The box of the scene, as far as it has one.
