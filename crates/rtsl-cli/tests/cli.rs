@@ -615,6 +615,7 @@ fn explain_info_and_help_answer() {
     folder.run(&["explain", "E9999"]).exits(WRONG_USAGE);
     let info = folder.run(&["info"]).exits(DONE).output();
     assert!(info.starts_with("rtsl ") && info.contains("\nwidth "), "{info}");
+    assert!(info.contains("\ndenoiser      none: `no-such-library` "), "{info}");
     let sphere = folder.run(&["info", "Sphere"]).exits(DONE).output();
     assert!(sphere.contains("float radius"), "{sphere}");
     folder.run(&["info", "Spere"]).exits(WRONG_USAGE);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, Compiler, Engine, EngineOptions, Llvm, Parameter, library,
+    AnnotationValue, Class, Compiler, Denoiser, Engine, EngineOptions, Llvm, Parameter, library,
     most_similar, type_name,
 };
 
@@ -60,6 +60,7 @@ fn about_program(search_path: &[PathBuf]) -> String {
     if let Ok((engine, _)) = Engine::new(EngineOptions::default()) {
         text += &format!("width         {}\n", engine.width());
     }
+    text += &about_denoiser();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     text += &format!("threads       {threads}\n");
     text += &format!("library       {} shaders, built in\n", library::files().len());
@@ -67,6 +68,18 @@ fn about_program(search_path: &[PathBuf]) -> String {
         search_path.iter().map(|folder| folder.display().to_string()).collect();
     let folders = if folders.is_empty() { "none".to_owned() } else { folders.join(" ") };
     text + &format!("search path   {folders}\n")
+}
+
+/// What `--denoise` has to work with.
+fn about_denoiser() -> String {
+    match Denoiser::load() {
+        Ok(denoiser) => {
+            let (major, minor) = denoiser.version();
+            let path = denoiser.path().display();
+            format!("denoiser      Open Image Denoise {major}.{minor}\n  library     {path}\n")
+        }
+        Err(error) => format!("denoiser      none: {error}\n"),
+    }
 }
 
 /// Of LLVM's list, what the machine has.
