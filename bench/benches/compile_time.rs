@@ -201,7 +201,7 @@ fn print_row(label: &str, row: &Row) {
 /// Renders the scene as this process's only work and prints a line at the first tile.
 fn report_first_tile(scene: &str) {
     let progress = |progress: Progress| {
-        let Progress::Rendering { .. } = progress else { return };
+        let Progress::Rendering(_) = progress else { return };
         // The parent listens to the first of two threads.
         let mut out = std::io::stdout().lock();
         let _ = out.write_all(b"tile\n").and_then(|()| out.flush());

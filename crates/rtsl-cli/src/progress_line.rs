@@ -1,14 +1,15 @@
 //! One line on a terminal that says what a render is at; none where standard error is no terminal.
 
-use std::time::Duration;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rtsl_render::Progress;
+use indicatif::{FormattedDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rtsl_render::{Progress, TilesDone};
 
 use crate::report::Reporter;
 
 const STEP: &str = "{spinner} {msg}  {elapsed}";
-const TILES: &str = "{bar:40} {percent:>3}%  {elapsed}, {eta} left";
+const TILES: &str = "{bar:40} {percent:>3}%  {elapsed_precise}{msg}";
 
 /// The line's signs turn so often.
 const TURN: Duration = Duration::from_millis(100);
@@ -16,6 +17,8 @@ const TURN: Duration = Duration::from_millis(100);
 /// The line.
 pub struct ProgressLine {
     bar: ProgressBar,
+    /// When the first tile was done, and what was done by then.
+    begun: OnceLock<(Instant, TilesDone)>,
 }
 
 impl ProgressLine {
@@ -26,20 +29,28 @@ impl ProgressLine {
         } else {
             ProgressDrawTarget::hidden()
         };
-        ProgressLine { bar: ProgressBar::with_draw_target(None, target) }
+        let bar = ProgressBar::with_draw_target(None, target);
+        ProgressLine { bar, begun: OnceLock::new() }
     }
 
     /// Says what the render is at.
     pub fn show(&self, progress: Progress) {
         match progress {
-            Progress::Rendering { done, of } => {
-                if self.bar.length() != Some(of as u64) {
+            Progress::Rendering(tiles) => {
+                let (begun, first) = self.begun.get_or_init(|| {
                     self.set_style(TILES);
                     self.bar.disable_steady_tick();
                     self.bar.reset_elapsed();
-                    self.bar.set_length(of as u64);
+                    self.bar.set_length(tiles.of as u64);
+                    self.bar.set_message("");
+                    (Instant::now(), tiles)
+                });
+                let left =
+                    tiles.time_left(first, begun.elapsed()).filter(|_| !self.bar.is_hidden());
+                if let Some(left) = left {
+                    self.bar.set_message(format!(", {} left", FormattedDuration(left)));
                 }
-                self.bar.set_position(done as u64);
+                self.bar.set_position(tiles.done as u64);
             }
             Progress::Reading => self.begin("reading".to_owned()),
             Progress::Compiling { shaders } => {

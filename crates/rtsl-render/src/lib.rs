@@ -28,6 +28,6 @@ pub mod statistics;
 pub(crate) mod tiles;
 
 pub use messages::Messages;
-pub use progress::Progress;
+pub use progress::{Progress, TilesDone};
 pub use request::{CheckpointRequest, RenderRequest, RenderResult, Renderer, render_scene};
 pub use statistics::Statistics;

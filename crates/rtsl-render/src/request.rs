@@ -12,7 +12,7 @@ use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, DENOISER_AOVS, Image};
 use crate::interactive::{self, RenderOptions};
 use crate::messages::Messages;
-use crate::progress::Progress;
+use crate::progress::{Progress, TilesDone};
 use crate::reader::{DiskFiles, FileSource, RecordedFiles};
 use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
@@ -182,7 +182,8 @@ fn render_interactively(
     let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
-    let tiles_done = |done, of| request.tell(Progress::Rendering { done, of });
+    let tiles_done =
+        |done, of| request.tell(Progress::Rendering(TilesDone { done, of, skipped: 0 }));
     let rendered = interactive::render(
         &scene,
         RenderOptions {
@@ -217,7 +218,7 @@ fn render_paths(
     let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_paths(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
-    let waves_done = |done, of| request.tell(Progress::Rendering { done, of });
+    let waves_done = |tiles| request.tell(Progress::Rendering(tiles));
     let rendered = batch::render(
         &scene,
         BatchOptions {

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Progress, RenderRequest};
+use rtsl_render::{Progress, RenderRequest, TilesDone};
 
 #[test]
 fn steps_are_told_in_order() {
@@ -28,8 +28,8 @@ fn steps_are_told_in_order() {
         // The camera, the sphere, the mesh and the material.
         Progress::Compiling { shaders: 4 },
         Progress::Building { primitives: 3 },
-        Progress::Rendering { done: 1, of: 2 },
-        Progress::Rendering { done: 2, of: 2 },
+        Progress::Rendering(TilesDone { done: 1, of: 2, skipped: 0 }),
+        Progress::Rendering(TilesDone { done: 2, of: 2, skipped: 0 }),
     ];
     assert_eq!(told.into_inner().unwrap(), expected);
 }

@@ -37,6 +37,7 @@ mod shade;
 mod shadow_rays;
 mod surface;
 mod surface_group;
+mod tile_order;
 mod tracer;
 mod wave;
 

@@ -8,14 +8,16 @@ use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::film::{Aov, AovImage, Image};
 use crate::messages::Messages;
+use crate::progress::TilesDone;
 use crate::request::Renderer;
 use crate::statistics::RayCounts;
-use crate::tiles::RenderThreads;
+use crate::tiles::{RenderThreads, TILE};
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
 use super::features::is_feature;
 use super::film::BatchFilm;
 use super::scene::BatchScene;
+use super::tile_order::TileOrder;
 use super::tracer::{BatchMemory, PathTracer};
 
 /// Samples of a pixel that a wave takes: with 64 pixels a thousand paths, whose memory caches hold.
@@ -38,8 +40,8 @@ const AOVS: [Aov; 8] = [
 pub struct BatchOptions<'a> {
     /// How many threads; all processors where `None`.
     pub threads: Option<usize>,
-    /// Is told how many of how many waves are done, from any thread.
-    pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+    /// Is told which waves are done, from any thread.
+    pub progress: Option<&'a (dyn Fn(TilesDone) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
@@ -101,6 +103,7 @@ struct Job<'a> {
     problems: Problems,
     writer: Option<CheckpointWriter<'a>>,
     done: AtomicUsize,
+    skipped: AtomicUsize,
 }
 
 impl<'a> Job<'a> {
@@ -120,13 +123,16 @@ impl<'a> Job<'a> {
             problems: Problems::default(),
             writer: options.checkpoints.map(CheckpointWriter::new),
             done: AtomicUsize::new(0),
+            skipped: AtomicUsize::new(0),
         })
     }
 
     /// Renders all passes; whether it ended early, and the rays traced.
     fn run(&self, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
-        let samples = self.scene.compiled.settings.sampler.samples_per_pixel();
+        let settings = &self.scene.compiled.settings;
+        let samples = settings.sampler.samples_per_pixel();
         let tiles = self.film.tiles().len();
+        let order = TileOrder::new(tiles, settings.width.div_ceil(TILE));
         let count = samples.div_ceil(SAMPLES_IN_WAVE) as usize * tiles;
         let (next, memories) = threads.for_each_tile(
             (0, count),
@@ -134,13 +140,11 @@ impl<'a> Job<'a> {
             || !self.must_stop(start),
             |memory, index| {
                 // Pass by pass over the whole image, so that it is even wherever it ends.
-                let (pass, tile) = (index / tiles, index % tiles);
+                let (pass, tile) = (index / tiles, order.tile(index % tiles));
                 let first = pass as u32 * SAMPLES_IN_WAVE;
-                self.render_wave(memory, tile, (first, samples.min(first + SAMPLES_IN_WAVE)));
-                let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-                if let Some(progress) = self.options.progress {
-                    progress(done, count);
-                }
+                let wave = (first, samples.min(first + SAMPLES_IN_WAVE));
+                let was_needed = self.render_wave(memory, tile, wave);
+                self.tell(was_needed, count);
             },
         );
         let mut rays = RayCounts::default();
@@ -148,11 +152,21 @@ impl<'a> Job<'a> {
         (next < count, rays)
     }
 
-    /// Renders the samples `first..end` of a tile, as far as it needs them.
-    fn render_wave(&self, memory: &mut BatchMemory, tile: usize, (first, end): (u32, u32)) {
-        let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return };
+    /// Tells that one more of so many waves is done.
+    fn tell(&self, was_needed: bool, of: usize) {
+        let skipped = self.skipped.fetch_add(usize::from(!was_needed), Ordering::Relaxed)
+            + usize::from(!was_needed);
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(progress) = self.options.progress {
+            progress(TilesDone { done, of, skipped });
+        }
+    }
+
+    /// Renders the samples `first..end` of a tile, as far as it needs them, and tells whether it does.
+    fn render_wave(&self, memory: &mut BatchMemory, tile: usize, (first, end): (u32, u32)) -> bool {
+        let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return false };
         if first >= end {
-            return;
+            return false;
         }
         let begun = Instant::now();
         let Job { scene, problems, with_features, .. } = self;
@@ -165,6 +179,7 @@ impl<'a> Job<'a> {
                 writer.write_if_due(&self.film);
             }
         }
+        true
     }
 
     fn must_stop(&self, start: Instant) -> bool {
