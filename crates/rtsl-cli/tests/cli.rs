@@ -545,7 +545,8 @@ fn render_writes_a_picture() {
 #[test]
 fn pictures_are_kept_as_asked() {
     let folder = Folder::new("kept");
-    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\n\
+                 Integrator \"interactive\"\nWorldBegin\n\
                  LightSource \"SkyLight\"\nMaterial \"Lambertian\"\nShape \"Sphere\"\n";
     folder.write("scene.pbrt", scene);
     let render = |output: &str, options: &[&str]| {

@@ -18,10 +18,9 @@ use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
 
 /// The renderers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Renderer {
     /// Packets of rays from tiles; runs `shade` of materials.
-    #[default]
     Interactive,
     /// Paths; runs the methods of materials that sample and weigh.
     Batch,
@@ -42,7 +41,8 @@ impl Renderer {
 pub struct RenderRequest<'a> {
     /// The scene's file.
     pub scene: PathBuf,
-    /// What renders it, instead of what the scene asks for.
+    /// What renders it, instead of what the scene asks for. Where neither says, paths are traced if all surfaces
+    /// scatter them.
     pub renderer: Option<Renderer>,
     /// `name.parameter=value`, in order.
     pub defines: Vec<String>,
@@ -136,14 +136,14 @@ pub fn render_scene_from(
 ) -> Result<RenderResult, Messages> {
     let start = Instant::now();
     let files = RecordedFiles::new(files);
-    let loaded = std::thread::scope(|scope| {
+    let mut loaded = std::thread::scope(|scope| {
         if request.engine.backend != Backend::Interpreter {
             // The compiler's library is paged in while the scene is read.
             scope.spawn(Engine::warm_up);
         }
         LoadedScene::new(request, &files)
     })?;
-    match loaded.scene.settings.renderer {
+    match loaded.choose_renderer() {
         Renderer::Interactive => render_interactively(request, loaded, start),
         Renderer::Batch => {
             let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
@@ -295,6 +295,16 @@ impl LoadedScene {
         let (scene, check_time, engine_time) = (loaded.scene, loaded.compile_time, start.elapsed());
         Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
     }
+
+    /// What renders it, noted in its settings.
+    fn choose_renderer(&mut self) -> Renderer {
+        let LoadedScene { scene, engine, .. } = self;
+        let renderer = scene.settings.renderer.unwrap_or_else(|| {
+            if batch::has_shade(engine, scene) { Renderer::Interactive } else { Renderer::Batch }
+        });
+        scene.settings.renderer = Some(renderer);
+        renderer
+    }
 }
 
 /// A scene, ready to be rendered.
@@ -377,9 +387,7 @@ fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
     if let Some((width, height)) = request.size {
         (settings.width, settings.height) = (width.max(1), height.max(1));
     }
-    if let Some(renderer) = request.renderer {
-        settings.renderer = renderer;
-    }
+    settings.renderer = request.renderer.or(settings.renderer);
     if let Some(samples) = request.samples {
         settings.set_samples_per_pixel(samples);
     }

@@ -7,7 +7,7 @@ use rtsl_render::film::{Aov, AovImage, ImageOptions, write_image_with};
 use rtsl_render::interactive::AOVS;
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, RenderResult};
+use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
 
 /// A ball before a wall, seen without perspective: columns and rows of a quarter of a unit.
 const SCENE: &str = r#"
@@ -42,6 +42,7 @@ fn try_render(
         aovs: aovs.to_vec(),
         threads: Some(threads),
         engine,
+        renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()
     };
     render_scene_from(&request, &files)

@@ -10,7 +10,7 @@ use rtsl_render::film::Image;
 use rtsl_render::reader::FileSource;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::scene::{LoadOptions, Scene, load_scene};
-use rtsl_render::{Messages, RenderRequest};
+use rtsl_render::{Messages, RenderRequest, Renderer};
 
 /// Files in memory, whatever is in them.
 #[derive(Default)]
@@ -65,7 +65,11 @@ fn bits(image: &Image) -> Vec<[u32; 3]> {
 }
 
 fn picture(files: &Files) -> Vec<[u32; 3]> {
-    let request = RenderRequest { scene: "scene.pbrt".into(), ..RenderRequest::default() };
+    let request = RenderRequest {
+        scene: "scene.pbrt".into(),
+        renderer: Some(Renderer::Interactive),
+        ..RenderRequest::default()
+    };
     let result = render_scene_from(&request, files);
     let result = result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
     bits(&result.image)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rtsl_render::film::Aov;
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{RenderRequest, RenderResult};
+use rtsl_render::{RenderRequest, RenderResult, Renderer};
 
 /// One row of pixels, a quarter of a unit wide each, from x = -4 to x = 4, seen along z.
 fn head(camera_motion: &str) -> String {
@@ -29,6 +29,7 @@ fn render(text: &str, aovs: &[Aov]) -> RenderResult {
         scene: "scene.pbrt".into(),
         aovs: aovs.to_vec(),
         threads: Some(2),
+        renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()
     };
     render_scene_from(&request, &MemoryFiles(files.into()))

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Progress, RenderRequest, TilesDone};
+use rtsl_render::{Progress, RenderRequest, Renderer, TilesDone};
 
 #[test]
 fn steps_are_told_in_order() {
@@ -19,6 +19,7 @@ fn steps_are_told_in_order() {
         scene: "scene.pbrt".into(),
         threads: Some(1),
         progress: Some(&listener),
+        renderer: Some(Renderer::Interactive),
         ..RenderRequest::default()
     };
     let rendered = render_scene_from(&request, &files);

@@ -4,13 +4,17 @@ use std::path::PathBuf;
 
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::{Messages, RenderRequest, RenderResult};
+use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
 
 fn try_render(scene: &str, shaders: &[(&str, &str)]) -> Result<RenderResult, Messages> {
     let shaders = shaders.iter().map(|(name, text)| (PathBuf::from(name), (*text).to_owned()));
     let scene = (PathBuf::from("scene.pbrt"), scene.to_owned());
     let files = MemoryFiles(shaders.chain([scene]).collect());
-    let request = RenderRequest { scene: "scene.pbrt".into(), ..RenderRequest::default() };
+    let request = RenderRequest {
+        scene: "scene.pbrt".into(),
+        renderer: Some(Renderer::Interactive),
+        ..RenderRequest::default()
+    };
     render_scene_from(&request, &files)
 }
 

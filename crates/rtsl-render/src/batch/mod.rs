@@ -45,3 +45,4 @@ pub use checkpoints::Checkpoints;
 pub(crate) use features::is_feature;
 pub use render::{BatchOptions, BatchRendered, render};
 pub use scene::BatchScene;
+pub(crate) use scene::has_shade;

@@ -144,7 +144,7 @@ impl BatchScene {
 }
 
 /// Whether surfaces of a scene have nothing but `shade`.
-fn has_shade(engine: &Engine, scene: &Scene) -> bool {
+pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
     scene.objects.iter().any(|object| {
         let material = match is_own_material(object) {
             true => &object.primitive,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::request::Renderer;
 use crate::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use crate::scene::Settings;
 
@@ -53,7 +54,7 @@ impl Fingerprint {
         let mut fingerprint = Fingerprint::default();
         fingerprint.set("size", format!("{width}x{height}"));
         fingerprint.set("filter", filter_text(filter));
-        fingerprint.set("renderer", renderer.name());
+        fingerprint.set("renderer", renderer.map_or("not chosen", Renderer::name));
         fingerprint.set("depth", max_depth);
         fingerprint.set("roulette threshold", roulette_threshold);
         fingerprint.set("cutoff", cutoff);

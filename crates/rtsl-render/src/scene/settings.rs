@@ -23,8 +23,8 @@ pub struct Settings {
     pub filter: PixelFilter,
     /// The sampler.
     pub sampler: Sampler,
-    /// What renders it.
-    pub renderer: Renderer,
+    /// What renders it, where the scene says so.
+    pub renderer: Option<Renderer>,
     /// How often rays may spawn rays: 0 follows camera rays only.
     pub max_depth: u32,
     /// Rays that rays spawn are not traced where less of their light than this would arrive in the pixel; 0 traces all.
@@ -56,7 +56,7 @@ impl Default for Settings {
             exposure: 0.0,
             filter: PixelFilter::default(),
             sampler: stratified(16, 0),
-            renderer: Renderer::default(),
+            renderer: None,
             max_depth: 5,
             cutoff: 0.0,
             roulette_threshold: 1.0,
@@ -199,10 +199,13 @@ impl Settings {
             "sppm",
             "function",
         ];
-        self.renderer = match entity.class.as_str() {
-            "batch" | "path" => Renderer::Batch,
-            _ => Renderer::default(),
-        };
+        // What light does on its way past a first surface is for paths.
+        self.renderer = Some(match entity.class.as_str() {
+            "interactive" | "whitted" | "direct" | "directlighting" | "ambientocclusion" => {
+                Renderer::Interactive
+            }
+            _ => Renderer::Batch,
+        });
         let mut reader = ParameterReader::new(entity, diagnostics);
         if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {
             self.max_depth = depth as u32;
