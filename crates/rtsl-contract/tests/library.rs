@@ -88,7 +88,10 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ("uvAlongV", [-0.2, 1.5].into()),
             ],
         ],
-        "Disk" => vec![vec![], vec![("radius", 1.3.into()), ("innerRadius", 0.6.into())]],
+        "Disk" => vec![
+            vec![],
+            vec![("radius", 1.3.into()), ("innerRadius", 0.6.into()), ("height", 0.4.into())],
+        ],
         "Cylinder" => {
             vec![vec![("radius", 0.8.into()), ("yMin", (-0.7).into()), ("yMax", 1.1.into())]]
         }
@@ -124,6 +127,22 @@ fn table(class: &str) -> Vec<Vec<(String, Value)>> {
                 ("roughnessV", 0.3.into()),
             ],
         ],
+        "Dielectric" => vec![vec![], vec![("roughnessU", 0.2.into()), ("roughnessV", 0.6.into())]],
+        "CoatedConductor" => {
+            vec![vec![], vec![("roughnessU", 0.1.into()), ("coatRoughnessV", 0.3.into())]]
+        }
+        "AshikhminShirley" => vec![
+            vec![],
+            vec![
+                ("kd", constant(1.0)),
+                ("ks", constant(0.2)),
+                ("exponentU", 10.0.into()),
+                ("exponentV", 200.0.into()),
+            ],
+        ],
+        "DiffuseTransmission" => {
+            vec![vec![], vec![("reflectance", constant(0.7)), ("transmittance", constant(0.3))]]
+        }
         "Mix" => vec![
             vec![],
             vec![

@@ -98,11 +98,6 @@ impl Rays {
     }
 
     /// Sets a variable for all rays.
-    pub fn fill(&mut self, variable: &str, value: f32) {
-        self.state.floats_mut(component_of(variable)).fill(value);
-    }
-
-    /// Sets a variable for all rays.
     pub fn fill_vector(&mut self, variable: &str, value: Vec3) {
         self.set_vectors(variable, &vec![value; self.count]);
     }
