@@ -116,18 +116,22 @@ fn spectra_become_colours() {
     let loaded = loaded(
         "LightSource \"infinite\" \"blackbody L\" 6500 \"float scale\" 2\n\
          LightSource \"point\" \"rgb I\" [1 2 3] \"float power\" 25.132741\n\
+         LightSource \"spot\" \"float power\" 1 \"float coneangle\" 90 \"float conedeltaangle\" 30\n\
          Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"\n\
          Shape \"sphere\"\nMaterial \"dielectric\" \"spectrum eta\" \"glass-BK7\"\nShape \"sphere\"\n\
          Material \"coatedconductor\" \"spectrum conductor.k\" [400 2 700 2]\nShape \"sphere\"\n",
     );
     let [gold, glass, coated] = loaded.scene.materials.as_slice() else { panic!() };
-    assert_eq!(numbers(gold, "eta"), [0.1431, 0.3750, 1.4425]);
+    assert_eq!(numbers(gold, "eta"), [0.1217, 0.3929, 1.5871]);
     assert_eq!(numbers(glass, "eta"), [1.5168]);
     assert!(numbers(coated, "k").iter().all(|k| (k - 2.0).abs() < 1e-6));
     let radiance = numbers(&loaded.scene.lights[0].light, "radiance");
     assert!(radiance.iter().all(|component| (component - 1.0).abs() < 0.08), "{radiance:?}");
     let strength = numbers(&loaded.scene.lights[1].light, "strength");
     assert!((strength[0] - 2.0).abs() < 1e-6, "{strength:?}");
+    let strength = numbers(&loaded.scene.lights[2].light, "strength");
+    // The cosine of the edge's middle is 1/4.
+    assert!((strength[0] - 1.0 / (1.5 * std::f32::consts::PI)).abs() < 1e-6, "{strength:?}");
 }
 
 #[test]

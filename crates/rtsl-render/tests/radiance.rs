@@ -60,6 +60,22 @@ fn a_sphere_in_a_furnace_shows_its_albedo() {
     assert!(image.pixels[0].iter().all(|channel| (channel - 1.0).abs() < 1e-6));
 }
 
+/// A sheet that reflects 0.3 of the light and lets 0.5 through, with a sky on either side.
+#[test]
+fn skies_shine_through_sheets() {
+    let even = "\"rgb zenith\" [1 1 1] \"rgb horizon\" [1 1 1] \"rgb ground\" [1 1 1]";
+    for (sky, parameters) in [("ConstantSky", ""), ("SkyLight", even)] {
+        let scene = format!(
+            "{HEAD}WorldBegin\n\
+             LightSource \"{sky}\" {parameters}\nMaterial \"DiffuseTransmission\" \
+             \"rgb reflectance\" [0.3 0.3 0.3] \"rgb transmittance\" [0.5 0.5 0.5]\n\
+             Shape \"Plane\" \"normal normal\" [0 0 1]"
+        );
+        let pixel = render(&scene, &[]).image.pixels[4 * 9 + 4][0];
+        assert!((pixel - 0.8).abs() < 1e-5, "{sky}: {pixel}");
+    }
+}
+
 #[test]
 fn light_falls_with_the_square_of_distance_and_the_cosine() {
     // A matte square seen from above; the light is 2 above its middle.

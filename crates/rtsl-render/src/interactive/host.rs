@@ -192,7 +192,8 @@ impl ShadingHost<'_> {
             eight.store(state, v.time_seed, eight.numbers(&self.context.time));
             if reads_normals {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
-                let [geometric, shading] = self.context.seen_normals(eight);
+                let [geometric, shading] =
+                    samples.on_their_side(eight, self.context.seen_normals(eight));
                 let geometric = eight.transposed_vector(&light.forward, &geometric);
                 let shading = eight.transposed_vector(&light.forward, &shading);
                 let geometric = eight.normalized_or(&geometric, &up);

@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use rtsl::host::LightRequest;
 
 use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
-use crate::lanes::eight::{LaneVectors, dots, eights_alone};
+use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, eights_alone, scaled, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 
 /// Points that ask for light, and the samples that they get.
@@ -73,6 +73,20 @@ impl LightSamples {
             within |= eight.lanes(inside);
         }
         within
+    }
+
+    /// Normals on the side of the surface from which light is asked for: where a cone leads behind it, those
+    /// of the back, around which skies sample then.
+    #[inline(always)]
+    pub fn on_their_side<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        [geometric, shading]: [Vectors<S>; 2],
+    ) -> [Vectors<S>; 2] {
+        let has_cone = !eight.numbers(&self.cosine).simd_eq(f32::NEG_INFINITY);
+        let is_behind = dots(&geometric, &eight.vectors(&self.normal)).simd_lt(0.0);
+        let turned = has_cone & is_behind;
+        [geometric, shading].map(|it| select(turned, &scaled(&it, eight.splat(-1.0)), &it))
     }
 
     /// Answers requests: `reached` are the lanes that the light reaches.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use rtsl::{Class, Diagnostic, ParameterType as ClassType, Value, diagnostic_codes as codes};
 
+use crate::math::sine_and_cosine_of_degrees;
 use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
 
 use super::description::{Entity, EntityKind};
@@ -106,14 +107,7 @@ fn join(parameters: &mut Vec<Cow<'_, Parameter>>, names: [&str; 2], joined: &str
     else {
         return;
     };
-    let number = |name: &&str| {
-        let given = parameters.iter().find(|it| it.name == *name);
-        match given.map(|it| &it.values) {
-            Some(Values::Numbers(values)) => values.first().copied().unwrap_or(default),
-            Some(Values::Booleans(_) | Values::Texts(_)) | None => default,
-        }
-    };
-    let values = Values::Numbers(names.iter().map(number).collect());
+    let values = Values::Numbers(names.map(|name| number(parameters, name, default)).into());
     parameters.retain(|it| !names.contains(&it.name.as_str()));
     let kind = ParameterType::Given;
     let name = joined.to_owned();
@@ -125,6 +119,7 @@ fn apply_power(entity: &Entity, parameters: &mut Vec<Cow<'_, Parameter>>) {
     use std::f64::consts::PI;
     let unit = match (entity.kind, entity.class.as_str()) {
         (EntityKind::Light, "point") => ("power", 4.0 * PI),
+        (EntityKind::Light, "spot") => ("power", spot_power(parameters)),
         (EntityKind::Light, "infinite") => ("illuminance", PI),
         (EntityKind::Light, "distant") => ("illuminance", 1.0),
         _ => return,
@@ -139,6 +134,22 @@ fn apply_power(entity: &Entity, parameters: &mut Vec<Cow<'_, Parameter>>) {
             }
         }
         None => parameters.push(Cow::Owned(made(entity, "strength", vec![factor]))),
+    }
+}
+
+/// The power of a spot light whose intensity along the axis is 1. Its soft edge counts half, since it falls off by a
+/// curve of the cosine that is the same on both sides of its middle.
+fn spot_power(parameters: &[Cow<'_, Parameter>]) -> f64 {
+    let edge = number(parameters, "coneAngle", 30.0);
+    let full = (edge - number(parameters, "softness", 5.0)).max(0.0);
+    let cosine = |degrees: f64| sine_and_cosine_of_degrees(degrees).1;
+    2.0 * std::f64::consts::PI * (1.0 - 0.5 * (cosine(edge) + cosine(full)))
+}
+
+fn number(parameters: &[Cow<'_, Parameter>], name: &str, default: f64) -> f64 {
+    match parameters.iter().find(|it| it.name == name).map(|it| &it.values) {
+        Some(Values::Numbers(values)) => values.first().copied().unwrap_or(default),
+        Some(Values::Booleans(_) | Values::Texts(_)) | None => default,
     }
 }
 

@@ -165,7 +165,7 @@ const NAMES: &[StandardName] = &[
     StandardName::new(EntityKind::Shape, "disk", "Disk")
         .along_z()
         .renaming(&[("innerradius", "innerRadius")])
-        .without(&["height", "phimax"]),
+        .without(&["phimax"]),
     StandardName::new(EntityKind::Shape, "cylinder", "Cylinder")
         .along_z()
         .renaming(&[("zmin", "yMin"), ("zmax", "yMax")])
@@ -242,7 +242,6 @@ const NAMES: &[StandardName] = &[
             ("coneangle", "coneAngle"),
             ("conedeltaangle", "softness"),
         ])
-        .without(&["power"])
         .with_defaults(&[("target", &[0.0, 0.0, 1.0])]),
     StandardName::new(EntityKind::Texture, "constant", "Constant"),
     StandardName::new(EntityKind::Texture, "imagemap", "Image").with_image(),
