@@ -19,11 +19,14 @@ struct How {
 
 const PLAIN: How = How { backend: Backend::Auto, width: 8, threads: 2 };
 
-fn rendered(text: &str, how: How) -> BatchRendered {
+fn fail(messages: Messages) -> ! {
+    panic!("{}", messages.to_text(false))
+}
+
+fn compiled(text: &str, how: How) -> BatchScene {
     let files = [("scene.pbrt", text), ("width.rtsl", WIDTH), ("shaded.rtsl", SHADED)];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
-    let fail = |messages: Messages| -> ! { panic!("{}", messages.to_text(false)) };
     let scene = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
     let scene = scene.unwrap_or_else(|messages| fail(messages)).scene;
     let options =
@@ -31,7 +34,11 @@ fn rendered(text: &str, how: How) -> BatchRendered {
     let (engine, _) = Engine::new(options).expect("the backend is there");
     let mut warnings = Messages::default();
     let scene = BatchScene::new(&scene, &engine, &mut warnings, &|_| {});
-    let scene = scene.unwrap_or_else(|messages| fail(messages));
+    scene.unwrap_or_else(|messages| fail(messages))
+}
+
+fn rendered(text: &str, how: How) -> BatchRendered {
+    let scene = compiled(text, how);
     let options = BatchOptions { threads: Some(how.threads), ..BatchOptions::default() };
     render(&scene, options).unwrap_or_else(|messages| fail(messages))
 }
@@ -353,5 +360,42 @@ fn images_have_the_same_bits_however_they_are_made() {
     for (width, threads) in [(1, 2), (4, 1), (8, 1), (8, 3), (16, 2)] {
         let how = How { backend: Backend::Auto, width, threads };
         assert!(bits(how) == reference, "width {width}, {threads} threads");
+    }
+}
+
+#[test]
+fn streams_and_packets_find_the_same() {
+    let head = "LookAt 0 1 -6  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 40
+        Integrator \"path\" \"integer maxdepth\" 4\nSampler \"independent\" \"integer pixelsamples\" 16";
+    let balls = (0..200).map(|number| {
+        let [x, y, z] = [number % 10, number / 10 % 5, number / 50].map(|it| it as f32 * 0.5 - 1.5);
+        let class = if number % 3 == 0 {
+            "Shape \"Torus\" \"float minorRadius\" 0.1 \"float majorRadius\""
+        } else {
+            "Shape \"sphere\" \"float radius\""
+        };
+        format!("AttributeBegin Translate {x} {y} {z} {class} 0.25 AttributeEnd\n")
+    });
+    let world = "LightSource \"infinite\" \"rgb L\" [0.3 0.4 0.5]
+        LightSource \"point\" \"rgb I\" [10 9 8] \"point3 from\" [2 4 -3]
+        Material \"diffuse\" \"rgb reflectance\" [0.5 0.4 0.3]
+        Shape \"bilinearmesh\" \"point3 P\" [-5 -2 -5  5 -2 -5  -5 -2.5 5  5 -1 5]\n"
+        .to_owned()
+        + &balls.collect::<String>();
+    // Where there is an instance there are no streams.
+    let far = "ObjectBegin \"far\" Shape \"sphere\" \"float radius\" 1e-3 ObjectEnd
+        Translate 0 1e5 -1e6 ObjectInstance \"far\"";
+    let [streams, packets] = [scene(head, &world), scene(head, &format!("{world}{far}"))];
+    for (text, are_streams) in [(&streams, true), (&packets, false)] {
+        assert_eq!(compiled(text, PLAIN).compiled.geometry.suits_stream(500), are_streams);
+    }
+    let bits = |text: &str, how: How| {
+        let pixels = rendered(text, how).image.pixels.into_iter().flatten();
+        pixels.map(f32::to_bits).collect::<Vec<u32>>()
+    };
+    let reference = bits(&packets, PLAIN);
+    for (width, threads) in [(1, 2), (4, 1), (8, 2), (16, 1)] {
+        let how = How { backend: Backend::Auto, width, threads };
+        assert!(bits(&streams, how) == reference, "width {width}");
     }
 }

@@ -7,7 +7,8 @@ use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_render::acceleration::{
     Block, BlockTest, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES,
-    LaneMask, Lanes, Objects, PacketSpace, RayPacket, RaySpace, Visits, lanes_of,
+    LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit, RayPacket, RaySpace, RayStream, Search,
+    Visits, lanes_of,
 };
 use rtsl_render::math::{Affine, MovingTransform, Transform, dot};
 
@@ -76,6 +77,17 @@ impl Objects for Spheres<'_> {
     fn load_packet<S: Simd>(&mut self, _: S, _: &PacketSpace<'_>) {}
 
     fn load_ray(&mut self, _: &RaySpace) {}
+
+    fn pairs(&mut self, stream: &RayStream, _: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
+        for (index, pair) in pairs.iter().enumerate() {
+            let ([x, y, z, epsilon], [along_x, along_y, along_z, limit]) =
+                (stream.rays()[pair.ray as usize].start, stream.lines()[pair.ray as usize].along);
+            self.tests += 1;
+            let sphere = self.spheres[pair.item as usize];
+            let hit = sphere.hit([x, y, z], [along_x, along_y, along_z], epsilon, limit);
+            found.extend(hit.map(|distance| PairHit { pair: index as u32, distance }));
+        }
+    }
 
     fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
         for BlockTest { ray, head, block, nearest } in tests {
@@ -167,6 +179,16 @@ fn flat(spheres: &[Sphere]) -> Geometry {
     }
 }
 
+/// The same rays, many times over: as a stream of hundreds.
+fn stream(rays: &[Ray], order: &[usize], times: usize) -> RayStream {
+    let mut stream = RayStream::default();
+    for ray in order.iter().cycle().take(order.len() * times) {
+        let (origin, direction, limit) = rays[*ray];
+        stream.push(origin, direction, (1e-3, limit), 0.0);
+    }
+    stream
+}
+
 fn key(hits: &Hits, lane: usize) -> (u32, HitId) {
     (hits.distance[lane].to_bits(), hits.id[lane])
 }
@@ -213,6 +235,64 @@ proptest! {
             prop_assert_eq!(found, expected);
         }
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn hits_of_streams_are_those_of_packets(
+        spheres in prop::collection::vec(sphere(), 1..200),
+        rays in prop::collection::vec(ray(), LANES),
+        order in Just((0..LANES).collect::<Vec<_>>()).prop_shuffle(),
+        count in 1..=LANES,
+        times in 1..6_usize,
+    ) {
+        let mut world = items(&spheres);
+        world[0].bounds = None;
+        let groups = vec![Group::new(world)];
+        let geometry = Geometry { groups, instances: Vec::new(), first_instance: spheres.len() as u32 };
+        let mut objects = Spheres::new(&spheres);
+        let order = &order[..count];
+        let hits = geometry.nearest(&packet(&rays, order), mask(count), &mut objects, &mut Visits::default());
+        let mut visits = Visits::default();
+        for search in [Search::Nearest, Search::Any] {
+            let mut stream = stream(&rays, order, times);
+            geometry.search_stream(&mut stream, search, &mut objects, &mut visits);
+            for place in 0..stream.len() {
+                let lane = place % count;
+                let is_hit = hits.id[lane] != HitId::NONE;
+                match search {
+                    Search::Nearest => {
+                        let found = stream.hit(place).map(|(distance, id)| (distance.to_bits(), id));
+                        prop_assert_eq!(found, is_hit.then(|| key(&hits, lane)));
+                    }
+                    Search::Any => prop_assert_eq!(stream.hit(place).is_some(), is_hit),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_of_a_stream_that_are_not_finite_hit_nothing() {
+    let spheres = [Sphere { center: [0.0; 3], radius: 1.0 }];
+    let mut stream = RayStream::default();
+    for bad in [f32::NAN, f32::INFINITY] {
+        stream.push([bad, 0.0, 0.0], [1.0, 0.0, 0.0], (1e-3, f32::INFINITY), 0.0);
+        stream.push([0.0, 0.0, 0.0], [1.0, bad, 0.0], (1e-3, f32::INFINITY), 0.0);
+    }
+    stream.push([-3.0, 0.0, 0.0], [1.0, 0.0, 0.0], (1e-3, f32::INFINITY), 0.0);
+    let mut objects = Spheres::new(&spheres);
+    flat(&spheres).search_stream(
+        &mut stream,
+        Search::Nearest,
+        &mut objects,
+        &mut Visits::default(),
+    );
+    let hits: Vec<bool> = (0..5).map(|place| stream.hit(place).is_some()).collect();
+    assert_eq!(hits, [false, false, false, false, true]);
+    assert_eq!(objects.tests, 1);
 }
 
 #[test]

@@ -40,6 +40,7 @@ impl WideTree {
         builder.fold();
         builder.add_unbounded();
         builder.tree.bound_nodes();
+        builder.tree.count_classes();
         builder.tree.measure_depth();
         let tree = builder.tree;
         let visits_when_built = tree.visits();

@@ -33,6 +33,9 @@
 //! boxes, and one call of `intersect` tests all that are at leaves, each with up to eight objects. A
 //! packet becomes single rays wherever few of its rays are left, and at once where their directions have
 //! little in common.
+//!
+//! Streams of a thousand rays of all directions go through trees of a moderate size together, node by node, and
+//! are paired with the objects whose boxes they meet: see the module `stream_traversal`.
 
 mod bounds;
 mod build;
@@ -42,9 +45,12 @@ mod hit;
 mod objects;
 mod packet;
 mod packet_traversal;
+mod ray_lists;
 mod ray_space;
 mod ray_traversal;
 mod space;
+mod stream;
+mod stream_traversal;
 mod traversal;
 mod turns;
 mod wide_tree;
@@ -56,6 +62,7 @@ pub use objects::{BlockTest, Objects};
 pub use packet::{LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of};
 pub use ray_space::{Company, RaySpace};
 pub use space::{PacketSpace, Serial};
-pub use traversal::{Visits, moved_packet, moved_packet_by};
+pub use stream::{MOST_PAIRS, Pair, PairHit, RAYS_OF_STREAM, RayStream, StreamLine, StreamRay};
+pub use traversal::{Search, Visits, moved_packet, moved_packet_by};
 pub use turns::MOST_IN_TURN;
 pub use wide_tree::{Block, BlockHead, Boxes, Child, Item, WIDTH, WideNode, WideTree};

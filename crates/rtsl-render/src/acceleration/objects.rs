@@ -5,6 +5,7 @@ use fearless_simd::Simd;
 use super::packet::{LaneMask, Lanes};
 use super::ray_space::RaySpace;
 use super::space::PacketSpace;
+use super::stream::{Pair, PairHit, RayStream};
 use super::wide_tree::{Block, BlockHead};
 
 /// Tests single objects. What they answer must be a function of the ray and the object alone: the
@@ -35,6 +36,9 @@ pub trait Objects {
     /// Is told which block will soon be asked about, so that it can be fetched from memory by then.
     #[inline(always)]
     fn prefetch(&self, _head: &BlockHead) {}
+
+    /// Tests rays of a stream, each against an object of one class. Adds to `found` those that hit.
+    fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>);
 
     /// Makes tests of loaded rays of one company, at most one of each.
     fn blocks(&mut self, tests: &mut [BlockTest<'_>]);

@@ -32,7 +32,7 @@ const FEWEST_AT_LEAVES: u32 = 4;
 
 /// In trees with no more nodes rays of all directions stay together for nearest hits as well: what each would save on a way
 /// of its own is less than what going alone costs. A box with 17 surfaces is rendered in three quarters of the time.
-const FEW_NODES: usize = 4;
+pub(super) const FEW_NODES: usize = 4;
 
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,11 @@
 //! Single rays in one space, prepared for the tests of boxes: see the module `space` for what these compute.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, mask32x8};
 
 use super::bounds::Bounds;
 use super::space::{SLACK, finite_reciprocal};
+use super::stream::StreamRay;
 use super::wide_tree::{Boxes, WIDTH};
 
 /// One ray in one space.
@@ -71,21 +72,45 @@ impl RaySpace {
     /// its epsilon.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes, count: u32, limit: f32) -> (u64, f32x8<S>) {
-        let splat = |number: f32| f32x8::splat(simd, number);
-        let slab = |axis: usize| {
-            let meets = |planes: &[f32; WIDTH]| {
-                let planes = f32x8::load_array_ref(simd, planes);
-                (splat(self.origin[axis]) - planes) * splat(self.negative_inverse[axis])
-            };
-            let (first, second) = (meets(boxes.min(axis)), meets(boxes.max(axis)));
-            (first.min(second), first.max(second))
-        };
-        let [(near_x, far_x), (near_y, far_y), (near_z, far_z)] = [slab(0), slab(1), slab(2)];
-        let (near, far) = (near_x.max(near_y).max(near_z), far_x.min(far_y).min(far_z));
-        let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
-        // One comparison for all three: no hit lies between an epsilon and a lesser limit.
-        let end = exit.min(splat(limit));
-        let entry = entry.max(splat(self.epsilon));
-        (entry.simd_le(end).to_bitmask() & !(u64::MAX << count), entry)
+        let slabs = (self.origin, self.negative_inverse);
+        let (met, entry) = test(simd, slabs, boxes, (self.epsilon, limit));
+        (met.to_bitmask() & !(u64::MAX << count), entry)
     }
+}
+
+impl StreamRay {
+    /// The boxes that the ray meets before its nearest hit, and its entries, none before its epsilon. Of boxes that are none
+    /// it may say anything.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes) -> (mask32x8<S>, f32x8<S>) {
+        let ([x, y, z, epsilon], [slab_x, slab_y, slab_z, nearest]) = (self.start, self.slabs);
+        let slabs = ([x, y, z], [slab_x, slab_y, slab_z]);
+        test(simd, slabs, boxes, (epsilon, nearest))
+    }
+}
+
+/// The test of boxes: a ray with a start and one over its direction, negative, between two parameters.
+#[inline(always)]
+fn test<S: Simd>(
+    simd: S,
+    (origin, negative_inverse): ([f32; 3], [f32; 3]),
+    boxes: &Boxes,
+    (epsilon, limit): (f32, f32),
+) -> (mask32x8<S>, f32x8<S>) {
+    let splat = |number: f32| f32x8::splat(simd, number);
+    let slab = |axis: usize| {
+        let meets = |planes: &[f32; WIDTH]| {
+            let planes = f32x8::load_array_ref(simd, planes);
+            (splat(origin[axis]) - planes) * splat(negative_inverse[axis])
+        };
+        let (first, second) = (meets(boxes.min(axis)), meets(boxes.max(axis)));
+        (first.min(second), first.max(second))
+    };
+    let [(near_x, far_x), (near_y, far_y), (near_z, far_z)] = [slab(0), slab(1), slab(2)];
+    let (near, far) = (near_x.max(near_y).max(near_z), far_x.min(far_y).min(far_z));
+    let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
+    // One comparison for all three: no hit lies between an epsilon and a lesser limit.
+    let end = exit.min(splat(limit));
+    let entry = entry.max(splat(epsilon));
+    (entry.simd_le(end), entry)
 }

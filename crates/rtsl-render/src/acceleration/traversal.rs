@@ -11,8 +11,10 @@ use super::hit::{HitId, Hits};
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
 use super::packet_traversal::PacketVisit;
+use super::ray_lists::RayLists;
 use super::ray_space::RaySpace;
 use super::space::{PacketSpace, Serial, finite_lanes};
+use super::stream::{Pair, PairHit};
 use super::turns::RayVisit;
 
 /// Nearest hits, or any hit.
@@ -82,6 +84,12 @@ pub struct Visits {
     pub(super) rays: Vec<RayVisit>,
     /// How much of it is in use.
     pub(super) rays_in_use: usize,
+    /// What streams have still to visit.
+    pub(super) lists: RayLists,
+    /// For each class, rays of a stream and its objects that were not yet tested.
+    pub(super) pairs: Vec<Vec<Pair>>,
+    /// Those of a test that hit.
+    pub(super) found: Vec<PairHit>,
 }
 
 /// A search on its way.

@@ -4,6 +4,7 @@
 //! packet tests them with the interval that holds its rays, then each that is left with every ray.
 
 use super::bounds::Bounds;
+use super::geometry::INSTANCE;
 
 /// The most children of a node, and the most items of a block.
 pub const WIDTH: usize = 8;
@@ -23,6 +24,8 @@ pub struct WideTree {
     pub bounds: Bounds,
     /// The first block of items without bounds.
     pub first_unbounded: u32,
+    /// How many classes its items have; instances have none.
+    pub classes: u32,
     /// The most nodes on a way from the root to a leaf.
     pub depth: usize,
     /// What [`WideTree::visits`] was when it was built.
@@ -264,6 +267,13 @@ impl WideTree {
         }
         self.bounds =
             self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, WideNode::ALL_ITEMS));
+    }
+
+    /// Finds out how many classes there are.
+    pub(super) fn count_classes(&mut self) {
+        let classes = self.blocks.iter().map(|block| block.class);
+        let last = classes.filter(|class| *class != INSTANCE).max();
+        self.classes = last.map_or(0, |last| last + 1);
     }
 
     /// Finds out how deep the tree is.

@@ -3,13 +3,13 @@
 //! A thread takes a tile and a range of its samples: one *wave* of paths. The wave goes from surface to
 //! surface as a whole. Each time:
 //!
-//! 1. The nearest hits of all rays are found, in packets of 64 ([`crate::acceleration`]).
+//! 1. The nearest hits of all rays are found, in packets of 64 or streams of a thousand ([`crate::acceleration`]).
 //! 2. Rays that leave the scene bring back what the lights emit from there.
 //! 3. The others are sorted by *surface groups*: shapes of one class with materials of one class. A group's paths are
 //!    worked on in chunks, with one call of each method for a chunk: the shape's normals, coordinates and derivatives;
 //!    what the surface emits; a sample of one light, and the material's `BSDF` and `evaluatePDF` for it; a
 //!    direction by `sampleBSDF`.
-//! 4. Shadow rays of all groups are traced, in packets of 64, and what they do not find blocked is added.
+//! 4. Shadow rays of all groups are traced likewise, and what they do not find blocked is added.
 //!
 //! # What a path brings back
 //!
@@ -33,6 +33,7 @@ mod places;
 mod render;
 mod scatter;
 mod scene;
+mod searcher;
 mod shade;
 mod shadow_rays;
 mod surface;

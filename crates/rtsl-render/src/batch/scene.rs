@@ -9,7 +9,7 @@ use rtsl::{
     Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
 };
 
-use crate::compiled::object_class::ObjectClass;
+use crate::acceleration::RAYS_OF_STREAM;
 use crate::compiled::placed_objects::GroupMember;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
@@ -98,7 +98,8 @@ impl BatchScene {
         let ((groups, lights), problems) = made.map_err(|problems| failed(messages, problems))?;
         messages.push(SourceMap::new(), problems);
         // Paths go every way, so that searches want them all at once.
-        compiled.classes.par_iter().for_each(ObjectClass::make_all);
+        let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
+        compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
         warn_of_shade(&groups, &compiled, &materials, messages);
         let compile_time = compiled.compile_time + start.elapsed();
         let mut scene = BatchScene {

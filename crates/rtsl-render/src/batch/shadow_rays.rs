@@ -1,8 +1,9 @@
 //! Rays towards samples of lights, and what those add if nothing lies between.
 
-use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
+use crate::acceleration::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 use crate::compiled::tracer::Tracer;
 
+use super::searcher::Searcher;
 use super::tracer::BatchMemory;
 use super::wave::Path;
 
@@ -53,13 +54,49 @@ impl ShadowRay {
 
 /// Traces the shadow rays of a wave and adds what they are for.
 pub fn trace_shadow_rays(tracer: &Tracer<'_>, memory: &mut BatchMemory) {
-    let BatchMemory { shadow_rays, search, wave, packet, .. } = memory;
+    let BatchMemory { shadow_rays, searcher, wave, .. } = memory;
+    if tracer.scene.geometry.suits_stream(shadow_rays.len()) {
+        trace_with_streams(tracer, shadow_rays, searcher, &mut wave.paths);
+    } else {
+        trace_with_packets(tracer, shadow_rays, searcher, &mut wave.paths);
+    }
+}
+
+fn trace_with_streams(
+    tracer: &Tracer<'_>,
+    shadow_rays: &[ShadowRay],
+    searcher: &mut Searcher,
+    paths: &mut [Path],
+) {
+    let Searcher { memory, stream, .. } = searcher;
+    for shadow_rays in shadow_rays.chunks(RAYS_OF_STREAM) {
+        stream.clear();
+        for ray in shadow_rays {
+            let limits = (tracer.scene.epsilon, ray.distance);
+            stream.push(ray.origin, ray.direction, limits, ray.time);
+        }
+        tracer.search_stream(memory, stream, Search::Any);
+        for (place, ray) in shadow_rays.iter().enumerate() {
+            if stream.hit(place).is_none() {
+                ray.add_to(paths);
+            }
+        }
+    }
+}
+
+fn trace_with_packets(
+    tracer: &Tracer<'_>,
+    shadow_rays: &[ShadowRay],
+    searcher: &mut Searcher,
+    paths: &mut [Path],
+) {
+    let Searcher { memory, packet, .. } = searcher;
     for shadow_rays in shadow_rays.chunks(LANES) {
         fill(packet, shadow_rays, tracer.scene.epsilon);
         let lanes = LaneMask::MAX >> (LANES - shadow_rays.len());
-        let occluded = tracer.any_hit(search, packet, lanes);
+        let occluded = tracer.any_hit(memory, packet, lanes);
         for lane in lanes_of(lanes & !occluded) {
-            shadow_rays[lane].add_to(&mut wave.paths);
+            shadow_rays[lane].add_to(paths);
         }
     }
 }

@@ -1,9 +1,8 @@
 //! A wave of paths on its way through the scene.
 
-use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
-use crate::compiled::placed_objects::HitObject;
+use crate::acceleration::{LANES, RayPacket, lanes_of};
 use crate::compiled::problems::Problems;
-use crate::compiled::tracer::{SearchMemory, Tracer};
+use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 
@@ -11,9 +10,10 @@ use super::chunk::Chunk;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
+use super::searcher::Searcher;
 use super::shade::ShadeMemory;
 use super::shadow_rays::{ShadowRay, trace_shadow_rays};
-use super::wave::{NO_INSTANCE, Path, PathHit, Wave};
+use super::wave::{Path, Wave};
 
 /// What paths are traced with.
 #[derive(Clone, Copy)]
@@ -39,11 +39,9 @@ pub struct BatchMemory {
     /// Rays towards samples of lights that were not yet traced.
     pub shadow_rays: Vec<ShadowRay>,
     /// For searches.
-    pub search: SearchMemory,
+    pub searcher: Searcher,
     /// For camera rays.
     pub camera: CameraMemory,
-    /// Rays of a search.
-    pub packet: Box<RayPacket>,
     /// For materials that shade, if there are any.
     pub shade: Option<Box<ShadeMemory>>,
     /// Rays traced so far.
@@ -61,9 +59,8 @@ impl BatchMemory {
             chunk: Chunk::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
             shadow_rays: Vec::new(),
-            search: SearchMemory::new(&scene.compiled),
+            searcher: Searcher::new(scene),
             camera: CameraMemory::new(&scene.compiled).with_footprints(scene.has_footprints()),
-            packet: Box::default(),
             shade: scene.has_shade().then(|| Box::new(ShadeMemory::new(&scene.compiled))),
             rays: RayCounts::default(),
         }
@@ -81,9 +78,10 @@ impl PathTracer<'_> {
     /// Traces the paths of a wave, whose rays were spawned `depth` times.
     pub fn trace_wave(&self, memory: &mut BatchMemory, mut depth: u32) {
         while !memory.wave.active.is_empty() && !self.problems.any() {
-            let BatchMemory { wave, chunk, search, packet, rays, .. } = memory;
+            let BatchMemory { wave, chunk, searcher, rays, .. } = memory;
             rays.traced += if depth > 0 { wave.active.len() as u64 } else { 0 };
-            self.find_hits(wave, &mut Searcher { search, packet, chunk });
+            searcher.are_together = depth == 0;
+            self.find_hits(wave, searcher, chunk);
             self.add_skies(&mut memory.wave, &mut memory.chunk);
             memory.wave.sort(self.scene.groups.len());
             let mut start = 0;
@@ -125,61 +123,6 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Finds what the active rays of a wave hit: their hits, and those that left the scene. None is active afterwards.
-    fn find_hits(&self, wave: &mut Wave, searcher: &mut Searcher<'_>) {
-        wave.hits.clear();
-        wave.left.clear();
-        loop {
-            let known = wave.hits.len();
-            self.search(wave, searcher);
-            if !self.scene.has_cut_outs() {
-                return;
-            }
-            self.pass_cut_outs(wave, known, searcher.chunk);
-            if wave.active.is_empty() {
-                return;
-            }
-        }
-    }
-
-    /// Searches for the nearest hits of the active rays.
-    fn search(&self, wave: &mut Wave, searcher: &mut Searcher<'_>) {
-        let scene = &self.scene.compiled;
-        let tracer = Tracer { scene, problems: self.problems };
-        let Searcher { search, packet, .. } = searcher;
-        let Wave { paths, active, left, hits, .. } = wave;
-        for active in active.chunks(LANES) {
-            for (lane, index) in active.iter().enumerate() {
-                let path = &paths[*index as usize];
-                packet.set(lane, path.origin, path.direction);
-                packet.epsilon[lane] = path.epsilon;
-                packet.limit[lane] = path.distance;
-                packet.time[lane] = path.time;
-            }
-            let lanes = LaneMask::MAX >> (LANES - active.len());
-            let found = tracer.nearest(search, packet, lanes);
-            let hit = found.lanes(lanes);
-            left.extend(lanes_of(lanes & !hit).map(|lane| active[lane]));
-            for lane in lanes_of(hit) {
-                paths[active[lane] as usize].distance = found.distance[lane];
-                let Some(hit) = HitObject::of(&scene.geometry, &scene.items, found.id[lane]) else {
-                    continue;
-                };
-                let object = hit.member.object;
-                hits.push((
-                    self.scene.objects[object as usize].group,
-                    PathHit {
-                        path: active[lane],
-                        object,
-                        element: hit.element,
-                        instance: hit.instance.unwrap_or(NO_INSTANCE),
-                    },
-                ));
-            }
-        }
-        active.clear();
-    }
-
     /// Traces the shadow rays of a wave and adds what they are for.
     fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
         memory.rays.shadow += memory.shadow_rays.len() as u64;
@@ -194,24 +137,18 @@ impl PathTracer<'_> {
 
     /// The same where rays may pass what they hit: as rays of a wave of their own.
     fn trace_shadows_of_cut_outs(&self, memory: &mut BatchMemory) {
-        let BatchMemory { wave, shadows, shadow_rays, chunk, search, packet, .. } = memory;
+        let BatchMemory { wave, shadows, shadow_rays, chunk, searcher, .. } = memory;
         let epsilon = self.scene.compiled.epsilon;
         shadows.paths.clear();
         shadows.paths.extend(shadow_rays.iter().map(|ray| ray.path_of(epsilon)));
         shadows.active.clear();
         shadows.active.extend(0..shadow_rays.len() as u32);
-        self.find_hits(shadows, &mut Searcher { search, packet, chunk });
+        searcher.are_together = false;
+        self.find_hits(shadows, searcher, chunk);
         for index in &shadows.left {
             shadow_rays[*index as usize].add_to(&mut wave.paths);
         }
     }
-}
-
-/// What searches need besides the rays.
-struct Searcher<'a> {
-    search: &'a mut SearchMemory,
-    packet: &'a mut RayPacket,
-    chunk: &'a mut Chunk,
 }
 
 impl Path {

@@ -31,9 +31,14 @@ pub struct CallBlocks {
 impl CallBlocks {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize) -> Self {
+        Self::with_lanes(scratch_arrays, LANES)
+    }
+
+    /// The same for so many rays.
+    pub fn with_lanes(scratch_arrays: usize, lanes: usize) -> Self {
         CallBlocks {
-            state: new_state(LANES),
-            scratch: LaneBlock::new(scratch_arrays, LANES),
+            state: new_state(lanes),
+            scratch: LaneBlock::new(scratch_arrays, lanes),
             mask: MaskBlock::new(LANES),
             is_masked: false,
             masked: 0,

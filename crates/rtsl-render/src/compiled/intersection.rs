@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 
 use crate::acceleration::{
     Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
-    RaySpace, Serial, WIDTH,
+    Pair, PairHit, RaySpace, RayStream, Serial, WIDTH,
 };
 use crate::lanes::mask_bits::bits;
 use crate::math::reciprocal;
@@ -17,6 +17,7 @@ use crate::math::reciprocal;
 use super::calls::CallBlocks;
 use super::compiled_scene::CompiledScene;
 use super::object_class::ObjectClass;
+use super::pair_blocks::PairBlocks;
 use super::problems::Problems;
 use super::variables::variables;
 
@@ -26,13 +27,16 @@ pub struct IntersectionBlocks {
     packet: CallBlocks,
     /// For rays that are alone in theirs.
     alone: CallBlocks,
+    /// For rays of streams, if there are any.
+    pairs: Option<PairBlocks>,
+    scratch_arrays: usize,
 }
 
 impl IntersectionBlocks {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize) -> Self {
         let blocks = || CallBlocks::new(scratch_arrays);
-        IntersectionBlocks { packet: blocks(), alone: blocks() }
+        IntersectionBlocks { packet: blocks(), alone: blocks(), pairs: None, scratch_arrays }
     }
 
     #[inline(always)]
@@ -153,6 +157,14 @@ impl Objects for Intersector<'_> {
             packet.state.floats_mut(variables().hit_distance).copy_from_slice(&space.rays.limit);
             self.has_limits = true;
         }
+    }
+
+    fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
+        let class = self.class(class);
+        let IntersectionBlocks { pairs: blocks, scratch_arrays, .. } = &mut *self.blocks;
+        let blocks = blocks.get_or_insert_with(|| PairBlocks::new(*scratch_arrays));
+        let status = blocks.test(class, stream, pairs, found);
+        self.report(class, status);
     }
 
     fn load_ray(&mut self, ray: &RaySpace) {

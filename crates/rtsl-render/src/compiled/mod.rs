@@ -8,6 +8,7 @@ pub(crate) mod compiled_scene;
 mod intersection;
 pub(crate) mod object_class;
 pub(crate) mod object_class_numbers;
+mod pair_blocks;
 pub(crate) mod placed_objects;
 pub(crate) mod placement;
 pub(crate) mod problems;

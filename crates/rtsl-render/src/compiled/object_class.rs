@@ -28,6 +28,7 @@ pub struct ObjectClass {
     packet: Arc<Kernel>,
     common_origin: OnceLock<Option<Arc<Kernel>>>,
     leaf: OnceLock<Option<LeafKernel>>,
+    stream: OnceLock<Option<Arc<Kernel>>>,
     /// `intersect` for nearest hits, where later methods read the scratch that it leaves.
     pub hit: Option<Arc<Kernel>>,
     /// For elements, what is computed of hits, an element for each ray.
@@ -181,6 +182,7 @@ impl ObjectClass {
             variant,
             common_origin: OnceLock::new(),
             leaf: OnceLock::new(),
+            stream: OnceLock::new(),
             hit: hit.transpose()?,
             surface,
         })
@@ -249,10 +251,20 @@ impl ObjectClass {
         self.leaf.get_or_init(make).as_ref()
     }
 
+    /// The kernel for rays each with an object of its own; `None` if it can't be made.
+    #[inline]
+    pub fn stream_kernel(&self) -> Option<&Kernel> {
+        self.stream.get_or_init(|| self.make(Shape::Stream)).as_deref()
+    }
+
     /// Makes the kernels that are else made when they are first wanted: for those who will want them, and would wait.
-    pub fn make_all(&self) {
+    /// That for streams is made where there are any.
+    pub fn make_all(&self, has_streams: bool) {
         self.leaf_kernel();
         self.packet_kernel(true);
+        if has_streams {
+            self.stream_kernel();
+        }
     }
 
     /// A kernel that is made when it is first wanted: few scenes want all.

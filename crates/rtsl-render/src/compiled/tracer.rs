@@ -1,6 +1,6 @@
 //! Searches for what rays hit.
 
-use crate::acceleration::{Hits, LaneMask, RayPacket, Visits};
+use crate::acceleration::{Hits, LaneMask, RayPacket, RayStream, Search, Visits};
 
 use super::compiled_scene::CompiledScene;
 use super::intersection::{IntersectionBlocks, Intersector};
@@ -28,6 +28,13 @@ impl Tracer<'_> {
                 geometry.nearest(rays, lanes, &mut counted, visits)
             }
         }
+    }
+
+    /// The hits of a stream, where there are no instances.
+    pub fn search_stream(&self, memory: &mut SearchMemory, rays: &mut RayStream, search: Search) {
+        let SearchMemory { intersection, visits, .. } = memory;
+        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        self.scene.geometry.search_stream(rays, search, &mut intersector, visits);
     }
 
     /// The lanes that hit anything before their limits.

@@ -4,7 +4,8 @@
 use fearless_simd::Simd;
 
 use crate::acceleration::{
-    Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, RaySpace, lanes_of,
+    Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit,
+    RaySpace, RayStream, lanes_of,
 };
 use crate::statistics::LaneUse;
 
@@ -63,6 +64,13 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
 
     fn load_packet<S: Simd>(&mut self, simd: S, space: &PacketSpace<'_>) {
         self.objects.load_packet(simd, space);
+    }
+
+    fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
+        for pairs in pairs.chunks(LANES) {
+            self.counts.add_call(LaneMask::MAX >> (LANES - pairs.len()));
+        }
+        self.objects.pairs(stream, class, pairs, found);
     }
 
     fn load_ray(&mut self, ray: &RaySpace) {

@@ -1,0 +1,142 @@
+//! Lists of rays that are to visit the same nodes and leaves.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, mask32x8, u32x8};
+
+use super::wide_tree::{Child, WideNode};
+
+/// Rays are put on lists so many at a time.
+const STEP: usize = 8;
+
+/// What rays of a stream have still to visit: empty between searches, kept for its memory.
+#[derive(Debug, Default)]
+pub struct RayLists {
+    /// What is to be visited, the next last.
+    visits: Vec<Visit>,
+    /// The rays of all visits, by their places, those of the next last, with room for a step behind.
+    rays: Vec<u32>,
+    /// The rays of the visit that was taken last.
+    pub taken: Vec<u32>,
+    /// For each step of these the children that they meet: bit `STEP * slot + index`.
+    met: Vec<u64>,
+}
+
+/// What is visited: a child, of a leaf these items, as bits.
+pub type Target = (Child, u8);
+
+/// A visit.
+#[derive(Clone, Copy, Debug)]
+struct Visit {
+    target: Target,
+    /// Where its rays begin.
+    start: usize,
+    /// And where they end.
+    end: usize,
+}
+
+impl RayLists {
+    /// Begins with `count` rays, which are taken.
+    pub fn begin(&mut self, count: usize) {
+        self.visits.clear();
+        self.rays.clear();
+        self.taken.clear();
+        self.taken.extend(0..count as u32);
+    }
+
+    /// All rays that are taken visit a target next.
+    pub fn push_all(&mut self, target: Target) {
+        let start = self.rays.len();
+        self.rays.extend_from_slice(&self.taken);
+        self.visits.push(Visit { target, start, end: self.rays.len() });
+    }
+
+    /// Takes the next visit: what is visited; the rays are [`RayLists::taken`].
+    #[inline(always)]
+    pub fn take(&mut self) -> Option<Target> {
+        let Visit { target, start, end } = self.visits.pop()?;
+        self.taken.clear();
+        self.taken.extend_from_slice(&self.rays[start..end]);
+        self.rays.truncate(start);
+        Some(target)
+    }
+
+    /// Asks for each of the rays that were taken which children of a node it meets, as bits.
+    #[inline(always)]
+    pub fn meet(&mut self, mut children_met_by: impl FnMut(u32) -> u64) {
+        self.met.clear();
+        for rays in self.taken.chunks(STEP) {
+            let mut by_ray = 0;
+            for (index, ray) in rays.iter().enumerate() {
+                by_ray |= children_met_by(*ray) << (STEP * index);
+            }
+            self.met.push(transposed(by_ray));
+        }
+        self.taken.resize(self.met.len() * STEP, 0);
+    }
+
+    /// Puts the rays that meet a node's child in a `slot` on a list for it, to be visited next.
+    #[inline(always)]
+    pub fn push<S: Simd>(&mut self, simd: S, node: &WideNode, slot: usize) {
+        let target = (node.children[slot], node.items[slot]);
+        let start = self.rays.len();
+        self.rays.resize(start + self.taken.len(), 0);
+        let mut end = start;
+        for (rays, met) in self.taken.chunks_exact(STEP).zip(&self.met) {
+            let met = met >> (STEP * slot % u64::BITS as usize) & 0xFF;
+            let rays = u32x8::from_slice(simd, rays).compress(mask32x8::from_bitmask(simd, met));
+            rays.store_slice(&mut self.rays[end..end + STEP]);
+            end += met.count_ones() as usize;
+        }
+        self.rays.truncate(end);
+        self.visits.push(Visit { target, start, end });
+    }
+}
+
+/// Bit `8 * a + b` of eight bytes as bit `8 * b + a` (Warren, "Hacker's Delight", 2nd edition, section 7-3).
+#[inline(always)]
+fn transposed(bits: u64) -> u64 {
+    let swap = |bits: u64, by: u32, which: u64| {
+        let differing = (bits ^ bits >> by) & which;
+        bits ^ differing ^ differing << by
+    };
+    let bits = swap(bits, 7, 0x00AA_00AA_00AA_00AA);
+    let bits = swap(bits, 14, 0x0000_CCCC_0000_CCCC);
+    swap(bits, 28, 0x0000_0000_F0F0_F0F0)
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    #[test]
+    fn bits_are_transposed() {
+        for place in 0..64 {
+            assert_eq!(transposed(1 << place), 1 << (place % 8 * 8 + place / 8));
+        }
+    }
+
+    #[test]
+    fn rays_come_to_the_children_that_they_meet_and_the_last_child_comes_first() {
+        let (leaf, inner) = ((Child::leaf(7), 0b11), (Child::node(4), WideNode::ALL_ITEMS));
+        let mut node = WideNode::EMPTY;
+        (node.children[2], node.items[2]) = leaf;
+        (node.children[0], node.items[0]) = inner;
+        let mut lists = RayLists::default();
+        lists.begin(21);
+        lists.push_all((Child::node(0), WideNode::ALL_ITEMS));
+        assert_eq!(lists.take(), Some((Child::node(0), WideNode::ALL_ITEMS)));
+        assert_eq!(lists.taken, Vec::from_iter(0..21));
+        lists.meet(|ray| if ray % 3 == 0 { 0b101 } else { 0b100 });
+        dispatch!(Level::new(), simd => {
+            lists.push(simd, &node, 2);
+            lists.push(simd, &node, 0);
+        });
+        assert_eq!(lists.take(), Some(inner));
+        assert_eq!(lists.taken, [0, 3, 6, 9, 12, 15, 18]);
+        assert_eq!(lists.take(), Some(leaf));
+        assert_eq!(lists.taken, Vec::from_iter(0..21));
+        assert_eq!(lists.take(), None);
+    }
+}
