@@ -5,7 +5,7 @@ use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLa
 
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
-use super::chunk::{CHUNK, Row};
+use super::chunk::CHUNK;
 
 /// Lanes whose numbers are made at a time.
 const STEP: usize = 8;
@@ -30,20 +30,12 @@ impl Numbers {
 
     /// Starts the sequences anew: those that `purpose` chooses among the sequences of `keys`.
     pub fn start(&mut self, keys: &[u32; CHUNK], purpose: u32, count: usize) {
-        dispatch!(Level::new(), simd => self.start_in_vectors(simd, keys, purpose, count));
-    }
-
-    #[inline(always)]
-    fn start_in_vectors<S: Simd>(&mut self, _: S, keys: &[u32; CHUNK], purpose: u32, count: usize) {
-        let count = count.next_multiple_of(STEP);
-        for (to, key) in self.keys.iter_mut().zip(keys).take(count) {
-            *to = hash(*key, purpose);
-        }
-        self.dimensions.iter_mut().take(count).for_each(|dimension| *dimension = 0);
+        derive_keys(keys, purpose, count, &mut self.keys);
+        self.dimensions[..count.next_multiple_of(STEP)].fill(0);
     }
 
     /// Pairs `pair` of the sequences that `keys` name.
-    pub fn pairs(&self, keys: &[u32; CHUNK], pair: u32, count: usize, to: [&mut Row; 2]) {
+    pub fn pairs(&self, keys: &[u32; CHUNK], pair: u32, count: usize, to: [&mut [f32]; 2]) {
         dispatch!(Level::new(), simd => match self.sampler.spread() {
             INDEPENDENT => self.pairs_in_vectors::<_, INDEPENDENT>(simd, keys, pair, count, to),
             POWER_OF_TWO => self.pairs_in_vectors::<_, POWER_OF_TWO>(simd, keys, pair, count, to),
@@ -59,11 +51,14 @@ impl Numbers {
         keys: &[u32; CHUNK],
         pair: u32,
         count: usize,
-        [first, second]: [&mut Row; 2],
+        [first, second]: [&mut [f32]; 2],
     ) {
-        for lane in 0..count.next_multiple_of(STEP).min(CHUNK) {
+        let count = count.next_multiple_of(STEP);
+        let (keys, samples) = (&keys[..count], &self.samples[..count]);
+        let (first, second) = (&mut first[..count], &mut second[..count]);
+        for lane in 0..count {
             [first[lane], second[lane]] =
-                self.sampler.pair_of_stream::<SPREAD>(keys[lane], pair, self.samples[lane]);
+                self.sampler.pair_of_stream::<SPREAD>(keys[lane], pair, samples[lane]);
         }
     }
 
@@ -96,6 +91,19 @@ impl Numbers {
                 dimensions[lane] = dimensions[lane].wrapping_add(active >> (start + lane) & 1);
             }
         }
+    }
+}
+
+/// The keys of the sequences that `purpose` chooses among those of `keys`.
+pub fn derive_keys(keys: &[u32; CHUNK], purpose: u32, count: usize, to: &mut [u32; CHUNK]) {
+    let count = count.next_multiple_of(STEP);
+    dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
+}
+
+#[inline(always)]
+fn derive_in_vectors<S: Simd>(_: S, keys: &[u32], purpose: u32, to: &mut [u32]) {
+    for (to, key) in to.iter_mut().zip(keys) {
+        *to = hash(*key, purpose);
     }
 }
 

@@ -35,7 +35,8 @@ impl<'a> Places<'a> {
             scene,
             object: is_one.then(|| &scene.objects[first as usize]),
             is_placed: scene.classes[class as usize].is_placed(),
-            is_in_world: hits.iter().all(|hit| hit.instance == NO_INSTANCE),
+            is_in_world: scene.geometry.instances.is_empty()
+                || hits.iter().all(|hit| hit.instance == NO_INSTANCE),
         }
     }
 
@@ -54,7 +55,7 @@ impl<'a> Places<'a> {
         self.is_in_world
     }
 
-    fn object_of(&self, hit: &PathHit) -> &Object {
+    fn object_of(&self, hit: &PathHit) -> &'a Object {
         &self.scene.objects[hit.object as usize]
     }
 
@@ -91,7 +92,7 @@ impl<'a> Places<'a> {
     pub fn inverses<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
         match self.object {
             Some(object) => LaneMaps::same(eight, &object.inverse),
-            None => LaneMaps::each(eight, |lane| self.object_of(&hits[lane]).inverse),
+            None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).inverse),
         }
     }
 
@@ -100,7 +101,7 @@ impl<'a> Places<'a> {
     fn maps<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
         match self.object {
             Some(object) => LaneMaps::same(eight, &object.forward),
-            None => LaneMaps::each(eight, |lane| self.object_of(&hits[lane]).forward),
+            None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).forward),
         }
     }
 
@@ -168,13 +169,19 @@ impl<'a> Places<'a> {
     ) -> [Vectors<S>; N] {
         if self.is_placed {
             let maps = self.inverses(eight, lanes);
-            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+            for normals in &mut normals {
+                *normals = maps.transposed_vectors(normals);
+            }
         }
         let side = self.sides(eight, lanes);
-        normals = normals.map(|normals| scaled(&normals, side));
+        for normals in &mut normals {
+            *normals = scaled(normals, side);
+        }
         if !self.is_in_world {
             let maps = self.group_inverses(eight, lanes);
-            normals = normals.map(|normals| maps.transposed_vectors(&normals));
+            for normals in &mut normals {
+                *normals = maps.transposed_vectors(normals);
+            }
         }
         normals
     }

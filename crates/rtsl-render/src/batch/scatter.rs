@@ -8,14 +8,13 @@ use rtsl::Method;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_lit, scaled};
 use crate::math::dot;
-use crate::sampling::hash;
 
-use super::chunk::{CHUNK, Chunk, Row, Rows, get};
+use super::chunk::{CHUNK, Chunk, ChunkLanes, get};
 use super::emission::weight;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::material::{EvaluationKernels, ScatteringKernels};
-use super::numbers::lone_number;
+use super::numbers::{derive_keys, lone_number};
 use super::shadow_rays::ShadowRay;
 use super::surface::ChunkSurfaces;
 use super::surface_group::SurfaceGroup;
@@ -27,16 +26,6 @@ const NUMBERS_OF_SHAPES: u32 = 0x102;
 const NUMBERS_OF_MATERIALS: u32 = 0x103;
 const NUMBERS_OF_ROULETTE: u32 = 0x104;
 const NUMBERS_OF_NEXT_VERTEX: u32 = 0x105;
-
-/// Where a chunk's paths go.
-struct Onward {
-    direction: Rows,
-    throughput: Rows,
-    /// 0 for a delta.
-    density: Row,
-    /// Whether the path goes on.
-    goes_on: [bool; CHUNK],
-}
 
 impl PathTracer<'_> {
     /// Works on paths that hit surfaces of one group after `depth` others.
@@ -69,18 +58,18 @@ impl PathTracer<'_> {
             if depth >= self.scene.compiled.settings.max_depth {
                 continue;
             }
-            let [mut first, mut second] = [[0.0; CHUNK]; 2];
-            chunk.numbers.pairs(&chunk.keys, 1, chunk.count, [&mut first, &mut second]);
+            let Chunk { numbers, keys, count, lobe_seeds, light_seeds, .. } = &mut **chunk;
+            numbers.pairs(keys, 1, *count, [lobe_seeds, light_seeds]);
             if let Some(evaluate) = &scattering.evaluate
                 && !self.scene.lights.is_empty()
             {
-                self.gather_light(group, evaluate, chunk, light, &second, shadow_rays);
+                self.gather_light(group, evaluate, chunk, light, shadow_rays);
             }
-            let onward = self.choose_directions(group, scattering, chunk, &first);
+            self.choose_directions(group, scattering, chunk);
             if depth == 0 && self.with_features {
-                note_albedo(chunk, &onward, wave);
+                note_albedo(chunk, wave);
             }
-            self.send_on(chunk, &onward, depth, &mut wave.paths, &mut wave.active);
+            self.send_on(chunk, depth, &mut wave.paths, &mut wave.active);
         }
     }
 
@@ -91,10 +80,9 @@ impl PathTracer<'_> {
         evaluate: &EvaluationKernels,
         chunk: &mut Chunk,
         light: &mut LightMemory,
-        choices: &Row,
         shadow_rays: &mut Vec<ShadowRay>,
     ) {
-        self.sample_lights(chunk, light, choices);
+        self.sample_lights(chunk, light);
         let v = variables();
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
             let direction = eight.vectors(&chunk.light.direction);
@@ -102,20 +90,18 @@ impl PathTracer<'_> {
         });
         self.call_material(group, Method::Bsdf, &evaluate.bsdf, chunk);
         self.call_material(group, Method::EvaluatePdf, &evaluate.density, chunk);
-        let mut colors = [[0.0; CHUNK]; 3];
-        let mut lit = [0_u8; CHUNK / 8];
+        let mut lit = ChunkLanes::NONE;
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
             let (color, is_lit) = scattered_light(eight, chunk);
-            eight.blend_vectors(&color, &mut colors);
-            lit[eight.start() / 8] = is_lit.to_bitmask() as u8;
+            eight.blend_vectors(&color, &mut chunk.light.color);
+            lit.set_eight(eight.start(), is_lit.to_bitmask() as u8);
         });
-        let is_lit = |lane: &usize| lit[lane / 8] >> (lane % 8) & 1 != 0;
-        shadow_rays.extend((0..chunk.count).filter(is_lit).map(|lane| ShadowRay {
+        shadow_rays.extend(lit.among(chunk.count).map(|lane| ShadowRay {
             origin: get(&chunk.point, lane),
             direction: get(&chunk.light.direction, lane),
             distance: chunk.light.distance[lane],
             time: chunk.time[lane],
-            color: get(&colors, lane),
+            color: get(&chunk.light.color, lane),
             path: chunk.hits[lane].path,
             key: chunk.keys[lane],
             sample: chunk.numbers.samples[lane],
@@ -128,43 +114,26 @@ impl PathTracer<'_> {
         group: &SurfaceGroup,
         scattering: &ScatteringKernels,
         chunk: &mut Chunk,
-        lobes: &Row,
-    ) -> Onward {
-        let v = variables();
-        let [mut first, mut second] = [[0.0; CHUNK]; 2];
-        chunk.numbers.pairs(&chunk.keys, 0, chunk.count, [&mut first, &mut second]);
-        for (axis, seeds) in [&first, &second, lobes].into_iter().enumerate() {
-            let to = chunk.state.floats_mut(v.bsdf_seed + axis);
-            to.copy_from_slice(seeds);
-        }
+    ) {
+        let Chunk { numbers, keys, count, state, lobe_seeds, .. } = chunk;
+        let [first, second, third] = state.vectors_mut(variables().bsdf_seed);
+        numbers.pairs(keys, 0, *count, [first, second]);
+        third.copy_from_slice(lobe_seeds);
         self.call_material(group, Method::SampleBsdf, &scattering.sample, chunk);
-        let mut onward = Onward {
-            direction: [[0.0; CHUNK]; 3],
-            throughput: [[0.0; CHUNK]; 3],
-            density: [0.0; CHUNK],
-            goes_on: [false; CHUNK],
-        };
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
-            let goes_on = take_directions(eight, chunk, &mut onward).to_bitmask();
-            for lane in 0..8 {
-                onward.goes_on[eight.start() + lane] = goes_on >> lane & 1 != 0;
-            }
+            let goes_on = take_directions(eight, chunk).to_bitmask();
+            chunk.onward.lanes.set_eight(eight.start(), goes_on as u8);
         });
-        onward
+        let Chunk { keys, count, onward, .. } = chunk;
+        derive_keys(keys, NUMBERS_OF_NEXT_VERTEX, *count, &mut onward.keys);
     }
 
     /// Sends paths on that Russian roulette spares.
-    fn send_on(
-        &self,
-        chunk: &Chunk,
-        onward: &Onward,
-        depth: u32,
-        paths: &mut [Path],
-        active: &mut Vec<u32>,
-    ) {
+    fn send_on(&self, chunk: &Chunk, depth: u32, paths: &mut [Path], active: &mut Vec<u32>) {
         let scene = &self.scene.compiled;
         let threshold = if depth > 0 { scene.settings.roulette_threshold } else { 0.0 };
-        for lane in (0..chunk.count).filter(|lane| onward.goes_on[*lane]) {
+        let onward = &chunk.onward;
+        for lane in onward.lanes.among(chunk.count) {
             let PathHit { path: index, .. } = chunk.hits[lane];
             let path = &mut paths[index as usize];
             let mut throughput = get(&onward.throughput, lane);
@@ -184,22 +153,24 @@ impl PathTracer<'_> {
             path.distance = f32::INFINITY;
             path.limit = f32::INFINITY;
             path.width = chunk.width[lane];
-            path.spread = chunk.spread[lane].max(spread(onward.density[lane]));
+            path.spread = onward.spread[lane];
             path.throughput = throughput;
             path.density = onward.density[lane];
             path.geometric_normal = seen(get(&chunk.geometric_normal, lane));
             path.shading_normal = seen(get(&chunk.shading_normal, lane));
-            path.key = hash(path.key, NUMBERS_OF_NEXT_VERTEX);
+            path.key = onward.keys[lane];
             active.push(index);
         }
     }
 }
 
-/// How much wider a ray becomes after a unit of length whose direction has this density per solid angle: a part of
-/// the cone that it stands for. Mirrors keep what their rays have.
-fn spread(density: f32) -> f32 {
+/// How much wider rays become after a unit of length that did so by `before`: at least a part of the cones that directions
+/// of this density per solid angle stand for. Mirrors keep what their rays have.
+#[inline(always)]
+fn spreads<S: Simd>(eight: Eight<S>, before: f32x8<S>, density: f32x8<S>) -> f32x8<S> {
     const PART: f32 = 0.1;
-    if density > 0.0 { PART / density.sqrt() } else { 0.0 }
+    let least = density.simd_gt(0.0).select(PART / density.sqrt(), eight.splat(0.0));
+    before.simd_ge(least).select(before, least)
 }
 
 /// Notes what the first surfaces of paths are; of those that glow, how much.
@@ -221,10 +192,10 @@ fn note_surfaces(chunk: &Chunk, wave: &mut Wave) {
 }
 
 /// Notes what they reflect.
-fn note_albedo(chunk: &Chunk, onward: &Onward, wave: &mut Wave) {
-    for (lane, hit) in chunk.hits().iter().enumerate().filter(|(lane, _)| onward.goes_on[*lane]) {
-        let (before, after) = (get(&chunk.throughput, lane), get(&onward.throughput, lane));
-        let features = &mut wave.features[hit.path as usize];
+fn note_albedo(chunk: &Chunk, wave: &mut Wave) {
+    for lane in chunk.onward.lanes.among(chunk.count) {
+        let (before, after) = (get(&chunk.throughput, lane), get(&chunk.onward.throughput, lane));
+        let features = &mut wave.features[chunk.hits[lane].path as usize];
         for (channel, albedo) in features.albedo.iter_mut().enumerate() {
             *albedo += after[channel] / before[channel];
         }
@@ -254,7 +225,7 @@ fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> (Vectors<S>, mask
 
 /// Takes the directions that the material chose; where paths go on.
 #[inline(always)]
-fn take_directions<S: Simd>(eight: Eight<S>, chunk: &Chunk, onward: &mut Onward) -> mask32x8<S> {
+fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> mask32x8<S> {
     let v = variables();
     let direction = eight.load_vectors(&chunk.state, v.light_direction);
     let (cosine, is_consistent) = cosines(eight, chunk, &direction);
@@ -266,9 +237,13 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &Chunk, onward: &mut Onward)
     let throughput = eight.vectors(&chunk.throughput);
     let throughput: Vectors<S> =
         std::array::from_fn(|channel| throughput[channel] * weight[channel]);
+    let density = has_density.select(density, eight.splat(0.0));
+    let spread = spreads(eight, eight.numbers(&chunk.spread), density);
+    let onward = &mut chunk.onward;
     eight.blend_vectors(&direction, &mut onward.direction);
     eight.blend_vectors(&throughput, &mut onward.throughput);
-    eight.blend(has_density.select(density, eight.splat(0.0)), &mut onward.density);
+    eight.blend(density, &mut onward.density);
+    eight.blend(spread, &mut onward.spread);
     is_lit(&throughput)
         & is_finite(eight, &throughput)
         & is_finite(eight, &direction)

@@ -2,7 +2,8 @@
 
 use super::features::PathFeatures;
 
-/// A path on its way: what is known of it between surfaces. Two lines of a cache each.
+/// A path on its way: what is known of it between surfaces. Two lines of a cache each; what is read together lies
+/// in fours.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Path {
@@ -28,14 +29,14 @@ pub struct Path {
     pub width: f32,
     /// How much wider after a unit of length.
     pub spread: f32,
-    /// The normals where its ray begins, on the side that its last ray came from, in world space.
-    pub geometric_normal: [f32; 3],
-    /// The one for shading.
-    pub shading_normal: [f32; 3],
     /// Which sequence of numbers it has.
     pub key: u32,
     /// Which sample of its pixel it is.
     pub sample: u32,
+    /// The normals where its ray begins, on the side that its last ray came from, in world space.
+    pub geometric_normal: [f32; 3],
+    /// The one for shading.
+    pub shading_normal: [f32; 3],
 }
 
 impl Path {

@@ -1,11 +1,11 @@
 //! Affine maps of eight lanes, each its own.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::Simd;
 
 use crate::math::Affine;
 
 use super::eight::{Eight, Vectors};
+use super::fours::fours;
 
 /// A map for each of eight lanes. What they do is what [`Affine`] does, in the same order of operations.
 #[derive(Clone, Copy)]
@@ -20,19 +20,31 @@ impl<S: Simd> LaneMaps<S> {
         LaneMaps { columns: map.columns.map(|column| eight.splat_vector(column)) }
     }
 
-    /// `map` says that of each lane of the packet or chunk.
+    /// `map` makes that of each lane of the packet or chunk.
     #[inline(always)]
     pub fn each(eight: Eight<S>, map: impl Fn(usize) -> Affine) -> Self {
-        let mut words = [[0.0_f32; 8]; 12];
-        for lane in 0..8 {
-            let map = map(eight.start() + lane);
-            for (word, component) in words.iter_mut().zip(map.columns.as_flattened()) {
-                word[lane] = *component;
-            }
-        }
-        let number = |index: usize| f32x8::from_slice(eight.simd(), &words[index]);
-        let column = |first: usize| [number(first), number(first + 1), number(first + 2)];
-        LaneMaps { columns: [column(0), column(3), column(6), column(9)] }
+        let maps: [Affine; 8] = std::array::from_fn(|lane| map(eight.start() + lane));
+        Self::gathered(eight, |lane| &maps[lane - eight.start()])
+    }
+
+    /// `map` says where that of each lane of the packet or chunk is.
+    #[inline(always)]
+    pub fn gathered<'a>(eight: Eight<S>, map: impl Fn(usize) -> &'a Affine) -> Self {
+        let maps: [&Affine; 8] = std::array::from_fn(|lane| map(eight.start() + lane));
+        let simd = eight.simd();
+        let [a, b, c, d] = fours(simd, |lane| {
+            let [x, y, ..] = &maps[lane].columns;
+            [x[0], x[1], x[2], y[0]]
+        });
+        let [e, f, g, h] = fours(simd, |lane| {
+            let [_, y, z, _] = &maps[lane].columns;
+            [y[1], y[2], z[0], z[1]]
+        });
+        let [i, j, k, l] = fours(simd, |lane| {
+            let [.., z, origin] = &maps[lane].columns;
+            [z[2], origin[0], origin[1], origin[2]]
+        });
+        LaneMaps { columns: [[a, b, c], [d, e, f], [g, h, i], [j, k, l]] }
     }
 
     /// The points that `p` become.

@@ -1,6 +1,7 @@
 //! Numbers for each of many rays: eight at a time in registers, masks, requests, random numbers.
 
 pub mod eight;
+pub mod fours;
 pub mod lane_maps;
 pub mod lane_streams;
 pub mod mask_bits;

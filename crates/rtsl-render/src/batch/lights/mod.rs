@@ -1,5 +1,6 @@
 //! What lights a scene: its lights, and its shapes that emit.
 
+mod lit_lanes;
 mod probe;
 mod sample;
 mod selection;

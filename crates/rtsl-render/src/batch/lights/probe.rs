@@ -17,8 +17,8 @@ use super::selection::LightProbe;
 /// Samples of each light.
 const SAMPLES: usize = 16;
 
-/// The lights whose samples a chunk holds.
-const LIGHTS_IN_CHUNK: usize = CHUNK / SAMPLES;
+/// Lights that are sampled in one chunk: their numbers are those of their lanes, so it does not follow the chunk's length.
+const LIGHTS_IN_CHUNK: usize = 16;
 
 /// The key of the numbers of probes.
 const NUMBERS_OF_PROBES: u32 = 0x7072_6F62;
@@ -64,7 +64,7 @@ impl PathTracer<'_> {
     ) -> SmallVec<[LightProbe; LIGHTS_IN_CHUNK]> {
         let ProbeMemory { chunk, light } = memory;
         let chosen = lights.flat_map(|light| std::iter::repeat_n(light as u32, SAMPLES));
-        let chosen: SmallVec<[u32; CHUNK]> = chosen.collect();
+        let chosen: SmallVec<[u32; LIGHTS_IN_CHUNK * SAMPLES]> = chosen.collect();
         set_points(chunk, &chosen, world);
         self.sample_chosen(chunk, light, &chosen);
         (0..chosen.len()).step_by(SAMPLES).map(|start| probe(chunk, start)).collect()

@@ -5,16 +5,17 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{difference, dots, eights_of, is_lit, select};
+use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::sampling::Sampler;
 
-use super::super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set, set_numbers};
+use super::super::chunk::{CHUNK, Callee, Chunk, LightRows, Row, Rows, get, set, set_numbers};
 use super::super::kernels::Of;
 use super::super::numbers::Numbers;
 use super::super::places::Places;
 use super::super::tracer::PathTracer;
 use super::super::wave::PathHit;
+use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 
 /// How far before a sample of a shape, relative to its distance, shadow rays end: rounding of silhouettes.
@@ -26,7 +27,9 @@ pub struct LightMemory {
     chosen: [u32; CHUNK],
     probability: Row,
     /// The lanes of the chunk that light of the class is sampled for.
-    lanes: Vec<u32>,
+    lanes: LitLanes,
+    /// With which probabilities the class's lights are chosen for them.
+    part: Row,
     /// What of the lights is sampled.
     hits: [PathHit; CHUNK],
     /// Points in world space.
@@ -53,7 +56,8 @@ impl LightMemory {
         Box::new(LightMemory {
             chosen: [0; CHUNK],
             probability: NONE,
-            lanes: Vec::with_capacity(CHUNK),
+            lanes: LitLanes::default(),
+            part: NONE,
             hits: [PathHit::default(); CHUNK],
             point: [NONE; 3],
             time: NONE,
@@ -72,47 +76,63 @@ impl LightMemory {
         })
     }
 
-    fn count(&self) -> usize {
-        self.lanes.len()
+    /// Takes the points of the lanes that are lit.
+    fn load(&mut self, chunk: &Chunk) {
+        let LightMemory { lanes, point, time, keys, numbers, part, probability, .. } = self;
+        for (from, to) in chunk.point.iter().zip(point) {
+            lanes.gather(from, to);
+        }
+        lanes.gather(&chunk.time, time);
+        lanes.gather(&chunk.keys, keys);
+        lanes.gather(&chunk.numbers.samples, &mut numbers.samples);
+        lanes.gather(probability, part);
     }
 
-    /// Takes the points of the chunk's lanes that are lit by lights of a class. Lanes behind the last repeat it up
-    /// to a multiple of eight.
-    fn load(&mut self, chunk: &Chunk, entries: &[LightEntry], with_normals: bool) {
-        let LightMemory { lanes, .. } = self;
-        let Some(last) = lanes.last() else { return };
-        let padding = std::iter::repeat_n(last, lanes.len().next_multiple_of(8) - lanes.len());
-        let lanes = lanes.iter().chain(padding).map(|lane| *lane as usize);
-        let entry_of = |lane: usize| &entries[self.chosen[lane] as usize];
-        set_numbers(&mut self.objects, lanes.clone().map(|lane| entry_of(lane).number));
-        for (to, lane) in lanes.enumerate() {
-            set(&mut self.point, to, get(&chunk.point, lane));
-            self.time[to] = chunk.time[lane];
-            self.keys[to] = chunk.keys[lane];
-            self.numbers.samples[to] = chunk.numbers.samples[lane];
-            self.hits[to] = entry_of(lane).hit;
-            if with_normals {
-                let side = chunk.side[lane];
-                let seen = |normal: [f32; 3]| normal.map(|component| component * side);
-                set(&mut self.geometric_normal, to, seen(get(&chunk.geometric_normal, lane)));
-                set(&mut self.shading_normal, to, seen(get(&chunk.shading_normal, lane)));
-            }
+    /// Takes their normals, on the side that their rays come from.
+    fn load_normals(&mut self, chunk: &Chunk) {
+        for (to, lane) in self.lanes.padded().enumerate() {
+            let side = chunk.side[lane];
+            let seen = |normal: [f32; 3]| normal.map(|component| component * side);
+            set(&mut self.geometric_normal, to, seen(get(&chunk.geometric_normal, lane)));
+            set(&mut self.shading_normal, to, seen(get(&chunk.shading_normal, lane)));
         }
     }
 
-    /// Gives the chunk what was sampled: colours are divided by densities, and probabilities take part.
-    fn store(&self, chunk: &mut Chunk, is_weighed: bool) {
-        for (from, lane) in self.lanes.iter().map(|lane| *lane as usize).enumerate() {
-            let probability = self.probability[lane];
-            let density = self.density[from] * probability;
-            let scale = if self.density[from] > 0.0 { 1.0 / density } else { 1.0 / probability };
-            let color = get(&self.color, from).map(|channel| channel * scale);
-            let light = &mut chunk.light;
-            set(&mut light.direction, lane, get(&self.direction, from));
-            light.distance[lane] = self.distance[from];
-            set(&mut light.color, lane, color);
-            light.density[lane] = if is_weighed { density } else { 0.0 };
+    /// Takes the numbers of their lights among those of the class.
+    fn number_lights(&mut self, entries: &[LightEntry]) {
+        let LightMemory { lanes, chosen, objects, .. } = self;
+        set_numbers(objects, lanes.padded().map(|lane| entries[chosen[lane] as usize].number));
+    }
+
+    /// Takes what is sampled for them.
+    fn load_hits(&mut self, entries: &[LightEntry]) {
+        let LightMemory { lanes, chosen, hits, .. } = self;
+        for (hit, lane) in hits.iter_mut().zip(lanes.padded()) {
+            *hit = entries[chosen[lane] as usize].hit;
         }
+    }
+
+    /// Divides colours by densities, and has the probabilities of lights take part in both.
+    #[inline(always)]
+    fn weigh<S: Simd>(&mut self, simd: S) {
+        for eight in eights_of(simd, self.lanes.count()) {
+            let (own, part) = (eight.numbers(&self.density), eight.numbers(&self.part));
+            let density = own * part;
+            let scale = 1.0 / own.simd_gt(0.0).select(density, part);
+            let color = scaled(&eight.vectors(&self.color), scale);
+            eight.blend_vectors(&color, &mut self.color);
+            eight.blend(density, &mut self.density);
+        }
+    }
+
+    /// Gives the chunk what was sampled.
+    fn store(&self, light: &mut LightRows) {
+        let vectors = [(&self.direction, &mut light.direction), (&self.color, &mut light.color)];
+        for (from, to) in vectors.into_iter().flat_map(|(from, to)| from.iter().zip(to)) {
+            self.lanes.scatter(from, to);
+        }
+        self.lanes.scatter(&self.distance, &mut light.distance);
+        self.lanes.scatter(&self.density, &mut light.density);
     }
 }
 
@@ -120,12 +140,18 @@ impl LightMemory {
 const NUMBERS_OF_LIGHTS: u32 = 0x101;
 
 impl PathTracer<'_> {
-    /// Samples a light for each lane of a chunk. `numbers` choose them.
-    pub fn sample_lights(&self, chunk: &mut Chunk, memory: &mut LightMemory, numbers: &Row) {
-        let lights = &self.scene.lights;
-        for (lane, number) in numbers.iter().enumerate().take(chunk.count) {
-            (memory.chosen[lane], memory.probability[lane]) =
-                lights.selection.choose(get(&chunk.point, lane), *number);
+    /// Samples a light for each lane of a chunk.
+    pub fn sample_lights(&self, chunk: &mut Chunk, memory: &mut LightMemory) {
+        let selection = &self.scene.lights.selection;
+        let LightMemory { chosen, probability, .. } = memory;
+        if let Some(only) = selection.only() {
+            chosen[..chunk.count].fill(only);
+            probability[..chunk.count].fill(1.0);
+        } else {
+            for (lane, number) in chunk.light_seeds.iter().enumerate().take(chunk.count) {
+                (chosen[lane], probability[lane]) =
+                    selection.choose(get(&chunk.point, lane), *number);
+            }
         }
         self.sample_by_class(chunk, memory);
     }
@@ -141,27 +167,26 @@ impl PathTracer<'_> {
     fn sample_by_class(&self, chunk: &mut Chunk, memory: &mut LightMemory) {
         let lights = &self.scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
-            memory.lanes.clear();
-            let is_of_class =
-                |lane: &u32| lights.entries[memory.chosen[*lane as usize] as usize].class == class;
-            memory.lanes.extend((0..chunk.count as u32).filter(is_of_class));
-            if memory.lanes.is_empty() {
+            let LightMemory { lanes, chosen, .. } = memory;
+            let entry_of = |lane: u32| &lights.entries[chosen[lane as usize] as usize];
+            lanes.select(chunk.count, |lane| entry_of(lane).class == class);
+            if lanes.count() == 0 {
                 continue;
             }
+            memory.load(chunk);
             let class = class as usize;
             let is_weighed = if let Some(class) = lights.classes.get(class) {
                 self.sample_class(class, lights, chunk, memory);
                 class.is_weighed
             } else {
-                self.sample_shapes(
-                    &lights.shapes[class - lights.classes.len()],
-                    lights,
-                    chunk,
-                    memory,
-                );
+                self.sample_shapes(&lights.shapes[class - lights.classes.len()], lights, memory);
                 true
             };
-            memory.store(chunk, is_weighed);
+            dispatch!(Level::new(), simd => memory.weigh(simd));
+            if !is_weighed {
+                memory.density.fill(0.0);
+            }
+            memory.store(&mut chunk.light);
         }
     }
 
@@ -173,8 +198,13 @@ impl PathTracer<'_> {
         chunk: &Chunk,
         memory: &mut LightMemory,
     ) {
-        memory.load(chunk, &lights.entries, class.reads_normals);
-        let count = memory.count();
+        if class.of == Of::Each {
+            memory.number_lights(&lights.entries);
+        }
+        if class.reads_normals {
+            memory.load_normals(chunk);
+        }
+        let count = memory.lanes.count();
         let LightMemory { numbers, keys, .. } = memory;
         numbers.start(keys, NUMBERS_OF_LIGHTS, count);
         dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
@@ -198,7 +228,7 @@ impl PathTracer<'_> {
             };
             &lights[class.lights[number as usize] as usize]
         };
-        for eight in eights_of(simd, memory.count()) {
+        for eight in eights_of(simd, memory.lanes.count()) {
             let mut point = eight.vectors(&memory.point);
             if class.is_placed {
                 let inverse = |lane: usize| light_of(&memory.objects, lane).inverse;
@@ -228,7 +258,7 @@ impl PathTracer<'_> {
     fn read_samples<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
         let v = variables();
         let lights = &self.scene.compiled.lights;
-        for eight in eights_of(simd, memory.count()) {
+        for eight in eights_of(simd, memory.lanes.count()) {
             let state = &memory.state;
             let mut direction = eight.load_vectors(state, v.light_direction);
             let mut distance = eight.load(state, v.light_distance);
@@ -252,15 +282,12 @@ impl PathTracer<'_> {
     }
 
     /// Samples shapes.
-    fn sample_shapes(
-        &self,
-        class: &ShapeLightClass,
-        lights: &Lights,
-        chunk: &Chunk,
-        memory: &mut LightMemory,
-    ) {
-        memory.load(chunk, &lights.entries, false);
-        let count = memory.count();
+    fn sample_shapes(&self, class: &ShapeLightClass, lights: &Lights, memory: &mut LightMemory) {
+        memory.load_hits(&lights.entries);
+        if class.of == Of::Each {
+            memory.number_lights(&lights.entries);
+        }
+        let count = memory.lanes.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
         let LightMemory { numbers, keys, .. } = memory;
         numbers.start(keys, NUMBERS_OF_LIGHTS, count);
@@ -310,7 +337,7 @@ impl SampledShapes<'_> {
     #[inline(always)]
     fn set_origins<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
-        for eight in eights_of(simd, memory.count()) {
+        for eight in eights_of(simd, memory.lanes.count()) {
             let lanes = (&memory.hits, &memory.time);
             let point = eight.vectors(&memory.point);
             let origin = self.places.local_points(eight, lanes, &point);
@@ -326,7 +353,7 @@ impl SampledShapes<'_> {
     #[inline(always)]
     fn read_points<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
-        for eight in eights_of(simd, memory.count()) {
+        for eight in eights_of(simd, memory.lanes.count()) {
             let (state, lanes) = (&memory.state, (&memory.hits, &memory.time));
             let local = eight.load_vectors(state, v.hit_point);
             let local_way = difference(&local, &eight.load_vectors(state, v.ray_origin));

@@ -25,6 +25,8 @@ pub struct Selection {
     nodes: Vec<Node>,
     /// For each light where the hierarchy has it.
     places: Vec<Place>,
+    /// The probability of each light that is infinitely far away: all others together count as one of them.
+    infinite_probability: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +61,9 @@ impl Selection {
     pub fn new(probes: &[LightProbe]) -> Self {
         let (infinite, finite): (Vec<u32>, Vec<u32>) =
             (0..probes.len() as u32).partition(|light| probes[*light as usize].bounds.is_none());
+        let others = usize::from(!finite.is_empty());
         let mut selection = Selection {
+            infinite_probability: 1.0 / (infinite.len() + others).max(1) as f32,
             infinite,
             nodes: Vec::with_capacity(2 * finite.len()),
             places: vec![Place::Infinite; probes.len()],
@@ -99,9 +103,14 @@ impl Selection {
         self.split(children + 1, second, (way | 1 << steps, steps + 1));
     }
 
+    /// The light, if there is only one: it is always chosen.
+    pub fn only(&self) -> Option<u32> {
+        (self.places.len() == 1).then_some(0)
+    }
+
     /// The light that a number in [0,1) chooses for a point, and with which probability; positive.
     pub fn choose(&self, point: [f32; 3], number: f32) -> (u32, f32) {
-        let probability = self.infinite_probability();
+        let probability = self.infinite_probability;
         let place = number / probability;
         if let Some(light) = self.infinite.get(place as usize) {
             return (*light, probability);
@@ -130,7 +139,7 @@ impl Selection {
 
     /// The probability with which a light is chosen for a point.
     pub fn probability(&self, light: u32, point: [f32; 3]) -> f32 {
-        let infinite = self.infinite_probability();
+        let infinite = self.infinite_probability;
         let Place::Finite(way, steps) = self.places[light as usize] else { return infinite };
         let mut probability = 1.0 - infinite * self.infinite.len() as f32;
         let mut node = self.nodes[0];
@@ -143,12 +152,6 @@ impl Selection {
             node = if is_second { *second } else { *first };
         }
         probability
-    }
-
-    /// That of each light which is infinitely far away: all others together count as one of them.
-    fn infinite_probability(&self) -> f32 {
-        let others = usize::from(!self.nodes.is_empty());
-        1.0 / (self.infinite.len() + others).max(1) as f32
     }
 
     fn children(&self, first: u32) -> [&Node; 2] {
