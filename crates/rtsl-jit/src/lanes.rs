@@ -182,11 +182,34 @@ impl LaneBlock {
         unsafe { &mut *array }
     }
 
+    /// `LANES` lanes of `N` components that follow one another, such as those of a vector, from `start` on.
+    #[inline]
+    pub fn vectors_at<const N: usize, const LANES: usize>(
+        &self,
+        first: usize,
+        start: usize,
+    ) -> [&[f32; LANES]; N] {
+        self.check_lanes(start, LANES);
+        // Safety: the lanes are there, as was checked; f32 has the size and alignment of u32.
+        self.arrays(first).map(|array| unsafe { &*array.add(start).cast() })
+    }
+
+    /// The same, to write.
+    #[inline]
+    pub fn vectors_mut_at<const N: usize, const LANES: usize>(
+        &mut self,
+        first: usize,
+        start: usize,
+    ) -> [&mut [f32; LANES]; N] {
+        self.check_lanes(start, LANES);
+        // Safety: as for `vectors_at`; the arrays do not overlap and are borrowed mutably along with the block.
+        self.arrays(first).map(|array| unsafe { &mut *array.add(start).cast() })
+    }
+
     /// Where `N` lanes of a component are, all of which exist.
     #[inline]
     fn lanes_at<const N: usize>(&self, component: usize, start: usize) -> *mut [f32; N] {
-        let end = start.checked_add(N);
-        assert!(end.is_some_and(|end| end <= self.stride), "lanes from {start} on");
+        self.check_lanes(start, N);
         // Safety: the array has so many lanes.
         unsafe { self.array(component).add(start).cast() }
     }
@@ -237,6 +260,25 @@ impl LaneBlock {
         let array = self.table[component];
         assert!(!array.is_null(), "component {component} has no array");
         array
+    }
+
+    #[inline]
+    fn check_lanes(&self, start: usize, count: usize) {
+        let end = start.checked_add(count);
+        assert!(end.is_some_and(|end| end <= self.stride), "lanes from {start} on");
+    }
+
+    /// The arrays of components that follow one another. One check for all, where a vector takes three otherwise.
+    #[inline]
+    fn arrays<const N: usize>(&self, first: usize) -> [*mut u32; N] {
+        let arrays = self.table.get(first..).and_then(|rest| rest.first_chunk::<N>());
+        let Some(arrays) = arrays else {
+            panic!("components from {first} on, of {}", self.components())
+        };
+        if self.sparse {
+            assert!(arrays.iter().all(|array| !array.is_null()), "a component has no array");
+        }
+        *arrays
     }
 
     /// The word of the memory at which a component's array starts.
@@ -405,6 +447,10 @@ mod tests {
         let [a, b] = block.vectors_mut::<2>(1);
         a[20] = 1.0;
         b[0] = 2.0;
+        let [c, d] = block.vectors_mut_at::<2, 8>(1, 24);
+        (c[7], d[0]) = (3.0, 4.0);
+        let [c, d] = block.vectors_at::<2, 8>(1, 24);
+        assert_eq!((c[7], d[0]), (3.0, 4.0));
         let copy = block.clone();
         assert_eq!(copy.words(0), [0; 21]);
         assert_eq!((copy.floats(1)[20], copy.words(1)[19]), (1.0, 1));

@@ -131,13 +131,19 @@ impl<S: Simd> Eight<S> {
     /// Their vectors that start at a component of a block.
     #[inline(always)]
     pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
-        [self.load(block, first), self.load(block, first + 1), self.load(block, first + 2)]
+        let [x, y, z] = block.vectors_at::<3, WIDTH>(first, self.start);
+        let load = |numbers| f32x8::load_array_ref(self.simd, numbers);
+        [load(x), load(y), load(z)]
     }
 
     /// Sets the numbers at a component of a block, of those that take part.
     #[inline(always)]
     pub fn store(self, block: &mut LaneBlock, component: usize, value: f32x8<S>) {
-        let to = block.floats_mut_at::<WIDTH>(component, self.start);
+        self.store_at(value, block.floats_mut_at(component, self.start));
+    }
+
+    #[inline(always)]
+    fn store_at(self, value: f32x8<S>, to: &mut [f32; WIDTH]) {
         if self.stores_all {
             *to = value.to_array();
             return;
@@ -149,9 +155,10 @@ impl<S: Simd> Eight<S> {
     /// Sets the vectors that start at a component of a block, of those that take part.
     #[inline(always)]
     pub fn store_vectors(self, block: &mut LaneBlock, first: usize, value: &Vectors<S>) {
-        self.store(block, first, value[0]);
-        self.store(block, first + 1, value[1]);
-        self.store(block, first + 2, value[2]);
+        let arrays = block.vectors_mut_at::<3, WIDTH>(first, self.start);
+        for (to, value) in arrays.into_iter().zip(value) {
+            self.store_at(*value, to);
+        }
     }
 
     /// Sets the numbers of those that take part.
