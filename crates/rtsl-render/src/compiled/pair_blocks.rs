@@ -1,13 +1,14 @@
 //! Tests rays of a stream, each against an object of its own, by `intersect` in the stream shape.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, u32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 use rtsl::host::NoHost;
 use rtsl::{
     CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
 };
 
 use crate::acceleration::{MOST_PAIRS, Pair, PairHit, RayStream};
+use crate::lanes::fours::fours;
 
 use super::object_class::ObjectClass;
 use super::variables::variables;
@@ -124,8 +125,8 @@ impl PairBlocks {
                 for (step, pairs) in pairs.chunks(STEP).enumerate() {
                     // Behind the last pair its ray is repeated.
                     let ray = |lane: usize| pairs[lane.min(pairs.len() - 1)].ray as usize;
-                    let origins = transposed(simd, |lane| stream.rays()[ray(lane)].start);
-                    let along = transposed(simd, |lane| stream.lines()[ray(lane)].along);
+                    let origins = fours(simd, |lane| stream.rays()[ray(lane)].start);
+                    let along = fours(simd, |lane| stream.lines()[ray(lane)].along);
                     let mut times = [0.0; STEP];
                     for (lane, time) in times.iter_mut().enumerate() {
                         *time = stream.times()[ray(lane)];
@@ -158,47 +159,5 @@ impl Rows<'_> {
     fn set<S: Simd>(&mut self, component: usize, values: f32x8<S>) {
         let lanes = self.state.floats_mut(component);
         values.store_slice(&mut lanes[self.start..self.start + STEP]);
-    }
-}
-
-/// The columns of eight rows.
-// Written out: arrays of vectors that go through `map` are moved through memory, which took a tenth of a search.
-#[inline(always)]
-fn transposed<S: Simd>(simd: S, row: impl Fn(usize) -> [f32; 4]) -> [f32x8<S>; 4] {
-    let load = |index: usize| f32x4::load_array(simd, row(index));
-    let half = |first: usize| {
-        let (a, b) = (load(first), load(first + 1));
-        let (c, d) = (load(first + 2), load(first + 3));
-        let (low_even, low_odd) = (a.zip_low(c), b.zip_low(d));
-        let (high_even, high_odd) = (a.zip_high(c), b.zip_high(d));
-        [
-            low_even.zip_low(low_odd),
-            low_even.zip_high(low_odd),
-            high_even.zip_low(high_odd),
-            high_even.zip_high(high_odd),
-        ]
-    };
-    let (low, high) = (half(0), half(STEP / 2));
-    [
-        low[0].combine(high[0]),
-        low[1].combine(high[1]),
-        low[2].combine(high[2]),
-        low[3].combine(high[3]),
-    ]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_become_columns() {
-        let number = |row: usize, column: usize| (10 * row + column) as f32;
-        let row = |row: usize| std::array::from_fn(|column| number(row, column));
-        let columns =
-            dispatch!(Level::new(), simd => transposed(simd, row).map(|it| it.to_array()));
-        for (column, values) in columns.iter().enumerate() {
-            assert_eq!(*values, std::array::from_fn(|row| number(row, column)));
-        }
     }
 }
