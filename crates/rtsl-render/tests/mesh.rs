@@ -153,6 +153,21 @@ fn a_mesh_looks_like_its_triangles() {
 }
 
 #[test]
+fn what_has_no_effect_on_a_mesh_is_left_out() {
+    for shape in ["trianglemesh", "bilinearmesh"] {
+        let indices = if shape == "trianglemesh" { "0 1 2" } else { "0 1 2 3" };
+        let with = |parameter: &str| {
+            Files::with_world(&format!(
+                "Shape \"{shape}\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0.5]
+                \"integer indices\" [{indices}] {parameter}"
+            ))
+        };
+        assert_eq!(picture(&with("\"float shadowalpha\" 0.5")), picture(&with("")));
+        assert!(load(&with("\"float shadowbeta\" 0.5")).is_err());
+    }
+}
+
+#[test]
 fn a_flat_patch_looks_like_two_triangles() {
     let text = "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \
         \"normal N\" [0 0 -1  0 0 -1  0 0 -1  0 0 -1]";

@@ -10,6 +10,7 @@ use crate::reader::{FileSource, Parameter, SceneFiles, Values, resolve};
 
 use super::description::Entity;
 use super::parallelogram::Parallelogram;
+use super::standard_names::StandardName;
 
 /// A shape that is a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +70,11 @@ impl MeshShape {
 }
 
 fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
-    let is_unknown = |parameter: &&Parameter| !known.contains(&parameter.name.as_str());
+    let standard = StandardName::of(entity);
+    let is_unknown = |parameter: &&Parameter| {
+        let name = parameter.name.as_str();
+        !known.contains(&name) && !standard.is_some_and(|standard| standard.has_no_effect(name))
+    };
     let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
     let name = &parameter.name;
     let message = format!("`{}` has no parameter `{name}`", entity.class);
