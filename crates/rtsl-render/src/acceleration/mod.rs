@@ -62,7 +62,7 @@ pub use objects::{BlockTest, Objects};
 pub use packet::{LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of};
 pub use ray_space::{Company, RaySpace};
 pub use space::{PacketSpace, Serial};
-pub use stream::{MOST_PAIRS, Pair, PairHit, RAYS_OF_STREAM, RayStream, StreamLine, StreamRay};
+pub use stream::{Pair, PairHit, RAYS_OF_STREAM, RayStream, StreamLine, StreamRay};
 pub use traversal::{Search, Visits, moved_packet, moved_packet_by};
 pub use turns::MOST_IN_TURN;
 pub use wide_tree::{Block, BlockHead, Boxes, Child, Item, WIDTH, WideNode, WideTree};

@@ -5,11 +5,8 @@ use fearless_simd::{Simd, f32x4};
 
 use super::hit::HitId;
 
-/// The most rays that are searched for together without arrays of them leaving the fastest cache.
+/// So many rays are searched for together: what boxes are tested with fills the fastest cache of most processors.
 pub const RAYS_OF_STREAM: usize = 1024;
-
-/// The most pairs of a test.
-pub const MOST_PAIRS: usize = 256;
 
 /// Rays, and what they hit. A ray is known by its *place*: how many were added before it.
 #[derive(Debug, Default)]

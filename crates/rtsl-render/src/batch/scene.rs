@@ -61,6 +61,8 @@ pub struct ObjectEntry {
     pub class: u32,
     /// Its number there; elements have their own.
     pub number: u32,
+    /// The first of its items in its group.
+    pub first_item: u32,
 }
 
 impl BatchScene {
@@ -353,6 +355,7 @@ impl Planned {
                 cut_out: cut_out.map_or(0, |(_, number)| number),
                 class: member.class,
                 number,
+                first_item: member.first,
             },
         }
     }

@@ -100,17 +100,11 @@ impl PathTracer<'_> {
 
     /// By which searches name what was hit.
     fn id_of(&self, hit: &PathHit) -> HitId {
-        let scene = &self.scene.compiled;
-        let group = match scene.geometry.instances.get(hit.instance as usize) {
-            Some(instance) if hit.instance != NO_INSTANCE => instance.group as usize,
-            _ => 0,
-        };
-        let members = scene.items[group].members();
-        let member = members.iter().find(|member| member.object == hit.object);
-        let item = member.map_or(0, |member| member.first) + hit.element;
+        let item = self.scene.objects[hit.object as usize].first_item + hit.element;
+        let first_instance = self.scene.compiled.geometry.first_instance;
         match hit.instance {
             NO_INSTANCE => HitId::new(item, 0),
-            instance => HitId::new(scene.geometry.first_instance + instance, item),
+            instance => HitId::new(first_instance + instance, item),
         }
     }
 }

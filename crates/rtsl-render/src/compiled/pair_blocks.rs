@@ -7,13 +7,16 @@ use rtsl::{
     CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
 };
 
-use crate::acceleration::{MOST_PAIRS, Pair, PairHit, RayStream};
+use crate::acceleration::{Pair, PairHit, RayStream};
 use crate::lanes::fours::fours;
 
 use super::object_class::ObjectClass;
 use super::variables::variables;
 
-/// So many pairs are done at a time.
+/// The most pairs of a call.
+const MOST_PAIRS: usize = 256;
+
+/// So many pairs are loaded at a time.
 const STEP: usize = 8;
 
 /// The memory of one thread for such tests.
@@ -35,7 +38,7 @@ impl PairBlocks {
         }
     }
 
-    /// Tests at most [`MOST_PAIRS`] pairs with objects of a class: adds to `found` those that hit.
+    /// Tests pairs with objects of a class: adds to `found` those that hit.
     pub fn test(
         &mut self,
         class: &ObjectClass,
@@ -43,55 +46,35 @@ impl PairBlocks {
         pairs: &[Pair],
         found: &mut Vec<PairHit>,
     ) -> CallStatus {
-        let Some(kernel) = class.stream_kernel() else {
-            return self.test_one_by_one(class, stream, pairs, found);
-        };
-        self.load(stream, pairs);
-        let status = kernel.call(CallArguments {
-            state: &mut self.state,
-            scratch: &mut self.scratch,
-            count: pairs.len(),
-            mask: None,
-            accepted: Some(&mut self.accepted),
-            instances: Instances::Many(&class.objects, &self.objects),
-            host: &mut NoHost,
-        });
-        dispatch!(Level::new(), simd => self.add_accepted(simd, pairs.len(), found));
-        status
-    }
-
-    /// The same without a kernel for objects of many numbers.
-    #[cold]
-    fn test_one_by_one(
-        &mut self,
-        class: &ObjectClass,
-        stream: &RayStream,
-        pairs: &[Pair],
-        found: &mut Vec<PairHit>,
-    ) -> CallStatus {
         let mut all = CallStatus::default();
-        for (index, pair) in pairs.iter().enumerate() {
-            self.load(stream, std::slice::from_ref(pair));
-            let status = class.packet_kernel(false).call(CallArguments {
+        let stream_kernel = class.stream_kernel();
+        // One pair after another where no kernel takes objects of many numbers.
+        let step = if stream_kernel.is_some() { MOST_PAIRS } else { 1 };
+        for (start, pairs) in (0..).step_by(step).zip(pairs.chunks(step)) {
+            self.load(stream, pairs);
+            let objects = &class.objects;
+            let (kernel, instances) = match stream_kernel {
+                Some(kernel) => (kernel, Instances::Many(objects, &self.objects)),
+                None => (class.packet_kernel(false), Instances::Object(objects, pairs[0].object)),
+            };
+            let status = kernel.call(CallArguments {
                 state: &mut self.state,
                 scratch: &mut self.scratch,
-                count: 1,
+                count: pairs.len(),
                 mask: None,
                 accepted: Some(&mut self.accepted),
-                instances: Instances::Object(&class.objects, pair.object),
+                instances,
                 host: &mut NoHost,
             });
             all.budget_exhausted |= status.budget_exhausted;
-            if self.accepted.get(0) {
-                let distance = self.state.floats(variables().hit_distance)[0];
-                found.push(PairHit { pair: index as u32, distance });
-            }
+            dispatch!(Level::new(), simd => self.add_accepted(simd, start, pairs.len(), found));
         }
         all
     }
 
+    /// Adds those of the first `count` lanes that were accepted; the first lane is that of the pair `first`.
     #[inline(always)]
-    fn add_accepted<S: Simd>(&self, simd: S, count: usize, found: &mut Vec<PairHit>) {
+    fn add_accepted<S: Simd>(&self, simd: S, first: u32, count: usize, found: &mut Vec<PairHit>) {
         let accepted = self.accepted.words().chunks_exact(STEP);
         let distances = self.state.floats(variables().hit_distance).chunks_exact(STEP);
         for (start, (accepted, distances)) in (0..count).step_by(STEP).zip(accepted.zip(distances))
@@ -102,7 +85,10 @@ impl PairBlocks {
             while accepted != 0 {
                 let lane = accepted.trailing_zeros() as usize % STEP;
                 accepted &= accepted - 1;
-                found.push(PairHit { pair: (start + lane) as u32, distance: distances[lane] });
+                found.push(PairHit {
+                    pair: first + (start + lane) as u32,
+                    distance: distances[lane],
+                });
             }
         }
     }

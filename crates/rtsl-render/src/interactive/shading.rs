@@ -46,25 +46,13 @@ impl SpawnedRays for ShadedRays {
         context: &mut LaneContext,
         depth: u32,
     ) -> PacketColors {
-        radiance(tracer, workspace, rays, lanes, context, depth)
+        let mut colors = [[0.0; LANES]; 3];
+        let hits = tracer.nearest(&mut workspace.search, rays, lanes);
+        add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
+        let mut host = ShadingHost { tracer, workspace, context, depth, spawned: self };
+        shade_hits(rays, &hits, lanes, &mut host, Emitters::Included, &mut colors);
+        colors
     }
-}
-
-/// The radiance along the rays of `lanes`, which were spawned `depth` times.
-pub fn radiance(
-    tracer: &Tracer<'_>,
-    workspace: &mut Workspace,
-    rays: &RayPacket,
-    lanes: LaneMask,
-    context: &mut LaneContext,
-    depth: u32,
-) -> PacketColors {
-    let mut colors = [[0.0; LANES]; 3];
-    let hits = tracer.nearest(&mut workspace.search, rays, lanes);
-    add_sky(tracer, workspace, rays, lanes & !hits.lanes(lanes), context, &mut colors);
-    let mut host = ShadingHost { tracer, workspace, context, depth, spawned: &ShadedRays };
-    shade_hits(rays, &hits, lanes, &mut host, Emitters::Included, &mut colors);
-    colors
 }
 
 /// Whether what shapes emit besides their materials is added where they are shaded.

@@ -5,7 +5,7 @@ use crate::acceleration::{LANES, LaneMask, lanes_of};
 use crate::compiled::tracer::Tracer;
 use crate::tiles::{CameraRays, Tile, camera_rays};
 
-use super::shading::{PacketColors, radiance};
+use super::shading::{PacketColors, ShadedRays, SpawnedRays};
 use super::workspace::Workspace;
 
 /// One sample of every pixel of a tile.
@@ -29,7 +29,7 @@ pub fn sample_tile(
     let mut camera = camera_rays(tracer, &mut workspace.camera, tile, sample);
     let CameraRays { rays, context, weights, .. } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
-    let mut colors = radiance(tracer, workspace, rays, lanes, context, 0);
+    let mut colors = ShadedRays.radiance(tracer, workspace, rays, lanes, context, 0);
     for (channel, weights) in colors.iter_mut().zip(weights) {
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
     }
