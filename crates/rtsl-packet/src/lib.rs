@@ -5,6 +5,7 @@
 //! does. This crate knows no LLVM and no instruction set; W and the shape are parameters.
 
 pub mod abi;
+pub mod description;
 mod estimate;
 pub mod interleave;
 pub mod interpreter;
