@@ -8,6 +8,7 @@ mod commands;
 mod eval;
 mod files;
 mod json;
+mod layout_json;
 mod names;
 mod progress_line;
 mod report;

@@ -279,10 +279,6 @@ fn every_form_can_be_built() {
         let ran = folder.run(&arguments).exits(DONE);
         assert!(ran.output().contains(expected), "{form}: {}", ran.output());
     }
-    folder.run(&["build", "ball.rtsl", "--emit", "obj", "-o", "ball.o"]).exits(DONE);
-    let object = std::fs::read(folder.0.join("ball.o")).unwrap();
-    assert_eq!(&object[..4], b"\x7fELF");
-    assert_eq!(entries(&folder.0), ["ball.o", "ball.rtsl"]);
     let target =
         ["build", "ball.rtsl", "--emit", "asm", "--method", "intersect", "--shape", "stream"];
     folder
@@ -301,6 +297,44 @@ fn every_form_can_be_built() {
     folder
         .run(&["build", "ball.rtsl", "--emit", "ir", "-o", "no/such/folder"])
         .exits(INPUT_AT_FAULT);
+}
+
+#[test]
+fn libraries_have_several_classes_shapes_and_widths() {
+    let folder = Folder::new("library");
+    folder.write("ball.rtsl", SPHERE);
+    let library = ["build", "ball.rtsl", "Ward", "--bind", "Ward.kd=Constant"];
+    let build = |rest: &[&str]| folder.run(&[&library[..], rest].concat());
+    build(&["--emit", "obj", "-o", "ball.o"]).exits(DONE);
+    let object = std::fs::read(folder.0.join("ball.o")).unwrap();
+    assert_eq!(&object[..4], b"\x7fELF");
+    assert_eq!(entries(&folder.0), ["ball.o", "ball.rtsl"]);
+    let shapes = ["--shape", "single,packet", "--width", "4,16", "--prefix", "my"];
+    let header = build(&[&["--emit", "header"], &shapes[..]].concat()).exits(DONE).output();
+    for declared in [
+        "extern const RtslLibrary my_library;",
+        "    float radius; /* float */\n",
+        "    float kd_value[3]; /* color: The colour. */\n",
+        "void my_Ball_intersect_single(RtslCall *call);",
+        "void my_Ward_BSDF_packet16(RtslCall *call);",
+    ] {
+        assert!(header.contains(declared), "{declared}: {header}");
+    }
+    let layout = build(&["--emit", "layout", "--class", "Ward", "--method", "BSDF"]);
+    let layout: serde_json::Value = serde_json::from_str(&layout.exits(DONE).output()).unwrap();
+    let class = &layout["classes"][0];
+    assert_eq!(class["kernels"].as_array().map(Vec::len), Some(1));
+    assert_eq!(class["parameters"][0]["name"], "kd.value");
+    build(&["--emit", "obj", "--bind", "Ward.kz=Constant"]).fails_with("E0502");
+    build(&["--emit", "obj", "--bind", "Ward.kd=Sphere"]).fails_with("E0506");
+    build(&["--emit", "obj", "--bind", "Ward.kd=Constnat"]).fails_with("E0507");
+    build(&["--emit", "obj", "--bind", "kd"]).exits(WRONG_USAGE);
+    build(&["--emit", "obj", "--prefix", "1"]).fails_with("E0607");
+    build(&["--emit", "obj", "--method", "generateRay"]).fails_with("E0508");
+    build(&["--emit", "ir"]).exits(WRONG_USAGE);
+    folder.run(&["build", "Ward", "Ward", "--emit", "obj"]).fails_with("E0611");
+    folder.run(&["build", "Ward", "--emit", "ir", "--prefix", "x"]).exits(WRONG_USAGE);
+    folder.run(&["build", "Ward", "--emit", "obj", "--specialise"]).exits(WRONG_USAGE);
 }
 
 fn entries(folder: &Path) -> Vec<String> {
@@ -619,7 +653,7 @@ fn explain_info_and_help_answer() {
     assert!(info.contains("\ndenoiser      none: `no-such-library` "), "{info}");
     let sphere = folder.run(&["info", "Sphere"]).exits(DONE).output();
     assert!(sphere.contains("float radius"), "{sphere}");
-    folder.run(&["info", "Spere"]).exits(WRONG_USAGE);
+    folder.run(&["info", "Spere"]).fails_with("E0507");
     assert!(folder.run(&["help"]).exits(DONE).output().contains("Topics of"));
     assert!(folder.run(&["help", "eval"]).exits(DONE).output().contains("--stdin"));
     assert!(folder.run(&["help", "language"]).exits(DONE).output().starts_with("# "));

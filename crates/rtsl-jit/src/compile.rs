@@ -9,6 +9,8 @@ use crate::api::{self, Api};
 use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
+use crate::object::Object;
+use crate::runtime;
 use crate::target::{Target, c_string};
 use crate::worker;
 
@@ -83,7 +85,7 @@ impl Llvm {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
-        Module::load(&self.object(module, target, level)?)
+        Module::load(&self.emit(module, target, level, Output::Object)?)
     }
 
     /// The module after LLVM's passes, as text.
@@ -112,7 +114,8 @@ impl Llvm {
         self.emit(module, target, level, Output::Assembly).map(lossy)
     }
 
-    /// The module as an object file (ELF) of `target`.
+    /// The module as an object file (ELF) of `target`. It refers to nothing outside but what the runtime has, all of which
+    /// any C library has, too.
     ///
     /// # Errors
     /// See [`JitError`].
@@ -122,7 +125,9 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Vec<u8>, JitError> {
-        self.emit(module, target, level, Output::Object)
+        let object = self.emit(module, target, level, Output::Object)?;
+        Object::parse(&object)?.check_outside_symbols(|name| runtime::address(name).is_some())?;
+        Ok(object)
     }
 
     fn emit(

@@ -173,6 +173,15 @@ impl<'a> Object<'a> {
         Ok(outside)
     }
 
+    /// Refuses an object that refers to a symbol outside that is not known.
+    pub fn check_outside_symbols(&self, is_known: impl Fn(&str) -> bool) -> Result<(), JitError> {
+        let names = self.outside_symbols()?.into_iter().map(|index| self.symbols[index].name);
+        match names.into_iter().find(|name| !is_known(name)) {
+            Some(name) => Err(JitError::UndefinedSymbol(name.to_owned())),
+            None => Ok(()),
+        }
+    }
+
     /// Copies the sections to `memory`, which will run at `base`, and resolves what they refer
     /// to; `resolve` gives the addresses of symbols from outside.
     pub fn write(

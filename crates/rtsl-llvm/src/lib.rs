@@ -14,11 +14,13 @@ mod approximation;
 mod arithmetic;
 mod blend;
 mod chunk;
+mod constructor;
 mod control;
 mod emitter;
 mod fma;
 mod host;
 mod leaf_test;
+mod library;
 mod memory;
 mod module;
 mod nearest;
@@ -33,6 +35,8 @@ use crate::emitter::{Emitter, Part};
 use crate::leaf_test::all_tests;
 use crate::module::Module;
 
+pub use constructor::{ConstructedWord, Constructor, ConstructorPart};
+pub use library::{Library, emit_library};
 pub use target::{Estimates, TargetFeatures};
 
 /// The text of a module with a function for each kernel, called by the symbol that stands with it.
@@ -40,8 +44,16 @@ pub fn emit<'a>(
     kernels: impl IntoIterator<Item = (&'a str, &'a Kernel)>,
     target: &TargetFeatures,
 ) -> String {
+    emit_module(kernels, target).finish()
+}
+
+fn emit_module<'a, 'm>(
+    kernels: impl IntoIterator<Item = (impl AsRef<str>, &'a Kernel)>,
+    target: &'m TargetFeatures,
+) -> Module<'m> {
     let mut module = Module::new(target);
     for (symbol, kernel) in kernels {
+        let symbol = symbol.as_ref();
         let parts: &[Part] = match kernel.interleave {
             None => &[Part::All],
             Some(_) => &[Part::Full, Part::Rest],
@@ -54,5 +66,5 @@ pub fn emit<'a>(
             module.add_function(&all_tests(symbol));
         }
     }
-    module.finish()
+    module
 }

@@ -8,6 +8,7 @@ use crate::TargetFeatures;
 /// A module being written.
 pub struct Module<'a> {
     pub target: &'a TargetFeatures,
+    data: String,
     functions: String,
     declarations: BTreeSet<String>,
     /// Text by name.
@@ -22,6 +23,7 @@ impl<'a> Module<'a> {
     pub fn new(target: &'a TargetFeatures) -> Self {
         Module {
             target,
+            data: String::new(),
             functions: String::new(),
             declarations: BTreeSet::new(),
             helpers: BTreeMap::new(),
@@ -31,6 +33,11 @@ impl<'a> Module<'a> {
 
     pub fn add_function(&mut self, text: &str) {
         self.functions.push_str(text);
+    }
+
+    /// Adds types and constants.
+    pub fn add_data(&mut self, text: &str) {
+        self.data.push_str(text);
     }
 
     /// Makes sure that an intrinsic, `result @name(types)`, is declared.
@@ -59,6 +66,7 @@ impl<'a> Module<'a> {
                 " = private unnamed_addr constant [2 x i32] zeroinitializer, align 8\n\n",
             );
         }
+        text.push_str(&self.data);
         text.push_str(&self.functions);
         for helper in self.helpers.values() {
             text.push_str(helper);

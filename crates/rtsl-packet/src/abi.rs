@@ -58,6 +58,13 @@
 
 #![allow(missing_docs, reason = "the table above documents the offsets")]
 
+use rtsl_ir::Scalar;
+
+use crate::Shape;
+
+/// The version of all this, and of what libraries say of themselves. Other offsets or meanings are another version.
+pub const VERSION: u32 = 1;
+
 pub const CALL_STATE: u32 = 0;
 pub const CALL_SCRATCH: u32 = 8;
 pub const CALL_MASK: u32 = 16;
@@ -93,6 +100,41 @@ pub const BUFFER_WORDS: u32 = 4;
 
 /// Lane arrays are allocated for a multiple of this many rays.
 pub const LANE_PADDING: u32 = 16;
+
+/// Parameters of libraries: the host must set it.
+pub const PARAMETER_REQUIRED: u32 = 1;
+/// It is a buffer.
+pub const PARAMETER_BUFFER: u32 = 2;
+/// It is a colour: linear RGB.
+pub const PARAMETER_COLOR: u32 = 4;
+
+/// Kernels of libraries: it reads scratch.
+pub const METHOD_READS_SCRATCH: u32 = 1;
+/// It sets scratch.
+pub const METHOD_WRITES_SCRATCH: u32 = 2;
+/// It leaves zeros in all that it sets, whatever it is called for: a `BSDF` that does so is specular.
+pub const METHOD_LEAVES_ZEROS: u32 = 4;
+
+/// The number of a shape in libraries.
+pub const fn shape_number(shape: Shape) -> u32 {
+    match shape {
+        Shape::Single => 0,
+        Shape::Packet => 1,
+        Shape::CommonOrigin => 2,
+        Shape::Stream => 3,
+        Shape::Leaf => 4,
+    }
+}
+
+/// The number of a type of scalar in libraries.
+pub const fn scalar_number(scalar: Scalar) -> u32 {
+    match scalar {
+        Scalar::F32 => 0,
+        Scalar::I32 => 1,
+        Scalar::U32 => 2,
+        Scalar::Bool => 3,
+    }
+}
 
 pub const HOST_TRACE: u32 = 0;
 pub const HOST_OCCLUDED: u32 = 1;

@@ -9,7 +9,7 @@
 use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
 
-use crate::Shape;
+use crate::{Shape, abi};
 
 /// Classes that were compiled together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +31,8 @@ pub struct ClassDescription {
     pub roles: Vec<Role>,
     /// What hosts may set, leaf by leaf.
     pub parameters: Vec<ParameterDescription>,
+    /// The parameter that counts objects, where there is one.
+    pub element: Option<ElementDescription>,
     /// What stands in the block while an instance is made, in the order of its words: buffers, members, parameters
     /// of constructors.
     pub fields: Vec<Field>,
@@ -49,6 +51,17 @@ pub struct ClassDescription {
     pub constructor: Option<String>,
     /// Its kernels.
     pub kernels: Vec<KernelDescription>,
+}
+
+/// What tells apart the many objects that hosts make of one instance, such as the triangles of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ElementDescription {
+    /// Which parameter counts them, from 0.
+    pub parameter: u32,
+    /// Which parameter is the buffer whose length says how many there are.
+    pub buffer: u32,
+    /// Entries of the buffer for each object.
+    pub stride: u32,
 }
 
 /// A run of scalars of one type.
@@ -127,6 +140,44 @@ pub struct KernelDescription {
     pub reads_scratch: bool,
     /// Whether it sets scratch.
     pub writes_scratch: bool,
+    /// Whether it leaves zeros in all that it sets, whatever it is called for.
+    pub leaves_zeros: bool,
+}
+
+impl ClassDescription {
+    /// A bit for each role, by its place in [`Role::ALL`].
+    pub fn role_bits(&self) -> u32 {
+        let bits = self.roles.iter().filter_map(|role| Role::ALL.iter().position(|it| it == role));
+        bits.fold(0, |bits, position| bits | 1 << position)
+    }
+
+    /// The numbers of the element parameter and its buffer and the stride, as libraries have them:
+    /// [`NO_OBJECT`](abi::NO_OBJECT) twice and 0 where there is none.
+    pub fn element_numbers(&self) -> (u32, u32, u32) {
+        self.element.map_or((abi::NO_OBJECT, abi::NO_OBJECT, 0), |element| {
+            (element.parameter, element.buffer, element.stride)
+        })
+    }
+}
+
+impl ParameterDescription {
+    /// The `PARAMETER_` bits of [`abi`].
+    pub fn flags(&self) -> u32 {
+        let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+        bit(self.is_required, abi::PARAMETER_REQUIRED)
+            | bit(self.is_buffer, abi::PARAMETER_BUFFER)
+            | bit(self.is_color, abi::PARAMETER_COLOR)
+    }
+}
+
+impl KernelDescription {
+    /// The `METHOD_` bits of [`abi`].
+    pub fn flags(&self) -> u32 {
+        let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+        bit(self.reads_scratch, abi::METHOD_READS_SCRATCH)
+            | bit(self.writes_scratch, abi::METHOD_WRITES_SCRATCH)
+            | bit(self.leaves_zeros, abi::METHOD_LEAVES_ZEROS)
+    }
 }
 
 impl LibraryDescription {

@@ -133,7 +133,8 @@ impl ElementMaker {
 impl Constructor {
     /// The kernel for so many elements.
     fn kernel(&self, count: usize, shared: &Shared) -> Result<&Kernel, Diagnostic> {
-        let job = Job { function: &self.function, shape: Shape::Packet, layout: &self.layout };
+        let (function, layout, width) = (&self.function, &self.layout, shared.width);
+        let job = Job { function, shape: Shape::Packet, width, layout };
         let kernel = if count <= FEW {
             self.interpreted.get_or_init(|| pipeline::interpreted(job))
         } else {
@@ -192,8 +193,7 @@ impl Draft {
     /// Reads the element from a lane array and stores members to others. What the constructor gives to all
     /// elements alike is left out.
     fn new(mut function: Function, (element, parameter): (PlaceKind, &str)) -> Draft {
-        let passes = rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() };
-        rtsl_opt::optimize(&mut function, &passes);
+        rtsl_opt::optimize(&mut function, &constructor_passes());
         for place in &mut function.places {
             if place.kind == element && place.name == parameter {
                 (place.kind, place.name) = (PlaceKind::Scratch, NUMBER.to_owned());
@@ -267,6 +267,11 @@ fn leave_out_uniform(function: &mut Function) {
     let varies = function.body.yields.iter().map(|value| uniformity.varies(*value));
     let caller = rtsl_opt::Caller { read: Some(varies.collect()), ..Default::default() };
     rtsl_opt::specialise(function, &caller, true);
+}
+
+/// The passes over constructors: without contraction, since instances are made without it, too.
+pub(crate) fn constructor_passes() -> rtsl_opt::Options {
+    rtsl_opt::Options { contract: false, ..rtsl_opt::Options::default() }
 }
 
 /// The name of a constructor's parameter among the members, none of which is called so.

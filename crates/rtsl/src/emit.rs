@@ -22,8 +22,6 @@ pub enum Emit {
     OptimizedLlvm,
     /// Assembly text.
     Assembly,
-    /// An object file.
-    Object,
 }
 
 /// What to emit and for what.
@@ -40,7 +38,7 @@ pub struct EmitRequest {
 }
 
 impl Program {
-    /// A method in one of its forms; text but for [`Emit::Object`].
+    /// A method in one of its forms; as text.
     ///
     /// # Errors
     /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
@@ -52,7 +50,7 @@ impl Program {
             return Ok(function.to_string().into_bytes());
         }
         let layout = variant.layout(self.layout());
-        let job = Job { function, shape: variant.shape, layout: &layout };
+        let job = Job::new(function, &variant, &layout, self.shared());
         let packet = pipeline::packet(job, self.shared())?;
         if request.emit == Emit::Packet {
             return Ok(packet.to_string().into_bytes());
@@ -75,7 +73,6 @@ impl Program {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
-            Emit::Object => llvm.object(&text, target, level),
         };
         result.map_err(|error| errors::code_generation(&function.name, &error))
     }

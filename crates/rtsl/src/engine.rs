@@ -116,6 +116,10 @@ impl Engine {
         Llvm::release_memory();
     }
 
+    pub(crate) fn shared(&self) -> &Arc<Shared> {
+        &self.shared
+    }
+
     /// How it makes kernels.
     pub fn options(&self) -> &EngineOptions {
         &self.shared.options
@@ -144,7 +148,7 @@ impl Engine {
         self.program_of(ClassTree { class: class.clone(), references: references.collect() })
     }
 
-    fn program_of(&self, tree: ClassTree) -> Arc<Program> {
+    pub(crate) fn program_of(&self, tree: ClassTree) -> Arc<Program> {
         let key = tree.key();
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(program) = programs.get(&key).and_then(Weak::upgrade) {
@@ -288,7 +292,7 @@ fn unknown_interleave(factor: u32) -> Diagnostic {
     .help("they do 1, 2 or 4")
 }
 
-fn unknown_width(width: u32) -> Diagnostic {
+pub(crate) fn unknown_width(width: u32) -> Diagnostic {
     Diagnostic::new(
         codes::UNKNOWN_WIDTH,
         format!("there are no kernels for {width} rays at a time"),

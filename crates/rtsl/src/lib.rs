@@ -19,6 +19,7 @@
 //! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
 //! the project: what they use of those below is exported here.
 
+pub mod ahead;
 mod background;
 mod compiler;
 mod defaults;
@@ -77,7 +78,8 @@ pub use rtsl_jit::{
     Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Llvm, LlvmError,
     ObjectRow, Objects, OptLevel, Target, in_huge_pages, prefetch,
 };
-pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK};
+pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI};
+pub use rtsl_packet::description;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_packet::{Layout, ObjectForm, Shape};
 pub use rtsl_source::{

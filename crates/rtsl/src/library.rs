@@ -1,5 +1,9 @@
 //! RTSL text that is built in: the standard library of shaders, and the prelude.
 
+use rtsl_source::Diagnostic;
+
+use crate::{Compiler, Unit, unknown_class};
+
 /// A file of the library.
 #[derive(Clone, Copy, Debug)]
 pub struct LibraryFile {
@@ -12,6 +16,23 @@ pub struct LibraryFile {
 /// The standard library's files, sorted by name.
 pub fn files() -> &'static [LibraryFile] {
     FILES
+}
+
+/// The unit of the standard library that has a class.
+///
+/// # Errors
+/// If no file of the library has it; the message names what may be meant.
+pub fn unit_of_class(compiler: &Compiler, name: &str) -> Result<Unit, Diagnostic> {
+    let mut names = Vec::new();
+    for file in files() {
+        let Some(unit) = compiler.compile(file.path, file.text).unit else { continue };
+        if unit.classes().iter().any(|class| class.name == name) {
+            return Ok(unit);
+        }
+        names.extend(unit.classes().iter().map(|class| class.name.clone()));
+    }
+    names.sort();
+    Err(unknown_class(name, names.iter().map(String::as_str)))
 }
 
 /// The prelude: what every shader may call, sorted by name.

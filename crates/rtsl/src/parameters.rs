@@ -163,7 +163,7 @@ fn shared_buffer(ty: &ParameterType, value: &Value) -> Option<Arc<[u32]>> {
 }
 
 /// For a type whose scalars are all of one type and lie in one place: that type, and how many.
-fn flat(ty: &ParameterType) -> Option<(Scalar, u32)> {
+pub(crate) fn flat(ty: &ParameterType) -> Option<(Scalar, u32)> {
     match ty {
         ParameterType::Scalar(scalar) => Some((*scalar, 1)),
         ParameterType::Vector(scalar, count) => Some((*scalar, u32::from(*count))),
@@ -348,7 +348,7 @@ fn range_name(least: Option<f64>, greatest: Option<f64>) -> String {
     }
 }
 
-fn bound(annotations: &[Annotation], key: &str) -> Option<f64> {
+pub(crate) fn bound(annotations: &[Annotation], key: &str) -> Option<f64> {
     annotations.iter().rev().find_map(|annotation| match annotation.value {
         AnnotationValue::Constant(value) if annotation.key == key => Some(to_f64(value)),
         _ => None,

@@ -25,8 +25,9 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, lookup_state};
 use rtsl_syntax::IncludeLoader;
 
+use crate::Engine;
 use crate::compiler::CompilerOptions;
-use crate::engine::Shared;
+use crate::engine::{self, Shared};
 use crate::errors;
 use crate::interpreted::InterpretedKernel;
 use crate::kernel::Kernel;
@@ -105,7 +106,8 @@ pub(crate) fn specialise(
     layout: &Layout,
     options: &EngineOptions,
 ) -> Arc<Function> {
-    let Variant { shape: _, outputs, known, unit_directions, objects: _, placed } = variant;
+    let Variant { shape: _, outputs, known, unit_directions, objects: _, placed, width: _ } =
+        variant;
     if *outputs == Outputs::ALL && known.is_empty() && !unit_directions && !placed {
         return function.clone();
     }
@@ -151,7 +153,29 @@ pub(crate) fn ray_direction(function: &Function) -> Option<PlaceId> {
 pub(crate) struct Job<'a> {
     pub function: &'a Function,
     pub shape: Shape,
+    /// Rays at a time.
+    pub width: u32,
     pub layout: &'a Layout,
+}
+
+impl<'a> Job<'a> {
+    /// For a variant.
+    pub fn new(
+        function: &'a Function,
+        variant: &Variant,
+        layout: &'a Layout,
+        shared: &Shared,
+    ) -> Job<'a> {
+        let width = variant.width_in(shared.width);
+        Job { function, shape: variant.shape, width, layout }
+    }
+
+    fn check_width(self) -> Result<(), Diagnostic> {
+        if Engine::WIDTHS.contains(&self.width) {
+            return Ok(());
+        }
+        Err(engine::unknown_width(self.width))
+    }
 }
 
 /// Makes the kernels of linked methods: all in one module, which costs less than one each.
@@ -171,6 +195,7 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
 
 /// A linked method on the interpreter.
 pub(crate) fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
+    job.check_width()?;
     let kernel = InterpretedKernel::new(job.function, job.layout, signature(job));
     let failed = |error| errors::code_generation(&job.function.name, &error);
     kernel.map(Kernel::interpreted).map_err(failed)
@@ -184,8 +209,9 @@ pub(crate) fn packet_kernel(job: Job<'_>, shared: &Shared) -> Result<PacketKerne
 
 /// The packet code of a linked method.
 pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kernel, Diagnostic> {
-    let Job { function, shape, layout } = job;
-    let packet = rtsl_packet::lower(function, layout, shape, shared.width);
+    job.check_width()?;
+    let Job { function, shape, width, layout } = job;
+    let packet = rtsl_packet::lower(function, layout, shape, width);
     let mut packet = packet.map_err(|error| errors::code_generation(&function.name, &error))?;
     packet.interleave = interleave::choose(&packet, shared.options.interleave);
     Ok(packet)
@@ -196,7 +222,7 @@ pub(crate) fn llvm_text(packet: &rtsl_packet::Kernel, target: &Target) -> String
     rtsl_jit::module_text(std::slice::from_ref(packet), &target_features(target))
 }
 
-fn target_features(target: &Target) -> TargetFeatures {
+pub(crate) fn target_features(target: &Target) -> TargetFeatures {
     TargetFeatures::new(target.triple(), target.cpu(), target.features())
 }
 

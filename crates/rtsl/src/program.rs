@@ -287,7 +287,7 @@ impl Program {
         cell.get_or_init(|| {
             let function = self.specialise(&linked, &variant);
             let layout = variant.layout(&self.layout);
-            let job = Job { function: &function, shape: variant.shape, layout: &layout };
+            let job = Job::new(&function, &variant, &layout, &self.shared);
             let mut kernels = pipeline::kernels(&[job], &self.shared)?;
             Ok(Arc::new(kernels.remove(0)))
         })
@@ -307,7 +307,7 @@ impl Program {
         let variant = self.canonical(&linked, variant.into());
         let function = self.specialise(&linked, &variant);
         let layout = variant.layout(&self.layout);
-        let job = Job { function: &function, shape: variant.shape, layout: &layout };
+        let job = Job::new(&function, &variant, &layout, &self.shared);
         pipeline::packet_kernel(job, &self.shared)
     }
 
@@ -325,9 +325,10 @@ impl Program {
             && self.shared.options.math == Math::Fast
             && pipeline::ray_direction(&method.function).is_some();
         let Variant { shape, placed, .. } = variant;
+        let width = Some(variant.width_in(self.width()));
         let form = || shape.has_many_objects().then(|| self.separate_objects(placed));
         let objects = variant.objects.clone().or_else(form);
-        Variant { shape, outputs, known, unit_directions, objects, placed }
+        Variant { shape, outputs, known, unit_directions, objects, placed, width }
     }
 
     /// The kernel of a variant, or the error, if it has been made and kept.
@@ -351,16 +352,29 @@ impl Program {
         let layouts = requests.iter().map(|it| it.variant.layout(&it.program.layout));
         let layouts: Vec<Layout> = layouts.collect();
         let jobs = requests.iter().zip(&functions).zip(&layouts);
-        let jobs = jobs.map(|((request, function), layout)| Job {
-            function,
-            shape: request.variant.shape,
-            layout,
+        let jobs = jobs.map(|((request, function), layout)| {
+            Job::new(function, &request.variant, layout, shared)
         });
         let Ok(kernels) = pipeline::kernels(&jobs.collect::<Vec<_>>(), shared) else { return };
         for (KernelRequest { program, method, variant }, kernel) in requests.iter().zip(kernels) {
             // Somebody may have been faster; one kernel is as good as the other.
             let _ = program.kernels.cell(*method, variant).set(Ok(Arc::new(kernel)));
         }
+    }
+
+    /// The packet code of a canonical variant.
+    pub(crate) fn packet(
+        &self,
+        method: &LinkedMethod,
+        variant: &Variant,
+    ) -> Result<rtsl_packet::Kernel, Diagnostic> {
+        let function = self.specialise(method, variant);
+        let layout = variant.layout(&self.layout);
+        pipeline::packet(Job::new(&function, variant, &layout, &self.shared), &self.shared)
+    }
+
+    pub(crate) fn tree(&self) -> &ClassTree {
+        &self.tree
     }
 
     pub(crate) fn shared(&self) -> &Shared {

@@ -69,6 +69,27 @@ impl ClassTree {
         }
     }
 
+    /// Visits every class of the tree with the path to it and a dot (`kd.`; nothing for the root), those behind a class before it.
+    pub fn for_each_node<E>(
+        &self,
+        visit: &mut impl FnMut(&ClassTree, &str) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.visit_nodes("", visit)
+    }
+
+    fn visit_nodes<E>(
+        &self,
+        prefix: &str,
+        visit: &mut impl FnMut(&ClassTree, &str) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for (path, element) in self.elements() {
+            if let Some(tree) = element {
+                tree.visit_nodes(&format!("{prefix}{path}."), visit)?;
+            }
+        }
+        visit(self, prefix)
+    }
+
     /// The references and elements of arrays of references, by their paths: `kd`, `layers[2]`.
     pub fn elements(&self) -> impl Iterator<Item = (String, Option<&ClassTree>)> {
         let references = self.class.references.iter().zip(&self.references);

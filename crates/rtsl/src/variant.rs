@@ -30,6 +30,9 @@ pub struct Variant {
     /// The method meets rays of another space than its object's: the object's data has a
     /// [`Placement`](crate::Placement).
     pub placed: bool,
+    /// Rays at a time, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS); those of the engine where `None`. The single
+    /// shape has 1 whatever this says.
+    pub width: Option<u32>,
 }
 
 impl Variant {
@@ -42,6 +45,7 @@ impl Variant {
             unit_directions: false,
             objects: None,
             placed: false,
+            width: None,
         }
     }
 
@@ -77,6 +81,17 @@ impl Variant {
     #[must_use]
     pub fn placed(self) -> Variant {
         Variant { placed: true, ..self }
+    }
+
+    /// The same for so many rays at a time, whatever the engine's width is.
+    #[must_use]
+    pub fn with_width(self, width: u32) -> Variant {
+        Variant { width: Some(width), ..self }
+    }
+
+    /// Rays at a time in an engine of this width.
+    pub(crate) fn width_in(&self, engine: u32) -> u32 {
+        self.shape.width(self.width.unwrap_or(engine))
     }
 
     /// Where data lies in calls of the kernel.

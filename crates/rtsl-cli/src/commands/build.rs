@@ -1,17 +1,18 @@
-//! `rtsl build`: a shader on its way to machine code.
+//! `rtsl build`: a shader on its way to machine code, or a library of shaders for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use rtsl::{Class, Emit, EmitRequest, EngineOptions, Method, OptLevel, Shape, Target, Unit};
+use rtsl::{
+    Class, Emit, EmitRequest, Engine, EngineOptions, Method, OptLevel, Shape, Target, Unit,
+};
 use serde_json::Value as JsonValue;
 
+use super::build_library::{self, LibraryArguments, LibraryForm};
 use super::eval::parse_setting;
-use super::{
-    CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
-};
-use crate::arguments::{EngineArguments, SearchPath, VariantArguments, parse_shape};
+use super::{CommandResult, Failure, Outcome, choose_class, compiler, engine, instance, unit_of};
+use crate::arguments::{CodeArguments, SearchPath, VariantArguments, parse_shape, parse_width};
 use crate::files::write_result;
 use crate::names::find_method;
 use crate::report::Reporter;
@@ -19,27 +20,34 @@ use crate::report::Reporter;
 /// The command line of `rtsl build`.
 #[derive(Debug, Args)]
 pub struct BuildArguments {
-    /// The shader.
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// The shader: a file, or a class of the standard library. A library takes several.
+    #[arg(value_name = "FILE|CLASS", required = true)]
+    pub(super) sources: Vec<PathBuf>,
     /// The form to show or write.
     #[arg(long, value_enum)]
     emit: EmitName,
     /// Where to write it; standard output if not given.
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
-    /// The class, where the file has several.
-    #[arg(long)]
-    class: Option<String>,
-    /// The method; all methods if not given, one after the other (an object file holds one).
+    /// The class, where the file has several; for a library those that it has, with commas between, else all.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(super) class: Vec<String>,
+    /// The method; all methods if not given, one after the other.
     #[arg(long)]
     method: Option<String>,
     /// What the rays of a call have in common: `packet` one object, `common-origin` that and where they
-    /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one.
-    #[arg(long, value_parser = parse_shape, default_value = "packet")]
-    shape: Shape,
+    /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one. For a library
+    /// several, with commas between. `packet` if not given, for a library `single`.
+    #[arg(long, value_name = "SHAPES", value_delimiter = ',', value_parser = parse_shape)]
+    pub(super) shape: Vec<Shape>,
+    /// Rays at a time, for a library several, with commas between; what suits the machine if not given. Never changes
+    /// results.
+    #[arg(long, value_name = "WIDTHS", value_delimiter = ',', value_parser = parse_width)]
+    pub(super) width: Vec<u32>,
     #[command(flatten)]
-    variant: VariantArguments,
+    pub(super) library: LibraryArguments,
+    #[command(flatten)]
+    pub(super) variant: VariantArguments,
     /// A parameter of the instance; may be repeated.
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting,
           requires = "specialise")]
@@ -52,9 +60,9 @@ pub struct BuildArguments {
           value_parser = clap::value_parser!(u8).range(0..=3))]
     optimization: u8,
     #[command(flatten)]
-    engine: EngineArguments,
+    code: CodeArguments,
     #[command(flatten)]
-    search_path: SearchPath,
+    pub(super) search_path: SearchPath,
 }
 
 /// The names of the forms.
@@ -70,65 +78,144 @@ enum EmitName {
     Llvm,
     /// Assembly.
     Asm,
-    /// An object file.
+    /// A library: an object file with all methods of all classes.
     Obj,
+    /// The C header of that object file.
+    Header,
+    /// What that object file says of its classes and parameters, as JSON.
+    Layout,
+}
+
+/// What is made of a name.
+enum Form {
+    Tree,
+    Method(Emit),
+    Library(LibraryForm),
 }
 
 impl EmitName {
-    /// The form after checking; `None` for the tree.
-    fn form(self) -> Option<Emit> {
+    fn form(self) -> Form {
         match self {
-            EmitName::Ast => None,
-            EmitName::Ir => Some(Emit::Ir),
-            EmitName::Packet => Some(Emit::Packet),
-            EmitName::Llvm => Some(Emit::Llvm),
-            EmitName::Asm => Some(Emit::Assembly),
-            EmitName::Obj => Some(Emit::Object),
+            EmitName::Ast => Form::Tree,
+            EmitName::Ir => Form::Method(Emit::Ir),
+            EmitName::Packet => Form::Method(Emit::Packet),
+            EmitName::Llvm => Form::Method(Emit::Llvm),
+            EmitName::Asm => Form::Method(Emit::Assembly),
+            EmitName::Obj => Form::Library(LibraryForm::Object),
+            EmitName::Header => Form::Library(LibraryForm::Header),
+            EmitName::Layout => Form::Library(LibraryForm::Layout),
         }
     }
 }
 
 /// Prints or writes the form.
 pub fn run(arguments: &BuildArguments, reporter: &Reporter) -> CommandResult {
-    let compiler = compiler(&arguments.search_path);
     let contents = match arguments.emit.form() {
-        None => {
-            let (tree, compilation) = compiler.print_syntax_tree(&arguments.file);
-            reporter.compilation(&compilation);
-            if compilation.diagnostics.has_errors() {
-                return Ok(Outcome::InputAtFault);
-            }
-            tree.into_bytes()
-        }
-        Some(form) => {
-            let Some(unit) = compile_file(&compiler, &arguments.file, reporter) else {
-                return Ok(Outcome::InputAtFault);
-            };
-            let class = choose_class(&unit, arguments.class.as_deref())?;
-            emit_methods(arguments, form, class, &unit, reporter)?
-        }
+        Form::Tree => syntax_tree(arguments, reporter)?,
+        Form::Method(form) => emit_methods(arguments, form, reporter)?,
+        Form::Library(form) => build_library::emit(arguments, form, reporter)?,
     };
+    let Some(contents) = contents else { return Ok(Outcome::InputAtFault) };
     write_result(arguments.output.as_deref(), &contents)?;
     Ok(Outcome::Done)
 }
 
+impl BuildArguments {
+    /// The methods that are asked for; `None` for all.
+    pub(super) fn methods(&self) -> Result<Option<Vec<Method>>, Failure> {
+        let name = self.method.as_deref();
+        name.map(|name| find_method(name).map(|it| vec![it]).map_err(Failure::Usage)).transpose()
+    }
+
+    /// The machine that is asked for; `None` for this one.
+    pub(super) fn target(&self) -> Result<Option<Target>, Failure> {
+        match self.target.as_deref() {
+            None | Some("host") => Ok(None),
+            Some(name) => Target::by_name(name).map(Some).ok_or_else(|| {
+                let names = Target::NAMES.join(", ");
+                Failure::Usage(format!("there is no target `{name}`: host, {names}"))
+            }),
+        }
+    }
+
+    /// An engine for the first of the widths.
+    pub(super) fn engine(&self, reporter: &Reporter) -> Result<Engine, Failure> {
+        let optimization = level(self.optimization);
+        let width = self.width.first().copied();
+        engine(EngineOptions { optimization, width, ..self.code.options() }, reporter)
+    }
+
+    /// The one source of a form that has one.
+    fn source(&self) -> Result<&Path, Failure> {
+        only("source", &self.sources)?;
+        Ok(&self.sources[0])
+    }
+}
+
+/// Refuses several where there can be one.
+fn only<T>(what: &str, given: &[T]) -> Result<(), Failure> {
+    if given.len() > 1 {
+        let message = format!(
+            "this form is of one {what}; libraries (`obj`, `header`, `layout`) take several"
+        );
+        return Err(Failure::Usage(message));
+    }
+    Ok(())
+}
+
+fn syntax_tree(
+    arguments: &BuildArguments,
+    reporter: &Reporter,
+) -> Result<Option<Vec<u8>>, Failure> {
+    let compiler = compiler(&arguments.search_path);
+    let (tree, compilation) = compiler.print_syntax_tree(arguments.source()?);
+    reporter.compilation(&compilation);
+    Ok((!compilation.diagnostics.has_errors()).then(|| tree.into_bytes()))
+}
+
 fn emit_methods(
+    arguments: &BuildArguments,
+    form: Emit,
+    reporter: &Reporter,
+) -> Result<Option<Vec<u8>>, Failure> {
+    let source = arguments.source()?;
+    only("class", &arguments.class)?;
+    only("shape", &arguments.shape)?;
+    only("width", &arguments.width)?;
+    if arguments.library.is_given() {
+        let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let compiler = compiler(&arguments.search_path);
+    let Some(unit) = unit_of(&compiler, source, reporter)? else { return Ok(None) };
+    let name = arguments.class.first().map(String::as_str);
+    let class = choose_class(&unit, name.or_else(|| standard_class(source)))?;
+    emit_class(arguments, form, class, &unit, reporter).map(Some)
+}
+
+/// The class that a source names, if it is no file.
+pub(super) fn standard_class(source: &Path) -> Option<&str> {
+    if super::is_file_name(source) { None } else { source.to_str() }
+}
+
+fn emit_class(
     arguments: &BuildArguments,
     form: Emit,
     class: &Arc<Class>,
     unit: &Unit,
     reporter: &Reporter,
 ) -> Result<Vec<u8>, Failure> {
-    let methods = methods(arguments, class)?;
-    if form == Emit::Object && methods.len() > 1 {
-        let message = "an object file holds one method; choose it with `--method`";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    let options =
-        EngineOptions { optimization: level(arguments.optimization), ..arguments.engine.options() };
-    let engine = engine(options, reporter)?;
+    let methods: Vec<Method> = match arguments.methods()? {
+        Some(methods) => methods,
+        None if class.methods.is_empty() => {
+            return Err(Failure::Usage(format!("class `{}` has no methods", class.name)));
+        }
+        None => class.methods.keys().copied().collect(),
+    };
+    let engine = arguments.engine(reporter)?;
     let mut program = engine.program_of_class(class);
-    let mut variant = arguments.variant.reading(arguments.shape);
+    let shape = arguments.shape.first().copied().unwrap_or(Shape::Packet);
+    let mut variant = arguments.variant.reading(shape);
     if arguments.variant.specialise {
         let instance = instance(&arguments.params, class, unit)?;
         program = engine.program(&instance);
@@ -140,34 +227,14 @@ fn emit_methods(
             emit: form,
             method,
             variant: variant.clone(),
-            target: target(arguments.target.as_deref())?,
+            target: arguments.target()?,
         };
         contents.extend(program.emit(&request)?);
-        if form != Emit::Object && contents.last().is_some_and(|last| *last != b'\n') {
+        if contents.last().is_some_and(|last| *last != b'\n') {
             contents.push(b'\n');
         }
     }
     Ok(contents)
-}
-
-fn methods(arguments: &BuildArguments, class: &Class) -> Result<Vec<Method>, Failure> {
-    match &arguments.method {
-        Some(name) => Ok(vec![find_method(name).map_err(Failure::Usage)?]),
-        None if class.methods.is_empty() => {
-            Err(Failure::Usage(format!("class `{}` has no methods", class.name)))
-        }
-        None => Ok(class.methods.keys().copied().collect()),
-    }
-}
-
-fn target(name: Option<&str>) -> Result<Option<Target>, Failure> {
-    match name {
-        None | Some("host") => Ok(None),
-        Some(name) => Target::by_name(name).map(Some).ok_or_else(|| {
-            let names = Target::NAMES.join(", ");
-            Failure::Usage(format!("there is no target `{name}`: host, {names}"))
-        }),
-    }
 }
 
 fn level(number: u8) -> OptLevel {

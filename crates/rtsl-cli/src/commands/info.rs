@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rtsl::{
     AnnotationValue, Class, Compiler, Denoiser, Engine, EngineOptions, Llvm, Parameter, library,
-    most_similar, type_name,
+    type_name,
 };
 
-use super::{CommandResult, Failure, Outcome, compile_file, compiler};
+use super::{CommandResult, Failure, Outcome, compile_file, compiler, is_file_name};
 use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::report::Reporter;
@@ -31,7 +31,7 @@ pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
         Some(subject) => {
             let compiler = compiler(&arguments.search_path);
             let path = Path::new(subject);
-            if path.extension().is_some() || path.exists() {
+            if is_file_name(path) {
                 match compile_file(&compiler, path, reporter) {
                     Some(unit) => unit.classes().iter().map(|class| about_class(class)).collect(),
                     None => return Ok(Outcome::InputAtFault),
@@ -89,21 +89,8 @@ fn present_features(features: &str) -> String {
 }
 
 fn about_library_class(compiler: &Compiler, name: &str) -> Result<String, Failure> {
-    let mut names = Vec::new();
-    for file in library::files() {
-        let compilation = compiler.compile(file.path, file.text);
-        for class in compilation.unit.iter().flat_map(|unit| unit.classes()) {
-            if class.name == name {
-                return Ok(about_class(class));
-            }
-            names.push(class.name.clone());
-        }
-    }
-    names.sort();
-    Err(Failure::Usage(match most_similar(name, names.iter().map(String::as_str)) {
-        Some(meant) => format!("the library has no class `{name}`; did you mean `{meant}`?"),
-        None => format!("the library has no class `{name}`; it has {}", names.join(", ")),
-    }))
+    let unit = library::unit_of_class(compiler, name)?;
+    Ok(about_class(unit.class(name)?))
 }
 
 fn about_class(class: &Class) -> String {

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod build;
+mod build_library;
 pub mod check;
 pub mod eval;
 pub mod explain;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 
 use rtsl::{
     Class, Compilation, Compiler, CompilerOptions, Diagnostic, Engine, EngineOptions, Instance,
-    Unit,
+    Unit, library,
 };
 use serde_json::Value as JsonValue;
 
@@ -64,6 +65,24 @@ pub fn compile_file(compiler: &Compiler, path: &Path, reporter: &Reporter) -> Op
     let compilation: Compilation = compiler.compile_file(path);
     reporter.compilation(&compilation);
     compilation.unit
+}
+
+/// Whether a word of the command line is the name of a file, not that of a class.
+pub fn is_file_name(path: &Path) -> bool {
+    path.extension().is_some() || path.exists()
+}
+
+/// The classes of a file, or of the file of the standard library that has this class; reports, and gives `None` if
+/// there are errors.
+pub fn unit_of(
+    compiler: &Compiler,
+    source: &Path,
+    reporter: &Reporter,
+) -> Result<Option<Unit>, Failure> {
+    if is_file_name(source) {
+        return Ok(compile_file(compiler, source, reporter));
+    }
+    Ok(Some(library::unit_of_class(compiler, &source.to_string_lossy())?))
 }
 
 /// The class of this name, or the only one.

@@ -1,0 +1,177 @@
+//! Libraries of `rtsl build`: object files, their C headers, and what they say of themselves.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use clap::Args;
+use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
+use rtsl::{Class, Compiler, Engine, Outputs, Shape, library, unknown_class};
+
+use super::build::{BuildArguments, standard_class};
+use super::{Failure, compiler, unit_of};
+use crate::layout_json::layout_json;
+use crate::report::Reporter;
+
+/// What is said of libraries alone.
+#[derive(Debug, Args)]
+pub struct LibraryArguments {
+    /// What a reference refers to, `Ward.kd=Constant`, where instances of the first class occur in the library; may be repeated. An
+    /// element of an array of references is `Layered.layers[2]=Ward`. References that are not bound are unset.
+    #[arg(long, value_name = "CLASS.REFERENCE=CLASS", value_parser = parse_binding)]
+    bind: Vec<Binding>,
+    /// What the names of the library's symbols begin with; `rtsl` if not given.
+    #[arg(long)]
+    prefix: Option<String>,
+}
+
+impl LibraryArguments {
+    /// Whether anything was said.
+    pub fn is_given(&self) -> bool {
+        !self.bind.is_empty() || self.prefix.is_some()
+    }
+}
+
+/// A form of a library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LibraryForm {
+    /// An object file.
+    Object,
+    /// Its C header.
+    Header,
+    /// What it says of itself, as JSON.
+    Layout,
+}
+
+/// A reference and what it refers to, by their names.
+#[derive(Clone, Debug)]
+struct Binding {
+    class: String,
+    reference: String,
+    to: String,
+}
+
+fn parse_binding(text: &str) -> Result<Binding, String> {
+    let parts = text.split_once('=').and_then(|(reference, to)| {
+        let (class, reference) = reference.split_once('.')?;
+        Some(Binding {
+            class: class.to_owned(),
+            reference: reference.to_owned(),
+            to: to.to_owned(),
+        })
+    });
+    let parts = parts
+        .filter(|it| [&it.class, &it.reference, &it.to].into_iter().all(|name| !name.is_empty()));
+    parts.ok_or_else(|| "a binding is written CLASS.REFERENCE=CLASS".to_owned())
+}
+
+/// The form; `None` where a source has errors, which are reported.
+pub fn emit(
+    arguments: &BuildArguments,
+    form: LibraryForm,
+    reporter: &Reporter,
+) -> Result<Option<Vec<u8>>, Failure> {
+    let Some(library) = make_library(arguments, reporter)? else { return Ok(None) };
+    library.warnings().iter().for_each(|warning| reporter.diagnostic(warning));
+    Ok(Some(match form {
+        LibraryForm::Object => library.object(arguments.target()?.as_ref())?,
+        LibraryForm::Header => library.header().into_bytes(),
+        LibraryForm::Layout => layout_json(library.description()).into_bytes(),
+    }))
+}
+
+fn make_library(
+    arguments: &BuildArguments,
+    reporter: &Reporter,
+) -> Result<Option<AheadLibrary>, Failure> {
+    if arguments.variant.specialise {
+        let message =
+            "a library serves instances of any members: `--specialise` is for one method's forms";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let compiler = compiler(&arguments.search_path);
+    let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
+    let engine = arguments.engine(reporter)?;
+    let options = AheadOptions {
+        shapes: shapes(arguments, &engine),
+        outputs: arguments
+            .variant
+            .reads
+            .as_ref()
+            .map_or(Outputs::ALL, |variables| Outputs::state(variables.iter().copied())),
+        methods: arguments.methods()?,
+        bindings: sources.bindings(&arguments.library.bind)?,
+        prefix: arguments.library.prefix.clone().unwrap_or_else(|| "rtsl".to_owned()),
+    };
+    Ok(Some(engine.ahead(&sources.chosen, &options)?))
+}
+
+/// Each of the shapes at each of the widths.
+fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(Shape, u32)> {
+    let shapes = if arguments.shape.is_empty() { &[Shape::Single] } else { &*arguments.shape };
+    let widths =
+        if arguments.width.is_empty() { vec![engine.width()] } else { arguments.width.clone() };
+    shapes.iter().flat_map(|shape| widths.iter().map(|width| (*shape, *width))).collect()
+}
+
+/// The classes of a command line.
+struct Sources<'a> {
+    compiler: &'a Compiler,
+    /// All that the sources have.
+    all: Vec<Arc<Class>>,
+    /// Those that the library is to have.
+    chosen: Vec<Arc<Class>>,
+}
+
+impl<'a> Sources<'a> {
+    /// `None` where a source has errors, which are reported.
+    fn compile(
+        arguments: &BuildArguments,
+        compiler: &'a Compiler,
+        reporter: &Reporter,
+    ) -> Result<Option<Sources<'a>>, Failure> {
+        let mut sources = Sources { compiler, all: Vec::new(), chosen: Vec::new() };
+        for source in &arguments.sources {
+            if !sources.add(source, reporter)? {
+                return Ok(None);
+            }
+        }
+        if !arguments.class.is_empty() {
+            let chosen = arguments.class.iter().map(|name| sources.own_class(name));
+            sources.chosen = chosen.collect::<Result<_, _>>()?;
+        }
+        Ok(Some(sources))
+    }
+
+    fn add(&mut self, source: &Path, reporter: &Reporter) -> Result<bool, Failure> {
+        let Some(unit) = unit_of(self.compiler, source, reporter)? else { return Ok(false) };
+        match standard_class(source) {
+            Some(name) => self.chosen.push(unit.class(name)?.clone()),
+            None => self.chosen.extend(unit.classes().iter().cloned()),
+        }
+        self.all.extend(unit.classes().iter().cloned());
+        Ok(true)
+    }
+
+    fn own_class(&self, name: &str) -> Result<Arc<Class>, Failure> {
+        let found = self.all.iter().find(|class| class.name == name).cloned();
+        let names = self.all.iter().map(|class| class.name.as_str());
+        found.ok_or_else(|| unknown_class(name, names).into())
+    }
+
+    /// A class of the sources, else of the standard library.
+    fn any_class(&self, name: &str) -> Result<Arc<Class>, Failure> {
+        match self.all.iter().find(|class| class.name == name) {
+            Some(class) => Ok(class.clone()),
+            None => Ok(library::unit_of_class(self.compiler, name)?.class(name)?.clone()),
+        }
+    }
+
+    fn bindings(&self, given: &[Binding]) -> Result<Bindings, Failure> {
+        let mut bindings = Bindings::default();
+        for Binding { class, reference, to } in given {
+            let class = self.any_class(class)?;
+            bindings.bind(&class, reference, &self.any_class(to)?)?;
+        }
+        Ok(bindings)
+    }
+}

@@ -1,0 +1,98 @@
+//! What the references of classes refer to.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl_ir::class::Class;
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+use crate::errors;
+use crate::tree::{ClassTree, element_path};
+
+/// How many classes stand behind one another, and how many in all: as for instances.
+const DEPTH_LIMIT: usize = 64;
+const TREE_LIMIT: usize = 4096;
+
+/// For references of classes the class of what they refer to, wherever an instance of that class occurs. A reference
+/// that is not bound is unset.
+#[derive(Clone, Debug, Default)]
+pub struct Bindings {
+    /// By class and path.
+    classes: BTreeMap<(String, String), Arc<Class>>,
+}
+
+impl Bindings {
+    /// Binds a reference of `class`: its name, or an element of an array of references, `layers[2]`. What was bound
+    /// before is forgotten.
+    ///
+    /// # Errors
+    /// If the class has no such reference, or `to` lacks its role.
+    pub fn bind(
+        &mut self,
+        class: &Class,
+        reference: &str,
+        to: &Arc<Class>,
+    ) -> Result<(), Diagnostic> {
+        let role = paths(class).find(|(path, _)| path == reference).map(|(_, role)| role);
+        let role = role.ok_or_else(|| unknown_reference(class, reference))?;
+        if !to.roles.contains(&role) {
+            let problem = format!(
+                "`{}.{reference}` refers to a {}, and `{}` is none",
+                class.name,
+                role.name(),
+                to.name
+            );
+            return Err(Diagnostic::new(codes::REFERENCE_ROLE, problem));
+        }
+        self.classes.insert((class.name.clone(), reference.to_owned()), to.clone());
+        Ok(())
+    }
+
+    /// A class with those behind it.
+    pub(super) fn tree(&self, class: &Arc<Class>) -> Result<ClassTree, Diagnostic> {
+        let mut size = 0;
+        self.subtree(class, 0, &mut size).ok_or_else(|| errors::too_many_references(class))
+    }
+
+    /// `None` past a limit.
+    fn subtree(&self, class: &Arc<Class>, depth: usize, size: &mut usize) -> Option<ClassTree> {
+        *size += 1;
+        if depth >= DEPTH_LIMIT || *size > TREE_LIMIT {
+            return None;
+        }
+        let mut references = Vec::new();
+        for reference in &class.references {
+            let count = reference.count.map_or(1, |count| count as usize);
+            let mut elements = Vec::new();
+            for index in 0..count {
+                let key = (class.name.clone(), element_path(reference, index));
+                let bound = self.classes.get(&key);
+                elements.push(match bound {
+                    Some(class) => Some(self.subtree(class, depth + 1, size)?),
+                    None => None,
+                });
+            }
+            references.push(elements);
+        }
+        Some(ClassTree { class: class.clone(), references })
+    }
+}
+
+/// The references of a class, elements of arrays by themselves.
+fn paths(class: &Class) -> impl Iterator<Item = (String, rtsl_spec::Role)> {
+    class.references.iter().flat_map(|reference| {
+        let count = reference.count.map_or(1, |count| count as usize);
+        (0..count).map(move |index| (element_path(reference, index), reference.role))
+    })
+}
+
+fn unknown_reference(class: &Class, reference: &str) -> Diagnostic {
+    let problem = format!("`{}` has no reference `{reference}`", class.name);
+    let diagnostic = Diagnostic::new(codes::NO_SUCH_PARAMETER, problem);
+    let names: Vec<String> = paths(class).map(|(path, _)| format!("`{path}`")).collect();
+    if names.is_empty() {
+        diagnostic.note(format!("`{}` has no references", class.name))
+    } else {
+        diagnostic.note(format!("it has {}", names.join(", ")))
+    }
+}

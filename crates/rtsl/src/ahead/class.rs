@@ -1,0 +1,260 @@
+//! What hosts are told of a class.
+
+use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
+use rtsl_ir::{Place, PlaceKind, Scalar};
+use rtsl_packet::description::{
+    ClassDescription, ElementDescription, Field, FieldKind, KernelDescription, ParameterDescription,
+};
+use rtsl_packet::{Layout, Shape};
+use rtsl_source::Diagnostic;
+use rtsl_spec::{Method, StateVariable};
+
+use crate::elements::parameter_name;
+use crate::environment::Environment;
+use crate::parameters::{bound, flat, type_name};
+use crate::program::{LinkedMethod, Program};
+use crate::tree::ClassTree;
+use crate::variant::Variant;
+
+/// The layout of the block while an instance is made: the constructors' parameters stand behind the members, under
+/// the [names](parameter_name) that they have among members.
+pub(super) struct Construction {
+    pub layout: Layout,
+}
+
+/// The description of a program's class but for its kernels and the constructor's symbol.
+pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construction), Diagnostic> {
+    let (class, layout) = (program.class(), program.layout());
+    let mut describer = Describer {
+        layout: layout.clone(),
+        parameters: Vec::new(),
+        fields: Vec::new(),
+        initial: vec![0; layout.block_words as usize],
+    };
+    program.tree().for_each_node(&mut |tree, prefix| describer.node(tree, prefix))?;
+    let Describer { mut layout, parameters, mut fields, mut initial } = describer;
+    fields.sort_by_key(|field| field.offset);
+    layout.block_words = layout.block_words.next_multiple_of(2);
+    initial.resize(layout.block_words as usize, 0);
+    let element = class.element().and_then(|element| {
+        let number = |is_wanted: &dyn Fn(&ParameterDescription) -> bool| {
+            parameters.iter().position(is_wanted).map(|index| index as u32)
+        };
+        Some(ElementDescription {
+            parameter: number(&|it| it.name == element.parameter)?,
+            // The first leaf of a buffer of structs is as long as the others.
+            buffer: number(&|it| {
+                let rest = it.name.strip_prefix(element.buffer);
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            })?,
+            stride: element.stride,
+        })
+    });
+    let scratch = program.scratch().iter().map(|place| Field {
+        offset: program.layout().scratch[&place.name],
+        ..field(place, FieldKind::Scratch)
+    });
+    let description = ClassDescription {
+        name: class.name.clone(),
+        documentation: class.documentation.clone(),
+        roles: class.roles.clone(),
+        parameters,
+        element,
+        fields,
+        block_words: program.layout().block_words,
+        construct_words: layout.block_words,
+        initial,
+        scratch: scratch.collect(),
+        scratch_arrays: layout.scratch_arrays,
+        constructor: None,
+        kernels: Vec::new(),
+    };
+    Ok((description, Construction { layout }))
+}
+
+/// The description of a kernel.
+pub(super) fn describe_kernel(
+    method: Method,
+    linked: &LinkedMethod,
+    variant: &Variant,
+    width: u32,
+    prefix: &str,
+) -> KernelDescription {
+    let shape = variant.shape;
+    let symbol = match shape {
+        Shape::Single => format!("{prefix}_{}_single", method.name()),
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+            let shape = shape.name().replace('-', "_");
+            format!("{prefix}_{}_{shape}{width}", method.name())
+        }
+    };
+    let components = |variable: &&StateVariable| {
+        variable.first_component..variable.first_component + variable.ty.components()
+    };
+    let outputs = &variant.outputs;
+    let written = linked.writes.iter().filter(|variable| outputs.has_state(variable));
+    KernelDescription {
+        method,
+        shape,
+        width,
+        symbol,
+        reads: linked.reads.iter().flat_map(components).collect(),
+        writes: written.flat_map(components).collect(),
+        reads_scratch: linked.reads_scratch,
+        writes_scratch: linked.sets_scratch && outputs.has_scratch(),
+        leaves_zeros: linked.writes.iter().all(|variable| linked.leaves_zero(variable)),
+    }
+}
+
+struct Describer {
+    layout: Layout,
+    parameters: Vec<ParameterDescription>,
+    fields: Vec<Field>,
+    initial: Vec<u32>,
+}
+
+impl Describer {
+    fn node(&mut self, tree: &ClassTree, prefix: &str) -> Result<(), Diagnostic> {
+        let class = &tree.class;
+        let mut values = Environment::default();
+        values.run(&class.initializer)?;
+        let buffers = class.buffers.iter().map(|place| (place, FieldKind::Buffer));
+        for (place, kind) in class.members.iter().map(|it| (it, FieldKind::Member)).chain(buffers) {
+            let name = format!("{prefix}{}", place.name);
+            let offsets =
+                if kind == FieldKind::Buffer { &self.layout.buffers } else { &self.layout.members };
+            let offset = offsets[&name];
+            if kind == FieldKind::Member {
+                self.set_initial(offset, &values.words(place));
+            }
+            self.fields.push(Field { name, offset, ..field(place, kind) });
+        }
+        for parameter in &class.parameters {
+            for leaf in Leaf::all(parameter) {
+                self.parameter(parameter, &leaf, prefix, &values);
+            }
+        }
+        Ok(())
+    }
+
+    fn parameter(
+        &mut self,
+        parameter: &Parameter,
+        leaf: &Leaf,
+        prefix: &str,
+        values: &Environment,
+    ) {
+        let name = format!("{prefix}{}", leaf.path);
+        let offset = match parameter.target {
+            ParameterTarget::Member if leaf.is_buffer => self.layout.buffers[&name],
+            ParameterTarget::Member => self.layout.members[&name],
+            ParameterTarget::Constructor => self.constructor_parameter(leaf, prefix, values),
+        };
+        let text = |key: &str| match parameter.annotation(key) {
+            Some(AnnotationValue::Text(text)) => Some(text.clone()),
+            Some(AnnotationValue::None | AnnotationValue::Constant(_)) | None => None,
+        };
+        let number = |key: &str| bound(&parameter.annotations, key).map(|number| number as f32);
+        self.parameters.push(ParameterDescription {
+            name,
+            type_name: leaf.type_name.clone(),
+            scalar: leaf.scalar,
+            len: leaf.len,
+            offset,
+            is_required: parameter.required,
+            is_buffer: leaf.is_buffer,
+            is_color: leaf.is_color,
+            minimum: number("min"),
+            maximum: number("max"),
+            label: text("label"),
+            documentation: text("doc"),
+        });
+    }
+
+    /// Lays out a parameter of a constructor.
+    fn constructor_parameter(&mut self, leaf: &Leaf, prefix: &str, values: &Environment) -> u32 {
+        let place = Place {
+            kind: PlaceKind::Parameter,
+            name: leaf.path.clone(),
+            scalar: leaf.scalar,
+            len: leaf.len,
+        };
+        let offset = self.layout.block_words;
+        self.layout.block_words += leaf.len;
+        self.layout.members.insert(format!("{prefix}{}", parameter_name(&leaf.path)), offset);
+        self.set_initial(offset, &values.words(&place));
+        let name = format!("{prefix}{}", leaf.path);
+        self.fields.push(Field { name, offset, ..field(&place, FieldKind::Parameter) });
+        offset
+    }
+
+    fn set_initial(&mut self, offset: u32, words: &[u32]) {
+        let end = offset as usize + words.len();
+        self.initial.resize(self.initial.len().max(end), 0);
+        self.initial[offset as usize..end].copy_from_slice(words);
+    }
+}
+
+fn field(place: &Place, kind: FieldKind) -> Field {
+    let Place { kind: _, name, scalar, len } = place.clone();
+    Field { name, kind, scalar, len, offset: 0 }
+}
+
+/// A parameter, or one of the fields of one that is a struct.
+struct Leaf {
+    path: String,
+    type_name: String,
+    scalar: Scalar,
+    len: u32,
+    is_buffer: bool,
+    is_color: bool,
+}
+
+impl Leaf {
+    /// Those of a parameter; none for references.
+    fn all(parameter: &Parameter) -> Vec<Leaf> {
+        let mut leaves = Vec::new();
+        Leaf::add(&parameter.ty, &parameter.name, &mut leaves);
+        leaves
+    }
+
+    fn add(ty: &ParameterType, path: &str, leaves: &mut Vec<Leaf>) {
+        let first = leaves.len();
+        match ty {
+            ParameterType::Struct(_, fields) => {
+                for (field, ty) in fields {
+                    Leaf::add(ty, &format!("{path}.{field}"), leaves);
+                }
+            }
+            ParameterType::Array(element, count) => {
+                Leaf::add(element, path, leaves);
+                for leaf in &mut leaves[first..] {
+                    leaf.len *= count;
+                    leaf.type_name = format!("{}[{count}]", leaf.type_name);
+                }
+            }
+            ParameterType::Buffer(element) => {
+                Leaf::add(element, path, leaves);
+                for leaf in &mut leaves[first..] {
+                    leaf.is_buffer = true;
+                    leaf.type_name = format!("{}[]", leaf.type_name);
+                }
+            }
+            ParameterType::Reference(_) => {}
+            ParameterType::Scalar(_)
+            | ParameterType::Vector(..)
+            | ParameterType::Matrix(..)
+            | ParameterType::Color => {
+                let Some((scalar, len)) = flat(ty) else { return };
+                leaves.push(Leaf {
+                    path: path.to_owned(),
+                    type_name: type_name(ty),
+                    scalar,
+                    len,
+                    is_buffer: false,
+                    is_color: *ty == ParameterType::Color,
+                });
+            }
+        }
+    }
+}

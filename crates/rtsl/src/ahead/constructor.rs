@@ -1,0 +1,98 @@
+//! Constructors of a class and of those that its references are bound to, as kernels of one function.
+
+use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
+use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
+use rtsl_packet::{Layout, Shape};
+use rtsl_source::Diagnostic;
+
+use super::class::Construction;
+use crate::elements::{constructor_passes, parameter_name};
+use crate::engine::Shared;
+use crate::link::link_function;
+use crate::pipeline::{self, Job};
+use crate::program::Program;
+
+/// The constructor of a program's class, after those of the classes behind it; `None` where none has one.
+pub(super) fn constructor(
+    program: &Program,
+    construction: &Construction,
+    prefix: &str,
+    shared: &Shared,
+) -> Result<Option<Constructor>, Diagnostic> {
+    let mut parts = Vec::new();
+    // What an instance refers to is made before it.
+    program.tree().for_each_node(&mut |tree, path| {
+        let Some(constructor) = &tree.class.constructor else { return Ok(()) };
+        let mut function = link_function(tree, constructor)?.function;
+        rtsl_opt::optimize(&mut function, &constructor_passes());
+        let draft = Draft::new(function, path);
+        if !draft.function.outputs.is_empty() {
+            parts.push(draft.finish(construction, shared)?);
+        }
+        Ok(())
+    })?;
+    let symbol = format!("{prefix}_construct");
+    Ok((!parts.is_empty()).then_some(Constructor { symbol, parts }))
+}
+
+/// A constructor that reads parameters as members, and stores members to scratch.
+struct Draft {
+    function: Function,
+    /// For each output the member's place.
+    members: Vec<(Place, u32)>,
+}
+
+impl Draft {
+    fn new(mut function: Function, path: &str) -> Draft {
+        for place in &mut function.places {
+            match place.kind {
+                PlaceKind::Parameter => {
+                    place.kind = PlaceKind::Member;
+                    place.name = format!("{path}{}", parameter_name(&place.name));
+                }
+                PlaceKind::Member | PlaceKind::Buffer => {
+                    place.name = format!("{path}{}", place.name);
+                }
+                PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot | PlaceKind::Accepted => {}
+            }
+        }
+        let mut members = Vec::new();
+        for index in 0..function.outputs.len() {
+            let Output { place, component } = function.outputs[index];
+            let member = function.place(place).clone();
+            let name = format!("{}[{component}]", member.name);
+            function.places.push(Place {
+                kind: PlaceKind::Scratch,
+                name,
+                scalar: member.scalar,
+                len: 1,
+            });
+            let place = PlaceId(function.places.len() as u32 - 1);
+            function.outputs[index] = Output { place, component: 0 };
+            members.push((member, component));
+        }
+        Draft { function, members }
+    }
+
+    fn finish(
+        self,
+        construction: &Construction,
+        shared: &Shared,
+    ) -> Result<ConstructorPart, Diagnostic> {
+        let Draft { function, members } = self;
+        let scratch = function.outputs.iter().zip(0..);
+        let scratch = scratch.map(|(it, array)| (function.place(it.place).name.clone(), array));
+        let layout = Layout {
+            scratch: scratch.collect(),
+            scratch_arrays: function.outputs.len() as u32,
+            ..construction.layout.clone()
+        };
+        let outputs = members.iter().map(|(member, component)| ConstructedWord {
+            word: layout.members[&member.name] + component,
+            is_bool: member.scalar == Scalar::Bool,
+        });
+        let outputs = outputs.collect();
+        let job = Job { function: &function, shape: Shape::Single, width: 1, layout: &layout };
+        Ok(ConstructorPart { kernel: pipeline::packet(job, shared)?, outputs })
+    }
+}

@@ -1,0 +1,226 @@
+//! Classes compiled ahead of time: an object file, a C header and a description, for hosts that want no compiler when
+//! they run.
+//!
+//! An [`AheadLibrary`] is made of classes by [`Engine::ahead`]. Its object file exports one symbol for the library, one
+//! for each class, kernel and constructor; the data behind the first two says of itself what a host must know, so that
+//! a host that loads it finds classes and parameters by name. Changing a parameter is a matter of some words and a call
+//! of the constructor. References can't be set in such a host: [`Bindings`] say what they refer to.
+
+mod bindings;
+mod class;
+mod class_header;
+mod constructor;
+mod kernel_header;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rtsl_ir::class::Class;
+use rtsl_jit::{Llvm, Target};
+use rtsl_llvm::{Constructor, Library};
+use rtsl_packet::description::{KernelDescription, LibraryDescription};
+use rtsl_packet::{Kernel, Shape};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_spec::Method;
+
+use crate::engine::{self, Engine, Shared};
+use crate::program::Program;
+use crate::variant::{Outputs, Variant};
+use crate::{errors, pipeline};
+
+pub use bindings::Bindings;
+pub use kernel_header::kernel_header;
+
+/// What a library has.
+#[derive(Clone, Debug)]
+pub struct AheadOptions {
+    /// What the names of symbols begin with, a C identifier. Libraries that go into one program have different ones.
+    pub prefix: String,
+    /// A kernel of each method for each of these shapes and widths; duplicates count once.
+    pub shapes: Vec<(Shape, u32)>,
+    /// What hosts read of what methods leave.
+    pub outputs: Outputs,
+    /// Of the methods that a class has these; all where `None`.
+    pub methods: Option<Vec<Method>>,
+    /// What references refer to.
+    pub bindings: Bindings,
+}
+
+impl Default for AheadOptions {
+    fn default() -> AheadOptions {
+        AheadOptions {
+            prefix: "rtsl".to_owned(),
+            shapes: vec![(Shape::Single, 1)],
+            outputs: Outputs::ALL,
+            methods: None,
+            bindings: Bindings::default(),
+        }
+    }
+}
+
+/// Classes on their way to an object file.
+#[derive(Debug)]
+pub struct AheadLibrary {
+    description: LibraryDescription,
+    kernels: Vec<(String, Kernel)>,
+    constructors: Vec<Constructor>,
+    warnings: Vec<Diagnostic>,
+    shared: Arc<Shared>,
+}
+
+impl Engine {
+    /// A library of classes. No LLVM is needed until its [object](AheadLibrary::object) is.
+    ///
+    /// # Errors
+    /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
+    /// for, or a method can't be linked or lowered.
+    pub fn ahead(
+        &self,
+        classes: &[Arc<Class>],
+        options: &AheadOptions,
+    ) -> Result<AheadLibrary, Diagnostic> {
+        check_prefix(&options.prefix)?;
+        check_methods(classes, options)?;
+        let mut library = AheadLibrary {
+            description: LibraryDescription { prefix: options.prefix.clone(), classes: Vec::new() },
+            kernels: Vec::new(),
+            constructors: Vec::new(),
+            warnings: Vec::new(),
+            shared: self.shared().clone(),
+        };
+        for class in classes {
+            let program = self.program_of(options.bindings.tree(class)?);
+            library.add_class(&program, options)?;
+        }
+        library.check_symbols()?;
+        Ok(library)
+    }
+}
+
+impl AheadLibrary {
+    /// What hosts are told.
+    pub fn description(&self) -> &LibraryDescription {
+        &self.description
+    }
+
+    /// What linking warned about.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+
+    /// The C header: the [kernel interface](kernel_header), which stands there under a guard of its own, and what this
+    /// library has. C99 and C++11.
+    pub fn header(&self) -> String {
+        class_header::header(&self.description)
+    }
+
+    /// An object file (ELF, position independent) for a machine, this one where `None`. It needs nothing but `memcpy`
+    /// and its like, and on machines without fused multiply-add an exact `fmaf`.
+    ///
+    /// # Errors
+    /// Without LLVM, or if LLVM fails.
+    pub fn object(&self, target: Option<&Target>) -> Result<Vec<u8>, Diagnostic> {
+        let llvm = Llvm::load().map_err(|error| engine::no_llvm(&error))?;
+        let target = target.unwrap_or(llvm.host());
+        let object = llvm.object(&self.llvm_text(target), target, self.shared.options.optimization);
+        object.map_err(|error| errors::code_generation(&self.description.symbol(), &error))
+    }
+
+    /// The text that LLVM gets.
+    fn llvm_text(&self, target: &Target) -> String {
+        let library = Library {
+            description: &self.description,
+            kernels: &self.kernels,
+            constructors: &self.constructors,
+            target: target.cpu(),
+            version: env!("CARGO_PKG_VERSION"),
+        };
+        rtsl_llvm::emit_library(&library, &pipeline::target_features(target))
+    }
+
+    fn add_class(&mut self, program: &Program, options: &AheadOptions) -> Result<(), Diagnostic> {
+        let class = program.class().clone();
+        let prefix = format!("{}_{}", options.prefix, class.name);
+        let (mut description, construction) = class::describe(program)?;
+        let constructor = constructor::constructor(program, &construction, &prefix, &self.shared)?;
+        description.constructor = constructor.as_ref().map(|it| it.symbol.clone());
+        self.constructors.extend(constructor);
+        let is_wanted = |it: &&Method| options.methods.as_ref().is_none_or(|all| all.contains(it));
+        for &method in class.methods.keys().filter(is_wanted) {
+            description.kernels.extend(self.add_method(program, method, &prefix, options)?);
+        }
+        self.description.classes.push(description);
+        Ok(())
+    }
+
+    fn add_method(
+        &mut self,
+        program: &Program,
+        method: Method,
+        prefix: &str,
+        options: &AheadOptions,
+    ) -> Result<Vec<KernelDescription>, Diagnostic> {
+        let linked = program.method(method)?;
+        self.warnings.extend(linked.warnings.iter().cloned());
+        let variants = options.shapes.iter().map(|(shape, width)| {
+            let variant = Variant::new(*shape).with_width(*width).reading(options.outputs);
+            program.canonical(&linked, variant)
+        });
+        let variants: BTreeSet<Variant> = variants.collect();
+        let mut descriptions = Vec::new();
+        for variant in variants {
+            let kernel = program.packet(&linked, &variant)?;
+            let width = kernel.width;
+            let description = class::describe_kernel(method, &linked, &variant, width, prefix);
+            self.kernels.push((description.symbol.clone(), kernel));
+            descriptions.push(description);
+        }
+        Ok(descriptions)
+    }
+
+    /// Two things of one name would be one.
+    fn check_symbols(&self) -> Result<(), Diagnostic> {
+        let description = &self.description;
+        let classes = description.classes.iter().map(|class| description.class_symbol(class));
+        let kernels = self.kernels.iter().map(|(symbol, _)| symbol.clone());
+        let constructors = self.constructors.iter().map(|constructor| constructor.symbol.clone());
+        let symbols = classes.chain(kernels).chain(constructors);
+        let mut seen = BTreeSet::from([description.symbol()]);
+        for symbol in symbols {
+            if seen.contains(&symbol) {
+                return Err(same_symbol(&symbol));
+            }
+            seen.insert(symbol);
+        }
+        Ok(())
+    }
+}
+
+/// A method that no class has is asked for by mistake.
+fn check_methods(classes: &[Arc<Class>], options: &AheadOptions) -> Result<(), Diagnostic> {
+    let methods = options.methods.iter().flatten();
+    for method in methods {
+        let has = classes.iter().any(|class| class.methods.contains_key(method));
+        if let (false, Some(class)) = (has, classes.first()) {
+            return Err(errors::missing_method(class, *method));
+        }
+    }
+    Ok(())
+}
+
+fn check_prefix(prefix: &str) -> Result<(), Diagnostic> {
+    let begins_well = prefix.starts_with(|first: char| first.is_ascii_alphabetic());
+    let goes_on_well = prefix.chars().all(|it| it.is_ascii_alphanumeric() || it == '_');
+    if begins_well && goes_on_well {
+        return Ok(());
+    }
+    let problem = format!("`{prefix}` can't begin the names of symbols");
+    let problem = Diagnostic::new(codes::WRONG_VALUE, problem);
+    Err(problem.help("take letters, digits and `_`, a letter first"))
+}
+
+fn same_symbol(symbol: &str) -> Diagnostic {
+    let problem = format!("the library would have two symbols `{symbol}`");
+    Diagnostic::new(codes::DUPLICATE_NAME, problem)
+        .help("rename a class, or leave one of them out; a library's symbols are its classes' names, with its prefix")
+}
