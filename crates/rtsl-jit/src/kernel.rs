@@ -1,5 +1,6 @@
 //! A compiled method, safe to call.
 
+use std::ffi::c_void;
 use std::mem::MaybeUninit;
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -11,6 +12,8 @@ use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
 use crate::compile::OptLevel;
 use crate::error::JitError;
+use crate::host_lanes::HostArguments;
+use crate::lanes::LaneMask;
 use crate::leaf::{LeafArguments, LeafTest};
 use crate::llvm::Llvm;
 use crate::module::Module;
@@ -27,6 +30,8 @@ pub struct CompiledKernel {
     _module: Arc<Module>,
     entry: Entry,
     signature: Signature,
+    /// Rays at a time.
+    width: u32,
 }
 
 impl CompiledKernel {
@@ -60,7 +65,8 @@ impl CompiledKernel {
             // Safety: the function is a kernel: made just now from packet code that keeps the rules.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
             let signature = Signature::of(kernel);
-            Ok(CompiledKernel { _module: module.clone(), entry, signature })
+            let width = kernel.width;
+            Ok(CompiledKernel { _module: module.clone(), entry, signature, width })
         });
         kernels.collect()
     }
@@ -68,6 +74,17 @@ impl CompiledKernel {
     /// What it takes.
     pub fn signature(&self) -> &Signature {
         &self.signature
+    }
+
+    /// Rays at a time.
+    pub fn width(&self) -> usize {
+        self.width as usize
+    }
+
+    /// The function itself, which takes a pointer to the call that `rtsl_packet::abi` describes. The code lives as long as
+    /// any handle to the kernel.
+    pub fn address(&self) -> *const c_void {
+        self.entry as *const c_void
     }
 
     /// Runs the method for all rays of the call.
@@ -122,10 +139,56 @@ impl CompiledKernel {
             None => unsafe { (self.entry)(&mut raw) },
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
+                let mask = mask.map(LaneMask::signed_words);
                 unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
             }
         }
         finish(&raw, host, test.and_then(|test| test.nearest()))
+    }
+
+    /// Runs the method for all rays of a host's arrays.
+    ///
+    /// # Safety
+    /// The call has passed [`Signature::check_host`] for the kernel's width.
+    pub(crate) unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
+        let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        let mut host = HostCalls { host, panic: None };
+        let mut raw = RawCall {
+            state: state.table().as_ptr(),
+            scratch: scratch.table().as_ptr(),
+            mask: mask.map_or(std::ptr::null(), <[i32]>::as_ptr),
+            accepted: accepted.map_or(std::ptr::null_mut(), <[i32]>::as_mut_ptr),
+            instance: instances.block().pointer(),
+            objects: MaybeUninit::new(std::ptr::null()),
+            index: MaybeUninit::new(std::ptr::null()),
+            host: &HOST_TABLE,
+            user: (&raw mut host).cast(),
+            count: count as u32,
+            status: 0,
+            begin: MaybeUninit::new(0),
+            test_count: MaybeUninit::new(0),
+            tests: MaybeUninit::new(std::ptr::null_mut()),
+        };
+        match instances {
+            Instances::One(_) | Instances::Range(..) => {}
+            Instances::Object(objects, number) => {
+                raw.objects.write(objects.pointer(number as usize));
+            }
+            Instances::Many(objects, indices) => {
+                raw.objects.write(objects.pointer(0));
+                raw.index.write(indices.pointer());
+            }
+        }
+        match self.signature.separate_chunks {
+            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; the code
+            // keeps to the interface.
+            None => unsafe { (self.entry)(&mut raw) },
+            Some(width) => {
+                // Safety: the same, and the code may begin at any chunk of this width.
+                unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
+            }
+        }
+        finish(&raw, host, None)
     }
 
     /// Runs `intersect` in the leaf shape.

@@ -390,6 +390,13 @@ impl LaneMask {
     pub(crate) fn pointer(&self) -> *mut i32 {
         self.words.words().cast()
     }
+
+    /// The lanes as kernels read them.
+    #[inline]
+    pub(crate) fn signed_words(&self) -> &[i32] {
+        // Safety: there are so many words, and i32 has the size and alignment of u32.
+        unsafe { std::slice::from_raw_parts(self.pointer(), self.lanes) }
+    }
 }
 
 // Safety: the memory is owned by the mask alone.

@@ -167,6 +167,11 @@ impl Objects {
     /// # Panics
     /// If objects bind buffers of their own: what kernels take for addresses is not for hosts to
     /// write.
+    pub fn rows(&self) -> &[ObjectRow] {
+        &self.rows
+    }
+
+    /// The same, to write.
     pub fn rows_mut(&mut self) -> &mut [ObjectRow] {
         assert!(self.entries.is_empty(), "objects with buffers of their own do not change");
         let blocks = self.count.div_ceil(IN_BLOCK) * self.form.words().len();

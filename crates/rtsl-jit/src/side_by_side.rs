@@ -21,7 +21,6 @@ use crate::call::RawCall;
 use crate::callbacks::{Color, HOST_TABLE, HostCalls, HostTable};
 use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
-use crate::lanes::LaneMask;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
 const MOST_CHUNKS: usize = 16;
@@ -74,12 +73,15 @@ pub(crate) unsafe fn call_side_by_side(
     entry: Entry,
     raw: &mut RawCall,
     width: u32,
-    mask: Option<&LaneMask>,
+    mask: Option<&[i32]>,
 ) {
     let count = raw.count;
     let end_of = |begin: u32| count.min(begin + width);
-    let has_rays =
-        |begin: &u32| mask.is_none_or(|mask| mask.any_of(*begin as usize..end_of(*begin) as usize));
+    let has_rays = |begin: &u32| {
+        mask.is_none_or(|mask| {
+            mask[*begin as usize..end_of(*begin) as usize].iter().any(|it| *it != 0)
+        })
+    };
     let mut begins = (0..count).step_by(width as usize).filter(has_rays);
     loop {
         let group: PerChunk<u32> = begins.by_ref().take(MOST_CHUNKS).collect();

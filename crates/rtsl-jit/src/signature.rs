@@ -8,6 +8,7 @@ use rtsl_packet::{Kernel, Shape, abi};
 
 use crate::call::{CallArguments, Instances};
 use crate::components::ComponentSet;
+use crate::host_lanes::CallError;
 use crate::instance::{BufferEntry, InstanceBlock};
 use crate::lanes::{LaneBlock, LaneMask};
 use crate::leaf::LeafArguments;
@@ -169,22 +170,61 @@ impl Signature {
         }
     }
 
+    /// Checks the instances of a host's call.
+    pub(crate) fn check_host_instances(
+        &self,
+        instances: Instances<'_>,
+        count: usize,
+    ) -> Result<(), CallError> {
+        let objects = instances.objects();
+        let form_fits = match (self.shape, instances) {
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(_)) => {
+                self.object_words.is_none()
+            }
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::Object(..))
+            | (Shape::Stream, Instances::Many(..)) => self.object_words.is_some(),
+            (Shape::Packet | Shape::CommonOrigin | Shape::Single, _)
+            | (Shape::Stream | Shape::Leaf, _) => false,
+        };
+        if !form_fits {
+            return Err(CallError::InstanceForm(self.shape.name()));
+        }
+        let fit = objects.is_none_or(|objects| self.fits_objects(objects));
+        if !(fit && self.fits_block(instances.block())) {
+            return Err(CallError::ForeignInstance);
+        }
+        let exist = objects.is_none_or(|objects| match instances {
+            Instances::Object(_, number) => (number as usize) < objects.len(),
+            Instances::Many(_, indices) => are_numbers(indices.as_slice(), count, objects.len()),
+            Instances::One(_) | Instances::Range(..) => true,
+        });
+        if exist { Ok(()) } else { Err(CallError::NoSuchObject) }
+    }
+
     /// Checks the instance's block, or that which objects share.
     #[inline(always)]
     fn check_block(&self, block: &InstanceBlock) {
-        let words = block.words().len();
-        assert!(words >= self.block_words as usize, "the instance is one of the class");
-        let has_all = self.buffers.iter().all(|buffer| block.entries().contains(buffer));
-        assert!(has_all, "the instance has the buffers of the class");
+        assert!(self.fits_block(block), "the instance is one of the class, with its buffers");
+    }
+
+    #[inline(always)]
+    fn fits_block(&self, block: &InstanceBlock) -> bool {
+        block.words().len() >= self.block_words as usize
+            && self.buffers.iter().all(|buffer| block.entries().contains(buffer))
     }
 
     /// Checks what all objects have.
     #[inline(always)]
     fn check_objects(&self, objects: &Objects) {
+        let fit = self.fits_objects(objects);
+        assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
+    }
+
+    #[inline(always)]
+    fn fits_objects(&self, objects: &Objects) -> bool {
         let words = Some(objects.form().words().len() as u32);
-        assert!(self.object_words == words, "objects have the form that the kernel is made for");
-        let has_all = self.object_buffers.iter().all(|it| objects.entries().contains(it));
-        assert!(has_all, "objects have the buffers of the class");
+        self.object_words == words
+            && self.object_buffers.iter().all(|it| objects.entries().contains(it))
     }
 }
 
@@ -199,11 +239,16 @@ fn check_range(first: u32, count: usize, objects: usize) {
 
 /// Checks that so many rays, and lanes that share a vector with them, have the number of one of `instances`.
 fn check_indices(indices: &[u32], rays: usize, instances: usize) {
-    assert!(indices.len() >= rays, "every ray has an instance");
+    assert!(are_numbers(indices, rays, instances), "every ray has an instance of the table");
+}
+
+/// Whether so many rays, and lanes that share a vector with them, have the number of one of `instances`.
+#[inline(always)]
+fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
     let read = rays.next_multiple_of(abi::LANE_PADDING as usize).min(indices.len());
     // Not `all`, which looks at one after another.
     let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
-    assert!((greatest as usize) < instances, "every ray's instance is in the table");
+    indices.len() >= rays && (greatest as usize) < instances
 }
 
 /// The state components that a kernel loads or stores.

@@ -9,6 +9,8 @@ use rtsl_packet::description::{
     ClassDescription, KernelDescription, LibraryDescription, ParameterDescription,
 };
 
+use rtsl_spec::Role;
+
 use crate::constructor::Constructor;
 use crate::{Kernel, TargetFeatures, emit_module};
 
@@ -85,7 +87,7 @@ impl Data {
             self.text,
             "@\"{symbol}\" = constant %Class {{ ptr {name}, ptr {documentation}, ptr {parameters}, ptr {methods}, \
              ptr {initial}, ptr {construct}, i32 {}, i32 {}, i32 {}, i32 {}, i32 {}, i32 {}, i32 {}, i32 {}, i32 {}, i32 0 }}",
-            class.role_bits(),
+            Role::bits(&class.roles),
             class.parameters.len(),
             class.kernels.len(),
             class.block_words,

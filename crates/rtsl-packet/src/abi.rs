@@ -126,6 +126,11 @@ pub const fn shape_number(shape: Shape) -> u32 {
     }
 }
 
+/// The shape of this number.
+pub fn shape_of_number(number: u32) -> Option<Shape> {
+    Shape::ALL.into_iter().find(|shape| shape_number(*shape) == number)
+}
+
 /// The number of a type of scalar in libraries.
 pub const fn scalar_number(scalar: Scalar) -> u32 {
     match scalar {

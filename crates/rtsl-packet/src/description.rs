@@ -145,12 +145,6 @@ pub struct KernelDescription {
 }
 
 impl ClassDescription {
-    /// A bit for each role, by its place in [`Role::ALL`].
-    pub fn role_bits(&self) -> u32 {
-        let bits = self.roles.iter().filter_map(|role| Role::ALL.iter().position(|it| it == role));
-        bits.fold(0, |bits, position| bits | 1 << position)
-    }
-
     /// The numbers of the element parameter and its buffer and the stride, as libraries have them:
     /// [`NO_OBJECT`](abi::NO_OBJECT) twice and 0 where there is none.
     pub fn element_numbers(&self) -> (u32, u32, u32) {

@@ -42,6 +42,12 @@ impl Role {
         }
     }
 
+    /// Roles as bits, by their places in [`Role::ALL`].
+    pub fn bits(roles: &[Role]) -> u32 {
+        let bits = Role::ALL.iter().zip(0..).filter(|(role, _)| roles.contains(role));
+        bits.fold(0, |bits, (_, position)| bits | 1 << position)
+    }
+
     /// The role whose base class is `name`.
     pub fn from_class(name: &str) -> Option<Role> {
         Role::ALL.into_iter().find(|role| role.class() == name)

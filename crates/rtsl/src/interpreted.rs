@@ -1,9 +1,13 @@
 //! Methods on the interpreter, called as machine code is called.
 
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
-use rtsl_jit::{CallArguments, CallStatus, Instances, LeafArguments, Objects, Signature};
+use rtsl_jit::{
+    CallArguments, CallError, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
+    LeafArguments, Objects, Signature,
+};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_packet::{Layout, Shape};
+use rtsl_spec::state_component_count;
 
 use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage};
 
@@ -47,6 +51,35 @@ impl InterpretedKernel {
         } else {
             self.store_each(call)
         }
+    }
+
+    /// Runs the method for all rays of a host's arrays, whose values are copied.
+    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+        self.signature.check_host(&call, 1)?;
+        let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        let components: Vec<u32> = self.signature.state.iter().collect();
+        let mut own_state = LaneBlock::sparse(state_component_count() as usize, &components, count);
+        let mut own_scratch = LaneBlock::new(self.signature.scratch_arrays as usize, count);
+        state.copy_to(&mut own_state, count);
+        scratch.copy_to(&mut own_scratch, count);
+        let mask = mask.map(|mask| LaneMask::from_fn(count, |lane| mask[lane] != 0));
+        let mut hits = LaneMask::new(count);
+        let status = self.call(CallArguments {
+            state: &mut own_state,
+            scratch: &mut own_scratch,
+            count,
+            mask: mask.as_ref(),
+            accepted: Some(&mut hits),
+            instances,
+            host,
+        });
+        state.copy_from(&own_state, count);
+        scratch.copy_from(&own_scratch, count);
+        if let Some(accepted) = accepted.filter(|_| self.signature.accepts) {
+            let words = accepted.iter_mut().zip(hits.words());
+            words.for_each(|(accepted, hit)| *accepted = hit.cast_signed());
+        }
+        Ok(status)
     }
 
     fn store_each(&self, call: CallArguments<'_>) -> CallStatus {

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use rtsl_jit::{CallArguments, CallStatus, CompiledKernel, ComponentSet, LeafArguments, Objects};
+use rtsl_jit::{
+    CallArguments, CallError, CallStatus, CompiledKernel, ComponentSet, HostArguments,
+    LeafArguments, Objects,
+};
 
 use crate::interpreted::InterpretedKernel;
 
@@ -38,6 +41,29 @@ impl Kernel {
         match &self.kind {
             Kind::Compiled(kernel) => kernel.call(call),
             Kind::Interpreted(kernel) => kernel.call(call),
+        }
+    }
+
+    /// Runs the method for all rays of a host's own arrays; machine code works on them where they are.
+    ///
+    /// # Errors
+    /// If the arguments do not fit the kernel.
+    ///
+    /// # Panics
+    /// With a panic of the host.
+    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+        match &self.kind {
+            Kind::Compiled(kernel) => kernel.call_host(call),
+            Kind::Interpreted(kernel) => kernel.call_host(call),
+        }
+    }
+
+    /// The address of the machine code, a function that takes a pointer to a call as the C header describes it
+    /// ([`kernel_header`](crate::ahead::kernel_header)); `None` on the interpreter. It is good as long as the kernel is kept.
+    pub fn address(&self) -> Option<*const std::ffi::c_void> {
+        match &self.kind {
+            Kind::Compiled(kernel) => Some(kernel.address()),
+            Kind::Interpreted(_) => None,
         }
     }
 

@@ -74,11 +74,14 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallStatus, ComponentSet, Denoiser, DenoiserError, DenoiserInput, InstanceBlock,
-    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Llvm, LlvmError,
-    ObjectRow, Objects, OptLevel, Target, in_huge_pages, prefetch,
+    CallArguments, CallError, CallStatus, ComponentSet, Denoiser, DenoiserError, DenoiserInput,
+    HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock, LaneIndices, LaneMask,
+    LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target, in_huge_pages,
+    prefetch,
 };
-pub use rtsl_packet::abi::{NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI};
+pub use rtsl_packet::abi::{
+    NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,
+};
 pub use rtsl_packet::description;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_packet::{Layout, ObjectForm, Shape};

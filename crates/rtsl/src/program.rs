@@ -7,6 +7,7 @@ use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region, Value};
 use rtsl_jit::{InstanceBlock, LaneBlock, Objects};
 use rtsl_opt::placed::PLACEMENT_SCALARS;
+use rtsl_packet::description::KernelDescription;
 use rtsl_packet::{Layout, ObjectForm};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
@@ -20,7 +21,7 @@ use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
 use crate::variant::{KnownMembers, Variant};
-use crate::{Instance, errors};
+use crate::{Instance, ahead, errors};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
@@ -101,7 +102,7 @@ impl Program {
     /// # Panics
     /// If the instance belongs to another program.
     pub fn block(&self, instance: &Instance) -> InstanceBlock {
-        assert_eq!(ClassTree::of(instance).key(), self.tree.key(), "an instance of this program");
+        assert!(self.serves(instance), "an instance of this program");
         instance.block(&self.layout)
     }
 
@@ -239,6 +240,26 @@ impl Program {
     pub fn separate_objects(&self, placed: bool) -> ObjectForm {
         let words = self.layout.block_words;
         ObjectForm::new(0..if placed { words + PLACEMENT_SCALARS } else { words })
+    }
+
+    /// Whether an instance is of this program: of its class, referring to instances of the same classes.
+    pub fn serves(&self, instance: &Instance) -> bool {
+        ClassTree::of(instance).key() == self.tree.key()
+    }
+
+    /// What hosts without a compiler are told of a kernel; its symbol is empty.
+    ///
+    /// # Errors
+    /// As for [`Program::method`].
+    pub fn describe_kernel(
+        &self,
+        method: Method,
+        variant: &Variant,
+    ) -> Result<KernelDescription, Diagnostic> {
+        let linked = self.method(method)?;
+        let variant = self.canonical(&linked, variant.clone());
+        let width = variant.width_in(self.width());
+        Ok(ahead::describe_kernel(method, &linked, &variant, width, String::new()))
     }
 
     /// A method, linked.

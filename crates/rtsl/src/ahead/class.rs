@@ -2,10 +2,10 @@
 
 use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
 use rtsl_ir::{Place, PlaceKind, Scalar};
+use rtsl_packet::Layout;
 use rtsl_packet::description::{
     ClassDescription, ElementDescription, Field, FieldKind, KernelDescription, ParameterDescription,
 };
-use rtsl_packet::{Layout, Shape};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable};
 
@@ -73,21 +73,13 @@ pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construct
 }
 
 /// The description of a kernel.
-pub(super) fn describe_kernel(
+pub(crate) fn describe_kernel(
     method: Method,
     linked: &LinkedMethod,
     variant: &Variant,
     width: u32,
-    prefix: &str,
+    symbol: String,
 ) -> KernelDescription {
-    let shape = variant.shape;
-    let symbol = match shape {
-        Shape::Single => format!("{prefix}_{}_single", method.name()),
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
-            let shape = shape.name().replace('-', "_");
-            format!("{prefix}_{}_{shape}{width}", method.name())
-        }
-    };
     let components = |variable: &&StateVariable| {
         variable.first_component..variable.first_component + variable.ty.components()
     };
@@ -95,7 +87,7 @@ pub(super) fn describe_kernel(
     let written = linked.writes.iter().filter(|variable| outputs.has_state(variable));
     KernelDescription {
         method,
-        shape,
+        shape: variant.shape,
         width,
         symbol,
         reads: linked.reads.iter().flat_map(components).collect(),

@@ -29,6 +29,7 @@ use crate::variant::{Outputs, Variant};
 use crate::{errors, pipeline};
 
 pub use bindings::Bindings;
+pub(crate) use class::describe_kernel;
 pub use kernel_header::kernel_header;
 
 /// What a library has.
@@ -170,8 +171,9 @@ impl AheadLibrary {
         let mut descriptions = Vec::new();
         for variant in variants {
             let kernel = program.packet(&linked, &variant)?;
-            let width = kernel.width;
-            let description = class::describe_kernel(method, &linked, &variant, width, prefix);
+            let (shape, width) = (variant.shape, kernel.width);
+            let symbol = kernel_symbol(prefix, method, shape, width);
+            let description = describe_kernel(method, &linked, &variant, width, symbol);
             self.kernels.push((description.symbol.clone(), kernel));
             descriptions.push(description);
         }
@@ -193,6 +195,17 @@ impl AheadLibrary {
             seen.insert(symbol);
         }
         Ok(())
+    }
+}
+
+/// `rtsl_Sphere_intersect_single`, `rtsl_Sphere_intersect_packet8`.
+fn kernel_symbol(prefix: &str, method: Method, shape: Shape, width: u32) -> String {
+    let (method, name) = (method.name(), shape.name().replace('-', "_"));
+    match shape {
+        Shape::Single => format!("{prefix}_{method}_{name}"),
+        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+            format!("{prefix}_{method}_{name}{width}")
+        }
     }
 }
 

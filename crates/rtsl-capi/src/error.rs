@@ -1,0 +1,168 @@
+//! What functions give back.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rtsl::{Diagnostic, Diagnostics, SourceMap, render};
+
+use crate::diagnostics::{self, KeptDiagnostic};
+
+/// How a call ended.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RtslResult {
+    /// As asked.
+    Ok = 0,
+    /// The shader's text has errors: see the diagnostics.
+    Compilation = 1,
+    /// A pointer is null that must not be, a text is no UTF-8, a number is none of those that there are.
+    Argument = 2,
+    /// An id is that of nothing.
+    Id = 3,
+    /// There are more rays than lanes, or arrays that a kernel touches are missing.
+    Lanes = 4,
+    /// There is no class, method or parameter of that name.
+    Unknown = 5,
+    /// A parameter has a wrong type or lies out of range, or one that is required is not set.
+    Parameter = 6,
+    /// An instance or objects belong to another class than the kernel's, or were not committed.
+    Instance = 7,
+    /// Machine code is asked for and there is no LLVM.
+    NoLlvm = 8,
+    /// A method can't be linked or compiled.
+    CodeGeneration = 9,
+    /// A mistake in RTSL itself; please report it.
+    Internal = 10,
+}
+
+/// Why a call failed.
+pub struct Error {
+    result: RtslResult,
+    message: String,
+    diagnostics: Vec<KeptDiagnostic>,
+}
+
+impl Error {
+    pub fn new(result: RtslResult, message: impl Into<String>) -> Error {
+        Error { result, message: message.into(), diagnostics: Vec::new() }
+    }
+
+    /// A pointer is null.
+    pub fn null(name: &str) -> Error {
+        Error::new(RtslResult::Argument, format!("`{name}` is null"))
+    }
+
+    /// A diagnostic without a place, of linking and making kernels.
+    pub fn of(diagnostic: &Diagnostic) -> Error {
+        let mut diagnostics = Diagnostics::new();
+        diagnostics.push(diagnostic.clone());
+        Error::of_diagnostics(&SourceMap::new(), &diagnostics, RtslResult::CodeGeneration)
+    }
+
+    /// Diagnostics whose places are in `sources`; `result` where the codes do not say more.
+    pub fn of_diagnostics(
+        sources: &SourceMap,
+        diagnostics: &Diagnostics,
+        result: RtslResult,
+    ) -> Error {
+        let code = diagnostics.iter().map(|it| it.code.as_str()).next().unwrap_or_default();
+        let result = match code {
+            "E0501" | "E0503" | "E0504" | "E0505" | "E0506" => RtslResult::Parameter,
+            "E0502" | "E0507" | "E0508" => RtslResult::Unknown,
+            "E0701" => RtslResult::NoLlvm,
+            "E0703" => RtslResult::Argument,
+            _ => result,
+        };
+        Error {
+            result,
+            message: render::all_to_text(sources, diagnostics.iter(), false),
+            diagnostics: diagnostics::keep(sources, diagnostics),
+        }
+    }
+}
+
+thread_local! {
+    static MESSAGE: RefCell<CString> = RefCell::default();
+}
+
+/// Runs what a function does: no panic leaves it, and what went wrong is kept for the thread.
+pub fn guard(work: impl FnOnce() -> Result<(), Error>) -> RtslResult {
+    guard_with_warnings(|| work().map(|()| Vec::new()))
+}
+
+/// The same for work that may succeed with warnings.
+pub fn guard_with_warnings(
+    work: impl FnOnce() -> Result<Vec<KeptDiagnostic>, Error>,
+) -> RtslResult {
+    let ended = catch_unwind(AssertUnwindSafe(work));
+    let error = match ended {
+        Ok(Ok(diagnostics)) => Error { diagnostics, ..Error::new(RtslResult::Ok, "") },
+        Ok(Err(error)) => error,
+        Err(panic) => {
+            let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+            let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+            let text = text.unwrap_or_else(|| "a panic without a message".to_owned());
+            Error::new(RtslResult::Internal, format!("a mistake in RTSL: {text}"))
+        }
+    };
+    let Error { result, message, diagnostics } = error;
+    MESSAGE.set(c_text(&message));
+    diagnostics::set_last(diagnostics);
+    result
+}
+
+/// What went wrong in the last call of this thread, for people: with places and excerpts where a text is at fault. Empty if
+/// it went well. Good until the thread's next call.
+#[unsafe(no_mangle)]
+pub extern "C" fn rtsl_last_error() -> *const c_char {
+    // Safety of the pointer's use: the text stays until it is replaced.
+    MESSAGE.with_borrow(|message| message.as_ptr())
+}
+
+/// A text for C: it ends at the first zero byte.
+pub fn c_text(text: &str) -> CString {
+    let bytes: Vec<u8> = text.bytes().take_while(|byte| *byte != 0).collect();
+    CString::new(bytes).unwrap_or_default()
+}
+
+/// The text behind a pointer.
+///
+/// # Safety
+/// Where it is not null, it leads to a text that ends with a zero byte and stays as long as the result is used.
+pub unsafe fn text<'a>(pointer: *const c_char, name: &str) -> Result<&'a str, Error> {
+    if pointer.is_null() {
+        return Err(Error::null(name));
+    }
+    // Safety: the caller's promise.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map_err(|_| Error::new(RtslResult::Argument, format!("`{name}` is no UTF-8")))
+}
+
+/// What a pointer leads to, to write.
+///
+/// # Safety
+/// Where it is not null, it leads to a `T` that nobody else uses meanwhile.
+pub unsafe fn place<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, Error> {
+    // Safety: the caller's promise.
+    unsafe { pointer.as_mut() }.ok_or_else(|| Error::null(name))
+}
+
+/// What a pointer leads to.
+///
+/// # Safety
+/// Where it is not null and `count` is not 0, it leads to so many of `T`, which stay as long as the result is used.
+pub unsafe fn slice<'a, T>(pointer: *const T, count: usize, name: &str) -> Result<&'a [T], Error> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    if pointer.is_null() {
+        return Err(Error::null(name));
+    }
+    if count > isize::MAX as usize / size_of::<T>().max(1) {
+        let problem = format!("`{name}` can't have {count} elements");
+        return Err(Error::new(RtslResult::Argument, problem));
+    }
+    // Safety: the caller's promise.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
+}

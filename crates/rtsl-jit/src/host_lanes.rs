@@ -1,0 +1,224 @@
+//! Lane arrays that belong to a host, and calls with them: nothing is copied on the way to machine code.
+
+use std::marker::PhantomData;
+
+use rtsl_ir::host::Host;
+
+use crate::call::{CallStatus, Instances};
+use crate::components::ComponentSet;
+use crate::kernel::CompiledKernel;
+use crate::lanes::LaneBlock;
+
+/// Lane arrays of a host's own: one for each component of the state or of scratch, one word for each lane.
+///
+/// ```
+/// use rtsl::{HostLanes, Method, lookup_state, state_component_count};
+///
+/// let mut distance = [1.0_f32; 4];
+/// let mut lanes = HostLanes::new(state_component_count() as usize, 4);
+/// let component = lookup_state("rt_HitDistance").unwrap().first_component;
+/// lanes.bind(component as usize, &mut distance);
+/// assert_eq!(lanes.lanes(), 4);
+/// ```
+pub struct HostLanes<'a> {
+    arrays: Arrays<'a>,
+    lanes: usize,
+    /// What is bound is borrowed as if it stood here.
+    borrowed: PhantomData<&'a mut [f32]>,
+}
+
+enum Arrays<'a> {
+    Own(Vec<*mut u32>),
+    Foreign(&'a [*mut u32]),
+}
+
+impl<'a> HostLanes<'a> {
+    /// No arrays yet, for `components` of them with room for so many lanes.
+    pub fn new(components: usize, lanes: usize) -> HostLanes<'a> {
+        let arrays = Arrays::Own(vec![std::ptr::null_mut(); components]);
+        HostLanes { arrays, lanes, borrowed: PhantomData }
+    }
+
+    /// Arrays by a table of pointers, null for components that have none.
+    ///
+    /// # Safety
+    /// Each pointer that is not null is aligned to 4 bytes and leads to `lanes` words that may be read and written as
+    /// long as this lives, by nobody else meanwhile; no two arrays overlap.
+    pub unsafe fn from_table(table: &'a [*mut f32], lanes: usize) -> HostLanes<'a> {
+        // Safety: pointers to f32 and to u32 have one form.
+        let table = unsafe { std::slice::from_raw_parts(table.as_ptr().cast(), table.len()) };
+        HostLanes { arrays: Arrays::Foreign(table), lanes, borrowed: PhantomData }
+    }
+
+    /// Gives a component its array.
+    ///
+    /// # Panics
+    /// If there is no such component, or the array has too few lanes.
+    pub fn bind(&mut self, component: usize, array: &'a mut [f32]) {
+        assert!(array.len() >= self.lanes, "the array has room for {} lanes", self.lanes);
+        match &mut self.arrays {
+            Arrays::Own(table) => table[component] = array.as_mut_ptr().cast(),
+            Arrays::Foreign(_) => {
+                let mut table = self.table().to_vec();
+                table[component] = array.as_mut_ptr().cast();
+                self.arrays = Arrays::Own(table);
+            }
+        }
+    }
+
+    /// The lanes there is room for.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Whether the component has an array.
+    pub fn has(&self, component: u32) -> bool {
+        self.table().get(component as usize).is_some_and(|array| !array.is_null())
+    }
+
+    /// Copies lanes of the components that have arrays in both.
+    pub fn copy_to(&self, block: &mut LaneBlock, lanes: usize) {
+        for (component, array) in self.arrays_in(block) {
+            let lanes = lanes.min(self.lanes).min(block.lanes());
+            // Safety: the array has so many words.
+            let words = unsafe { std::slice::from_raw_parts(array, lanes) };
+            block.words_mut(component)[..lanes].copy_from_slice(words);
+        }
+    }
+
+    /// Copies the lanes back.
+    pub fn copy_from(&mut self, block: &LaneBlock, lanes: usize) {
+        for (component, array) in self.arrays_in(block) {
+            let lanes = lanes.min(self.lanes).min(block.lanes());
+            // Safety: the array has so many words, and they are borrowed mutably along with this.
+            let words = unsafe { std::slice::from_raw_parts_mut(array, lanes) };
+            words.copy_from_slice(&block.words(component)[..lanes]);
+        }
+    }
+
+    /// The components that have arrays here and there, with the arrays here.
+    fn arrays_in(&self, block: &LaneBlock) -> Vec<(usize, *mut u32)> {
+        let arrays = self.table().iter().copied().enumerate();
+        let has = |component: usize| {
+            component < block.components()
+                && (!block.is_sparse() || block.has_all(&[component as u32].into_iter().collect()))
+        };
+        arrays.filter(|(component, array)| !array.is_null() && has(*component)).collect()
+    }
+
+    pub(crate) fn table(&self) -> &[*mut u32] {
+        match &self.arrays {
+            Arrays::Own(table) => table,
+            Arrays::Foreign(table) => table,
+        }
+    }
+
+    fn first_missing(&self, components: &ComponentSet) -> Option<u32> {
+        components.iter().find(|component| !self.has(*component))
+    }
+}
+
+impl std::fmt::Debug for HostLanes<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "HostLanes({} components, {} lanes)", self.table().len(), self.lanes)
+    }
+}
+
+/// The arguments of a call with lane arrays of the host's own; see [`CallArguments`](crate::CallArguments).
+pub struct HostArguments<'a, 'lanes> {
+    /// The state.
+    pub state: &'a mut HostLanes<'lanes>,
+    /// Scratch: an array for each of the class's.
+    pub scratch: &'a mut HostLanes<'lanes>,
+    /// How many rays; the arrays have room for as many, rounded up to a multiple of the kernel's width.
+    pub count: usize,
+    /// 0 or -1 for each ray, with as much room; all rays where `None`.
+    pub mask: Option<&'a [i32]>,
+    /// For `intersect`: 0 or -1 is written for each ray, with as much room.
+    pub accepted: Option<&'a mut [i32]>,
+    /// The objects, in the form that the kernel's shape takes. Leaves go by [`LeafKernel`](crate::LeafKernel).
+    pub instances: Instances<'a>,
+    /// Answers the shader's questions.
+    pub host: &'a mut dyn Host,
+}
+
+/// Why a call of a host can't be made. Nothing was called.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CallError {
+    /// A component of the state that the kernel touches has no array.
+    #[error("the state has no array for component {0}")]
+    MissingState(u32),
+    /// An array of scratch is missing.
+    #[error("scratch has no array {0}")]
+    MissingScratch(u32),
+    /// `intersect` reports hits.
+    #[error("`intersect` reports which rays it found a hit for, and there is no place for that")]
+    MissingAccepted,
+    /// There are more rays than lanes.
+    #[error("{rays} rays take {needed} lanes, and there are {given}")]
+    TooFewLanes {
+        /// Rays of the call.
+        rays: usize,
+        /// That number rounded up to the kernel's width.
+        needed: usize,
+        /// The lanes that the arrays have room for.
+        given: usize,
+    },
+    /// The kernel takes instances in another form.
+    #[error("a kernel of the {0} shape takes its instances in another form")]
+    InstanceForm(&'static str),
+    /// The instance or objects are not of the kernel's class.
+    #[error("the instance is not one of the kernel's class")]
+    ForeignInstance,
+    /// A number of an object is that of none.
+    #[error("there is no object of that number")]
+    NoSuchObject,
+}
+
+impl CompiledKernel {
+    /// Runs the method for all rays of a host's arrays.
+    ///
+    /// # Errors
+    /// If the arguments do not fit the kernel.
+    ///
+    /// # Panics
+    /// With a panic of the host.
+    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+        self.signature().check_host(&call, self.width())?;
+        // Safety: the arguments fit, as was just found.
+        Ok(unsafe { self.run_host(call) })
+    }
+}
+
+impl crate::Signature {
+    /// Checks the arguments of a host's call of a kernel of so many rays at a time.
+    ///
+    /// # Errors
+    /// If they do not fit.
+    pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
+        let HostArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
+        let needed = count.next_multiple_of(width);
+        let has_room = |given: usize| match given >= needed {
+            true => Ok(()),
+            false => Err(CallError::TooFewLanes { rays: *count, needed, given }),
+        };
+        // Counts are 32-bit numbers.
+        has_room(if *count > i32::MAX as usize { 0 } else { needed })?;
+        if let Some(component) = state.first_missing(&self.state) {
+            return Err(CallError::MissingState(component));
+        }
+        has_room(state.lanes())?;
+        if self.scratch_arrays > 0 {
+            let missing = (0..self.scratch_arrays).find(|array| !scratch.has(*array));
+            missing.map_or(Ok(()), |array| Err(CallError::MissingScratch(array)))?;
+            has_room(scratch.lanes())?;
+        }
+        mask.map_or(Ok(()), |mask| has_room(mask.len()))?;
+        match accepted {
+            Some(accepted) => has_room(accepted.len())?,
+            None if self.accepts => return Err(CallError::MissingAccepted),
+            None => {}
+        }
+        self.check_host_instances(*instances, *count)
+    }
+}
