@@ -311,7 +311,8 @@ static inline const RtslMethod *rtsl_find_method(const RtslClass *cls, const cha
 /* Begins an instance in a block of construct_words words. */
 static inline void rtsl_begin_instance(const RtslClass *cls, void *block)
 {
-    memcpy(block, cls->initial, cls->construct_words * sizeof(uint32_t));
+    if (cls->construct_words > 0)
+        memcpy(block, cls->initial, cls->construct_words * sizeof(uint32_t));
 }
 
 /* Ends an instance whose parameters are set: bits of RtslStatus. */

@@ -1,5 +1,6 @@
 //! A loaded LLVM.
 
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -71,11 +72,11 @@ impl Llvm {
         // Safety: loading runs LLVM's constructors of globals, which do not touch ours.
         let library = unsafe { Library::new(path) }.map_err(|error| plain(&error))?;
         // A library that was looked at stays: unloading runs destructors that others may need.
-        let library: &'static Library = Box::leak(Box::new(library));
-        let version = supported_version(library)?;
-        let api = Api::resolve(library)
+        let library = ManuallyDrop::new(library);
+        let version = supported_version(&library)?;
+        let api = Api::resolve(&library)
             .map_err(|name| format!("LLVM {version} without the function {name}"))?;
-        api::initialize_targets(library);
+        api::initialize_targets(&library);
         worker::install_fatal_error_handler(&api);
         let host = host_target(&api);
         let pages = LibraryPages::of_code_at(api.LLVMContextCreate as *const ());

@@ -1,0 +1,123 @@
+//! A C compiler, where there is one.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Whether programs can be compiled.
+///
+/// # Panics
+/// If they can't, and `RTSL_REQUIRE_CXX` is set.
+pub fn has_compiler() -> bool {
+    let found =
+        Command::new(compiler()).arg("--version").output().is_ok_and(|it| it.status.success());
+    let required = std::env::var_os("RTSL_REQUIRE_CXX").is_some();
+    assert!(found || !required, "there is no C compiler, and RTSL_REQUIRE_CXX is set");
+    if !found {
+        eprintln!("left out: there is no C compiler `{}`", compiler());
+    }
+    found
+}
+
+fn compiler() -> String {
+    std::env::var("CC").unwrap_or_else(|_| "cc".to_owned())
+}
+
+/// A program of `tests/c`.
+pub struct CProgram {
+    name: String,
+    folder: PathBuf,
+    options: Vec<String>,
+    inputs: Vec<PathBuf>,
+}
+
+#[allow(dead_code, reason = "each test uses a part")]
+impl CProgram {
+    pub fn new(name: &str) -> CProgram {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("c-{name}"));
+        std::fs::create_dir_all(&folder).expect("a folder for the program");
+        let options =
+            ["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-Werror", "-g"];
+        let options = options.map(str::to_owned).to_vec();
+        let inputs = vec![tests().join("c").join(format!("{name}.c"))];
+        CProgram { name: name.to_owned(), folder, options, inputs }
+    }
+
+    /// Its own folder, which is looked in for headers.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Finds accesses to memory that is not the program's.
+    pub fn sanitized(mut self) -> CProgram {
+        self.options.push("-fsanitize=address,undefined".to_owned());
+        self.options.push("-fno-sanitize-recover=all".to_owned());
+        self
+    }
+
+    /// With the C interface.
+    pub fn with_library(mut self) -> CProgram {
+        self.inputs.push(static_library());
+        self
+    }
+
+    /// With another file: an object, a source.
+    pub fn with(mut self, file: PathBuf) -> CProgram {
+        self.inputs.push(file);
+        self
+    }
+
+    /// Compiles and runs it.
+    pub fn run(self) {
+        self.run_with(&[]);
+    }
+
+    /// Compiles it and runs it on an input; gives what it printed.
+    pub fn run_with(self, input: &[u8]) -> Vec<u8> {
+        let program = self.folder.join(&self.name);
+        let include = tests().parent().expect("the crate").join("include");
+        let mut compile = Command::new(compiler());
+        compile.args(&self.options).arg("-I").arg(include).arg("-I").arg(&self.folder);
+        compile.args(&self.inputs).args(["-o".as_ref(), program.as_os_str()]);
+        compile.args(["-lpthread", "-ldl", "-lm"]);
+        let compiled = compile.output().expect("the compiler runs");
+        assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+        let mut run = Command::new(program);
+        run.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut running = run.spawn().expect("the program runs");
+        let mut to_program = running.stdin.take().expect("it reads");
+        let input = input.to_vec();
+        // Beside reading what it writes, which it may do before it has read all.
+        let writer = std::thread::spawn(move || to_program.write_all(&input));
+        let ran = running.wait_with_output().expect("the program ends");
+        let _ = writer.join();
+        assert!(
+            ran.status.success(),
+            "{}: {}\n{}",
+            self.name,
+            ran.status,
+            String::from_utf8_lossy(&ran.stderr)
+        );
+        ran.stdout
+    }
+}
+
+fn tests() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests")
+}
+
+/// The newest static library beside this test: the one that was built with it.
+fn static_library() -> PathBuf {
+    let test = std::env::current_exe().expect("the test has a path");
+    let entries =
+        std::fs::read_dir(test.parent().expect("it is in a folder")).expect("it can be read");
+    let libraries = entries.filter_map(|entry| {
+        let path = entry.ok()?.path();
+        let name = path.file_name()?.to_str()?;
+        let is_library = name.starts_with("librtsl_capi") && name.ends_with(".a");
+        let modified = path.metadata().ok()?.modified().ok()?;
+        is_library.then_some((modified, path))
+    });
+    let newest = libraries.max_by_key(|(modified, _)| *modified);
+    newest.expect("the static library was built with the test").1
+}
