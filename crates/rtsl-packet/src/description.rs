@@ -80,7 +80,7 @@ pub struct Field {
 }
 
 /// What a field is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FieldKind {
     /// Data of the instance.
     Member,

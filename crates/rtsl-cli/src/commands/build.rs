@@ -84,6 +84,8 @@ enum EmitName {
     Header,
     /// What that object file says of its classes and parameters, as JSON.
     Layout,
+    /// The classes as C++17 that stands alone, to read and to build with any compiler.
+    Cpp,
 }
 
 /// What is made of a name.
@@ -104,6 +106,7 @@ impl EmitName {
             EmitName::Obj => Form::Library(LibraryForm::Object),
             EmitName::Header => Form::Library(LibraryForm::Header),
             EmitName::Layout => Form::Library(LibraryForm::Layout),
+            EmitName::Cpp => Form::Library(LibraryForm::Cpp),
         }
     }
 }
@@ -156,7 +159,7 @@ impl BuildArguments {
 fn only<T>(what: &str, given: &[T]) -> Result<(), Failure> {
     if given.len() > 1 {
         let message = format!(
-            "this form is of one {what}; libraries (`obj`, `header`, `layout`) take several"
+            "this form is of one {what}; libraries (`obj`, `header`, `layout`, `cpp`) take several"
         );
         return Err(Failure::Usage(message));
     }
@@ -183,7 +186,7 @@ fn emit_methods(
     only("shape", &arguments.shape)?;
     only("width", &arguments.width)?;
     if arguments.library.is_given() {
-        let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`";
+        let message = "`--bind` and `--prefix` are for libraries: `obj`, `header`, `layout`, `cpp`";
         return Err(Failure::Usage(message.to_owned()));
     }
     let compiler = compiler(&arguments.search_path);

@@ -40,6 +40,8 @@ pub enum LibraryForm {
     Header,
     /// What it says of itself, as JSON.
     Layout,
+    /// The same classes as C++.
+    Cpp,
 }
 
 /// A reference and what it refers to, by their names.
@@ -76,6 +78,7 @@ pub fn emit(
         LibraryForm::Object => library.object(arguments.target()?.as_ref())?,
         LibraryForm::Header => library.header().into_bytes(),
         LibraryForm::Layout => layout_json(library.description()).into_bytes(),
+        LibraryForm::Cpp => library.cpp().into_bytes(),
     }))
 }
 

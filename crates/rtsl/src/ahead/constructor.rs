@@ -20,19 +20,42 @@ pub(super) fn constructor(
     shared: &Shared,
 ) -> Result<Option<Constructor>, Diagnostic> {
     let mut parts = Vec::new();
+    for (path, function) in linked(program)? {
+        let draft = Draft::new(function, &path);
+        if !draft.function.outputs.is_empty() {
+            parts.push(draft.finish(construction, shared)?);
+        }
+    }
+    let symbol = format!("{prefix}_construct");
+    Ok((!parts.is_empty()).then_some(Constructor { symbol, parts }))
+}
+
+/// The constructors of the classes behind a program's class, then its own, with data under the names that it has in the
+/// whole.
+pub(super) fn constructor_functions(program: &Program) -> Result<Vec<Function>, Diagnostic> {
+    let named = linked(program)?.into_iter().map(|(path, mut function)| {
+        for place in &mut function.places {
+            if matches!(place.kind, PlaceKind::Parameter | PlaceKind::Member | PlaceKind::Buffer) {
+                place.name = format!("{path}{}", place.name);
+            }
+        }
+        function
+    });
+    Ok(named.filter(|function| !function.outputs.is_empty()).collect())
+}
+
+/// The constructors with the paths to their classes.
+fn linked(program: &Program) -> Result<Vec<(String, Function)>, Diagnostic> {
+    let mut all = Vec::new();
     // What an instance refers to is made before it.
     program.tree().for_each_node(&mut |tree, path| {
         let Some(constructor) = &tree.class.constructor else { return Ok(()) };
         let mut function = link_function(tree, constructor)?.function;
         rtsl_opt::optimize(&mut function, &constructor_passes());
-        let draft = Draft::new(function, path);
-        if !draft.function.outputs.is_empty() {
-            parts.push(draft.finish(construction, shared)?);
-        }
+        all.push((path.to_owned(), function));
         Ok(())
     })?;
-    let symbol = format!("{prefix}_construct");
-    Ok((!parts.is_empty()).then_some(Constructor { symbol, parts }))
+    Ok(all)
 }
 
 /// A constructor that reads parameters as members, and stores members to scratch.

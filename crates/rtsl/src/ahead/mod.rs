@@ -15,6 +15,8 @@ mod kernel_header;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use rtsl_cpp::ClassCode;
+use rtsl_ir::Function;
 use rtsl_ir::class::Class;
 use rtsl_jit::{Llvm, Target};
 use rtsl_llvm::{Constructor, Library};
@@ -65,8 +67,16 @@ pub struct AheadLibrary {
     description: LibraryDescription,
     kernels: Vec<(String, Kernel)>,
     constructors: Vec<Constructor>,
+    functions: Vec<ClassFunctions>,
     warnings: Vec<Diagnostic>,
     shared: Arc<Shared>,
+}
+
+/// The code of a class before it is lowered.
+#[derive(Debug, Default)]
+struct ClassFunctions {
+    constructors: Vec<Function>,
+    methods: Vec<(Method, Arc<Function>)>,
 }
 
 impl Engine {
@@ -86,6 +96,7 @@ impl Engine {
             description: LibraryDescription { prefix: options.prefix.clone(), classes: Vec::new() },
             kernels: Vec::new(),
             constructors: Vec::new(),
+            functions: Vec::new(),
             warnings: Vec::new(),
             shared: self.shared().clone(),
         };
@@ -113,6 +124,16 @@ impl AheadLibrary {
     /// library has. C99 and C++11.
     pub fn header(&self) -> String {
         class_header::header(&self.description)
+    }
+
+    /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It
+    /// computes the same bits.
+    pub fn cpp(&self) -> String {
+        let classes = self.functions.iter().map(|functions| ClassCode {
+            constructors: functions.constructors.iter().collect(),
+            methods: functions.methods.iter().map(|(method, it)| (*method, &**it)).collect(),
+        });
+        rtsl_cpp::emit(&self.description, &classes.collect::<Vec<_>>())
     }
 
     /// An object file (ELF, position independent) for a machine, this one where `None`. It needs nothing but `memcpy`
@@ -146,6 +167,8 @@ impl AheadLibrary {
         let constructor = constructor::constructor(program, &construction, &prefix, &self.shared)?;
         description.constructor = constructor.as_ref().map(|it| it.symbol.clone());
         self.constructors.extend(constructor);
+        let constructors = constructor::constructor_functions(program)?;
+        self.functions.push(ClassFunctions { constructors, methods: Vec::new() });
         let is_wanted = |it: &&Method| options.methods.as_ref().is_none_or(|all| all.contains(it));
         for &method in class.methods.keys().filter(is_wanted) {
             description.kernels.extend(self.add_method(program, method, &prefix, options)?);
@@ -163,6 +186,11 @@ impl AheadLibrary {
     ) -> Result<Vec<KernelDescription>, Diagnostic> {
         let linked = program.method(method)?;
         self.warnings.extend(linked.warnings.iter().cloned());
+        let variant = Variant::new(Shape::Single).reading(options.outputs);
+        let function = program.specialise(&linked, &program.canonical(&linked, variant));
+        if let Some(functions) = self.functions.last_mut() {
+            functions.methods.push((method, function));
+        }
         let variants = options.shapes.iter().map(|(shape, width)| {
             let variant = Variant::new(*shape).with_width(*width).reading(options.outputs);
             program.canonical(&linked, variant)

@@ -1,0 +1,70 @@
+//! Comments: text of shaders that must stay within them.
+
+use crate::expression::LINE_LENGTH;
+
+/// Lines of a documentation comment, none for an empty text. Whatever the text says, each line ends where it should.
+pub(crate) fn write_documentation(documentation: &str, indentation: usize, text: &mut String) {
+    let margin = format!("{}/// ", " ".repeat(indentation));
+    for line in documentation.lines() {
+        for part in wrapped(line, LINE_LENGTH.saturating_sub(margin.len())) {
+            text.push_str(format!("{margin}{}", harmless(&part)).trim_end());
+            text.push('\n');
+        }
+    }
+}
+
+/// Lines of no more than `width` characters, where words allow that.
+fn wrapped(line: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in line.split(' ') {
+        let last = lines.last_mut().expect("one at least");
+        if !last.is_empty() && last.len() + 1 + word.len() > width {
+            lines.push(word.to_owned());
+        } else {
+            if !last.is_empty() {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
+/// A line without what would continue or end a comment: backslashes at its end, trigraphs of them, other characters
+/// that end lines.
+fn harmless(line: &str) -> String {
+    let printable = |character: char| match character {
+        '\t' => ' ',
+        '\u{2028}' | '\u{2029}' | '\u{85}' => ' ',
+        other if other.is_control() => ' ',
+        // Direction marks make a text look like another.
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => ' ',
+        other => other,
+    };
+    let line: String = line.chars().map(printable).collect();
+    let line = line.replace("??/", "? ?/").replace("*/", "* /");
+    let line = line.trim_end();
+    if line.ends_with('\\') { format!("{line} .") } else { line.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_stay_comments() {
+        let mut text = String::new();
+        let hostile = "a */ int x; \\\nb ??/\nc\rd\u{2028}e\n\\\\  \nf\u{202e}g";
+        write_documentation(hostile, 4, &mut text);
+        let expected = "    /// a * / int x; \\ .\n    /// b ? ?/\n    /// c d e\n    /// \\\\ .\n    /// f g\n";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn long_lines_are_wrapped() {
+        let mut text = String::new();
+        write_documentation(&"word ".repeat(30), 0, &mut text);
+        assert_eq!(text.lines().count(), 2);
+        assert!(text.lines().all(|line| line.len() <= LINE_LENGTH && line.starts_with("/// word")));
+    }
+}

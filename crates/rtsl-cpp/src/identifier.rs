@@ -1,0 +1,214 @@
+//! Names that C++ takes.
+
+use std::collections::BTreeSet;
+
+/// Keywords of C++ up to C++23, alternative operators, and lower-case macros that common headers or compilers define.
+const TAKEN: &[&str] = &[
+    "alignas",
+    "alignof",
+    "and",
+    "and_eq",
+    "asm",
+    "assert",
+    "auto",
+    "bitand",
+    "bitor",
+    "bool",
+    "break",
+    "case",
+    "catch",
+    "char",
+    "char16_t",
+    "char32_t",
+    "char8_t",
+    "class",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "compl",
+    "complex",
+    "concept",
+    "const",
+    "const_cast",
+    "consteval",
+    "constexpr",
+    "constinit",
+    "continue",
+    "decltype",
+    "default",
+    "delete",
+    "do",
+    "double",
+    "dynamic_cast",
+    "else",
+    "enum",
+    "errno",
+    "explicit",
+    "export",
+    "extern",
+    "false",
+    "far",
+    "float",
+    "for",
+    "friend",
+    "goto",
+    "i386",
+    "if",
+    "inline",
+    "int",
+    "int32_t",
+    "interface",
+    "linux",
+    "long",
+    "major",
+    "makedev",
+    "max",
+    "min",
+    "minor",
+    "mutable",
+    "namespace",
+    "near",
+    "new",
+    "noexcept",
+    "not",
+    "not_eq",
+    "nullptr",
+    "offsetof",
+    "operator",
+    "or",
+    "or_eq",
+    "private",
+    "protected",
+    "public",
+    "register",
+    "reinterpret_cast",
+    "requires",
+    "return",
+    "setjmp",
+    "short",
+    "signed",
+    "sizeof",
+    "small",
+    "static",
+    "static_assert",
+    "static_cast",
+    "std",
+    "stderr",
+    "stdin",
+    "stdout",
+    "struct",
+    "switch",
+    "template",
+    "this",
+    "thread_local",
+    "throw",
+    "true",
+    "try",
+    "typedef",
+    "typeid",
+    "typename",
+    "uint32_t",
+    "uint64_t",
+    "int64_t",
+    "union",
+    "unix",
+    "unsigned",
+    "using",
+    "va_arg",
+    "va_end",
+    "va_start",
+    "virtual",
+    "void",
+    "volatile",
+    "wchar_t",
+    "while",
+    "xor",
+    "xor_eq",
+];
+
+/// `name` as an identifier: letters, digits and single underscores, not at its start, and neither a keyword nor what
+/// looks like a macro.
+pub(crate) fn identifier(name: &str) -> String {
+    let mut result = String::with_capacity(name.len());
+    for character in name.chars() {
+        let character = if character.is_ascii_alphanumeric() { character } else { '_' };
+        if character != '_' || !(result.is_empty() || result.ends_with('_')) {
+            result.push(character);
+        }
+    }
+    let result = result.trim_end_matches('_');
+    if result.is_empty() || result.starts_with(|first: char| first.is_ascii_digit()) {
+        return format!("value{}{result}", if result.is_empty() { "" } else { "_" });
+    }
+    if TAKEN.contains(&result) || looks_like_macro(result) {
+        return format!("{result}_");
+    }
+    result.to_owned()
+}
+
+/// More than one letter, none of them small; or the imaginary unit of <complex.h>.
+fn looks_like_macro(name: &str) -> bool {
+    let has_small = name.chars().any(|character| character.is_ascii_lowercase());
+    name == "I" || (name.len() > 1 && !has_small)
+}
+
+/// The names that are taken where something is to be named.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scope {
+    taken: BTreeSet<String>,
+}
+
+impl Scope {
+    /// Takes these names, whatever they are.
+    pub fn reserve<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        self.taken.extend(names.into_iter().map(str::to_owned));
+    }
+
+    /// An identifier like `name` that nothing else has.
+    pub fn name(&mut self, name: &str) -> String {
+        let base = identifier(name);
+        let mut unique = base.clone();
+        let mut number = 1;
+        let separator = if base.ends_with(|last: char| last.is_ascii_digit()) { "_" } else { "" };
+        while !self.taken.insert(unique.clone()) {
+            number += 1;
+            unique = format!("{base}{separator}{number}");
+        }
+        unique
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_identifiers() {
+        let table = [
+            ("center", "center"),
+            ("s.a", "s_a"),
+            ("layers[2].scale", "layers_2_scale"),
+            ("__x__y_", "x_y"),
+            ("_Upper", "Upper"),
+            ("float", "float_"),
+            ("PI", "PI_"),
+            ("I", "I_"),
+            ("R", "R"),
+            ("2d", "value_2d"),
+            ("", "value"),
+            ("größe", "gr_e"),
+        ];
+        for (name, expected) in table {
+            assert_eq!(identifier(name), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let mut scope = Scope::default();
+        scope.reserve(["radius"]);
+        assert_eq!(scope.name("radius"), "radius2");
+        assert_eq!(scope.name("radius"), "radius3");
+        assert_eq!(scope.name("radius2"), "radius2_2");
+    }
+}

@@ -1,0 +1,77 @@
+//! C++ text from the single-ray representation: for people to read, and for hosts that have a compiler of their own.
+//!
+//! [`emit`] writes a header of C++17 that stands alone. A class becomes a struct whose fields are the words of its
+//! block, and each of its methods a member function on the state of one ray. Names and comments of the shader are
+//! kept where they can be. The text computes the same bits as the interpreter, whatever compiler builds it, as long as
+//! nobody asks that compiler for fast mathematics: what C++ leaves open (overflow, conversions, contraction) is said.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `class`, `state`, `support` | what stands around methods |
+//! | `method`, `operation`, `request`, `uses` | functions to statements |
+//! | `statement`, `expression` | statements to lines |
+//! | `identifier`, `class_names`, `literal`, `comment` | what may stand in them |
+//!
+//! This crate knows the single-ray representation and how data is laid out, no packet code and no syntax. Shader text
+//! is not trusted: none of its names or comments can become anything else.
+
+mod class;
+mod class_names;
+mod comment;
+mod expression;
+mod identifier;
+mod literal;
+mod method;
+mod operation;
+mod request;
+mod state;
+mod statement;
+mod support;
+mod uses;
+
+use std::collections::BTreeSet;
+
+use rtsl_ir::Function;
+use rtsl_packet::description::LibraryDescription;
+use rtsl_spec::{COLOR_COMPONENTS, Method};
+
+use crate::class_names::reserved;
+
+/// The functions of a class, linked and optimised.
+#[derive(Clone, Debug, Default)]
+pub struct ClassCode<'a> {
+    /// The constructors of the classes behind it, then its own: they read parameters and members and give members, all
+    /// under the names of the description's fields.
+    pub constructors: Vec<&'a Function>,
+    /// Its methods.
+    pub methods: Vec<(Method, &'a Function)>,
+}
+
+/// The text of a library, with the code of each of its classes in their order.
+///
+/// # Panics
+/// If a function has not been linked, or has data that its class's description lacks.
+pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
+    let mut scope = reserved();
+    let mut helpers = BTreeSet::new();
+    let mut structs = String::new();
+    for (description, code) in library.classes.iter().zip(classes) {
+        let name = scope.name(&description.name);
+        class::write_class(&name, description, code, &mut helpers, &mut structs);
+    }
+    let mut text =
+        "// Made by rtsl of shaders. Changes will be lost when it is made again.\n#pragma once\n"
+            .to_owned();
+    text.push_str(support::PREAMBLE);
+    let namespace = identifier::identifier(&library.prefix);
+    text.push_str(&format!("\nnamespace {namespace} {{\n"));
+    support::write_helpers(&helpers, &mut text);
+    state::write_state(library, classes, &mut text);
+    if state::asks_host(classes) {
+        text.push_str(&request::HOST.replace("COLORS", &COLOR_COMPONENTS.to_string()));
+    }
+    text.push_str(&structs);
+    text.push_str(&format!("\n}} // namespace {namespace}\n"));
+    text.push_str(support::END);
+    text
+}

@@ -1,0 +1,669 @@
+//! The body of a method: the operations of a function as statements.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rtsl_ir::{Function, Op, OpKind, PlaceId, PlaceKind, Region, Scalar, Value, Values};
+
+use crate::class_names::ClassNames;
+use crate::expression::Expression;
+use crate::identifier::Scope;
+use crate::literal::{literal, type_name};
+use crate::statement::Statement;
+use crate::support::Helper;
+use crate::uses::Uses;
+
+/// Expressions with more operators than this are taken apart.
+const LARGEST_EXPRESSION: usize = 8;
+
+/// What a body takes besides the instance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub state: bool,
+    pub scratch: bool,
+    pub host: bool,
+    pub parameters: bool,
+}
+
+/// The statements of a function.
+#[derive(Debug)]
+pub(crate) struct Body {
+    pub statements: Vec<Statement>,
+    pub needs: Needs,
+    /// Whether it says if a hit was accepted.
+    pub accepts: bool,
+}
+
+/// Writes a linked function.
+pub(crate) fn write_body(
+    function: &Function,
+    class: &ClassNames,
+    helpers: &mut BTreeSet<Helper>,
+) -> Body {
+    let mut writer = Writer::new(function, class, helpers);
+    let mut statements = Vec::new();
+    writer.begin(&mut statements);
+    writer.region(&function.body, &mut statements);
+    let accepts = writer.outputs(&mut statements);
+    Body { statements, needs: writer.needs, accepts }
+}
+
+/// A variable that is assigned to.
+#[derive(Clone, Debug)]
+pub(crate) struct Target {
+    name: String,
+    /// For variables of loops, which can be read while they wait for their next value: the carried value.
+    variable: Option<Value>,
+}
+
+pub(crate) struct Writer<'a> {
+    pub function: &'a Function,
+    pub uses: Uses,
+    pub class: &'a ClassNames,
+    pub helpers: &'a mut BTreeSet<Helper>,
+    pub needs: Needs,
+    scope: Scope,
+    /// How each value is written that has been defined.
+    values: Vec<Option<Expression>>,
+    /// Values that are to be written where they are used, and have not been.
+    pending: BTreeSet<Value>,
+    /// How each place is written, but for its index.
+    places: Vec<String>,
+    is_output: Vec<bool>,
+    /// Variables that results are to be put into.
+    bound: BTreeMap<Value, Target>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(
+        function: &'a Function,
+        class: &'a ClassNames,
+        helpers: &'a mut BTreeSet<Helper>,
+    ) -> Writer<'a> {
+        let mut is_output = vec![false; function.places.len()];
+        for output in &function.outputs {
+            is_output[output.place.0 as usize] = true;
+        }
+        Writer {
+            uses: Uses::of(function),
+            class,
+            helpers,
+            needs: Needs::default(),
+            scope: class.scope().clone(),
+            values: vec![None; function.values.len()],
+            pending: BTreeSet::new(),
+            places: Vec::new(),
+            is_output,
+            bound: BTreeMap::new(),
+            function,
+        }
+    }
+
+    /// Names the places, and defines those that are the function's own.
+    fn begin(&mut self, out: &mut Vec<Statement>) {
+        for (id, place) in (0..).map(PlaceId).zip(&self.function.places) {
+            let (loads, is_output) = (self.uses.loads(id), self.is_output[id.0 as usize]);
+            let text = match place.kind {
+                PlaceKind::State => {
+                    self.needs.state |= loads > 0 || is_output;
+                    let field = format!("state.{}", self.class.state(&place.name));
+                    if loads > 1 && !is_output {
+                        let name = self.scope.name(&place.name);
+                        let value = Some(Expression::atom(field));
+                        let type_name = "auto &".to_owned();
+                        out.push(Statement::Define {
+                            is_constant: true,
+                            type_name,
+                            name: name.clone(),
+                            value,
+                        });
+                        name
+                    } else {
+                        field
+                    }
+                }
+                PlaceKind::Member | PlaceKind::Buffer => self.class.field(place).to_owned(),
+                PlaceKind::Parameter => {
+                    self.needs.parameters |= loads > 0;
+                    format!("parameters.{}", self.class.field(place))
+                }
+                PlaceKind::Scratch => {
+                    self.needs.scratch |= loads > 0 || is_output;
+                    format!("scratch.{}", self.class.field(place))
+                }
+                PlaceKind::Slot => self.scope.name(&place.name),
+                PlaceKind::Accepted => String::new(),
+            };
+            self.places.push(text);
+        }
+        self.define_slots(out);
+    }
+
+    fn define_slots(&mut self, out: &mut Vec<Statement>) {
+        let mut used = vec![false; self.function.places.len()];
+        self.function.body.for_each_op(&mut |op| {
+            if let OpKind::Load(place, _) | OpKind::Store(place, ..) = op.kind {
+                used[place.0 as usize] = true;
+            }
+        });
+        for ((place, name), used) in self.function.places.iter().zip(&self.places).zip(used) {
+            if place.kind == PlaceKind::Slot && used {
+                out.push(Statement::Define {
+                    is_constant: false,
+                    type_name: type_name(place.scalar).to_owned(),
+                    name: format!("{name}[{}]", place.len),
+                    value: Some(Expression::List(Vec::new())),
+                });
+            }
+        }
+    }
+
+    fn region(&mut self, region: &Region, out: &mut Vec<Statement>) {
+        for op in &region.ops {
+            self.op(op, out);
+        }
+    }
+
+    fn op(&mut self, op: &Op, out: &mut Vec<Statement>) {
+        match &op.kind {
+            OpKind::Constant(constant) => {
+                self.values[op.results.first as usize] = Some(Expression::atom(literal(*constant)));
+            }
+            OpKind::If { condition, then, otherwise } => {
+                self.branch(op.results, *condition, [then, otherwise], out);
+            }
+            OpKind::Loop { initial, body } => self.repeat(op.results, initial, body, out),
+            OpKind::Load(place, index) => {
+                let value = self.load(*place, *index, out);
+                let is_slot = self.function.place(*place).kind == PlaceKind::Slot;
+                let result = op.results.get(0);
+                // What is stored later must not be seen.
+                if is_slot || self.is_output[place.0 as usize] {
+                    self.define_now(result, value, out);
+                } else {
+                    self.define(result, value, out);
+                }
+            }
+            OpKind::Store(place, index, value) => {
+                let value = self.value(*value);
+                let target = self.element(*place, *index, out).flat();
+                out.push(Statement::Assign { target, value });
+            }
+            OpKind::Trace { .. }
+            | OpKind::Occluded { .. }
+            | OpKind::LightCount
+            | OpKind::LightSample { .. }
+            | OpKind::Ambient
+            | OpKind::Rand
+            | OpKind::ReportBudget => self.request(op, out),
+            OpKind::Unary(..)
+            | OpKind::Binary(..)
+            | OpKind::Compare(..)
+            | OpKind::Select(..)
+            | OpKind::Fma(..)
+            | OpKind::Convert(..)
+            | OpKind::Bitcast(..)
+            | OpKind::Length(_) => {
+                let result = op.results.get(0);
+                if self.uses.count(result) > 0 {
+                    let value = self.expression(result, &op.kind, out);
+                    self.define(result, value, out);
+                }
+            }
+            OpKind::ReferenceCall(_) | OpKind::IsSet(..) => {
+                unreachable!("linking has replaced what asks references")
+            }
+        }
+    }
+
+    /// Makes the expression the value's: where it is used, or as a variable.
+    fn define(&mut self, result: Value, value: Expression, out: &mut Vec<Statement>) {
+        if value.is_trivial() {
+            self.values[result.0 as usize] = Some(value);
+        } else if self.uses.nests(result) && !self.is_named(result) {
+            self.values[result.0 as usize] = Some(value);
+            self.pending.insert(result);
+        } else {
+            self.define_now(result, value, out);
+        }
+    }
+
+    /// Makes the value a variable.
+    pub fn define_now(&mut self, result: Value, value: Expression, out: &mut Vec<Statement>) {
+        self.pending.remove(&result);
+        if self.uses.count(result) == 0 {
+            return;
+        }
+        let name = self.name_of(result, &value);
+        let type_name = type_name(self.function.scalar(result)).to_owned();
+        self.values[result.0 as usize] = Some(Expression::atom(name.clone()));
+        out.push(Statement::Define { is_constant: true, type_name, name, value: Some(value) });
+    }
+
+    /// How a value is written where it is used.
+    pub fn value(&mut self, value: Value) -> Expression {
+        let index = value.0 as usize;
+        let written = match self.pending.remove(&value) {
+            true => self.values[index].take(),
+            false => self.values[index].clone(),
+        };
+        written.expect("values are defined before they are used, and pending ones used once")
+    }
+
+    /// How values are written that one operation uses: no more of them than an expression may have are nested.
+    pub fn operands<const N: usize>(
+        &mut self,
+        operands: [Value; N],
+        out: &mut Vec<Statement>,
+    ) -> [Expression; N] {
+        let size = |writer: &Self, value: Value| {
+            writer.values[value.0 as usize].as_ref().map_or(0, Expression::size)
+        };
+        while operands.iter().map(|value| size(self, *value)).sum::<usize>() >= LARGEST_EXPRESSION {
+            let largest = operands.iter().copied().max_by_key(|value| size(self, *value));
+            let largest = largest.expect("there are operands");
+            let value = self.value(largest);
+            self.define_now(largest, value, out);
+        }
+        operands.map(|value| self.value(value))
+    }
+
+    /// A new name.
+    pub fn new_name(&mut self, name: &str) -> String {
+        self.scope.name(name)
+    }
+
+    fn is_named(&self, _value: Value) -> bool {
+        false
+    }
+
+    fn hint(&self, _value: Value) -> Option<String> {
+        None
+    }
+
+    fn name_of(&mut self, result: Value, value: &Expression) -> String {
+        let name =
+            self.hint(result).unwrap_or_else(|| describe(value, self.function.scalar(result)));
+        self.scope.name(&name)
+    }
+
+    fn branch(
+        &mut self,
+        results: Values,
+        condition: Value,
+        regions: [&Region; 2],
+        out: &mut Vec<Statement>,
+    ) {
+        let condition = self.value(condition);
+        let used: Vec<usize> = (0..results.count as usize)
+            .filter(|it| self.uses.count(results.get(*it as u32)) > 0)
+            .collect();
+        let yields =
+            regions.map(|region| used.iter().map(|it| region.yields[*it]).collect::<Vec<_>>());
+        let targets: Vec<(Target, bool)> = used
+            .iter()
+            .enumerate()
+            .map(|(position, index)| {
+                let result = results.get(*index as u32);
+                if let Some(target) = self.bound.remove(&result) {
+                    self.flush(&target, out);
+                    return (target, false);
+                }
+                let name = self.result_name(result, [yields[0][position], yields[1][position]]);
+                (Target { name, variable: None }, true)
+            })
+            .collect();
+        let mut blocks = [Vec::new(), Vec::new()];
+        let mut values = [Vec::new(), Vec::new()];
+        for ((region, yields), (block, values)) in
+            regions.iter().zip(&yields).zip(blocks.iter_mut().zip(&mut values))
+        {
+            self.bind(region, yields, &targets);
+            self.region(region, block);
+            for (value, (target, _)) in yields.iter().zip(&targets) {
+                let value = self.value(*value);
+                values.push((target.clone(), value));
+            }
+        }
+        for (result, (target, _)) in used.iter().zip(&targets) {
+            let result = results.get(*result as u32);
+            let (text, variable) = (target.name.clone(), target.variable);
+            self.values[result.0 as usize] = Some(Expression::Atom { text, variable });
+        }
+        self.write_branch(condition, &targets, blocks, values, (results, &used), out);
+    }
+
+    fn write_branch(
+        &mut self,
+        mut condition: Expression,
+        targets: &[(Target, bool)],
+        mut blocks: [Vec<Statement>; 2],
+        mut values: [Vec<(Target, Expression)>; 2],
+        (results, used): (Values, &[usize]),
+        out: &mut Vec<Statement>,
+    ) {
+        if blocks[0].is_empty() && !blocks[1].is_empty() {
+            condition = condition.inverted();
+            blocks.swap(0, 1);
+            values.swap(0, 1);
+        }
+        let scalar = |position: usize| self.function.scalar(results.get(used[position] as u32));
+        if let ([(target, true)], true) = (targets, blocks.iter().all(Vec::is_empty)) {
+            let [then, otherwise] = values.map(|mut values| values.remove(0).1);
+            let (type_name, name) = (type_name(scalar(0)).to_owned(), target.name.clone());
+            let value = Some(Expression::choice(condition, then, otherwise));
+            out.push(Statement::Define { is_constant: true, type_name, name, value });
+            return;
+        }
+        // What stands in the second block alone are assignments: they can come first, unless variables of loops wait.
+        let comes_first = blocks[1].is_empty();
+        let [then_values, otherwise_values] = values;
+        let mut left = Vec::new();
+        for (position, ((target, is_new), value)) in
+            targets.iter().zip(otherwise_values).enumerate()
+        {
+            let first = comes_first && target.variable.is_none();
+            let type_name = type_name(scalar(position)).to_owned();
+            let name = target.name.clone();
+            match (is_new, first) {
+                (true, _) => out.push(Statement::Define {
+                    is_constant: false,
+                    type_name,
+                    name,
+                    value: first.then(|| value.1.clone()),
+                }),
+                (false, true) => assign(&value.0, value.1.clone(), out),
+                (false, false) => {}
+            }
+            if !first {
+                left.push(value);
+            }
+        }
+        let [mut then, mut otherwise] = blocks;
+        self.assign_all(then_values, &mut then);
+        self.assign_all(left, &mut otherwise);
+        if then.is_empty() && otherwise.is_empty() {
+            return;
+        }
+        if then.is_empty() {
+            condition = condition.inverted();
+            std::mem::swap(&mut then, &mut otherwise);
+        }
+        out.push(Statement::If { condition, then, otherwise });
+    }
+
+    /// Lets results of the region's own operations be put where the region's yields go, where nothing
+    /// reads what is there any more.
+    fn bind(&mut self, region: &Region, yields: &[Value], targets: &[(Target, bool)]) {
+        for (value, (target, _)) in yields.iter().zip(targets) {
+            if self.uses.count(*value) != 1 {
+                continue;
+            }
+            let defining =
+                region.ops.iter().position(|op| op.results.iter().any(|it| it == *value));
+            let Some(defining) = defining else { continue };
+            let fits = match (&region.ops[defining].kind, target.variable) {
+                (OpKind::If { .. }, None) => true,
+                (OpKind::If { .. }, Some(variable)) => !is_used_after(region, defining, variable),
+                _ => false,
+            };
+            if fits {
+                self.bound.insert(*value, target.clone());
+            }
+        }
+    }
+
+    /// Makes variables of what reads a variable that is about to change.
+    fn flush(&mut self, target: &Target, out: &mut Vec<Statement>) {
+        let Some(changing) = target.variable else { return };
+        let reading: Vec<Value> = self
+            .pending
+            .iter()
+            .copied()
+            .filter(|value| {
+                let written = self.values[value.0 as usize].as_ref();
+                written.is_some_and(|written| written.reads(&|it| it == changing))
+            })
+            .collect();
+        for value in reading {
+            let written = self.value(value);
+            self.define_now(value, written, out);
+        }
+    }
+
+    fn repeat(
+        &mut self,
+        results: Values,
+        initial: &[Value],
+        body: &Region,
+        out: &mut Vec<Statement>,
+    ) {
+        let mut targets = Vec::new();
+        for (index, (param, first)) in body.params.iter().zip(initial).enumerate() {
+            let result = results.get(index as u32);
+            let value = self.value(*first);
+            let name = self.result_name(*param, [result, body.yields[index + 1]]);
+            let type_name = type_name(self.function.scalar(*param)).to_owned();
+            let atom = Expression::Atom { text: name.clone(), variable: Some(*param) };
+            self.values[param.0 as usize] = Some(atom.clone());
+            self.values[result.0 as usize] = Some(atom);
+            out.push(Statement::Define {
+                is_constant: false,
+                type_name,
+                name: name.clone(),
+                value: Some(value),
+            });
+            targets.push((Target { name, variable: Some(*param) }, false));
+        }
+        let mut block = Vec::new();
+        let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
+        self.bind(body, next, &targets);
+        self.region(body, &mut block);
+        let mut again = self.value(*again);
+        let next: Vec<(Target, Expression)> = next
+            .iter()
+            .zip(&targets)
+            .map(|(value, (target, _))| (target.clone(), self.value(*value)))
+            .filter(|(target, value)| !is_itself(target, value))
+            .collect();
+        let changes = |value: Value| next.iter().any(|(target, _)| target.variable == Some(value));
+        if again.reads(&changes) {
+            let name = self.scope.name("again");
+            let (type_name, value) = ("bool".to_owned(), Some(again));
+            block.push(Statement::Define {
+                is_constant: true,
+                type_name,
+                name: name.clone(),
+                value,
+            });
+            again = Expression::atom(name);
+        }
+        self.assign_all(next, &mut block);
+        block.push(Statement::BreakIf(again.inverted()));
+        out.push(Statement::Repeat(block));
+    }
+
+    /// Assigns as if all at once.
+    fn assign_all(&mut self, mut left: Vec<(Target, Expression)>, out: &mut Vec<Statement>) {
+        left.retain(|(target, value)| !is_itself(target, value));
+        while !left.is_empty() {
+            // One that no other still reads.
+            let free = (0..left.len()).find(|index| {
+                let Some(variable) = left[*index].0.variable else { return true };
+                let others = left.iter().enumerate().filter(|(other, _)| other != index);
+                others.into_iter().all(|(_, (_, value))| !value.reads(&|it| it == variable))
+            });
+            match free {
+                Some(index) => {
+                    let (target, value) = left.remove(index);
+                    assign(&target, value, out);
+                }
+                None => {
+                    let (target, value) = &mut left[0];
+                    let name = self.scope.name(&format!("next_{}", target.name));
+                    let scalar = self.function.scalar(target.variable.expect("others are free"));
+                    let value = std::mem::replace(value, Expression::atom(name.clone()));
+                    let type_name = type_name(scalar).to_owned();
+                    out.push(Statement::Define {
+                        is_constant: true,
+                        type_name,
+                        name,
+                        value: Some(value),
+                    });
+                }
+            }
+        }
+    }
+
+    fn result_name(&mut self, result: Value, others: [Value; 2]) -> String {
+        let hint = self.hint(result).or_else(|| others.into_iter().find_map(|it| self.hint(it)));
+        let name = hint.or_else(|| self.output_name(result)).unwrap_or_else(|| "result".to_owned());
+        self.scope.name(&name)
+    }
+
+    /// What a value is called that is an output.
+    fn output_name(&self, value: Value) -> Option<String> {
+        let index = self.function.body.yields.iter().position(|it| *it == value)?;
+        let output = self.function.outputs[index];
+        let place = self.function.place(output.place);
+        Some(component_name(&place.name, output.component, place.len))
+    }
+
+    /// Stores what the function gives; true if it says whether a hit was accepted.
+    fn outputs(&mut self, out: &mut Vec<Statement>) -> bool {
+        let kind = |place: PlaceId| self.function.place(place).kind;
+        let outputs = self.function.outputs.iter().copied().zip(&self.function.body.yields);
+        let (accepted, stored): (Vec<_>, Vec<_>) =
+            outputs.partition(|(output, _)| kind(output.place) == PlaceKind::Accepted);
+        let mut stores = Vec::new();
+        for (output, value) in stored {
+            let place = self.function.place(output.place);
+            let mut value = self.value(*value);
+            if place.kind == PlaceKind::Member && place.scalar == Scalar::Bool {
+                value = Expression::call("uint32_t", [value]);
+            }
+            let target =
+                indexed(&self.places[output.place.0 as usize], output.component, place.len);
+            stores.push(Statement::Assign { target, value });
+        }
+        let Some((_, accepted)) = accepted.first() else {
+            out.append(&mut stores);
+            return false;
+        };
+        let accepted = self.value(**accepted);
+        if !stores.is_empty() {
+            let accepted = match accepted {
+                atom @ Expression::Atom { .. } => atom,
+                other => {
+                    let name = self.scope.name("accepted");
+                    let type_name = "bool".to_owned();
+                    out.push(Statement::Define {
+                        is_constant: true,
+                        type_name,
+                        name: name.clone(),
+                        value: Some(other),
+                    });
+                    Expression::atom(name)
+                }
+            };
+            out.push(Statement::If {
+                condition: accepted.clone(),
+                then: stores,
+                otherwise: Vec::new(),
+            });
+            out.push(Statement::Return(accepted));
+        } else {
+            out.push(Statement::Return(accepted));
+        }
+        true
+    }
+
+    /// Sets how a value is written.
+    pub fn set_value(&mut self, value: Value, written: Expression) {
+        self.values[value.0 as usize] = Some(written);
+    }
+
+    /// A new name for what the host answers.
+    pub fn answer_name(&mut self, name: &str, result: Value) -> String {
+        let hint = self.hint(result);
+        self.scope.name(hint.as_deref().unwrap_or(name))
+    }
+
+    pub fn place_text(&self, place: PlaceId) -> &str {
+        &self.places[place.0 as usize]
+    }
+}
+
+fn assign(target: &Target, value: Expression, out: &mut Vec<Statement>) {
+    if !is_itself(target, &value) {
+        out.push(Statement::Assign { target: target.name.clone(), value });
+    }
+}
+
+fn is_itself(target: &Target, value: &Expression) -> bool {
+    matches!(value, Expression::Atom { text, .. } if *text == target.name)
+}
+
+/// Whether anything in the region uses the value behind the operation at `position`.
+fn is_used_after(region: &Region, position: usize, value: Value) -> bool {
+    let mut used = region.yields.contains(&value);
+    for op in &region.ops[position + 1..] {
+        op.kind.for_each_operand(|it| used |= it == value);
+        for inner in op.kind.regions() {
+            inner.for_each_use(&mut |it| used |= it == value);
+        }
+    }
+    used
+}
+
+/// `name`, or an element of it.
+pub(crate) fn indexed(name: &str, index: u32, len: u32) -> String {
+    if len == 1 { name.to_owned() } else { format!("{name}[{index}]") }
+}
+
+/// What a component of something with this many is called.
+pub(crate) fn component_name(name: &str, component: u32, len: u32) -> String {
+    match (len, component) {
+        (1, _) => name.to_owned(),
+        (2..=4, 0..=3) => format!("{name}_{}", ["x", "y", "z", "w"][component as usize]),
+        _ => format!("{name}_{component}"),
+    }
+}
+
+/// A name for what an expression computes.
+fn describe(value: &Expression, scalar: Scalar) -> String {
+    let name = match value {
+        Expression::Atom { text, .. } => text.rsplit(['.', ' ']).next().unwrap_or("value"),
+        Expression::Unary(..) if scalar == Scalar::Bool => "is_not",
+        Expression::Unary(..) => "negative",
+        Expression::Binary(operator, ..) => match operator.text {
+            "*" => "product",
+            "/" => "quotient",
+            "+" => "sum",
+            "-" => "difference",
+            "<" | "<=" => "is_less",
+            ">" | ">=" => "is_greater",
+            "==" => "is_equal",
+            "!=" => "differs",
+            "&&" => "both",
+            "||" => "either",
+            _ => "bits",
+        },
+        Expression::Choice(..) => "chosen",
+        Expression::Call(callee, _) => match callee.as_str() {
+            "std::fma" | "wrapping_add" => "sum",
+            "std::sqrt" => "root",
+            "std::fabs" | "wrapping_abs" => "magnitude",
+            "std::floor" | "std::ceil" | "std::trunc" | "std::nearbyint" => "whole",
+            "minimum" => "least",
+            "maximum" => "greatest",
+            "rounded" | "wrapping_multiply" => "product",
+            "bits_of" => "bits",
+            "wrapping_subtract" => "difference",
+            _ => "value",
+        },
+        Expression::List(_) => "list",
+        Expression::Element(array, _) => array.rsplit('.').next().unwrap_or("element"),
+    };
+    let name = name.split('[').next().unwrap_or("value");
+    name.to_owned()
+}

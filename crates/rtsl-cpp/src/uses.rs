@@ -1,0 +1,124 @@
+//! How often and where values are used.
+
+use rtsl_ir::{BinaryOp, Function, OpKind, PlaceId, Region, Scalar, UnaryOp, Value};
+
+/// What is known of the uses of each value.
+#[derive(Debug)]
+pub(crate) struct Uses {
+    counts: Vec<u32>,
+    /// How many loops are around the definition, and around the last use.
+    defined: Vec<u32>,
+    used: Vec<u32>,
+    /// Products that may become part of a sum as they are.
+    into_sums: Vec<bool>,
+    loads: Vec<u32>,
+}
+
+impl Uses {
+    pub fn of(function: &Function) -> Uses {
+        let values = function.values.len();
+        let mut uses = Uses {
+            counts: vec![0; values],
+            defined: vec![0; values],
+            used: vec![0; values],
+            into_sums: vec![false; values],
+            loads: vec![0; function.places.len()],
+        };
+        uses.region(&function.body, 0);
+        while uses.spread(function, &function.body) {}
+        uses
+    }
+
+    pub fn count(&self, value: Value) -> u32 {
+        self.counts[value.0 as usize]
+    }
+
+    /// Whether the value can stand where it is used, and is computed no more often than where it is defined.
+    pub fn nests(&self, value: Value) -> bool {
+        let index = value.0 as usize;
+        self.counts[index] == 1 && self.defined[index] == self.used[index]
+    }
+
+    /// Whether a sum gets the value as it is, so that compilers might join the operation that makes it with the sum.
+    pub fn goes_into_sum(&self, value: Value) -> bool {
+        self.into_sums[value.0 as usize]
+    }
+
+    /// How many operations load from a place.
+    pub fn loads(&self, place: PlaceId) -> u32 {
+        self.loads[place.0 as usize]
+    }
+
+    fn region(&mut self, region: &Region, loops: u32) {
+        for param in &region.params {
+            self.defined[param.0 as usize] = loops;
+        }
+        for op in &region.ops {
+            op.kind.for_each_operand(|value| self.add(value, loops));
+            if let OpKind::Load(place, _) = op.kind {
+                self.loads[place.0 as usize] += 1;
+            }
+            for result in op.results.iter() {
+                self.defined[result.0 as usize] = loops;
+            }
+            let inner = loops + u32::from(matches!(op.kind, OpKind::Loop { .. }));
+            op.kind.regions().for_each(|region| self.region(region, inner));
+        }
+        region.yields.iter().for_each(|value| self.add(*value, loops));
+    }
+
+    fn add(&mut self, value: Value, loops: u32) {
+        self.counts[value.0 as usize] += 1;
+        self.used[value.0 as usize] = loops;
+    }
+
+    /// One round from sums to what goes into them; true if anything is new.
+    fn spread(&mut self, function: &Function, region: &Region) -> bool {
+        let mut found = false;
+        for op in region.ops.iter().rev() {
+            let goes = op.results.iter().map(|result| self.goes_into_sum(result));
+            let goes: Vec<bool> = goes.collect();
+            let mut mark = |value: Value, uses: &mut Uses| {
+                found |= !std::mem::replace(&mut uses.into_sums[value.0 as usize], true);
+            };
+            match &op.kind {
+                OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract, a, b)
+                    if function.scalar(*a) == Scalar::F32 =>
+                {
+                    mark(*a, self);
+                    mark(*b, self);
+                }
+                OpKind::Unary(UnaryOp::Negate, a) if goes[0] => mark(*a, self),
+                OpKind::Select(_, a, b) | OpKind::Binary(BinaryOp::Min | BinaryOp::Max, a, b)
+                    if goes[0] =>
+                {
+                    mark(*a, self);
+                    mark(*b, self);
+                }
+                // Slots are memory, but compilers keep them in registers.
+                OpKind::Store(_, _, value) => mark(*value, self),
+                OpKind::If { then, otherwise, .. } => {
+                    for (index, goes) in goes.iter().enumerate() {
+                        if *goes {
+                            mark(then.yields[index], self);
+                            mark(otherwise.yields[index], self);
+                        }
+                    }
+                }
+                OpKind::Loop { initial, body } => {
+                    for (index, goes) in goes.iter().enumerate() {
+                        if *goes || self.goes_into_sum(body.params[index]) {
+                            mark(initial[index], self);
+                            mark(body.yields[index + 1], self);
+                        }
+                    }
+                }
+                _ => {}
+            }
+            for inner in op.kind.regions().rev() {
+                found |= self.spread(function, inner);
+            }
+        }
+        found
+    }
+}
