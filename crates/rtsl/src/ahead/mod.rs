@@ -129,11 +129,16 @@ impl AheadLibrary {
     /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It
     /// computes the same bits.
     pub fn cpp(&self) -> String {
+        rtsl_cpp::emit(&self.description, &self.code())
+    }
+
+    /// The code of each class, linked and optimised.
+    pub fn code(&self) -> Vec<ClassCode<'_>> {
         let classes = self.functions.iter().map(|functions| ClassCode {
             constructors: functions.constructors.iter().collect(),
             methods: functions.methods.iter().map(|(method, it)| (*method, &**it)).collect(),
         });
-        rtsl_cpp::emit(&self.description, &classes.collect::<Vec<_>>())
+        classes.collect()
     }
 
     /// An object file (ELF, position independent) for a machine, this one where `None`. It needs nothing but `memcpy`

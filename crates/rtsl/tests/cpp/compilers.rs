@@ -1,0 +1,79 @@
+//! The compilers of C++ that are installed.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
+use std::path::Path;
+use std::process::Command;
+
+/// A compiler with its flags.
+#[derive(Debug)]
+pub struct Setting {
+    compiler: &'static str,
+    flags: &'static [&'static str],
+}
+
+const SETTINGS: [Setting; 4] = [
+    Setting { compiler: "g++", flags: &["-std=c++17", "-O2"] },
+    Setting { compiler: "clang++", flags: &["-std=c++17", "-O2"] },
+    Setting {
+        compiler: "g++",
+        flags: &["-std=gnu++17", "-O3", "-march=native", "-ffp-contract=fast"],
+    },
+    Setting {
+        compiler: "clang++",
+        flags: &["-std=gnu++17", "-O3", "-march=native", "-ffp-contract=fast"],
+    },
+];
+
+/// Those that can be tried here; says which can't.
+///
+/// # Panics
+/// If one is missing and `RTSL_REQUIRE_CXX` is 1.
+pub fn settings() -> Vec<Setting> {
+    let is_required = std::env::var_os("RTSL_REQUIRE_CXX").is_some_and(|value| value == "1");
+    let is_there = |setting: &Setting| {
+        let version = Command::new(setting.compiler).arg("--version").output();
+        let is_there = version.is_ok_and(|output| output.status.success());
+        assert!(is_there || !is_required, "{} is not installed", setting.compiler);
+        if !is_there {
+            println!("{} is not installed: its C++ is not tested", setting.compiler);
+        }
+        is_there
+    };
+    SETTINGS.into_iter().filter(is_there).collect()
+}
+
+impl Setting {
+    /// Builds the program and runs it on these words; what it writes.
+    pub fn run(&self, text: &str, headers: &BTreeMap<String, String>, words: &[u32]) -> Vec<u32> {
+        let name: String = self.to_string().replace([' ', '+', '='], "_");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        for (name, text) in headers {
+            std::fs::write(folder.join(name), text).unwrap();
+        }
+        std::fs::write(folder.join("main.cpp"), text).unwrap();
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        std::fs::write(folder.join("input"), bytes).unwrap();
+        let mut compile = Command::new(self.compiler);
+        compile.args(self.flags);
+        compile.args(["main.cpp", "-o", "program"]).current_dir(&folder);
+        run(&mut compile, self);
+        let program = folder.join("program");
+        run(Command::new(program).args(["input", "output"]).current_dir(&folder), self);
+        let bytes = std::fs::read(folder.join("output")).unwrap();
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
+    }
+}
+
+fn run(command: &mut Command, setting: &Setting) {
+    let output = command.output().unwrap();
+    let message: String = String::from_utf8_lossy(&output.stderr).chars().take(4000).collect();
+    assert!(output.status.success(), "{setting}, {command:?}: {message}");
+}
+
+impl Display for Setting {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        write!(out, "{} {}", self.compiler, self.flags.join(" "))
+    }
+}
