@@ -10,6 +10,9 @@
 //! 4. `kernels`: functions to machine code, when they are first called: `rtsl_packet::lower` (masks,
 //!    one shape and width), `rtsl_llvm::emit` (text), `Llvm::compile` (LLVM's passes, object,
 //!    loading). Without LLVM step 4 is the interpreter.
+//!
+//! What step 2 or 3 gives is also what [libraries](crate::ahead) are made of: object files by step 4 but for loading,
+//! C++ by `rtsl_cpp::emit`.
 
 use std::sync::Arc;
 

@@ -18,7 +18,10 @@ use crate::noise::Noise;
 /// So that no loop takes long, whatever the members are.
 const LOOP_BUDGET: u32 = 300;
 /// Generated functions.
-const GENERATED: u64 = 60;
+const GENERATED: u64 = 24;
+
+/// Classes whose references are bound.
+const BOUND: usize = 8;
 
 /// The name of words in which nothing stands that a call leaves.
 const PADDING: &str = "padding";
@@ -54,7 +57,8 @@ fn standard_classes() -> Vec<Arc<Class>> {
 }
 
 fn with_references(classes: &[Arc<Class>]) -> Vec<Arc<Class>> {
-    classes.iter().filter(|class| !class.references.is_empty()).cloned().collect()
+    let classes = classes.iter().filter(|class| !class.references.is_empty());
+    classes.take(BOUND).cloned().collect()
 }
 
 /// Each texture that a class refers to is a checker.
