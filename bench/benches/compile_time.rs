@@ -58,7 +58,7 @@ const STAGES: [(&str, Option<Emit>); 5] = [
     ("link, optimise", Some(Emit::Ir)),
     ("packet, text", Some(Emit::Llvm)),
     ("LLVM passes", Some(Emit::OptimizedLlvm)),
-    ("code", Some(Emit::Object)),
+    ("code", Some(Emit::Assembly)),
 ];
 
 fn measure_library() -> Vec<Row> {
