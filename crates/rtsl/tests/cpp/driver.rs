@@ -30,7 +30,7 @@ impl Driver {
         }
         let calls = (0..subjects.len()).map(|number| format!("call{number}"));
         let calls: Vec<String> = calls.collect();
-        let _ = write!(text, "static void (*const calls[])() = {{{}}};\n", calls.join(", "));
+        let _ = writeln!(text, "static void (*const calls[])() = {{{}}};", calls.join(", "));
         text.push_str(END);
         Driver { text, headers }
     }

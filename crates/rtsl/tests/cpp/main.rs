@@ -34,7 +34,7 @@ fn cpp_gives_the_oracles_bits() {
     }
     let results = std::thread::scope(|scope| {
         let runs = settings.iter().map(|setting| {
-            let run = || setting.run(&driver.text(), &driver.headers(), &words);
+            let run = || setting.run(driver.text(), driver.headers(), &words);
             (setting, scope.spawn(run))
         });
         let runs: Vec<_> = runs.collect();
