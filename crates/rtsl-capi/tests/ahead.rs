@@ -9,7 +9,7 @@ use std::sync::Arc;
 use compiler::{CProgram, has_compiler};
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
 use rtsl::description::{ClassDescription, ParameterDescription};
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{
     Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances, LaneMask,
     Numbers, Role, Scalar, Shape, Value, library, new_state, state_component_count,
@@ -250,26 +250,6 @@ impl Random {
 struct Quarter;
 
 impl Host for Quarter {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
-        *radiance = Default::default();
-    }
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; rtsl::COLOR_COMPONENTS as usize] {
-        Default::default()
-    }
-
     fn rand(&mut self, _: LaneSet, values: &mut LaneFloats) {
         *values = [0.25; 16];
     }

@@ -109,19 +109,26 @@ pub struct LightRequest<'a> {
     pub reached: u32,
 }
 
-/// The renderer's side.
+/// The renderer's side. What a host does not say is answered with zeros: black, unlit, nothing in the way.
 ///
 /// `light_count`, `ambient` and `rand` may be asked on a small stack, of which half a megabyte is left: they must
 /// not call kernels.
 pub trait Host {
-    /// The radiance along new rays.
-    fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors);
+    /// The radiance along new rays; zeros so far.
+    fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
+        let _ = (lanes, rays, radiance);
+    }
 
     /// Which lanes have anything on their rays before the limit: bit `i` for lane `i`.
-    fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32;
+    fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
+        let _ = (lanes, rays);
+        0
+    }
 
     /// The number of light samples that [`Host::light_sample`] has; the same throughout a call.
-    fn light_count(&mut self) -> u32;
+    fn light_count(&mut self) -> u32 {
+        0
+    }
 
     /// Light sample `index` (less than the count) at points. Returns the lanes that the
     /// light reaches unshadowed from within their cone; only those lanes of `light` are read,
@@ -132,7 +139,10 @@ pub trait Host {
         index: u32,
         query: &LightQueryLanes,
         light: &mut LightLanes,
-    ) -> u32;
+    ) -> u32 {
+        let _ = (lanes, index, query, light);
+        0
+    }
 
     /// [`Host::trace`] for requests of one call that came together, as many lanes as there may be at a time. All
     /// have lanes of their own. A host that gains by it answers them as one; so for the other two.
@@ -157,38 +167,18 @@ pub trait Host {
     }
 
     /// The scene's ambient light.
-    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize];
+    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
+        Default::default()
+    }
 
-    /// The next dimension of each ray's sampler, in [0,1).
-    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats);
+    /// The next dimension of each ray's sampler, in [0,1); zeros so far.
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        let _ = (lanes, values);
+    }
 }
 
 /// A host without a scene: black, unlit, and `rand` is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoHost;
 
-impl Host for NoHost {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
-        *radiance = Default::default();
-    }
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
-        Default::default()
-    }
-
-    fn rand(&mut self, _: LaneSet, values: &mut LaneFloats) {
-        *values = Default::default();
-    }
-}
+impl Host for NoHost {}

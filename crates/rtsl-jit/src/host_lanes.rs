@@ -10,16 +10,6 @@ use crate::kernel::CompiledKernel;
 use crate::lanes::LaneBlock;
 
 /// Lane arrays of a host's own: one for each component of the state or of scratch, one word for each lane.
-///
-/// ```
-/// use rtsl::{HostLanes, Method, lookup_state, state_component_count};
-///
-/// let mut distance = [1.0_f32; 4];
-/// let mut lanes = HostLanes::new(state_component_count() as usize, 4);
-/// let component = lookup_state("rt_HitDistance").unwrap().first_component;
-/// lanes.bind(component as usize, &mut distance);
-/// assert_eq!(lanes.lanes(), 4);
-/// ```
 pub struct HostLanes<'a> {
     arrays: Arrays<'a>,
     lanes: usize,

@@ -132,6 +132,28 @@ pub struct Diagnostics {
     has_errors: bool,
 }
 
+/// The first line of what people read, without its place: for those who have nothing but this.
+impl std::fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}[{}]: {}", self.severity.name(), self.code, self.message)
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
+/// Each in a line.
+impl std::fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut diagnostics = self.list.iter();
+        if let Some(first) = diagnostics.next() {
+            write!(f, "{first}")?;
+        }
+        diagnostics.try_for_each(|diagnostic| write!(f, "\n{diagnostic}"))
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
 impl Diagnostics {
     /// How many are kept.
     pub const LIMIT: usize = 200;

@@ -1,5 +1,6 @@
 //! A C compiler, where there is one.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -23,24 +24,32 @@ fn compiler() -> String {
     std::env::var("CC").unwrap_or_else(|_| "cc".to_owned())
 }
 
-/// A program of `tests/c`.
+/// A program and how it is compiled and run.
 pub struct CProgram {
     name: String,
     folder: PathBuf,
     options: Vec<String>,
     inputs: Vec<PathBuf>,
+    arguments: Vec<OsString>,
 }
 
 #[allow(dead_code, reason = "each test uses a part")]
 impl CProgram {
+    /// A program of `tests/c`.
     pub fn new(name: &str) -> CProgram {
+        CProgram::of(&tests().join("c").join(format!("{name}.c")))
+    }
+
+    /// A program of one file.
+    pub fn of(source: &Path) -> CProgram {
+        let name = source.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("c-{name}"));
         std::fs::create_dir_all(&folder).expect("a folder for the program");
         let options =
             ["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-Werror", "-g"];
         let options = options.map(str::to_owned).to_vec();
-        let inputs = vec![tests().join("c").join(format!("{name}.c"))];
-        CProgram { name: name.to_owned(), folder, options, inputs }
+        let (inputs, arguments) = (vec![source.to_owned()], Vec::new());
+        CProgram { name, folder, options, inputs, arguments }
     }
 
     /// Its own folder, which is looked in for headers.
@@ -67,6 +76,12 @@ impl CProgram {
         self
     }
 
+    /// With an argument.
+    pub fn argument(mut self, argument: impl Into<OsString>) -> CProgram {
+        self.arguments.push(argument.into());
+        self
+    }
+
     /// Compiles and runs it.
     pub fn run(self) {
         self.run_with(&[]);
@@ -83,6 +98,7 @@ impl CProgram {
         let compiled = compile.output().expect("the compiler runs");
         assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
         let mut run = Command::new(program);
+        run.args(&self.arguments);
         run.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut running = run.spawn().expect("the program runs");
         let mut to_program = running.stdin.take().expect("it reads");
@@ -100,6 +116,12 @@ impl CProgram {
         );
         ran.stdout
     }
+}
+
+/// The root of the repository.
+#[allow(dead_code, reason = "each test uses a part")]
+pub fn repository() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 fn tests() -> PathBuf {
