@@ -85,10 +85,10 @@ fn vectors<'a, const N: usize>(state: &'a mut LaneBlock, name: &str) -> [&'a mut
 }
 
 fn normalize(vectors: [&mut [f32]; 3]) {
-    for ray in 0..RAYS {
+    (0..RAYS).for_each(|ray| {
         let [x, y, z] = from_fn(|i| vectors[i][ray]);
         (0..3).for_each(|i| vectors[i][ray] /= (x * x + y * y + z * z).sqrt());
-    }
+    });
 }
 
 /// The colours of `RAYS` pixels in a row from `x` on.
@@ -120,7 +120,7 @@ fn render(primitive: &Object, material: &Object, (x, y): (usize, usize)) -> Resu
     let color = vectors::<3>(state, "rt_SampleColor");
     let value = |ray, i: usize| if hits.get(ray) { color[i][ray] } else { sky(i, direction[1][ray]) };
     // A display's gamma is about 2.
-    let pixel = |value: f32| (255.0 * value.max(0.0).min(1.0).sqrt() + 0.5) as u8;
+    let pixel = |value: f32| (255.0 * value.clamp(0.0, 1.0).sqrt() + 0.5) as u8;
     Ok((0..3 * RAYS).map(|index| pixel(value(index / 3, index % 3))).collect())
 }
 
