@@ -10,6 +10,18 @@ use crate::pipeline;
 use crate::unit::Compilation;
 
 /// How text is compiled.
+///
+/// ```
+/// use rtsl::{Compiler, CompilerOptions};
+///
+/// // Text of strangers: their constructors end.
+/// let options = CompilerOptions { loop_budget: Some(100_000), ..CompilerOptions::default() };
+/// let text = "class A : rt_Texture; constructor() { while (true) {} }";
+/// let unit = Compiler::new(options).compile("a.rtsl", text).unit.expect("it compiles");
+/// let error = rtsl::Instance::new(unit.class("A")?, []).unwrap_err();
+/// assert_eq!(error.iter().next().map(|it| it.code.as_str()), Some("E0619"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CompilerOptions {
     /// The greatest number of loop iterations of a constructor, all loops taken together;
@@ -20,6 +32,18 @@ pub struct CompilerOptions {
 }
 
 /// Compiles text to classes.
+///
+/// ```
+/// use rtsl::{Compiler, MemoryLoader};
+///
+/// // Includes come from where the host says: here from memory.
+/// let mut loader = MemoryLoader::default();
+/// loader.files.insert("grey.rtsl".to_owned(), "float grey() { return 0.5; }".to_owned());
+/// let text = "#include \"grey.rtsl\"\nclass A : rt_Texture; void lookup() { rt_TextureColor = color(grey()); }";
+/// let compilation = Compiler::default().compile_with("a.rtsl", text, &mut loader);
+/// assert_eq!(compilation.unit.expect("it compiles").classes().len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Compiler {
     options: CompilerOptions,

@@ -25,6 +25,23 @@ pub enum Emit {
 }
 
 /// What to emit and for what.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{Emit, EmitRequest, Method, Shape};
+///
+/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: Shape::Packet.into(), target: None };
+/// let text = String::from_utf8(program.emit(&request)?)?;
+/// assert!(text.starts_with("function Ball.intersect"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct EmitRequest {
     /// The form.

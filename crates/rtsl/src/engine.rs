@@ -20,6 +20,29 @@ use crate::variant::Variant;
 
 /// Links instances and makes kernels for them, each once. Cheap to clone; safe to share among
 /// threads.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// use rtsl::{Backend, Engine, EngineOptions, KernelRequest, Method, Shape};
+///
+/// let (engine, warnings) = Engine::new(EngineOptions { backend: Backend::Auto, ..EngineOptions::default() })?;
+/// // Without LLVM everything runs on the interpreter, with a warning.
+/// assert_eq!(engine.llvm().is_none(), warnings.iter().next().is_some());
+/// # let ball = rtsl::Instance::new(class, [])?;
+/// let program = engine.program(&ball);
+/// // Kernels that are needed at once are made at once, on all processors.
+/// let methods = [Method::Intersect, Method::ComputeNormal];
+/// let requests = methods.map(|method| KernelRequest::new(&program, method, Shape::Packet));
+/// assert!(engine.compile_all(&requests).iter().all(Result::is_ok));
+/// // An engine is for all threads.
+/// let engine = &engine;
+/// std::thread::scope(|scope| scope.spawn(|| assert!(engine.program(&ball).has(Method::Intersect))).join());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Engine {
     shared: Arc<Shared>,

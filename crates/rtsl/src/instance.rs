@@ -27,6 +27,23 @@ const DEPTH_LIMIT: u32 = 64;
 /// An object of a scene: a class, values for its parameters, the instances that it refers to.
 /// It does not change; a changed parameter is a new instance, made in microseconds, and kernels
 /// stay as they are, since instances are data to them.
+///
+/// ```
+/// use rtsl::{Compiler, Instance, Value};
+///
+/// let text = "class Layer : rt_Texture; public color tint; public rt_Texture below;
+///     void lookup() { rt_TextureColor = tint * below.lookup(); }";
+/// let unit = Compiler::default().compile("layer.rtsl", text).unit.expect("it compiles");
+/// let class = unit.class("Layer")?;
+/// let lower = Instance::new(class, [("tint", [0.2, 0.4, 0.8].into())])?;
+/// // A reference is a value as others are.
+/// let upper = Instance::new(class, [("tint", 0.5.into()), ("below", Value::Instance(lower))])?;
+/// assert_eq!(upper.member("tint"), Some(&[0.5_f32.to_bits(); 3][..]));
+/// // All that is wrong is told at once: there is no `tind`, and so `tint` is missing.
+/// let problems = Instance::new(class, [("tind", 1.0.into())]).unwrap_err();
+/// assert_eq!(problems.iter().count(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Instance {
     class: Arc<Class>,

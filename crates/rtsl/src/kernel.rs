@@ -11,6 +11,37 @@ use crate::interpreted::InterpretedKernel;
 
 /// A method, ready to be called. Machine code and the interpreter are called alike and give
 /// the same bits.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{CallArguments, Instances, LaneMask, Method, Role, Shape, host::NoHost, lookup_state};
+///
+/// let kernel = program.kernel(Method::Intersect, Shape::Packet)?;
+/// let mut state = rtsl::new_state(100);
+/// rtsl::set_defaults(&mut state, Role::Primitive);
+/// let first = |name| lookup_state(name).expect("the table has it").first_component as usize;
+/// state.floats_mut(first("rt_RayOrigin") + 2).fill(-5.0);
+/// let mut accepted = LaneMask::new(100);
+/// let status = kernel.call(CallArguments {
+///     state: &mut state,
+///     scratch: &mut program.new_scratch(100),
+///     count: 100,
+///     mask: None,
+///     accepted: Some(&mut accepted),
+///     instances: Instances::One(&program.block(&ball)),
+///     host: &mut NoHost,
+/// });
+/// assert!(accepted.get(99) && !status.budget_exhausted);
+/// assert_eq!(state.floats(first("rt_HitDistance"))[99], 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Kernel {
     kind: Kind,
@@ -45,6 +76,39 @@ impl Kernel {
     }
 
     /// Runs the method for all rays of a host's own arrays; machine code works on them where they are.
+    ///
+    /// ```
+    /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+    /// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+    /// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+    /// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+    /// # let class = unit.class("Ball")?;
+    /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+    /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+    /// # let program = engine.program(&ball);
+    /// use rtsl::{HostArguments, HostLanes, Instances, Method, Shape, host::NoHost, lookup_state};
+    ///
+    /// // The host's own arrays, each with room for whole vectors.
+    /// let (mut depth, mut start, mut least) = ([f32::INFINITY; 16], [-5.0; 16], [1e-4; 16]);
+    /// let mut state = HostLanes::new(rtsl::state_component_count() as usize, 16);
+    /// let first = |name| lookup_state(name).expect("the table has it").first_component as usize;
+    /// state.bind(first("rt_HitDistance"), &mut depth);
+    /// state.bind(first("rt_RayOrigin") + 2, &mut start);
+    /// state.bind(first("rt_Epsilon"), &mut least);
+    /// let kernel = program.kernel(Method::Intersect, Shape::Packet)?;
+    /// let mut accepted = [0; 16];
+    /// kernel.call_host(HostArguments {
+    ///     state: &mut state,
+    ///     scratch: &mut HostLanes::new(0, 16),
+    ///     count: 10,
+    ///     mask: None,
+    ///     accepted: Some(&mut accepted),
+    ///     instances: Instances::One(&program.block(&ball)),
+    ///     host: &mut NoHost,
+    /// })?;
+    /// assert_eq!((accepted[9], depth[9], depth[10]), (-1, 3.0, f32::INFINITY));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// If the arguments do not fit the kernel.
@@ -103,6 +167,33 @@ impl Kernel {
 
 /// `intersect` in the leaf shape and the objects that it is called for, found to fit each other once; see
 /// [`Kernel::for_leaves`].
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use std::sync::Arc;
+/// use rtsl::{LeafArguments, LeafTest, Method, Role, Shape, host::NoHost, lookup_state};
+///
+/// // One ray against many objects.
+/// let far = rtsl::Instance::new(class, [("radius", 1.0.into())])?;
+/// let objects = Arc::new(program.objects([&*far, &*ball]));
+/// let kernel = program.kernel(Method::Intersect, Shape::Leaf)?.for_leaves(objects);
+/// let mut state = rtsl::new_state(1);
+/// rtsl::set_defaults(&mut state, Role::Primitive);
+/// let z = lookup_state("rt_RayOrigin").expect("the table has it").first_component as usize + 2;
+/// state.floats_mut(z)[0] = -5.0;
+/// let mut tests = [LeafTest::new(0, 0)];
+/// let (scratch, host) = (&mut program.new_scratch(1), &mut NoHost);
+/// let _ = kernel.call(LeafArguments { state: &mut state, scratch, count: 2, tests: &mut tests, host });
+/// assert_eq!(tests[0].nearest(), Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LeafKernel {
     kind: LeafKind,

@@ -20,6 +20,16 @@ pub fn files() -> &'static [LibraryFile] {
 
 /// The unit of the standard library that has a class.
 ///
+/// ```
+/// use rtsl::{Compiler, Instance, library};
+///
+/// let unit = library::unit_of_class(&Compiler::default(), "Torus")?;
+/// let torus = Instance::new(unit.class("Torus")?, [("minorRadius", 0.3.into())])?;
+/// assert!(library::files().iter().any(|file| file.text.contains("class Torus")));
+/// # let _ = torus;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If no file of the library has it; the message names what may be meant.
 pub fn unit_of_class(compiler: &Compiler, name: &str) -> Result<Unit, Diagnostic> {

@@ -44,6 +44,21 @@ pub enum Backend {
 }
 
 /// How an [`Engine`](crate::Engine) makes kernels.
+///
+/// ```
+/// use rtsl::{Backend, Engine, EngineOptions, Math};
+///
+/// // Text of strangers, rounded as it is written, on the interpreter.
+/// let options = EngineOptions {
+///     backend: Backend::Interpreter,
+///     math: Math::Strict,
+///     loop_budget: Some(1_000_000),
+///     ..EngineOptions::default()
+/// };
+/// let (engine, _) = Engine::new(options)?;
+/// assert!(engine.llvm().is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EngineOptions {
     /// What runs them.

@@ -25,6 +25,30 @@ use crate::{Instance, ahead, errors};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// use rtsl::{Method, Shape, Variant, lookup_state};
+///
+/// let program = engine.program(&ball);
+/// // Instances of one class share a program, as long as somebody keeps it; so a changed parameter compiles nothing.
+/// let other = rtsl::Instance::new(class, [("radius", 3.0.into())])?;
+/// assert!(std::sync::Arc::ptr_eq(&program, &engine.program(&other)));
+/// // What a method reads and sets, for hosts that compute no more than that.
+/// let intersect = program.method(Method::Intersect)?;
+/// assert!(intersect.writes.iter().any(|it| it.name == "rt_HitDistance"));
+/// // Kernels by shape and width.
+/// let kernel = program.kernel(Method::Intersect, Variant::new(Shape::Packet).with_width(16))?;
+/// let origin = lookup_state("rt_RayOrigin").expect("the table has it").first_component;
+/// assert!(kernel.state_components().contains(origin + 2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Program {
     shared: Arc<Shared>,

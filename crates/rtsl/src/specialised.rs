@@ -16,6 +16,28 @@ use crate::variant::{KnownMembers, Variant};
 /// bits, so it never matters which of them a call meets.
 ///
 /// [`Engine::specialise`](crate::Engine::specialise) makes one. It may be called from many threads.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{KernelRequest, Method, Shape};
+///
+/// let request = KernelRequest::new(&program, Method::ComputeNormal, Shape::Packet);
+/// let mut normal = engine.specialise(&request, &ball)?;
+/// normal.wait();
+/// // A change never waits for a compiler: the next call is the general kernel's.
+/// let changed = rtsl::Instance::new(class, [("radius", 3.0.into())])?;
+/// normal.set_instance(&changed);
+/// let (kernel, block) = (normal.kernel(), normal.block());
+/// # let _ = (kernel, block);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct SpecialisedKernel {
     request: KernelRequest,

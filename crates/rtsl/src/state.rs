@@ -15,6 +15,16 @@ pub fn new_state(lanes: usize) -> LaneBlock {
 
 /// Sets what a role's methods read to the values it has where no host sets any: constants of the
 /// one table. Those whose default is another variable's value are left alone.
+///
+/// ```
+/// use rtsl::{Role, lookup_state};
+///
+/// let mut state = rtsl::new_state(4);
+/// rtsl::set_defaults(&mut state, Role::Primitive);
+/// let distance = lookup_state("rt_HitDistance").expect("the table has it").first_component;
+/// assert_eq!(state.floats(distance as usize), [f32::INFINITY; 4]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn set_defaults(state: &mut LaneBlock, role: Role) {
     for row in rows().iter().filter(|row| row.role.is_none_or(|it| it == role)) {
         let Some(variable) = state_variables().iter().find(|it| it.name == row.name) else {

@@ -8,6 +8,23 @@ use rtsl_source::{Diagnostic, Diagnostics, SourceMap};
 use crate::errors;
 
 /// The classes of a file.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// // What a user interface shows of a class.
+/// for parameter in &class.parameters {
+///     assert_eq!((parameter.name.as_str(), rtsl::type_name(&parameter.ty)), ("radius", "float".to_owned()));
+///     assert!(parameter.annotation("min").is_some() && !parameter.required);
+///     assert_eq!(rtsl::default_value(class, parameter), Some(vec![1.0_f32.to_bits()]));
+/// }
+/// assert!(class.methods.contains_key(&rtsl::Method::Intersect));
+/// assert!(unit.class("Bal").is_err_and(|error| error.help.join("").contains("Ball")));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Unit {
     pub(crate) classes: Vec<Arc<Class>>,
@@ -31,6 +48,18 @@ impl Unit {
 }
 
 /// What compiling a file gave.
+///
+/// ```
+/// let compilation = rtsl::Compiler::default().compile("a.rtsl", "class A : rt_Texture;\nvoid lookup() { x = 1; }");
+/// assert!(compilation.unit.is_none());
+/// // For people, and as data.
+/// assert!(compilation.report(false).contains("a.rtsl:2:"));
+/// let first = compilation.diagnostics.iter().next().expect("there is an error");
+/// let span = first.primary.as_ref().expect("it has a place").span;
+/// assert_eq!(compilation.sources.position(span.file, span.start).line, 2);
+/// assert_eq!((first.severity, first.code.as_str()), (rtsl::Severity::Error, "E0201"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Compilation {
     /// The classes; `None` if there are errors.

@@ -8,6 +8,18 @@ use crate::Instance;
 
 /// A value, loosely typed: the class says what type it must have, and numbers convert as the
 /// language converts them (int to uint to float).
+///
+/// ```
+/// use rtsl::{Numbers, Value};
+///
+/// let number: Value = 2.5.into();
+/// let vector: Value = [1.0, 2.0, 3.0].into();
+/// // For buffers: shared, not copied, where the type is that of the buffer.
+/// let positions = Value::Numbers(Numbers::floats([0.0; 9]));
+/// let light = Value::Struct(vec![("position".to_owned(), vector), ("power".to_owned(), number)]);
+/// # let _ = (positions, light);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Value {
     /// A bool.

@@ -13,6 +13,24 @@ use crate::program::LinkedMethod;
 
 /// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
 /// the bit unless results may differ between machines anyway. The plain one of a [`Shape`] serves every caller; what else is said makes it faster.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// # let program = engine.program(&ball);
+/// use rtsl::{Method, Outputs, Shape, Variant, lookup_state};
+///
+/// let normals = Outputs::state(lookup_state("rt_GeometricNormal"));
+/// let fast = Variant::new(Shape::Packet).reading(normals).knowing(program.known_members(&ball));
+/// let kernel = program.kernel(Method::ComputeNormal, fast)?;
+/// # let _ = kernel;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
     /// What the rays of a call have in common.
@@ -126,6 +144,16 @@ impl From<Shape> for Variant {
 /// What a caller reads of what a method leaves. The kernel does not store the rest: there the
 /// blocks stay as they are. Which rays accepted a hit is always told, and the leaf shape always stores the
 /// distance, by which it keeps the nearest.
+///
+/// ```
+/// use rtsl::{Outputs, lookup_state};
+///
+/// let normal = lookup_state("rt_GeometricNormal").expect("the table has it");
+/// let outputs = Outputs::state([normal]).with_scratch();
+/// assert!(outputs.has_state(normal) && outputs.has_scratch());
+/// assert_eq!(outputs.variables().count(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Outputs {
     /// State variables, by their index.

@@ -15,6 +15,20 @@ const TREE_LIMIT: usize = 4096;
 
 /// For references of classes the class of what they refer to, wherever an instance of that class occurs. A reference
 /// that is not bound is unset.
+///
+/// ```
+/// use rtsl::{Compiler, ahead::Bindings, library};
+///
+/// let compiler = Compiler::default();
+/// let [ward, constant] = [
+///     library::unit_of_class(&compiler, "Ward")?.class("Ward")?.clone(),
+///     library::unit_of_class(&compiler, "Constant")?.class("Constant")?.clone(),
+/// ];
+/// let mut bindings = Bindings::default();
+/// bindings.bind(&ward, "kd", &constant)?;
+/// assert!(bindings.bind(&ward, "kd", &ward).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Bindings {
     /// By class and path.

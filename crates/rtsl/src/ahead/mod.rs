@@ -62,6 +62,28 @@ impl Default for AheadOptions {
 }
 
 /// Classes on their way to an object file.
+///
+/// ```
+/// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
+/// #     void intersect() { hit(-rt_RayOrigin.z - radius); }
+/// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
+/// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
+/// # let class = unit.class("Ball")?;
+/// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
+/// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
+/// use rtsl::ahead::AheadOptions;
+/// use rtsl::Shape;
+///
+/// let shapes = vec![(Shape::Single, 1), (Shape::Packet, 8)];
+/// let library = engine.ahead(unit.classes(), &AheadOptions { shapes, ..AheadOptions::default() })?;
+/// assert!(library.header().contains("void rtsl_Ball_intersect_packet8(RtslCall *call);"));
+/// let radius = &library.description().classes[0].parameters[0];
+/// assert_eq!((radius.name.as_str(), radius.offset), ("radius", 0));
+/// if engine.llvm().is_some() {
+///     assert!(library.object(None)?.starts_with(b"\x7fELF"));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct AheadLibrary {
     description: LibraryDescription,
