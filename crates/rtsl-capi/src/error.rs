@@ -97,7 +97,11 @@ pub fn guard_with_warnings(
 ) -> RtslResult {
     let ended = catch_unwind(AssertUnwindSafe(work));
     let error = match ended {
-        Ok(Ok(diagnostics)) => Error { diagnostics, ..Error::new(RtslResult::Ok, "") },
+        Ok(Ok(diagnostics)) => {
+            clear_message();
+            diagnostics::set_last(diagnostics);
+            return RtslResult::Ok;
+        }
         Ok(Err(error)) => error,
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
@@ -110,6 +114,15 @@ pub fn guard_with_warnings(
     MESSAGE.set(c_text(&message));
     diagnostics::set_last(diagnostics);
     result
+}
+
+/// Most calls go well after calls that went well.
+fn clear_message() {
+    MESSAGE.with_borrow_mut(|message| {
+        if !message.is_empty() {
+            *message = CString::default();
+        }
+    });
 }
 
 /// What went wrong in the last call of this thread, for people: with places and excerpts where a text is at fault. Empty if

@@ -36,8 +36,14 @@ impl ComponentSet {
 
     /// The components, in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = u32> {
-        let set = *self;
-        (0..ComponentSet::CAPACITY).filter(move |component| set.contains(*component))
+        let words = self.bits.into_iter().zip((0..).step_by(u64::BITS as usize));
+        words.flat_map(|(mut bits, first)| {
+            std::iter::from_fn(move || {
+                let lowest = (bits != 0).then(|| bits.trailing_zeros())?;
+                bits &= bits - 1;
+                Some(first + lowest)
+            })
+        })
     }
 }
 
@@ -65,5 +71,13 @@ mod tests {
     #[test]
     fn every_component_of_the_table_fits() {
         assert!(rtsl_spec::state_component_count() <= ComponentSet::CAPACITY);
+    }
+
+    #[test]
+    fn components_come_in_ascending_order() {
+        let components = [255, 0, 63, 64, 130, 7];
+        let set = ComponentSet::from_iter(components);
+        assert_eq!(set.iter().collect::<Vec<_>>(), [0, 7, 63, 64, 130, 255]);
+        assert_eq!(ComponentSet::default().iter().next(), None);
     }
 }
