@@ -187,7 +187,7 @@ impl crate::Signature {
     /// If they do not fit.
     pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
         let HostArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
-        let needed = count.next_multiple_of(width);
+        let needed = count.checked_next_multiple_of(width).unwrap_or(usize::MAX);
         let has_room = |given: usize| match given >= needed {
             true => Ok(()),
             false => Err(CallError::TooFewLanes { rays: *count, needed, given }),

@@ -11,7 +11,7 @@ use crate::names::no_such;
 #[derive(Debug, Args)]
 pub struct HelpArguments {
     /// A command, or a part of the manual: guide, cli, language, roles, builtins, scenes,
-    /// viewer, diagnostics, glsl, architecture.
+    /// viewer, embedding, c, libraries, stability, diagnostics, glsl, architecture.
     topic: Option<String>,
 }
 
@@ -40,6 +40,10 @@ const TOPICS: &[Topic] = topics! {
     "builtins" "built-in functions" "reference/builtins.md";
     "scenes" "the format of scenes" "scenes.md";
     "viewer" "the window of `rtsl view`" "view.md";
+    "embedding" "RTSL in your own renderer" "embedding.md";
+    "c" "the C interface" "c.md";
+    "libraries" "shaders compiled ahead of time" "libraries.md";
+    "stability" "what stays as it is from version to version" "stability.md";
     "diagnostics" "all errors and warnings" "reference/diagnostics.md";
     "glsl" "what RTSL has of GLSL" "glsl.md";
     "architecture" "how the compiler is built" "architecture.md";
