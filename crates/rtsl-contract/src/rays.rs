@@ -1,7 +1,7 @@
 //! The state of some rays, and a host for them that knows nothing but random numbers.
 
 use glam::{Vec2, Vec3};
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{LaneBlock, LaneMask, lookup_state};
 
 use crate::random::{SHADER_DIMENSION, Stream};
@@ -121,24 +121,6 @@ impl RandomHost {
 }
 
 impl Host for RandomHost {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, _: &mut LaneColors) {}
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; 3] {
-        [0.0; 3]
-    }
-
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         for lane in lanes.iter() {
             let ray = lanes.base as usize + lane;

@@ -5,9 +5,7 @@ mod common;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use rtsl::host::{
-    Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, NoHost, RayLanes,
-};
+use rtsl::host::{Host, LaneFloats, LaneSet, NoHost, RayLanes};
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
     Instances, KernelRequest, LaneBlock, LaneMask, Method, Shape, Target, lookup_state, new_state,
@@ -63,19 +61,9 @@ struct Counting {
 }
 
 impl Host for Counting {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, _: &mut LaneColors) {}
-
     fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
         // More lanes than asked: those that did not ask are not to be heard of.
         u32::MAX
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
     }
 
     fn ambient(&mut self) -> [f32; 3] {

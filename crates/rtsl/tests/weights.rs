@@ -1,6 +1,6 @@
 //! What hosts learn of how much a traced ray counts.
 
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl::{
     Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, Instances, Method, OptLevel,
     Shape, Variant, new_state,
@@ -20,22 +20,6 @@ impl Host for Weights {
             asked.push(if weight.is_nan() { f32::NAN } else { weight }.to_bits());
             radiance.iter_mut().for_each(|channel| channel[lane] = 0.5);
         }
-    }
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; 3] {
-        [0.0; 3]
     }
 
     /// A quarter of the ray's number.

@@ -1,7 +1,7 @@
 //! Random numbers of the paths of a chunk.
 
 use fearless_simd::{Level, Simd, dispatch};
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl::host::{Host, LaneFloats, LaneSet};
 
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
@@ -114,26 +114,6 @@ pub fn lone_number(key: u32, purpose: u32, sample: u32) -> f32 {
 }
 
 impl Host for Numbers {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
-        *radiance = LaneColors::default();
-    }
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; 3] {
-        [0.0; 3]
-    }
-
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         dispatch!(Level::new(), simd => match self.sampler.spread() {
             INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, lanes, values),

@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl::host::{Host, LaneFloats, LaneSet};
 
 use crate::acceleration::{LANES, LaneMask, Lanes};
 use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, select};
@@ -106,26 +106,6 @@ fn negated<S: Simd>(v: &Vectors<S>) -> [f32x8<S>; 3] {
 
 /// A context alone answers `rand`; cameras, shapes and lights can ask for nothing else.
 impl Host for LaneContext {
-    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
-        *radiance = Default::default();
-    }
-
-    fn occluded(&mut self, _: LaneSet, _: &RayLanes) -> u32 {
-        0
-    }
-
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
-    fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
-        0
-    }
-
-    fn ambient(&mut self) -> [f32; 3] {
-        [0.0; 3]
-    }
-
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         self.streams.next(&self.sampler, lanes, values);
     }

@@ -33,16 +33,8 @@ impl Host for RandomHost {
         unreachable!("sampling traces no rays")
     }
 
-    fn light_count(&mut self) -> u32 {
-        0
-    }
-
     fn light_sample(&mut self, _: LaneSet, _: u32, _: &LightQueryLanes, _: &mut LightLanes) -> u32 {
         unreachable!("there are no lights")
-    }
-
-    fn ambient(&mut self) -> [f32; 3] {
-        [0.0; 3]
     }
 
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
