@@ -179,3 +179,23 @@ pub unsafe fn slice<'a, T>(pointer: *const T, count: usize, name: &str) -> Resul
     // Safety: the caller's promise.
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message() -> String {
+        // Safety: the text stays until the thread's next call.
+        unsafe { CStr::from_ptr(rtsl_last_error()) }.to_string_lossy().into_owned()
+    }
+
+    #[test]
+    fn no_panic_leaves() {
+        assert_eq!(guard(|| panic!("{} is wrong", 7)), RtslResult::Internal);
+        assert_eq!(message(), "a mistake in RTSL: 7 is wrong");
+        assert_eq!(guard(|| Err(Error::null("x"))), RtslResult::Argument);
+        assert_eq!(message(), "`x` is null");
+        assert_eq!(guard(|| Ok(())), RtslResult::Ok);
+        assert_eq!(message(), "");
+    }
+}

@@ -4,7 +4,7 @@
 
 mod compiler;
 
-use compiler::{CProgram, has_compiler};
+use compiler::{CProgram, check_header, has_compiler};
 
 /// Compiles and runs a program of `tests/c` that links against the static library.
 fn run(name: &str) {
@@ -21,6 +21,16 @@ fn a_host_changes_a_parameter_without_a_compilation() {
 #[test]
 fn what_is_wrong_is_an_error_with_a_message() {
     run("misuse");
+}
+
+#[test]
+fn the_headers_are_for_every_standard() {
+    if !has_compiler() {
+        return;
+    }
+    for (language, standard) in [("c", "c99"), ("c", "c17"), ("c++", "c++11"), ("c++", "c++20")] {
+        check_header(language, standard);
+    }
 }
 
 #[test]

@@ -118,6 +118,18 @@ impl CProgram {
     }
 }
 
+/// Compiles `rtsl.h` by itself.
+#[allow(dead_code, reason = "each test uses a part")]
+pub fn check_header(language: &str, standard: &str) {
+    let header = tests().join("../include/rtsl.h");
+    let mut compile = Command::new(compiler());
+    compile.args(["-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only"]);
+    compile.arg(format!("-std={standard}")).args(["-x", language]).arg(header);
+    let compiled = compile.output().expect("the compiler runs");
+    let problems = String::from_utf8_lossy(&compiled.stderr);
+    assert!(compiled.status.success(), "{standard}: {problems}");
+}
+
 /// The root of the repository.
 #[allow(dead_code, reason = "each test uses a part")]
 pub fn repository() -> PathBuf {
