@@ -9,7 +9,7 @@ use rtsl_spec::Method;
 
 use crate::ClassCode;
 use crate::class_names::ClassNames;
-use crate::comment::write_documentation;
+use crate::comment::{sentence, write_documentation};
 use crate::expression::{Expression, INDENT};
 use crate::literal::{stored_literal, stored_type_name, type_name};
 use crate::method::{Body, write_body};
@@ -231,7 +231,7 @@ impl ClassWriter<'_> {
     fn method(&mut self, method: Method, body: Body) {
         let Body { statements, needs, accepts } = body;
         self.line(0, "");
-        self.documentation(Some(method.doc()), INDENT);
+        self.documentation(Some(&sentence(method.doc())), INDENT);
         let result = if accepts { "bool" } else { "void" };
         let parameters = [
             (true, if needs.state { "State &state" } else { "State &" }),

@@ -13,6 +13,17 @@ pub(crate) fn write_documentation(documentation: &str, indentation: usize, text:
     }
 }
 
+/// A phrase with the capital and the full stop of a sentence.
+pub(crate) fn sentence(phrase: &str) -> String {
+    let mut characters = phrase.chars();
+    match characters.next() {
+        None => String::new(),
+        Some(first) => {
+            format!("{}{}.", first.to_uppercase(), characters.as_str().trim_end_matches('.'))
+        }
+    }
+}
+
 /// Lines of no more than `width` characters, where words allow that.
 fn wrapped(line: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];

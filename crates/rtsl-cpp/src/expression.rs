@@ -126,6 +126,9 @@ impl Expression {
     pub fn inverted(self) -> Expression {
         match self {
             Expression::Unary("!", operand) => *operand,
+            // Unlike orders, of which both can be false with a NaN.
+            Expression::Binary(EQUAL, a, b) => Expression::Binary(NOT_EQUAL, a, b),
+            Expression::Binary(NOT_EQUAL, a, b) => Expression::Binary(EQUAL, a, b),
             other => Expression::unary("!", other),
         }
     }
@@ -174,42 +177,108 @@ impl Expression {
         InParentheses { inner: self, needed: self.precedence() < precedence }
     }
 
-    /// On as many lines as are needed, the first from `column` on, the others with this indentation; `after` characters
-    /// follow.
-    pub fn lay_out(&self, column: usize, indentation: usize, after: usize) -> String {
+    /// On as many lines as are needed.
+    pub fn lay_out(&self, room: Room) -> String {
         let flat = self.flat();
-        if column + flat.len() + after <= LINE_LENGTH {
+        if room.takes(&flat) {
             return flat;
         }
-        let inner = indentation + INDENT;
-        let new_line = format!("\n{}", " ".repeat(indentation));
         match self {
-            Expression::Atom { .. } | Expression::Unary(..) | Expression::Element(..) => flat,
-            Expression::Binary(operator, a, b) => {
-                let left =
-                    parenthesised(a, needs_parentheses(*operator, a, true), column, indentation);
-                let right = needs_parentheses(*operator, b, false);
-                let start = indentation + operator.text.len() + 1;
-                let right = parenthesised(b, right, start, inner);
-                format!("{left}{new_line}{} {right}", operator.text)
+            Expression::Atom { .. } | Expression::Element(..) => flat,
+            Expression::Unary(operator, operand) => {
+                let needed = operand.precedence() < UNARY;
+                format!("{operator}{}", parenthesised(operand, needed, room.behind(operator)))
+            }
+            Expression::Binary(operator, ..) => {
+                let mut operands = Vec::new();
+                let first = self.chain(operator.precedence, &mut operands);
+                lay_out_chain((*operator, first), &operands, room)
             }
             Expression::Choice(condition, a, b) => {
-                let condition =
-                    parenthesised(condition, condition.precedence() == CHOICE, column, indentation);
-                let a = parenthesised(a, a.precedence() == CHOICE, indentation + 2, inner);
-                let b = b.lay_out(indentation + 2, indentation, after);
-                format!("{condition}{new_line}? {a}{new_line}: {b}")
+                let line = room.next_line();
+                let part = |part: &Expression, room: Room| {
+                    parenthesised(part, part.precedence() == CHOICE, room)
+                };
+                let condition = part(condition, room.followed_by(0));
+                let a = part(a, line.behind("? ").deeper().followed_by(0));
+                let b = b.lay_out(line.behind(": ").deeper());
+                let margin = room.margin();
+                format!("{condition}{margin}? {a}{margin}: {b}")
             }
             Expression::Call(callee, arguments) => {
-                format!(
-                    "{callee}({})",
-                    laid_out_list(arguments, column + callee.len() + 1, indentation, after + 1)
-                )
+                let room = room.behind(callee).behind("(").followed_by(room.after + 1);
+                format!("{callee}({})", lay_out_list(arguments, room))
             }
             Expression::List(elements) => {
-                format!("{{{}}}", laid_out_list(elements, column + 1, indentation, after + 1))
+                let room = room.behind("{").followed_by(room.after + 1);
+                format!("{{{}}}", lay_out_list(elements, room))
             }
         }
+    }
+
+    /// The first operand of operators of this precedence, whose other operands are added with them.
+    fn chain<'a>(
+        &'a self,
+        precedence: u8,
+        operands: &mut Vec<(Operator, &'a Expression)>,
+    ) -> &'a Expression {
+        match self {
+            Expression::Binary(operator, a, b) if operator.precedence == precedence => {
+                let first = match needs_parentheses(*operator, a, true) {
+                    true => a,
+                    false => a.chain(precedence, operands),
+                };
+                operands.push((*operator, b));
+                first
+            }
+            other => other,
+        }
+    }
+}
+
+/// Where an expression is to stand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// Where it begins.
+    pub column: usize,
+    /// Of lines that continue the first.
+    pub indentation: usize,
+    /// How many characters follow.
+    pub after: usize,
+}
+
+impl Room {
+    fn takes(self, text: &str) -> bool {
+        self.column + text.len() + self.after <= LINE_LENGTH
+    }
+
+    fn behind(self, text: &str) -> Room {
+        Room { column: self.column + text.len(), ..self }
+    }
+
+    fn followed_by(self, after: usize) -> Room {
+        Room { after, ..self }
+    }
+
+    fn deeper(self) -> Room {
+        Room { indentation: self.indentation + INDENT, ..self }
+    }
+
+    fn next_line(self) -> Room {
+        Room { column: self.indentation, ..self }
+    }
+
+    /// Behind text that may have several lines.
+    fn behind_lines(self, text: &str) -> Room {
+        match text.rsplit_once('\n') {
+            Some((_, last)) => Room { column: last.len(), ..self },
+            None => self.behind(text),
+        }
+    }
+
+    /// The end of a line and the margin of the next.
+    fn margin(self) -> String {
+        format!("\n{}", " ".repeat(self.indentation))
     }
 }
 
@@ -255,37 +324,64 @@ fn needs_parentheses(operator: Operator, operand: &Expression, is_left: bool) ->
         || (inner.precedence == operator.precedence && !is_left)
 }
 
-fn parenthesised(inner: &Expression, needed: bool, column: usize, indentation: usize) -> String {
+fn parenthesised(inner: &Expression, needed: bool, room: Room) -> String {
     match needed {
-        true => format!("({})", inner.lay_out(column + 1, indentation, 1)),
-        false => inner.lay_out(column, indentation, 0),
+        true => format!("({})", inner.lay_out(room.behind("(").followed_by(room.after + 1))),
+        false => inner.lay_out(room),
     }
 }
 
+/// As many operands on a line as fit, and a new one before the operator.
+fn lay_out_chain(
+    (outer, first): (Operator, &Expression),
+    operands: &[(Operator, &Expression)],
+    room: Room,
+) -> String {
+    let needed = needs_parentheses(outer, first, true);
+    let mut text = parenthesised(first, needed, room.followed_by(0));
+    let mut line = room.behind_lines(&text);
+    for (index, (operator, operand)) in operands.iter().enumerate() {
+        let needed = needs_parentheses(*operator, operand, false);
+        let after = if index + 1 == operands.len() { room.after } else { 0 };
+        let flat = InParentheses { inner: operand, needed }.flat();
+        let fits = line.followed_by(after + operator.text.len() + 2).takes(&flat);
+        if !fits {
+            text.push_str(&room.margin());
+            line = room.next_line();
+        } else {
+            text.push(' ');
+            line = line.behind(" ");
+        }
+        text.push_str(operator.text);
+        text.push(' ');
+        line = line.behind(operator.text).behind(" ").followed_by(after);
+        let operand = parenthesised(operand, needed, line.deeper());
+        text.push_str(&operand);
+        line = line.behind_lines(&operand);
+    }
+    text
+}
+
 /// As many on a line as fit.
-fn laid_out_list(all: &[Expression], column: usize, indentation: usize, after: usize) -> String {
+fn lay_out_list(all: &[Expression], room: Room) -> String {
     let mut text = String::new();
-    let mut column = column;
+    let mut line = room;
     for (index, element) in all.iter().enumerate() {
         let is_last = index + 1 == all.len();
-        let after = if is_last { after } else { 1 };
-        if index > 0 {
-            let fits = column + 1 + element.flat().len() + after <= LINE_LENGTH;
-            match fits {
-                true => text.push(' '),
-                false => text.push_str(&format!("\n{}", " ".repeat(indentation))),
-            }
-            column = if fits { column + 1 } else { indentation };
+        let after = if is_last { room.after } else { 1 };
+        if index > 0 && line.followed_by(after + 1).takes(&element.flat()) {
+            text.push(' ');
+            line = line.behind(" ");
+        } else if index > 0 {
+            text.push_str(&room.margin());
+            line = room.next_line();
         }
-        let part = element.lay_out(column, indentation + INDENT, after);
-        column = match part.rsplit_once('\n') {
-            Some((_, last)) => last.len(),
-            None => column + part.len(),
-        };
+        let part = element.lay_out(line.followed_by(after).deeper());
+        line = line.behind_lines(&part);
         text.push_str(&part);
         if !is_last {
             text.push(',');
-            column += 1;
+            line = line.behind(",");
         }
     }
     text

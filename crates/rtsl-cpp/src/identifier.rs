@@ -156,7 +156,13 @@ fn looks_like_macro(name: &str) -> bool {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scope {
     taken: BTreeSet<String>,
+    /// The names that were given, in their order.
+    given: Vec<String>,
 }
+
+/// A point to which a scope can go back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mark(usize);
 
 impl Scope {
     /// Takes these names, whatever they are.
@@ -174,7 +180,20 @@ impl Scope {
             number += 1;
             unique = format!("{base}{separator}{number}");
         }
+        self.given.push(unique.clone());
         unique
+    }
+
+    /// Where a block begins.
+    pub fn mark(&self) -> Mark {
+        Mark(self.given.len())
+    }
+
+    /// Where it ends: its names can be given again.
+    pub fn release(&mut self, mark: Mark) {
+        for name in self.given.drain(mark.0..) {
+            self.taken.remove(&name);
+        }
     }
 }
 

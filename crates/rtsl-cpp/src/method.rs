@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::{Function, Op, OpKind, PlaceId, PlaceKind, Region, Scalar, Value, Values};
+use rtsl_ir::{Function, Name, Op, OpKind, PlaceId, PlaceKind, Region, Scalar, Value, Values};
 
 use crate::class_names::ClassNames;
 use crate::expression::Expression;
@@ -109,11 +109,10 @@ impl<'a> Writer<'a> {
                     if loads > 1 && !is_output {
                         let name = self.scope.name(&place.name);
                         let value = Some(Expression::atom(field));
-                        let type_name = "auto &".to_owned();
                         out.push(Statement::Define {
                             is_constant: true,
-                            type_name,
-                            name: name.clone(),
+                            type_name: "auto".to_owned(),
+                            name: format!("&{name}"),
                             value,
                         });
                         name
@@ -272,12 +271,16 @@ impl<'a> Writer<'a> {
         self.scope.name(name)
     }
 
-    fn is_named(&self, _value: Value) -> bool {
-        false
+    /// Whether a variable was declared for it, and there is not another that gets it.
+    fn is_named(&self, value: Value) -> bool {
+        !self.uses.is_assigned(value)
+            && self.function.names.get(value).is_some_and(|name| name.rank < Name::DECLARED)
     }
 
-    fn hint(&self, _value: Value) -> Option<String> {
-        None
+    /// What the source calls it.
+    fn hint(&self, value: Value) -> Option<String> {
+        let names = &self.function.names;
+        names.get(value).map(|name| names.written(name))
     }
 
     fn name_of(&mut self, result: Value, value: &Expression) -> String {
@@ -318,11 +321,13 @@ impl<'a> Writer<'a> {
             regions.iter().zip(&yields).zip(blocks.iter_mut().zip(&mut values))
         {
             self.bind(region, yields, &targets);
+            let names = self.scope.mark();
             self.region(region, block);
             for (value, (target, _)) in yields.iter().zip(&targets) {
                 let value = self.value(*value);
                 values.push((target.clone(), value));
             }
+            self.scope.release(names);
         }
         for (result, (target, _)) in used.iter().zip(&targets) {
             let result = results.get(*result as u32);
@@ -456,6 +461,7 @@ impl<'a> Writer<'a> {
         }
         let mut block = Vec::new();
         let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
+        let names = self.scope.mark();
         self.bind(body, next, &targets);
         self.region(body, &mut block);
         let mut again = self.value(*again);
@@ -478,6 +484,7 @@ impl<'a> Writer<'a> {
             again = Expression::atom(name);
         }
         self.assign_all(next, &mut block);
+        self.scope.release(names);
         block.push(Statement::BreakIf(again.inverted()));
         out.push(Statement::Repeat(block));
     }
@@ -624,8 +631,8 @@ pub(crate) fn indexed(name: &str, index: u32, len: u32) -> String {
 pub(crate) fn component_name(name: &str, component: u32, len: u32) -> String {
     match (len, component) {
         (1, _) => name.to_owned(),
-        (2..=4, 0..=3) => format!("{name}_{}", ["x", "y", "z", "w"][component as usize]),
-        _ => format!("{name}_{component}"),
+        (2..=4, 0..=3) => format!("{name}.{}", ["x", "y", "z", "w"][component as usize]),
+        _ => format!("{name}.{component}"),
     }
 }
 
@@ -637,7 +644,7 @@ fn describe(value: &Expression, scalar: Scalar) -> String {
         Expression::Unary(..) => "negative",
         Expression::Binary(operator, ..) => match operator.text {
             "*" => "product",
-            "/" => "quotient",
+            "/" => "ratio",
             "+" => "sum",
             "-" => "difference",
             "<" | "<=" => "is_less",

@@ -37,7 +37,7 @@ impl Writer<'_> {
             }
             OpKind::Select(condition, a, b) => {
                 let [condition, a, b] = self.operands([condition, a, b], out);
-                Expression::choice(condition, a, b)
+                choice(condition, a, b)
             }
             OpKind::Fma(a, b, c) => {
                 let [a, b, c] = self.operands([a, b, c], out);
@@ -104,10 +104,12 @@ impl Writer<'_> {
                 Expression::atom(format!("{name}{index}"))
             }
             (Index::Dynamic(index), kind) => {
+                let is_in_range = self.uses.is_clamped(index, info.len as i32 - 1);
                 let [index] = self.operands([index], out);
                 let index = match kind {
                     // It looks itself.
                     PlaceKind::Buffer => index,
+                    _ if is_in_range => index,
                     _ => {
                         let length = Expression::atom(info.len.to_string());
                         self.help(Helper::ClampedIndex, [index, length])
@@ -228,6 +230,23 @@ impl Writer<'_> {
             | (Scalar::U32, Scalar::U32 | Scalar::Bool)
             | (Scalar::Bool, Scalar::I32 | Scalar::U32) => a,
         }
+    }
+}
+
+/// `condition ? a : b`, or what is shorter where a value is true or false.
+fn choice(condition: Expression, a: Expression, b: Expression) -> Expression {
+    let known = |value: &Expression| match value {
+        Expression::Atom { text, .. } => text.parse::<bool>().ok(),
+        _ => None,
+    };
+    match (known(&a), known(&b)) {
+        (Some(true), Some(false)) => condition,
+        (Some(false), Some(true)) => condition.inverted(),
+        (Some(true), None) => Expression::binary(ops::OR, condition, b),
+        (None, Some(false)) => Expression::binary(ops::AND, condition, a),
+        (Some(false), None) => Expression::binary(ops::AND, condition.inverted(), b),
+        (None, Some(true)) => Expression::binary(ops::OR, condition.inverted(), a),
+        (Some(_), Some(_)) | (None, None) => Expression::choice(condition, a, b),
     }
 }
 

@@ -7,7 +7,7 @@ use rtsl_packet::description::LibraryDescription;
 use rtsl_spec::{Default as StateDefault, Role, Row, StateVariable, lookup_state, rows};
 
 use crate::ClassCode;
-use crate::comment::write_documentation;
+use crate::comment::{sentence, write_documentation};
 use crate::expression::INDENT;
 use crate::identifier::identifier;
 use crate::literal::literal;
@@ -31,7 +31,7 @@ pub(crate) fn write_state(
     text.push_str("\n/// What a ray knows, as far as these classes use it.\nstruct State {\n");
     for variable in variables {
         let row = row(variable, &roles);
-        write_documentation(row.map_or("", |row| row.doc), INDENT, text);
+        write_documentation(&sentence(row.map_or("", |row| row.doc)), INDENT, text);
         let (name, components) = (identifier(variable.name), variable.ty.components());
         let value = initial(row, components);
         let dimension = if components == 1 { String::new() } else { format!("[{components}]") };

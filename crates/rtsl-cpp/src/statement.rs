@@ -1,6 +1,6 @@
 //! C++ statements as trees, and how they are laid out.
 
-use crate::expression::{Expression, INDENT};
+use crate::expression::{Expression, INDENT, Room};
 
 /// Blocks that lie deeper are not indented further.
 const DEEPEST_INDENT: usize = 40;
@@ -70,7 +70,9 @@ fn write_statement(statement: &Statement, indentation: usize, text: &mut String)
             text.push_str(&format!("{margin}}}\n"));
         }
         Statement::BreakIf(condition) => {
-            let condition = condition.lay_out(indentation + 4, indentation + INDENT, 9);
+            let room =
+                Room { column: indentation + 4, indentation: indentation + INDENT, after: 9 };
+            let condition = condition.lay_out(room);
             text.push_str(&format!("{margin}if ({condition}) break;\n"));
         }
         Statement::Block(body) => {
@@ -91,7 +93,8 @@ fn write_if(
     text: &mut String,
 ) {
     let margin = " ".repeat(indentation);
-    let condition = condition.lay_out(indentation + 4, indentation + INDENT, 3);
+    let room = Room { column: indentation + 4, indentation: indentation + INDENT, after: 3 };
+    let condition = condition.lay_out(room);
     text.push_str(&format!("if ({condition}) {{\n"));
     write_statements(then, deeper(indentation), text);
     match otherwise {
@@ -109,7 +112,8 @@ fn write_if(
 }
 
 fn write_with_value(start: &str, value: &Expression, indentation: usize, text: &mut String) {
-    let value = value.lay_out(indentation + start.len(), indentation + INDENT, 1);
+    let column = indentation + start.len();
+    let value = value.lay_out(Room { column, indentation: indentation + INDENT, after: 1 });
     text.push_str(&format!("{}{start}{value};\n", " ".repeat(indentation)));
 }
 

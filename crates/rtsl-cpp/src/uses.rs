@@ -1,6 +1,6 @@
 //! How often and where values are used.
 
-use rtsl_ir::{BinaryOp, Function, OpKind, PlaceId, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Constant, Function, OpKind, PlaceId, Region, Scalar, UnaryOp, Value};
 
 /// What is known of the uses of each value.
 #[derive(Debug)]
@@ -11,7 +11,11 @@ pub(crate) struct Uses {
     used: Vec<u32>,
     /// Products that may become part of a sum as they are.
     into_sums: Vec<bool>,
+    /// Values whose last use is what a variable holds or begins with.
+    assigned: Vec<bool>,
     loads: Vec<u32>,
+    /// What integers are at most, where they have been clamped to be at least 0.
+    clamped: Vec<Option<i32>>,
 }
 
 impl Uses {
@@ -22,9 +26,12 @@ impl Uses {
             defined: vec![0; values],
             used: vec![0; values],
             into_sums: vec![false; values],
+            assigned: vec![false; values],
             loads: vec![0; function.places.len()],
+            clamped: vec![None; values],
         };
         uses.region(&function.body, 0);
+        uses.find_clamped(function);
         while uses.spread(function, &function.body) {}
         uses
     }
@@ -39,9 +46,44 @@ impl Uses {
         self.counts[index] == 1 && self.defined[index] == self.used[index]
     }
 
+    /// Whether the value is for a variable of its own.
+    pub fn is_assigned(&self, value: Value) -> bool {
+        self.assigned[value.0 as usize]
+    }
+
     /// Whether a sum gets the value as it is, so that compilers might join the operation that makes it with the sum.
     pub fn goes_into_sum(&self, value: Value) -> bool {
         self.into_sums[value.0 as usize]
+    }
+
+    /// Whether an integer is from 0 to `last` because it has been clamped so: `min(max(a, 0), last)`.
+    pub fn is_clamped(&self, value: Value, last: i32) -> bool {
+        self.clamped[value.0 as usize].is_some_and(|most| most <= last)
+    }
+
+    /// Constants stand before what uses them, and values in the order of the text.
+    fn find_clamped(&mut self, function: &Function) {
+        let mut constants = vec![None; function.values.len()];
+        function.body.for_each_op(&mut |op| {
+            let index = op.results.first as usize;
+            match op.kind {
+                OpKind::Constant(Constant::I32(constant)) if constant >= 0 => {
+                    constants[index] = Some(constant);
+                    self.clamped[index] = Some(constant);
+                }
+                OpKind::Binary(BinaryOp::Max, _, b) if constants[b.0 as usize].is_some() => {
+                    self.clamped[index] = Some(i32::MAX);
+                }
+                OpKind::Binary(BinaryOp::Min, a, b) => {
+                    if let (Some(_), Some(most)) =
+                        (self.clamped[a.0 as usize], constants[b.0 as usize])
+                    {
+                        self.clamped[index] = Some(most);
+                    }
+                }
+                _ => {}
+            }
+        });
     }
 
     /// How many operations load from a place.
@@ -54,7 +96,8 @@ impl Uses {
             self.defined[param.0 as usize] = loops;
         }
         for op in &region.ops {
-            op.kind.for_each_operand(|value| self.add(value, loops));
+            let assigns = matches!(op.kind, OpKind::Loop { .. });
+            op.kind.for_each_operand(|value| self.add(value, loops, assigns));
             if let OpKind::Load(place, _) = op.kind {
                 self.loads[place.0 as usize] += 1;
             }
@@ -64,10 +107,11 @@ impl Uses {
             let inner = loops + u32::from(matches!(op.kind, OpKind::Loop { .. }));
             op.kind.regions().for_each(|region| self.region(region, inner));
         }
-        region.yields.iter().for_each(|value| self.add(*value, loops));
+        region.yields.iter().for_each(|value| self.add(*value, loops, true));
     }
 
-    fn add(&mut self, value: Value, loops: u32) {
+    fn add(&mut self, value: Value, loops: u32, assigns: bool) {
+        self.assigned[value.0 as usize] = assigns;
         self.counts[value.0 as usize] += 1;
         self.used[value.0 as usize] = loops;
     }

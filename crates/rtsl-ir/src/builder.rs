@@ -1,8 +1,10 @@
 //! Makes functions, operation by operation.
 
+use std::collections::HashMap;
+
 use crate::{
-    BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Output, Place,
-    PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value, Values, evaluate,
+    BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Name, NameText, Op, OpKind,
+    Output, Place, PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value, Values, evaluate,
 };
 
 /// A function under construction: operations are added to the innermost open region.
@@ -23,6 +25,8 @@ pub struct Builder {
     /// The open regions, the body first.
     open: Vec<OpenRegion>,
     precise: bool,
+    /// Only looked up, so that its order does not matter.
+    texts: HashMap<String, NameText>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -41,6 +45,7 @@ impl Builder {
             known: Vec::new(),
             open: vec![OpenRegion::default()],
             precise: false,
+            texts: HashMap::new(),
         }
     }
 
@@ -72,6 +77,23 @@ impl Builder {
     /// Marks the operations that follow as precise or not; returns what was set before.
     pub fn set_precise(&mut self, precise: bool) -> bool {
         std::mem::replace(&mut self.precise, precise)
+    }
+
+    /// A text for names.
+    pub fn name_text(&mut self, text: &str) -> NameText {
+        if let Some(known) = self.texts.get(text) {
+            return *known;
+        }
+        let new = self.function.names.add_text(text);
+        self.texts.insert(text.to_owned(), new);
+        new
+    }
+
+    /// Says what a value is called. Constants have no names: one stands for all that are equal.
+    pub fn name(&mut self, value: Value, name: Name) {
+        if self.known(value).is_none() {
+            self.function.names.set(value, name);
+        }
     }
 
     // Places.

@@ -1,6 +1,6 @@
 //! Functions, regions and values.
 
-use crate::{Op, OpKind, Place, PlaceId, PlaceKind, Scalar};
+use crate::{Names, Op, OpKind, Place, PlaceId, PlaceKind, Scalar};
 
 /// How deep regions may be nested in a function's body, so that walking them by recursion is safe.
 pub const MAX_NESTING: usize = 256;
@@ -68,6 +68,8 @@ pub struct Function {
     pub body: Region,
     /// Where the body's yields go, one each; no place and component twice.
     pub outputs: Vec<Output>,
+    /// What values are called, where that is known.
+    pub names: Names,
 }
 
 impl Function {
@@ -79,6 +81,7 @@ impl Function {
             values: Vec::new(),
             body: Region::default(),
             outputs: Vec::new(),
+            names: Names::default(),
         }
     }
 
@@ -110,11 +113,18 @@ impl Function {
 
     /// Numbers the values anew in the order of the text form, without gaps.
     pub fn renumber(&mut self) {
-        let mut renumbering =
-            Renumbering { new: vec![None; self.values.len()], old: self, values: Vec::new() };
+        let names = self.names.without_values();
+        let mut renumbering = Renumbering {
+            new: vec![None; self.values.len()],
+            old: self,
+            values: Vec::new(),
+            names,
+        };
         let mut body = std::mem::take(&mut renumbering.old.body);
         renumbering.region(&mut body);
-        self.values = renumbering.values;
+        let Renumbering { values, names, .. } = renumbering;
+        self.values = values;
+        self.names = names;
         self.body = body;
     }
 
@@ -133,11 +143,12 @@ impl Function {
     }
 }
 
-/// Values by their old numbers, and the types by the new ones.
+/// Values by their old numbers, and the types and names by the new ones.
 struct Renumbering<'a> {
     old: &'a mut Function,
     new: Vec<Option<Value>>,
     values: Vec<Scalar>,
+    names: Names,
 }
 
 impl Renumbering<'_> {
@@ -164,6 +175,9 @@ impl Renumbering<'_> {
     fn define(&mut self, old: Value) -> Value {
         let new = Value(self.values.len() as u32);
         self.values.push(self.old.scalar(old));
+        if let Some(name) = self.old.names.get(old) {
+            self.names.set(new, name);
+        }
         self.new[old.0 as usize] = Some(new);
         new
     }

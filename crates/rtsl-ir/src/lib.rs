@@ -38,6 +38,7 @@ pub mod generate;
 pub mod host;
 mod interpreter;
 mod interval;
+mod names;
 mod op;
 mod place;
 mod signature;
@@ -51,6 +52,7 @@ pub use float_interval::FloatInterval;
 pub use function::{Function, MAX_NESTING, Output, Region, Value, Values};
 pub use interpreter::{Interpreter, Outcome, PrepareError, Storage};
 pub use interval::Interval;
+pub use names::{Name, NameText, Names};
 pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,

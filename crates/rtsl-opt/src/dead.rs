@@ -14,7 +14,9 @@ use crate::substitution::Substitution;
 pub fn run(function: &mut Function) {
     let needed = Liveness::new(function).find(function);
     let mut body = std::mem::take(&mut function.body);
-    Sweep { function, needed, substitution: Substitution::default() }.region(&mut body, 0);
+    let mut sweep = Sweep { function, needed, substitution: Substitution::default() };
+    sweep.region(&mut body, 0);
+    sweep.substitution.keep_names(&mut sweep.function.names);
     function.body = body;
     remove_unused_slots(function);
 }

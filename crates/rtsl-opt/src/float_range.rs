@@ -28,6 +28,7 @@ pub fn run(function: &mut Function) {
     let floats = Floats::new(function, &body);
     let mut use_ = Use { floats, pool: &mut pool, function, substitution: Substitution::default() };
     use_.region(&mut body);
+    use_.substitution.keep_names(&mut use_.function.names);
     function.body = body;
     pool.define_in(function);
 }

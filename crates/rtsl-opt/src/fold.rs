@@ -21,13 +21,15 @@ const MAX_STEPS: u32 = 8;
 /// Folds all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    Folding {
+    let mut folding = Folding {
         known: vec![None; function.values.len()],
         definitions: vec![None; function.values.len()],
         function,
         substitution: Substitution::default(),
-    }
-    .region(&mut body);
+    };
+    folding.region(&mut body);
+    let substitution = folding.substitution;
+    substitution.keep_names(&mut function.names);
     function.body = body;
 }
 

@@ -32,6 +32,7 @@ pub fn run(function: &mut Function) {
     let mut joining = Joining { function, seldom, substitution };
     joining.region(&mut body);
     let substitution = joining.substitution;
+    substitution.keep_names(&mut function.names);
     body.for_each_use_mut(&mut |value| *value = substitution.get(*value));
     function.body = body;
 }

@@ -23,7 +23,9 @@ const MAX_ROUNDS: u32 = 8;
 /// Merges in all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    Merging { function, substitution: Substitution::default() }.region(&mut body);
+    let mut merging = Merging { function, substitution: Substitution::default() };
+    merging.region(&mut body);
+    merging.substitution.keep_names(&mut merging.function.names);
     function.body = body;
 }
 

@@ -25,6 +25,7 @@ pub fn run(function: &mut Function) {
         substitution: Substitution::default(),
     };
     numbering.region(&mut body);
+    numbering.substitution.keep_names(&mut numbering.function.names);
     let constants = numbering.constants;
     function.body = body;
     constants.define_in(function);

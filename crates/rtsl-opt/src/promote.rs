@@ -9,8 +9,8 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{
-    Constant, ConstantPool, Function, Index, Op, OpKind, PlaceId, PlaceKind, Region, Scalar, Value,
-    Values,
+    Constant, ConstantPool, Function, Index, Name, Op, OpKind, PlaceId, PlaceKind, Region, Scalar,
+    Value, Values,
 };
 
 use crate::substitution::Substitution;
@@ -49,9 +49,14 @@ pub fn run(function: &mut Function) {
 
 /// Promotes these slots, which are accessed at constant indices only.
 pub(crate) fn promote(function: &mut Function, slots: &[PlaceId]) {
-    let mut variables = Variables { first: vec![None; function.places.len()], scalars: Vec::new() };
+    let mut variables = Variables::default();
+    variables.first.resize(function.places.len(), None);
     for slot in slots {
-        let place = function.place(*slot);
+        let place = &function.places[slot.0 as usize];
+        let text = function.names.add_text(place.name.as_str());
+        let len = place.len as u16;
+        let names = (0..len).map(|component| Name { text, component, len, rank: Name::DECLARED });
+        variables.names.extend(names);
         variables.first[slot.0 as usize] = Some(variables.scalars.len());
         variables.scalars.extend((0..place.len).map(|_| place.scalar));
     }
@@ -66,17 +71,22 @@ pub(crate) fn promote(function: &mut Function, slots: &[PlaceId]) {
     collect_stored(&variables, &body, &mut stored);
     let stored = stored.into_iter();
     let substitution = Substitution::default();
-    Promotion { function, variables, current, stored, substitution }.region(&mut body);
+    let mut promotion = Promotion { function, variables, current, stored, substitution };
+    promotion.region(&mut body);
+    promotion.substitution.keep_names(&mut promotion.function.names);
     function.body = body;
     constants.define_in(function);
 }
 
 /// The scalars of the slots that are promoted.
+#[derive(Default)]
 struct Variables {
     /// For each place that is promoted its first variable.
     first: Vec<Option<usize>>,
     /// The type of each variable.
     scalars: Vec<Scalar>,
+    /// What each is called.
+    names: Vec<Name>,
 }
 
 impl Variables {
@@ -193,8 +203,13 @@ impl Promotion<'_> {
     /// New values of these types, then one for each variable.
     fn new_values(&mut self, scalars: &[Scalar], variables: &BTreeSet<usize>) -> Values {
         let added = variables.iter().map(|variable| self.variables.scalars[*variable]);
+        let first = scalars.len();
         let scalars: Vec<Scalar> = scalars.iter().copied().chain(added).collect();
-        self.function.new_values(&scalars)
+        let new = self.function.new_values(&scalars);
+        for (value, variable) in new.iter().skip(first).zip(variables) {
+            self.function.names.set(value, self.variables.names[*variable]);
+        }
+        new
     }
 
     /// One more result for each variable, which is its value from here on.

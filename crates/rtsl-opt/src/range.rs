@@ -43,6 +43,7 @@ pub fn run_knowing(function: &mut Function, known: &BTreeMap<(PlaceId, u32), Con
     let mut body = std::mem::take(&mut function.body);
     let mut use_ = Use { ranges, pool: &mut pool, function, substitution: Substitution::default() };
     use_.region(&mut body);
+    use_.substitution.keep_names(&mut use_.function.names);
     function.body = body;
     pool.define_in(function);
 }

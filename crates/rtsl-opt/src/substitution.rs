@@ -1,6 +1,6 @@
 //! Values that stand for others.
 
-use rtsl_ir::{OpKind, Region, Value, Values};
+use rtsl_ir::{Names, OpKind, Region, Value, Values};
 
 /// Which values are to be used instead of others. Made in the order of the text, so that a
 /// value's substitute is known before its first use.
@@ -29,6 +29,15 @@ impl Substitution {
     /// What stands for `value`: itself unless something was set.
     pub fn get(&self, value: Value) -> Value {
         self.substitutes.get(value.0 as usize).copied().flatten().unwrap_or(value)
+    }
+
+    /// What stands for a value is called as that was, unless it has a better name.
+    pub fn keep_names(&self, names: &mut Names) {
+        for (old, new) in (0..).map(Value).zip(&self.substitutes) {
+            if let Some(new) = new {
+                names.keep(old, *new);
+            }
+        }
     }
 
     /// Substitutes the operands of an operation, not what is in its regions.

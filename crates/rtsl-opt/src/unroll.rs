@@ -27,14 +27,15 @@ pub fn run(function: &mut Function) {
         }
     });
     let mut body = std::mem::take(&mut function.body);
-    Unrolling {
+    let mut unrolling = Unrolling {
         function,
         known,
         substitution: Substitution::default(),
         names: Substitution::default(),
         left: MAX_TOTAL_OPS,
-    }
-    .region(&mut body);
+    };
+    unrolling.region(&mut body);
+    unrolling.substitution.keep_names(&mut unrolling.function.names);
     function.body = body;
 }
 
@@ -207,8 +208,13 @@ impl Unrolling<'_> {
     }
 
     fn renamed(&mut self, values: impl Iterator<Item = Value>) -> Values {
-        let scalars: Vec<_> = values.map(|value| self.function.scalar(value)).collect();
-        self.function.new_values(&scalars)
+        let values: Vec<Value> = values.collect();
+        let scalars: Vec<_> = values.iter().map(|value| self.function.scalar(*value)).collect();
+        let new = self.function.new_values(&scalars);
+        for (old, new) in values.into_iter().zip(new.iter()) {
+            self.function.names.keep(old, new);
+        }
+        new
     }
 }
 

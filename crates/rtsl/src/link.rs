@@ -69,11 +69,19 @@ struct Site<'a> {
     values: Vec<Option<Value>>,
     places: Vec<Option<PlaceId>>,
     in_loop: bool,
+    /// The first of the texts of its names in the linked function.
+    first_text: u32,
 }
 
 impl<'a> Site<'a> {
-    fn new(tree: &'a ClassTree, function: &'a Function, prefix: String) -> Site<'a> {
+    fn new(
+        tree: &'a ClassTree,
+        function: &'a Function,
+        prefix: String,
+        out: &mut Function,
+    ) -> Site<'a> {
         Site {
+            first_text: out.names.add_texts(&function.names),
             tree,
             function,
             is_root: prefix.is_empty(),
@@ -109,7 +117,7 @@ type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Ve
 
 impl Linker {
     fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
-        let mut site = Site::new(tree, function, String::new());
+        let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.out.body = self.copy_region(&mut site, &function.body)?;
         for output in &function.outputs {
             let place = self.place(&mut site, output.place);
@@ -124,6 +132,7 @@ impl Linker {
             for param in &region.params {
                 let new = linker.out.new_values(&[site.function.scalar(*param)]).get(0);
                 site.define(*param, new);
+                linker.keep_name(site, *param, new);
                 copy.params.push(new);
             }
             linker.copy_ops(site, &region.ops, &mut copy.ops)?;
@@ -187,8 +196,13 @@ impl Linker {
         let results = self.emit(to, kind, &scalars, op.precise)?;
         for (old, new) in op.results.iter().zip(results.iter()) {
             site.define(old, new);
+            self.keep_name(site, old, new);
         }
         Ok(())
+    }
+
+    fn keep_name(&mut self, site: &Site<'_>, old: Value, new: Value) {
+        self.out.names.copy(&site.function.names, site.first_text, old, new);
     }
 
     /// Operations without regions and references: operands and places are renamed.
@@ -358,7 +372,7 @@ impl Linker {
         let Some(function) = tree.class.methods.get(&call.method) else {
             return self.defaults(call, to);
         };
-        let mut site = Site::new(tree, function, prefix);
+        let mut site = Site::new(tree, function, prefix, &mut self.out);
         site.overrides = overrides.to_vec();
         site.in_loop = in_loop;
         if in_loop {

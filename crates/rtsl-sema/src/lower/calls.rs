@@ -8,7 +8,7 @@ use super::access::Access;
 use super::cells::Cell;
 use super::facts::Root;
 use super::limits::{self, Lowered};
-use super::variables::VariableId;
+use super::variables::{RANK_OF_PARAMETERS, VariableId};
 use crate::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 
 /// One call whose body is being lowered.
@@ -23,6 +23,15 @@ pub(super) struct Frame<'m> {
     pub returned: Cell,
     /// The flags of the innermost loop or `switch`.
     pub jumps: Option<Jumps>,
+    /// How many calls are around it.
+    pub calls: u32,
+}
+
+impl Frame<'_> {
+    /// How little the names of its variables tell, at most half of [`RANK_OF_PARAMETERS`].
+    fn rank(&self) -> u8 {
+        self.calls.min(u32::from(RANK_OF_PARAMETERS / 2)) as u8
+    }
 }
 
 /// The flags of a loop or `switch`.
@@ -182,7 +191,8 @@ impl<'m> Lowering<'m> {
         let result = match &function.result {
             Type::Void => None,
             ty => {
-                let result = self.new_variable(&function.name, ty, false, span)?;
+                let rank = RANK_OF_PARAMETERS + self.frame.rank() + 1;
+                let result = self.new_variable(&function.name, ty, (false, rank), span)?;
                 let zeros = self.variable(result).layout.clone();
                 let zeros = self.zeros(&zeros);
                 self.set_variable(result, &zeros);
@@ -196,6 +206,7 @@ impl<'m> Lowering<'m> {
             result,
             returned: self.new_flag(),
             jumps: None,
+            calls: self.frame.calls + 1,
         })
     }
 
@@ -210,7 +221,9 @@ impl<'m> Lowering<'m> {
         };
         let local = &function.locals[index];
         let indexed = self.facts.of(function_id).indexed.contains(&Root::Local(id));
-        let variable = self.new_variable(&local.name, &local.ty, indexed, span)?;
+        let is_parameter = index < function.parameters.len();
+        let rank = self.frame.rank() + if is_parameter { RANK_OF_PARAMETERS } else { 0 };
+        let variable = self.new_variable(&local.name, &local.ty, (indexed, rank), span)?;
         self.frame.locals[index] = Some(variable);
         Ok(variable)
     }

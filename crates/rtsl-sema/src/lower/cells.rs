@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rtsl_ir::Value;
+use rtsl_ir::{Name, Value};
 
 /// One scalar of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -24,6 +24,7 @@ pub(super) type Changes = BTreeMap<Cell, Value>;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
     values: Vec<Value>,
+    names: Vec<Option<Name>>,
     /// Old values, while any mark is open.
     journal: Vec<(Cell, Value)>,
     open_marks: usize,
@@ -34,7 +35,26 @@ impl Cells {
     pub fn allocate(&mut self, initial: impl IntoIterator<Item = Value>) -> Range<u32> {
         let first = self.values.len() as u32;
         self.values.extend(initial);
+        self.names.resize(self.values.len(), None);
         first..self.values.len() as u32
+    }
+
+    /// The same, with what they are called.
+    pub fn allocate_named(
+        &mut self,
+        initial: impl IntoIterator<Item = Value>,
+        names: impl IntoIterator<Item = Name>,
+    ) -> Range<u32> {
+        let cells = self.allocate(initial);
+        for (cell, name) in cells.clone().zip(names) {
+            self.names[cell as usize] = Some(name);
+        }
+        cells
+    }
+
+    /// What a cell is called.
+    pub fn name(&self, cell: Cell) -> Option<Name> {
+        self.names[cell.0 as usize]
     }
 
     pub fn get(&self, cell: Cell) -> Value {

@@ -226,6 +226,7 @@ impl<'m> Maker<'m> {
                 result: None,
                 returned,
                 jumps: None,
+                calls: 0,
             },
             visits: 0,
             depth: 0,

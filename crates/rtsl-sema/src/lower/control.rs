@@ -110,7 +110,7 @@ impl Lowering<'_> {
             joined.push(value);
         }
         for (cell, value) in changed.iter().zip(&joined[given.len()..]) {
-            self.cells.set(*cell, *value);
+            self.set_cell(*cell, *value);
         }
         joined.truncate(given.len());
         joined

@@ -7,6 +7,7 @@ use super::access::{Access, element_count};
 use super::facts::{CHOICE, Root, root_of};
 use super::layout::split_element;
 use super::limits::Lowered;
+use super::variables::RANK_OF_TEMPORARIES;
 use super::walk::{Node, walk_expression};
 use super::{Lowering, Purpose};
 use crate::hir::{BinaryOperator, Expression, ExpressionKind, StepOperator, Type, UnaryOperator};
@@ -153,7 +154,8 @@ impl<'m> Lowering<'m> {
             let elements = (0..count).map(|index| split_element(&layout, &values, count, index));
             return Ok(self.choose(index, elements.collect()));
         }
-        let copy = self.new_variable("temporary", &whole.ty, true, whole.span)?;
+        let copy =
+            self.new_variable("temporary", &whole.ty, (true, RANK_OF_TEMPORARIES), whole.span)?;
         self.set_variable(copy, &values);
         let access = Access::element(copy, index, &whole.ty, element, whole.span);
         let value = self.read(&access)?;

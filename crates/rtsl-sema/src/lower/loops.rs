@@ -130,14 +130,14 @@ impl<'m> Lowering<'m> {
         let params = self.builder.begin_loop(initial);
         let mark = self.cells.mark();
         for (cell, param) in carried.iter().zip(params.iter()) {
-            self.cells.set(*cell, param);
+            self.set_cell(*cell, param);
         }
         let again = body(self)?;
         let next: Vec<Value> = carried.iter().map(|cell| self.cells.get(*cell)).collect();
         self.cells.take_back(mark);
         let results = self.builder.end_loop(again, &next);
         for (cell, result) in carried.iter().zip(results.iter()) {
-            self.cells.set(*cell, result);
+            self.set_cell(*cell, result);
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use rtsl_source::Span;
 use super::access::Access;
 use super::facts::Root;
 use super::limits::Lowered;
-use super::variables::{Storage as InPlace, VariableId};
+use super::variables::{RANK_OF_DATA, Storage as InPlace, VariableId};
 use super::{Lowering, Purpose};
 use crate::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 
@@ -154,7 +154,7 @@ impl<'m> Lowering<'m> {
             return Ok(host);
         }
         let values = self.read(&Access::whole(host, ty.clone(), *span))?;
-        let copy = self.new_variable(name, ty, self.is_indexed(id), *span)?;
+        let copy = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), *span)?;
         self.set_variable(copy, &values);
         Ok(copy)
     }
@@ -166,7 +166,7 @@ impl<'m> Lowering<'m> {
         ty: &Type,
         span: Span,
     ) -> Lowered<VariableId> {
-        let variable = self.new_variable(name, ty, self.is_indexed(id), span)?;
+        let variable = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), span)?;
         let layout = self.variable(variable).layout.clone();
         let zeros = self.zeros(&layout);
         self.set_variable(variable, &zeros);

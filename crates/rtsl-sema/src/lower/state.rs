@@ -13,7 +13,7 @@ use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable}
 use super::cells::Cell;
 use super::facts::Root;
 use super::limits::Lowered;
-use super::variables::{Storage, Variable, VariableId};
+use super::variables::{RANK_OF_DATA, Storage, Variable, VariableId};
 use super::{Lowering, Purpose};
 use crate::hir::{StateId, Type};
 
@@ -129,7 +129,8 @@ impl Lowering<'_> {
                 }
             },
         };
-        let storage = Storage::Cells(Cell(self.cells.allocate(initial).start));
+        let names = self.scalar_names(row.name, &layout, RANK_OF_DATA);
+        let storage = Storage::Cells(Cell(self.cells.allocate_named(initial, names).start));
         let name = row.name.to_owned();
         Ok(self.add_variable(Variable { name, layout, storage, default, input }))
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use rtsl_ir::{Constant, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{Constant, Name, PlaceId, PlaceKind, Scalar, Value};
 use rtsl_source::Span;
 
 use super::Lowering;
@@ -28,6 +28,13 @@ pub(super) struct Variable {
     /// For state variables what the host has set, where it was loaded at the start.
     pub input: Option<Vec<Value>>,
 }
+
+/// The rank of names of what functions take and give.
+pub(super) const RANK_OF_PARAMETERS: u8 = Name::DECLARED;
+/// Of members and state.
+pub(super) const RANK_OF_DATA: u8 = 192;
+/// Of what the compiler makes by itself.
+pub(super) const RANK_OF_TEMPORARIES: u8 = 255;
 
 /// Where a variable's value is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +66,7 @@ impl Lowering<'_> {
         &mut self,
         name: &str,
         ty: &Type,
-        indexed: bool,
+        (indexed, rank): (bool, u8),
         span: Span,
     ) -> Lowered<VariableId> {
         let layout = self.layouts.layout(ty, span)?;
@@ -68,7 +75,8 @@ impl Lowering<'_> {
             Storage::Slots(self.take_slots(name, &layout, span)?)
         } else {
             let zeros = self.zeros(&layout);
-            Storage::Cells(Cell(self.cells.allocate(zeros).start))
+            let names = self.scalar_names(name, &layout, rank);
+            Storage::Cells(Cell(self.cells.allocate_named(zeros, names).start))
         };
         let name = name.to_owned();
         Ok(self.add_variable(Variable { name, layout, storage, default: None, input: None }))
@@ -90,6 +98,28 @@ impl Lowering<'_> {
             default: None,
             input: None,
         }))
+    }
+
+    /// What the scalars of a variable are called.
+    pub fn scalar_names(&mut self, name: &str, layout: &Layout, rank: u8) -> Vec<Name> {
+        let mut names = Vec::with_capacity(layout.len() as usize);
+        for leaf in &layout.leaves {
+            let text = match leaf.suffix.as_str() {
+                "" => self.builder.name_text(name),
+                suffix => self.builder.name_text(&format!("{name}{suffix}")),
+            };
+            let len = leaf.len.min(u16::MAX.into()) as u16;
+            names.extend((0..len).map(|component| Name { text, component, len, rank }));
+        }
+        names
+    }
+
+    /// Sets a scalar of a variable, whose name the value gets.
+    pub fn set_cell(&mut self, cell: Cell, value: Value) {
+        if let Some(name) = self.cells.name(cell) {
+            self.builder.name(value, name);
+        }
+        self.cells.set(cell, value);
     }
 
     /// A new cell for one scalar.
@@ -123,11 +153,13 @@ impl Lowering<'_> {
         debug_assert_eq!(variable.layout.len() as usize, values.len(), "{}", variable.name);
         match &variable.storage {
             Storage::Cells(Cell(first)) => {
-                for (cell, value) in (*first..).zip(values) {
-                    self.cells.set(Cell(cell), *value);
+                let first = *first;
+                for (cell, value) in (first..).zip(values) {
+                    self.set_cell(Cell(cell), *value);
                 }
             }
             Storage::Slots(slots) => {
+                // Values of slots have no names: where slots are promoted their places tell enough.
                 let mut values = values.iter();
                 for (slot, leaf) in slots.iter().zip(&variable.layout.leaves) {
                     for (index, value) in (0..leaf.len).zip(&mut values) {
