@@ -10,6 +10,7 @@ use rtsl_spec::Method;
 use crate::ClassCode;
 use crate::class_names::ClassNames;
 use crate::comment::{sentence, write_documentation};
+use crate::export::{Exported, ExportedMethod};
 use crate::expression::{Expression, INDENT};
 use crate::literal::{stored_literal, stored_type_name, type_name};
 use crate::method::{Body, write_body};
@@ -17,13 +18,13 @@ use crate::statement::{Statement, write_statements};
 use crate::support::Helper;
 
 /// Appends the struct of a class that is called `name` in C++.
-pub(crate) fn write_class(
+pub(crate) fn write_class<'a>(
     name: &str,
-    description: &ClassDescription,
+    description: &'a ClassDescription,
     code: &ClassCode<'_>,
     helpers: &mut BTreeSet<Helper>,
     text: &mut String,
-) {
+) -> Exported<'a> {
     let names = ClassNames::new(name, description);
     let mut writer = ClassWriter { description, names, helpers, text };
     writer.line(0, "");
@@ -36,10 +37,13 @@ pub(crate) fn write_class(
         FieldKind::Scratch,
         "What methods keep for one another, for a ray and a hit.",
     );
-    writer.constructor(code);
+    let constructor_may_fail = writer.constructor(code);
+    let mut methods = Vec::new();
     for (method, function) in &code.methods {
         let body = write_body(function, &writer.names, writer.helpers);
-        writer.method(*method, body);
+        let (method, needs, accepts) = (*method, body.needs, body.accepts);
+        methods.push(ExportedMethod { method, needs, accepts });
+        writer.method(method, body);
     }
     writer.line(0, "};");
     if description.block_words > 0 {
@@ -49,6 +53,8 @@ pub(crate) fn write_class(
             &format!("static_assert(sizeof({name}) == {bytes}, \"laid out as a block\");"),
         );
     }
+    let names = writer.names;
+    Exported { name: name.to_owned(), description, names, methods, constructor_may_fail }
 }
 
 struct ClassWriter<'a> {
@@ -181,14 +187,15 @@ impl ClassWriter<'_> {
         self.line(INDENT, "};");
     }
 
-    fn constructor(&mut self, code: &ClassCode<'_>) {
+    /// True if it says whether its budget of loops ran out.
+    fn constructor(&mut self, code: &ClassCode<'_>) -> bool {
         let bodies: Vec<Body> = code
             .constructors
             .iter()
             .map(|function| write_body(function, &self.names, self.helpers))
             .collect();
         if bodies.is_empty() {
-            return;
+            return false;
         }
         let takes =
             self.description.fields.iter().any(|it| it.kind == FieldKind::Parameter && it.len > 0);
@@ -226,6 +233,7 @@ impl ClassWriter<'_> {
             self.line(2 * INDENT, "return !state.budget_exceeded;");
         }
         self.line(INDENT, "}");
+        may_run_out
     }
 
     fn method(&mut self, method: Method, body: Body) {

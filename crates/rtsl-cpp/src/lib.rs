@@ -8,6 +8,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `class`, `state`, `support` | what stands around methods |
+//! | `export` | kernels and tables, for hosts that find classes by name |
 //! | `method`, `operation`, `request`, `uses` | functions to statements |
 //! | `statement`, `expression` | statements to lines |
 //! | `identifier`, `class_names`, `literal`, `comment` | what may stand in them |
@@ -18,6 +19,7 @@
 mod class;
 mod class_names;
 mod comment;
+mod export;
 mod expression;
 mod identifier;
 mod literal;
@@ -55,9 +57,10 @@ pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
     let mut scope = reserved();
     let mut helpers = BTreeSet::new();
     let mut structs = String::new();
+    let mut exported = Vec::new();
     for (description, code) in library.classes.iter().zip(classes) {
         let name = scope.name(&description.name);
-        class::write_class(&name, description, code, &mut helpers, &mut structs);
+        exported.push(class::write_class(&name, description, code, &mut helpers, &mut structs));
     }
     let mut text =
         "// Made by rtsl of shaders. Changes will be lost when it is made again.\n#pragma once\n"
@@ -72,6 +75,7 @@ pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
     }
     text.push_str(&structs);
     text.push_str(&format!("\n}} // namespace {namespace}\n"));
+    export::write_export(library, &exported, state::has_budget(classes), &mut text);
     text.push_str(support::END);
     text
 }

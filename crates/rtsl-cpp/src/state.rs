@@ -37,7 +37,7 @@ pub(crate) fn write_state(
         let dimension = if components == 1 { String::new() } else { format!("[{components}]") };
         text.push_str(&format!("    float {name}{dimension} = {value};\n"));
     }
-    if classes.iter().flat_map(|class| &class.methods).any(|(_, function)| has_budget(function)) {
+    if has_budget(classes) {
         write_documentation(
             "Set where a method used up its budget of loop iterations.",
             INDENT,
@@ -74,9 +74,12 @@ fn functions<'a>(classes: &'a [ClassCode<'a>]) -> impl Iterator<Item = &'a Funct
     })
 }
 
-fn has_budget(function: &Function) -> bool {
+/// Whether a method may use up a budget of loop iterations.
+pub(crate) fn has_budget(classes: &[ClassCode<'_>]) -> bool {
     let mut has = false;
-    function.body.for_each_op(&mut |op| has |= matches!(op.kind, OpKind::ReportBudget));
+    for (_, function) in classes.iter().flat_map(|class| &class.methods) {
+        function.body.for_each_op(&mut |op| has |= matches!(op.kind, OpKind::ReportBudget));
+    }
     has
 }
 

@@ -39,6 +39,8 @@ pub struct Subject {
     pub state: Arc<[&'static StateVariable]>,
     /// The text of its library.
     pub header: Arc<str>,
+    /// The C header of its library, where that has kernels.
+    pub c_header: Option<Arc<str>>,
 }
 
 /// All there are.
@@ -85,7 +87,8 @@ fn standard(classes: &[Arc<Class>], prefix: &str, bindings: Bindings) -> AheadLi
 }
 
 fn of_library(library: &AheadLibrary) -> Vec<Subject> {
-    subjects(library.description(), &library.code(), library.cpp())
+    let headers = (library.cpp(), Some(library.header().into()));
+    subjects(library.description(), &library.code(), headers)
 }
 
 /// Functions of every operation, each the only method of a class.
@@ -107,7 +110,7 @@ fn generated() -> Vec<Subject> {
         })
         .collect();
     let text = rtsl_cpp::emit(&library, &code);
-    subjects(&library, &code, text)
+    subjects(&library, &code, (text, None))
 }
 
 /// A class with the places of a generated function.
@@ -155,7 +158,11 @@ fn describe(number: usize, function: &Function) -> ClassDescription {
     }
 }
 
-fn subjects(library: &LibraryDescription, code: &[ClassCode<'_>], header: String) -> Vec<Subject> {
+fn subjects(
+    library: &LibraryDescription,
+    code: &[ClassCode<'_>],
+    (header, c_header): (String, Option<Arc<str>>),
+) -> Vec<Subject> {
     let functions = code.iter().flat_map(|code| {
         let methods = code.methods.iter().map(|(_, function)| *function);
         methods.chain(code.constructors.iter().copied())
@@ -178,6 +185,7 @@ fn subjects(library: &LibraryDescription, code: &[ClassCode<'_>], header: String
                 functions,
                 state: state.clone(),
                 header: header.clone(),
+                c_header: c_header.clone(),
             });
         };
         if !code.constructors.is_empty() {
