@@ -114,8 +114,8 @@ struct Hashes {
         for (float value : vector) add(value);
     }
 
-    void add(const float (&vector)[3][RTSL_LANES]) {
-        for (const float (&lanes)[RTSL_LANES] : vector) add(lanes[0]);
+    void add(const float (&vector)[3][16]) {
+        for (const float (&lanes)[16] : vector) add(lanes[0]);
     }
 };
 
@@ -166,6 +166,8 @@ struct HashHost : Base {
         return unit(hashes.hash, 0);
     }
 };
+
+#ifdef KERNELS
 
 static Hashes &begin(void *user) {
     Hashes &hashes = *static_cast<Hashes *>(user);
@@ -298,4 +300,6 @@ static void check_constructor(uint32_t (*construct)(void *), const T &object, si
         check(is_same(found, expected), "construct", "", "block");
     }
 }
+
+#endif
 

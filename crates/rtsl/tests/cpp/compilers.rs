@@ -13,8 +13,8 @@ pub struct Setting {
 }
 
 const SETTINGS: [Setting; 4] = [
-    Setting { compiler: "g++", flags: &["-std=c++17", "-O2"] },
-    Setting { compiler: "clang++", flags: &["-std=c++17", "-O2"] },
+    Setting { compiler: "g++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
+    Setting { compiler: "clang++", flags: &["-std=c++17", "-O2", "-DKERNELS"] },
     Setting {
         compiler: "g++",
         flags: &["-std=gnu++17", "-O3", "-march=native", "-ffp-contract=fast"],

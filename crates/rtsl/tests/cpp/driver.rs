@@ -27,7 +27,7 @@ impl Driver {
             text.push_str("#undef RTSL_EXPORT\n");
             if let Some(header) = &subject.c_header {
                 let library = format!("{}_library.h", subject.namespace);
-                let _ = writeln!(text, "#define RTSL_EXPORT \"{library}\"");
+                let _ = writeln!(text, "#ifdef KERNELS\n#define RTSL_EXPORT \"{library}\"\n#endif");
                 headers.insert(library, header.to_string());
             }
             let _ = writeln!(text, "#include \"{name}\"");
@@ -70,6 +70,10 @@ fn write_call(number: usize, subject: &Subject, text: &mut String) {
         );
     }
     let Some(method) = subject.method else {
+        // With the addresses of buffers, for the kernel.
+        let words = class.block_words;
+        let _ =
+            writeln!(text, "    memcpy(block.data(), static_cast<void *>(&object), {words} * 4);");
         let takes = subject.parameters().any(|field| field.len > 0);
         if takes {
             let _ = writeln!(text, "    typename {name}::Parameters parameters;");
@@ -82,10 +86,12 @@ fn write_call(number: usize, subject: &Subject, text: &mut String) {
             text,
             "    const bool has_finished = finished([&] {{ return object.construct({arguments}); }});"
         );
-        let words = class.block_words;
         let _ = writeln!(text, "    write_block(object, {words});\n    write(has_finished);");
         let symbol = class.constructor.as_ref().expect("it has a constructor");
-        let _ = writeln!(text, "    check_constructor({symbol}, object, {words}, block);\n}}");
+        let _ = writeln!(
+            text,
+            "#ifdef KERNELS\n    check_constructor({symbol}, object, {words}, block);\n#endif\n}}"
+        );
         return;
     };
     let components: u32 = subject.state.iter().map(|variable| variable.ty.components()).sum();
@@ -123,7 +129,9 @@ fn write_call(number: usize, subject: &Subject, text: &mut String) {
     let accepted = if subject.accepts() { "accepted" } else { "false" };
     let _ = writeln!(text, "    write({accepted});\n    write(exceeded(state, 0));");
     if subject.c_header.is_some() {
+        text.push_str("#ifdef KERNELS\n");
         write_kernel_check(subject, text);
+        text.push_str("#endif\n");
     }
     text.push_str("    (void)first;\n}\n");
 }

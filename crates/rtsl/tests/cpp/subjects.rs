@@ -18,10 +18,10 @@ use crate::noise::Noise;
 /// So that no loop takes long, whatever the members are.
 const LOOP_BUDGET: u32 = 300;
 /// Generated functions.
-const GENERATED: u64 = 24;
+const GENERATED: u64 = 16;
 
 /// Classes whose references are bound.
-const BOUND: usize = 8;
+const BOUND: usize = 6;
 
 /// The name of words in which nothing stands that a call leaves.
 const PADDING: &str = "padding";
