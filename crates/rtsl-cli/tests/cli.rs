@@ -325,6 +325,8 @@ fn libraries_have_several_classes_shapes_and_widths() {
     let class = &layout["classes"][0];
     assert_eq!(class["kernels"].as_array().map(Vec::len), Some(1));
     assert_eq!(class["parameters"][0]["name"], "kd.value");
+    let text = build(&["--emit", "cpp", "--class", "Ball"]).exits(DONE).output();
+    assert!(text.contains("struct Ball {") && text.contains("bool intersect("), "{text}");
     build(&["--emit", "obj", "--bind", "Ward.kz=Constant"]).fails_with("E0502");
     build(&["--emit", "obj", "--bind", "Ward.kd=Sphere"]).fails_with("E0506");
     build(&["--emit", "obj", "--bind", "Ward.kd=Constnat"]).fails_with("E0507");

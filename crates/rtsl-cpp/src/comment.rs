@@ -43,7 +43,7 @@ fn wrapped(line: &str, width: usize) -> Vec<String> {
 
 /// A line without what would continue or end a comment: backslashes at its end, trigraphs of them, other characters
 /// that end lines.
-fn harmless(line: &str) -> String {
+pub(crate) fn harmless(line: &str) -> String {
     let printable = |character: char| match character {
         '\t' => ' ',
         '\u{2028}' | '\u{2029}' | '\u{85}' => ' ',

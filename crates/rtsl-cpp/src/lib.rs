@@ -1,4 +1,5 @@
-//! C++ text from the single-ray representation: for people to read, and for hosts that have a compiler of their own.
+//! C++ text from the single-ray representation: for people to read, and for hosts that have a compiler of their own; and C
+//! headers of what is compiled ahead of time.
 //!
 //! [`emit`] writes a header of C++17 that stands alone. A class becomes a struct whose fields are the words of its
 //! block, and each of its methods a member function on the state of one ray. Names and comments of the shader are
@@ -11,6 +12,7 @@
 //! | `export` | kernels and tables, for hosts that find classes by name |
 //! | `method`, `operation`, `request`, `uses` | functions to statements |
 //! | `statement`, `expression` | statements to lines |
+//! | `kernel_header`, `library_header` | C headers of libraries of either kind |
 //! | `identifier`, `class_names`, `literal`, `comment` | what may stand in them |
 //!
 //! This crate knows the single-ray representation and how data is laid out, no packet code and no syntax. Shader text
@@ -22,6 +24,8 @@ mod comment;
 mod export;
 mod expression;
 mod identifier;
+mod kernel_header;
+mod library_header;
 mod literal;
 mod method;
 mod operation;
@@ -38,6 +42,9 @@ use rtsl_packet::description::LibraryDescription;
 use rtsl_spec::{COLOR_COMPONENTS, Method};
 
 use crate::class_names::reserved;
+
+pub use kernel_header::kernel_header;
+pub use library_header::library_header;
 
 /// The functions of a class, linked and optimised.
 #[derive(Clone, Debug, Default)]

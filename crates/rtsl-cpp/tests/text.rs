@@ -358,6 +358,38 @@ fn a_struct_is_laid_out_as_its_block() {
 
         } // namespace test
 
+        // Kernels and tables of a library that serves hosts as an object file does. RTSL_EXPORT is its header, which
+        // `rtsl build --emit header` writes for the same classes: -DRTSL_EXPORT='"shaders.h"'.
+        #ifdef RTSL_EXPORT
+
+        #include RTSL_EXPORT
+
+        static const RtslParameter test_Thing_parameters[] = {{}};
+        static const RtslMethod test_Thing_methods[] = {{}};
+        static const uint32_t test_Thing_initial[] = {0x0u, 0x0u, 0x0u, 0x0u, 0x3f800000u, 0x0u, 0x3f000000u, 0x0u, 0x0u, 0x0u, 0x0u, 0x1u};
+        extern "C" const RtslClass test_Thing = {
+            "Thing",
+            "A thing. */ int x;\\",
+            test_Thing_parameters,
+            test_Thing_methods,
+            test_Thing_initial,
+            nullptr,
+            0,
+            0,
+            0,
+            12,
+            12,
+            2,
+            4294967295u,
+            4294967295u,
+            0,
+            0};
+
+        static const RtslClass *const test_library_classes[] = {&test_Thing};
+        extern "C" const RtslLibrary test_library = {RTSL_ABI, 1, test_library_classes, "0.1.0", "C++"};
+
+        #endif
+
         #if defined(__GNUC__) && !defined(__clang__)
         #pragma GCC pop_options
         #endif

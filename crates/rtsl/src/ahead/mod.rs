@@ -8,9 +8,7 @@
 
 mod bindings;
 mod class;
-mod class_header;
 mod constructor;
-mod kernel_header;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -32,7 +30,7 @@ use crate::{errors, pipeline};
 
 pub use bindings::Bindings;
 pub(crate) use class::describe_kernel;
-pub use kernel_header::kernel_header;
+pub use rtsl_cpp::kernel_header;
 
 /// What a library has.
 #[derive(Clone, Debug)]
@@ -145,7 +143,7 @@ impl AheadLibrary {
     /// The C header: the [kernel interface](kernel_header), which stands there under a guard of its own, and what this
     /// library has. C99 and C++11.
     pub fn header(&self) -> String {
-        class_header::header(&self.description)
+        rtsl_cpp::library_header(&self.description)
     }
 
     /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It

@@ -1,16 +1,18 @@
 //! The C header of a library.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use rtsl_ir::Scalar;
 use rtsl_packet::abi::BUFFER_WORDS;
 use rtsl_packet::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 
-use super::kernel_header;
+use crate::comment::harmless;
+use crate::identifier::Scope;
+use crate::kernel_header;
 
-/// The header: the kernel interface, then for each class its block as a struct, and its symbols.
-pub(super) fn header(library: &LibraryDescription) -> String {
+/// The C header of a library: the kernel interface, then for each class its block as a struct, and its symbols. C99 and
+/// C++11.
+pub fn library_header(library: &LibraryDescription) -> String {
     let guard = format!("{}_LIBRARY_H", library.prefix.to_uppercase());
     let mut text = format!(
         "/* Classes of RTSL compiled ahead of time, by rtsl {}. */\n#ifndef {guard}\n#define {guard}\n\n{}\n\
@@ -51,11 +53,11 @@ fn write_block(text: &mut String, symbol: &str, class: &ClassDescription) {
         "/* The block of an instance of {}; its first {} words are what kernels read. */\ntypedef struct {symbol}_block {{",
         class.name, class.block_words
     );
-    let mut names = BTreeSet::new();
+    let mut scope = Scope::default();
     let mut end = 0;
     for field in &class.fields {
         write_padding(text, end, field.offset);
-        let name = unique(field_name(field), &mut names);
+        let name = field_name(field, &mut scope);
         let _ = write!(text, "    {};", declaration(field, &name));
         write_field_comment(text, class, field);
         end = field.offset + words(field);
@@ -106,88 +108,76 @@ fn declaration(field: &Field, name: &str) -> String {
     }
 }
 
-fn field_name(field: &Field) -> String {
-    let name = field.name.replace(|it: char| !it.is_ascii_alphanumeric(), "_");
-    if field.kind == FieldKind::Parameter {
-        return format!("parameter_{name}");
+/// The name of a field, as far as C has it.
+fn field_name(field: &Field, scope: &mut Scope) -> String {
+    match field.kind {
+        FieldKind::Parameter => scope.name(&format!("parameter_{}", field.name)),
+        FieldKind::Member | FieldKind::Buffer | FieldKind::Scratch => scope.name(&field.name),
     }
-    // Words of C and C++ that RTSL leaves to its authors.
-    const TAKEN: [&str; 60] = [
-        "alignas",
-        "alignof",
-        "and",
-        "and_eq",
-        "auto",
-        "bitand",
-        "bitor",
-        "catch",
-        "char",
-        "class",
-        "compl",
-        "concept",
-        "consteval",
-        "constexpr",
-        "constinit",
-        "const_cast",
-        "co_await",
-        "co_return",
-        "co_yield",
-        "decltype",
-        "delete",
-        "double",
-        "dynamic_cast",
-        "explicit",
-        "export",
-        "friend",
-        "inline",
-        "long",
-        "mutable",
-        "namespace",
-        "new",
-        "noexcept",
-        "not",
-        "not_eq",
-        "nullptr",
-        "operator",
-        "or",
-        "or_eq",
-        "private",
-        "protected",
-        "public",
-        "register",
-        "reinterpret_cast",
-        "requires",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "static_assert",
-        "static_cast",
-        "template",
-        "this",
-        "thread_local",
-        "throw",
-        "try",
-        "typeid",
-        "typename",
-        "unsigned",
-        "virtual",
-        "volatile",
-    ];
-    if TAKEN.contains(&name.as_str()) { format!("{name}_") } else { name }
-}
-
-fn unique(name: String, names: &mut BTreeSet<String>) -> String {
-    let candidates = (2..).map(|number| format!("{name}_{number}"));
-    let free = std::iter::once(name.clone()).chain(candidates).find(|it| !names.contains(it));
-    let free = free.unwrap_or(name);
-    names.insert(free.clone());
-    free
 }
 
 /// Text in one line that stays within a comment.
 fn comment(text: &str) -> String {
-    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let line: String = line.chars().filter(|it| !it.is_control()).collect();
-    line.replace("*/", "* /").replace("/*", "/ *")
+    harmless(&text.split_whitespace().collect::<Vec<_>>().join(" ")).replace("/*", "/ *")
+}
+
+#[cfg(test)]
+mod tests {
+    use rtsl_spec::Role;
+
+    use super::*;
+
+    fn field(name: &str, kind: FieldKind, offset: u32) -> Field {
+        Field { name: name.to_owned(), kind, scalar: Scalar::F32, len: 1, offset }
+    }
+
+    #[test]
+    fn names_and_comments_are_harmless() {
+        let names = ["class", "unix", "NAN", "kd.scale", "kd_scale"];
+        let fields = names.iter().zip(0..).map(|(name, at)| field(name, FieldKind::Member, at));
+        let class = ClassDescription {
+            name: "A".to_owned(),
+            documentation: Some("One */ int x;\n/* two \\".to_owned()),
+            roles: vec![Role::Texture],
+            parameters: Vec::new(),
+            element: None,
+            fields: fields.chain([field("class", FieldKind::Parameter, 6)]).collect(),
+            block_words: 6,
+            construct_words: 8,
+            initial: vec![0; 8],
+            scratch: Vec::new(),
+            scratch_arrays: 0,
+            constructor: Some("x_A_construct".to_owned()),
+            kernels: Vec::new(),
+        };
+        let library = LibraryDescription { prefix: "x".to_owned(), classes: vec![class] };
+        let header = library_header(&library);
+        let own = &header[header.find("/* All classes").expect("what is the library's own")..];
+        expect_test::expect![[r#"
+            /* All classes, for hosts that find them by name. */
+            extern const RtslLibrary x_library;
+
+            /* A. One * / int x; / * two \ . */
+            extern const RtslClass x_A;
+            /* The block of an instance of A; its first 6 words are what kernels read. */
+            typedef struct x_A_block {
+                float class_; /* computed */
+                float unix_; /* computed */
+                float NAN_; /* computed */
+                float kd_scale; /* computed */
+                float kd_scale2; /* computed */
+                uint32_t padding_5[1];
+                float parameter_class; /* computed */
+                uint32_t padding_7[1];
+            } x_A_block;
+            uint32_t x_A_construct(void *block);
+
+            #ifdef __cplusplus
+            }
+            #endif
+
+            #endif /* X_LIBRARY_H */
+        "#]]
+        .assert_eq(own);
+    }
 }
