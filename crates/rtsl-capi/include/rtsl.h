@@ -422,6 +422,14 @@ RtslResult rtsl_kernel_info(RtslKernelId kernel,
 // `count` is null or leads to a number.
 RtslResult rtsl_kernel_scratch_arrays(RtslKernelId kernel, uint32_t *count);
 
+// How many words the data of an instance has, as the kernel reads it: hosts that call its function for many instances may
+// copy their blocks to one array, where they lie close to each other. What was copied is good as long as the block.
+//
+// # Safety
+// `count` is null or leads to a number.
+RtslResult rtsl_kernel_block_words(RtslKernelId kernel,
+                                   uint32_t *count);
+
 // Releases a kernel. Its function must not be called any more.
 RtslResult rtsl_kernel_release(RtslKernelId kernel);
 

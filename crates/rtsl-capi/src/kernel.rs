@@ -191,6 +191,24 @@ pub unsafe extern "C" fn rtsl_kernel_scratch_arrays(
     })
 }
 
+/// How many words the data of an instance has, as the kernel reads it: hosts that call its function for many instances may
+/// copy their blocks to one array, where they lie close to each other. What was copied is good as long as the block.
+///
+/// # Safety
+/// `count` is null or leads to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtsl_kernel_block_words(
+    kernel: RtslKernelId,
+    count: *mut u32,
+) -> RtslResult {
+    guard(|| {
+        // Safety: the caller's promise.
+        let count = unsafe { place(count, "count")? };
+        *count = kernel.get()?.program.layout().block_words;
+        Ok(())
+    })
+}
+
 /// Releases a kernel. Its function must not be called any more.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtsl_kernel_release(kernel: RtslKernelId) -> RtslResult {

@@ -87,8 +87,8 @@ impl CProgram {
         self.run_with(&[]);
     }
 
-    /// Compiles it and runs it on an input; gives what it printed.
-    pub fn run_with(self, input: &[u8]) -> Vec<u8> {
+    /// Compiles it; gives where it is.
+    pub fn build(&self) -> PathBuf {
         let program = self.folder.join(&self.name);
         let include = tests().parent().expect("the crate").join("include");
         let mut compile = Command::new(compiler());
@@ -97,7 +97,12 @@ impl CProgram {
         compile.args(["-lpthread", "-ldl", "-lm"]);
         let compiled = compile.output().expect("the compiler runs");
         assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
-        let mut run = Command::new(program);
+        program
+    }
+
+    /// Compiles it and runs it on an input; gives what it printed.
+    pub fn run_with(self, input: &[u8]) -> Vec<u8> {
+        let mut run = Command::new(self.build());
         run.args(&self.arguments);
         run.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut running = run.spawn().expect("the program runs");
