@@ -41,8 +41,8 @@ pub use instance::{
     rtsl_instance_set_ints, rtsl_instance_set_uints, rtsl_instance_unset,
 };
 pub use kernel::{
-    RtslMethod, rtsl_kernel_info, rtsl_kernel_new, rtsl_kernel_of_objects, rtsl_kernel_release,
-    rtsl_kernel_scratch_arrays,
+    RtslMethod, rtsl_kernel_block_words, rtsl_kernel_info, rtsl_kernel_new, rtsl_kernel_of_objects,
+    rtsl_kernel_release, rtsl_kernel_scratch_arrays,
 };
 pub use objects::{
     rtsl_elements_new, rtsl_objects_blocks, rtsl_objects_count, rtsl_objects_new,
