@@ -239,7 +239,9 @@ impl ClassWriter<'_> {
     fn method(&mut self, method: Method, body: Body) {
         let Body { statements, needs, accepts } = body;
         self.line(0, "");
-        self.documentation(Some(&sentence(method.doc())), INDENT);
+        let written = self.description.method_documentation.get(&method).cloned();
+        let documentation = written.unwrap_or_else(|| sentence(method.doc()));
+        self.documentation(Some(&documentation), INDENT);
         let result = if accepts { "bool" } else { "void" };
         let parameters = [
             (true, if needs.state { "State &state" } else { "State &" }),

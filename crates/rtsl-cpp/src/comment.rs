@@ -2,11 +2,16 @@
 
 use crate::expression::LINE_LENGTH;
 
-/// Lines of a documentation comment, none for an empty text. Whatever the text says, each line ends where it should.
+/// Lines of a documentation comment, none for an empty text. They are those of the text where all of them fit; else its
+/// paragraphs are filled anew. Whatever the text says, each line ends where it should.
 pub(crate) fn write_documentation(documentation: &str, indentation: usize, text: &mut String) {
     let margin = format!("{}/// ", " ".repeat(indentation));
-    for line in documentation.lines() {
-        for part in wrapped(line, LINE_LENGTH.saturating_sub(margin.len())) {
+    let width = LINE_LENGTH.saturating_sub(margin.len());
+    let fits = documentation.lines().all(|line| line.len() <= width);
+    let filled = documentation.split("\n\n").map(|it| it.replace('\n', " "));
+    let filled = filled.collect::<Vec<_>>().join("\n\n");
+    for line in if fits { documentation } else { &filled }.lines() {
+        for part in wrapped(line, width) {
             text.push_str(format!("{margin}{}", harmless(&part)).trim_end());
             text.push('\n');
         }

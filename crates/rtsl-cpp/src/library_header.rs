@@ -148,6 +148,7 @@ mod tests {
             scratch: Vec::new(),
             scratch_arrays: 0,
             constructor: Some("x_A_construct".to_owned()),
+            method_documentation: Default::default(),
             kernels: Vec::new(),
         };
         let library = LibraryDescription { prefix: "x".to_owned(), classes: vec![class] };

@@ -55,6 +55,7 @@ fn class() -> ClassDescription {
         scratch: vec![kept],
         scratch_arrays: 2,
         constructor: None,
+        method_documentation: Default::default(),
         kernels: Vec::new(),
     }
 }

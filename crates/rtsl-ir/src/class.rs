@@ -34,6 +34,8 @@ pub struct Class {
     pub constructor: Option<Function>,
     /// The methods it has, those implied by others included.
     pub methods: BTreeMap<Method, Function>,
+    /// The comments just before methods of its own.
+    pub method_documentation: BTreeMap<Method, String>,
 }
 
 /// The annotation that marks the element parameter, and names its buffer.

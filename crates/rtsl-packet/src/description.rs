@@ -6,6 +6,8 @@
 //! there is one, and keeps the first [`block_words`](ClassDescription::block_words) words. Other values of parameters
 //! are the same steps again.
 
+use std::collections::BTreeMap;
+
 use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
 
@@ -49,6 +51,8 @@ pub struct ClassDescription {
     /// The symbol of the constructor, `uint32_t symbol(uint32_t *block)`, where there is one. It gives
     /// [`STATUS_BUDGET`](crate::abi::STATUS_BUDGET) or 0.
     pub constructor: Option<String>,
+    /// The comments just before its methods.
+    pub method_documentation: BTreeMap<Method, String>,
     /// Its kernels.
     pub kernels: Vec<KernelDescription>,
 }

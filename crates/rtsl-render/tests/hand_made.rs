@@ -33,6 +33,7 @@ fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -
         buffers: Vec::new(),
         scratch: scratch.iter().map(place).collect(),
         scratch_types: Vec::new(),
+        method_documentation: Default::default(),
         references: Vec::new(),
         initializer: function("function initializer { return }"),
         constructor: None,

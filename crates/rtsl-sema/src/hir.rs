@@ -158,6 +158,8 @@ pub struct ConstructorParameter {
 pub struct Function {
     /// Its name.
     pub name: String,
+    /// The comment just before it.
+    pub documentation: Option<String>,
     /// The class in whose context it was checked: its `Member` expressions index that class.
     pub class: Option<ClassId>,
     /// For interface methods which one, in which role state directions are looked up; `None` for helpers.

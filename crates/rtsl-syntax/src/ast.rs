@@ -185,6 +185,8 @@ pub struct Function {
     pub parameters: Vec<Parameter>,
     /// The body; `None` for a prototype.
     pub body: Option<Block>,
+    /// The comment just before it, without its marks.
+    pub documentation: Option<String>,
     /// From the first qualifier to the closing parenthesis.
     pub span: Span,
 }

@@ -82,7 +82,9 @@ impl Printer {
     }
 
     fn function(&mut self, function: &Function) {
-        let Function { qualifiers, result, name, parameters, body, span: _ } = function;
+        // What it computes does not depend on what is said of it.
+        let Function { qualifiers, result, name, parameters, body, documentation: _, span: _ } =
+            function;
         let what = if body.is_some() { "function" } else { "prototype" };
         let parameters = List(parameters);
         let qualifiers = Show(qualifiers);

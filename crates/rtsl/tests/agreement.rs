@@ -44,6 +44,7 @@ fn class_of(function: Function) -> Arc<Class> {
         parameters: data.chain(shared).collect(),
         scratch: of_kind(PlaceKind::Scratch),
         scratch_types: Vec::new(),
+        method_documentation: Default::default(),
         members,
         buffers,
         references: Vec::new(),

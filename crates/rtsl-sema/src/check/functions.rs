@@ -331,6 +331,7 @@ impl Checker<'_> {
         let id = FunctionId(self.module.functions.len() as u32);
         self.module.functions.push(Arc::new(Function {
             name: function.name.name.clone(),
+            documentation: function.documentation.clone(),
             class: self.class.as_ref().map(|class| class.id),
             method,
             result: signature.result,
@@ -419,6 +420,7 @@ impl Checker<'_> {
         let finished = Function {
             locals: context.locals,
             body: statements,
+            documentation: function.documentation.clone().or(declared.documentation.clone()),
             span: function.span,
             ..Function::clone(&declared)
         };

@@ -102,8 +102,20 @@ impl<'m> Maker<'m> {
             initializer,
             constructor,
             methods,
+            method_documentation: self.method_documentation(),
         };
         if failures.is_empty() { Ok(class) } else { Err(failures) }
+    }
+
+    /// The comments before the class's own methods.
+    fn method_documentation(&self) -> BTreeMap<Method, String> {
+        let documented = self.class.methods.iter().filter_map(|(method, function)| {
+            let function = &self.module.functions[function.0 as usize];
+            // Implied methods have the prelude's.
+            function.class?;
+            Some((*method, function.documentation.clone()?))
+        });
+        documented.collect()
     }
 
     /// The leaves of all members that are stored as `kind`.

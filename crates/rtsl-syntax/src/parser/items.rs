@@ -69,9 +69,9 @@ impl Parser<'_> {
         Ok(Class { name, bases, form, items, documentation, span })
     }
 
-    fn documentation_of(&self, keyword: Token) -> Option<String> {
-        let file = self.map.file(keyword.span.file);
-        comment_before(&file.text, keyword.span.start as usize)
+    fn documentation_of(&self, first: Token) -> Option<String> {
+        let file = self.map.file(first.span.file);
+        comment_before(&file.text, first.span.start as usize)
     }
 
     fn parse_class_head(&mut self) -> Parse<(Identifier, Vec<Identifier>)> {
@@ -278,7 +278,8 @@ impl Parser<'_> {
         } else {
             return Err(self.unexpected("the function's body, or `;`"));
         };
-        Ok(Function { qualifiers, result, name, parameters, body, span })
+        let documentation = self.documentation_of(first);
+        Ok(Function { qualifiers, result, name, parameters, body, documentation, span })
     }
 
     fn parse_parameters(&mut self, open: Token) -> Parse<Vec<Parameter>> {

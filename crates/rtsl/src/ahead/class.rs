@@ -67,6 +67,7 @@ pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construct
         scratch: scratch.collect(),
         scratch_arrays: layout.scratch_arrays,
         constructor: None,
+        method_documentation: class.method_documentation.clone(),
         kernels: Vec::new(),
     };
     Ok((description, Construction { layout }))

@@ -63,6 +63,7 @@ fn class() -> Arc<Class> {
         buffers: vec![place(PlaceKind::Buffer, "table", Scalar::F32, 2)],
         scratch: Vec::new(),
         scratch_types: Vec::new(),
+        method_documentation: Default::default(),
         references: vec![
             Reference { name: "skin".to_owned(), role: Role::Texture, count: None, tested: false },
             Reference {

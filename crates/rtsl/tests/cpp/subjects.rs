@@ -154,6 +154,7 @@ fn describe(number: usize, function: &Function) -> ClassDescription {
         scratch,
         scratch_arrays: arrays,
         constructor: None,
+        method_documentation: Default::default(),
         kernels: Vec::new(),
     }
 }
