@@ -57,7 +57,7 @@ typedef struct EmbreeHitArguments {
     const int32_t *valid; /* 0 or -1 a ray */
     void *user;
     uint32_t primitive;
-    const void *context; /* what it is differs between the versions: see embree_instance */
+    const void *context; /* what it is differs between the versions: see embree_instance_offset */
     float *rays;
     uint32_t count;
     uint32_t geometry;
@@ -118,11 +118,11 @@ void embree_intersect(const Embree *embree, EmbreeScene scene, const int32_t *va
 void embree_occluded(const Embree *embree, EmbreeScene scene, const int32_t *valid, EmbreeRays *rays, uint32_t count,
                      bool coherent);
 
-/* The number of the instance that a callback is asked about. */
-static inline uint32_t embree_instance(int version, const void *context)
+/* Where in a callback's context the number of the instance stands that it is asked about, in bytes. */
+static inline uint32_t embree_instance_offset(int version)
 {
     /* In Embree 3 flags and a filter function stand before it. */
-    return ((const uint32_t *)context)[version == 3 ? 4 : 0];
+    return version == 3 ? 16 : 0;
 }
 
 #endif

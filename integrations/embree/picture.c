@@ -110,7 +110,7 @@ static void build(Scene *scene)
         Group *group = &scene->groups[i];
         for (uint32_t k = 0; k < group->count; k++)
             check(rtsl_instance_commit(group->instances[k]));
-        group->geometry = rtsl_geometry_new(scene->engine, group->instances, group->count);
+        group->geometry = rtsl_geometry_new(&scene->embree, scene->engine, group->instances, group->count);
         if (!group->geometry)
             exit(1);
         check(rtsl_kernel_new(scene->engine, group->instances[0], "intersect", RTSL_PACKET, 1, &group->intersect));

@@ -155,7 +155,7 @@ static EmbreeScene scene_of(const Embree *embree, EmbreeDevice device, EmbreeGeo
 }
 
 /* Spheres of an RTSL class. */
-static RtslGeometry *rtsl_spheres(RtslEngineId engine, const char *source, const HandSphere *spheres)
+static RtslGeometry *rtsl_spheres(const Embree *embree, RtslEngineId engine, const char *source, const HandSphere *spheres)
 {
     static RtslInstanceId instances[SPHERES];
     bool is_file = strlen(source) > 5 && strcmp(source + strlen(source) - 5, ".rtsl") == 0;
@@ -174,7 +174,7 @@ static RtslGeometry *rtsl_spheres(RtslEngineId engine, const char *source, const
         check(rtsl_instance_set_floats(instances[i], "radius", &spheres[i].radius, 1) == RTSL_RESULT_OK);
         check(rtsl_instance_commit(instances[i]) == RTSL_RESULT_OK);
     }
-    RtslGeometry *geometry = rtsl_geometry_new(engine, instances, SPHERES);
+    RtslGeometry *geometry = rtsl_geometry_new(embree, engine, instances, SPHERES);
     if (!geometry)
         exit(1);
     return geometry;
@@ -256,7 +256,7 @@ int main(int count, char **arguments)
     for (int i = 0; i < source_count; i++) {
         Contestant *contestant = &contestants[1 + i];
         snprintf(contestant->name, sizeof contestant->name, "%s", sources[i]);
-        RtslGeometry *geometry = rtsl_spheres(engine, sources[i], spheres);
+        RtslGeometry *geometry = rtsl_spheres(&embree, engine, sources[i], spheres);
         contestant->scene = scene_of(&embree, device, rtsl_geometry_attach(geometry, &embree, device));
     }
     printf("Embree %d, %d spheres, %d rounds of %d rays\n", embree_full_version(&embree, device), SPHERES, rounds, RAYS);

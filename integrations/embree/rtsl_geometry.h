@@ -10,7 +10,7 @@ typedef struct RtslGeometry RtslGeometry;
 /* A geometry whose primitive i is instance i. The instances are of one class, refer to instances of the same classes, are
    committed, and must not be committed again or released before the geometry is freed. Null where that fails, which it has
    told on standard error. */
-RtslGeometry *rtsl_geometry_new(RtslEngineId engine, const RtslInstanceId *instances, uint32_t count);
+RtslGeometry *rtsl_geometry_new(const Embree *embree, RtslEngineId engine, const RtslInstanceId *instances, uint32_t count);
 
 /* Frees it; no scene may use it any more. */
 void rtsl_geometry_free(RtslGeometry *geometry);

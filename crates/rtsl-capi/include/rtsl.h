@@ -45,6 +45,16 @@ typedef enum {
     RTSL_BACKEND_INTERPRETER = 2,
 } RtslBackend;
 
+// Where a mark's word comes from.
+typedef enum {
+    // It is the value.
+    RTSL_MARK_SOURCE_CONSTANT = 0,
+    // It stands in the argument.
+    RTSL_MARK_SOURCE_ARGUMENT = 1,
+    // It stands behind an address that stands in the argument.
+    RTSL_MARK_SOURCE_BEHIND = 2,
+} RtslMarkSource;
+
 // How exact arithmetic is.
 typedef enum {
     // `a * b + c` is rounded once where one rule says so; the same on every machine.
@@ -229,6 +239,64 @@ typedef struct {
     uint32_t nearest;
 } RtslArguments;
 
+// A row that is a component of the state.
+typedef struct {
+    // As `RTSL_STATE_RayOrigin`.
+    uint32_t component;
+    // The row.
+    uint32_t row;
+} RtslRow;
+
+// A word that is written to a row.
+typedef struct {
+    // The row.
+    uint32_t row;
+    // An `RtslMarkSource`.
+    uint32_t source;
+    // The word itself, or where it stands, or where the address stands behind which it does.
+    uint32_t value;
+    // `RTSL_MARK_SOURCE_BEHIND`: how many bytes behind that address.
+    uint32_t offset;
+} RtslMark;
+
+// How a host keeps a packet of rays, and how it asks about them. What says "where" is bytes of the callback's argument, which is a
+// struct of the host's. Rays are rows of one word a ray: row r of ray i is the word r * width + i.
+typedef struct {
+    // `sizeof(RtslRecord)`: later versions may add fields at the end.
+    uint32_t size;
+    // Rays in a packet: 1, 4, 8 or 16.
+    uint32_t width;
+    // Where the address of the first row stands.
+    uint32_t rays;
+    // Where the address of the mask stands, 0 for rays that are left out; `RTSL_NONE`: all rays take part.
+    uint32_t mask;
+    // Where the address of the first instance's block stands. Blocks are 8-byte aligned and lie one after the other, each of
+    // as many words as `rtsl_kernel_block_words` says.
+    uint32_t instances;
+    // Where the number of the instance stands, a `uint32_t`; `RTSL_NONE`: it is the first.
+    uint32_t number;
+    // The rows that are components of the state, floats. State that has none holds its default, but for the inverse of the
+    // direction, which is computed.
+    const RtslRow *rows;
+    // What is written for rays with a hit of what methods set: the first component of each variable, as
+    // `RTSL_STATE_HitDistance`. All of its components have rows.
+    const uint32_t *outputs;
+    // What else is written for rays with a hit.
+    const RtslMark *marks;
+    // How many.
+    uint32_t row_count;
+    // How many.
+    uint32_t output_count;
+    // How many.
+    uint32_t mark_count;
+} RtslRecord;
+
+// A function for packets of a host's own.
+typedef struct {
+    // The number.
+    uint64_t id;
+} RtslCallbackId;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -384,6 +452,28 @@ RtslResult rtsl_engine_release(RtslEngineId engine);
 // nobody else meanwhile; the host's functions do what `rtsl_kernel.h` says.
 RtslResult rtsl_kernel_call(RtslKernelId kernel,
                             RtslArguments *arguments);
+
+// A function for packets as the record describes them: `intersect`, and for rays with a hit what is wanted of `computeNormal`,
+// `computeTextureCoordinates` and `computeDerivatives`, in one call on the rays where they lie. It serves all instances
+// like this one: of its class, referring to instances of the same classes. It is compiled if none like it was; on the
+// interpreter there is none.
+//
+// # Safety
+// `record` is null or leads to so many bytes as its size says; its pointers lead to so many entries as it says; `callback` is null or leads to an
+// id.
+RtslResult rtsl_callback_new(RtslEngineId engine,
+                             RtslInstanceId instance,
+                             const RtslRecord *record,
+                             RtslCallbackId *callback);
+
+// The function, `void (*)(const void *)`. It checks nothing, and is good until the callback is released.
+//
+// # Safety
+// `function` is null or leads to a pointer.
+RtslResult rtsl_callback_function(RtslCallbackId callback, const void **function);
+
+// Releases a callback. Its function must not be called any more.
+RtslResult rtsl_callback_release(RtslCallbackId callback);
 
 // A kernel of a method for instances like this one: of its class, referring to instances of the same classes. `shape` is an
 // `RtslShape` for one object at a time. `width` is 1, 4, 8 or 16, or 0 for that of the engine; it never changes results. It is

@@ -16,6 +16,7 @@
 #![allow(unsafe_code, reason = "what C programs hand over are pointers")]
 
 mod arguments;
+mod callback;
 mod diagnostics;
 mod engine;
 mod error;
@@ -28,6 +29,10 @@ mod unit;
 mod version;
 
 pub use arguments::{RtslArguments, rtsl_kernel_call};
+pub use callback::{
+    RtslMark, RtslMarkSource, RtslRecord, RtslRow, rtsl_callback_function, rtsl_callback_new,
+    rtsl_callback_release,
+};
 pub use diagnostics::{RtslDiagnostic, rtsl_last_diagnostic, rtsl_last_diagnostic_count};
 pub use engine::{
     RtslBackend, RtslEngineInfo, RtslEngineOptions, RtslMath, rtsl_engine_info, rtsl_engine_new,
@@ -48,7 +53,9 @@ pub use objects::{
     rtsl_elements_new, rtsl_objects_blocks, rtsl_objects_count, rtsl_objects_new,
     rtsl_objects_release,
 };
-pub use registry::{RtslEngineId, RtslInstanceId, RtslKernelId, RtslObjectsId, RtslUnitId};
+pub use registry::{
+    RtslCallbackId, RtslEngineId, RtslInstanceId, RtslKernelId, RtslObjectsId, RtslUnitId,
+};
 pub use unit::{
     RtslAnnotation, RtslClassInfo, RtslParameterInfo, rtsl_compile, rtsl_compile_file,
     rtsl_standard_unit, rtsl_unit_class, rtsl_unit_class_count, rtsl_unit_find_class,

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, LazyLock, PoisonError, RwLock};
 
+use rtsl::CompiledCallback;
 use slotmap::{DefaultKey, Key, KeyData, SlotMap};
 
 use crate::engine::EngineEntry;
@@ -83,6 +84,14 @@ pub struct RtslKernelId {
     pub id: u64,
 }
 
+/// A function for packets of a host's own.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RtslCallbackId {
+    /// The number.
+    pub id: u64,
+}
+
 /// Many instances of one class by number.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,5 +127,6 @@ ids! {
     RtslEngineId, ENGINES: EngineEntry = "engine";
     RtslInstanceId, INSTANCES: InstanceEntry = "instance";
     RtslKernelId, KERNELS: KernelEntry = "kernel";
+    RtslCallbackId, CALLBACKS: CompiledCallback = "callback";
     RtslObjectsId, OBJECTS: ObjectsEntry = "objects";
 }

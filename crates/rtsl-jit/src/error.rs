@@ -58,6 +58,9 @@ pub enum JitError {
     /// The packet code breaks a rule: a mistake in the compiler.
     #[error("the packet code is not valid: {0}")]
     InvalidKernel(#[from] rtsl_packet::VerifyError),
+    /// The packet code and the record that it is to be called for do not fit each other.
+    #[error("{0}")]
+    Record(#[from] rtsl_packet::RecordError),
     /// The text is not LLVM's language, or the module breaks its rules.
     #[error("LLVM does not accept the module: {0}")]
     InvalidModule(String),

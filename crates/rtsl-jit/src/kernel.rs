@@ -20,6 +20,7 @@ use crate::module::Module;
 use crate::objects::Objects;
 use crate::side_by_side::call_side_by_side;
 use crate::signature::Signature;
+use crate::target::Target;
 
 pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
 
@@ -52,13 +53,7 @@ impl CompiledKernel {
     ) -> Result<Vec<CompiledKernel>, JitError> {
         kernels.iter().try_for_each(rtsl_packet::verify)?;
         let target = llvm.host();
-        // Names go into the text as they stand, so that only those that LLVM gave will do.
-        let features = TargetFeatures {
-            triple: target.triple().to_owned(),
-            cpu: target.cpu().to_owned(),
-            features: target.features().to_owned(),
-            ..features.clone()
-        };
+        let features = features_of_host(target, features);
         let module = Arc::new(llvm.compile(&module_text(kernels, &features), target, level)?);
         let kernels = kernels.iter().enumerate().map(|(index, kernel)| {
             let address = module.function(&symbol(index))?;
@@ -239,6 +234,16 @@ fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatu
 pub fn module_text(kernels: &[Kernel], features: &TargetFeatures) -> String {
     let symbols: Vec<String> = (0..kernels.len()).map(symbol).collect();
     rtsl_llvm::emit(symbols.iter().map(String::as_str).zip(kernels), features)
+}
+
+/// Features with the names of the host. They go into the text as they stand, so that only those that LLVM gave will do.
+pub(crate) fn features_of_host(target: &Target, features: &TargetFeatures) -> TargetFeatures {
+    TargetFeatures {
+        triple: target.triple().to_owned(),
+        cpu: target.cpu().to_owned(),
+        features: target.features().to_owned(),
+        ..features.clone()
+    }
 }
 
 /// The name of a kernel in its module.

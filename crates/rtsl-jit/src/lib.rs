@@ -16,6 +16,7 @@
 
 mod api;
 mod call;
+mod callback;
 mod callbacks;
 mod chunk_stack;
 mod compile;
@@ -44,6 +45,7 @@ mod target;
 mod worker;
 
 pub use call::{CallArguments, CallStatus, Instances};
+pub use callback::CompiledCallback;
 pub use compile::OptLevel;
 pub use components::ComponentSet;
 pub use denoiser::{Denoiser, DenoiserError, DenoiserInput};

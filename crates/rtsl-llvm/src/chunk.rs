@@ -4,6 +4,8 @@
 //! per chunk; a full chunk's mask is a constant and its outputs are stored as they are. Else
 //! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
 //!
+//! A function for a host's own packets has no loop: see `callback`.
+//!
 //! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first does
 //! full chunks alone, several at a time, and leaves what remains to the second.
 
@@ -48,6 +50,9 @@ impl Emitter<'_, '_> {
 
     /// All chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
+        if self.callback.is_some() {
+            return self.emit_packet(done);
+        }
         match self.kernel.shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
@@ -69,10 +74,7 @@ impl Emitter<'_, '_> {
         self.begin_block(start);
         let base_at = self.here();
         self.define_all_on(self.kernel.body.params[0]);
-        self.emit_slots();
-        self.emit_instances();
-        self.emit_ops(&self.kernel.body.ops);
-        self.emit_outputs();
+        self.emit_chunk_body();
         self.effect(format_args!("{next} = add nuw i64 {base}, {width}"));
         let more = self.instruction(format_args!("icmp ult i64 {next}, %count"));
         let end = self.block();
@@ -83,12 +85,22 @@ impl Emitter<'_, '_> {
 
     /// The one lane of a call of one, which is on.
     fn emit_only_chunk(&mut self, done: Label) {
-        self.chunk.base = Some(Operand::Int(0));
+        self.begin_only_chunk();
         self.define(self.kernel.body.params[0], Operand::Bool(true));
+        self.emit_chunk_body();
+        self.jump(done);
+    }
+
+    pub fn begin_only_chunk(&mut self) {
+        self.chunk.base = Some(Operand::Int(0));
+    }
+
+    /// What is done for a chunk whose mask is defined.
+    pub fn emit_chunk_body(&mut self) {
         self.emit_slots();
+        self.emit_instances();
         self.emit_ops(&self.kernel.body.ops);
         self.emit_outputs();
-        self.jump(done);
     }
 
     fn emit_chunk_loop(&mut self, done: Label) {
@@ -120,10 +132,7 @@ impl Emitter<'_, '_> {
             &[(first, before), (next, advance)],
         );
         self.emit_mask(body, skip);
-        self.emit_slots();
-        self.emit_instances();
-        self.emit_ops(&self.kernel.body.ops);
-        self.emit_outputs();
+        self.emit_chunk_body();
         self.jump(advance);
 
         self.begin_block(skip);
@@ -255,7 +264,9 @@ impl Emitter<'_, '_> {
             false => self.any_bit(bits),
         };
         self.prepare_outputs();
-        self.store_accepted(words);
+        if self.callback.is_none() {
+            self.store_accepted(words);
+        }
         // Before the branch, since in one block LLVM would find the mask behind its inverse.
         let kept = self.blends_with_memory().then(|| {
             let ty = self.lanes("i32");
@@ -271,6 +282,12 @@ impl Emitter<'_, '_> {
             None => Stored::Where(bits),
         };
         self.store_outputs(stored_lanes);
+        if let Some(callback) = self.callback {
+            for (mark, word) in self.mark_words(callback.record) {
+                let at = self.row_address(mark.row);
+                self.store_some(stored_lanes, self.lanes("i32"), word, at);
+            }
+        }
         self.jump(stored);
         self.begin_block(stored);
     }
@@ -306,19 +323,20 @@ impl Emitter<'_, '_> {
             let ty = self.lanes(memory_element(self.kernel.place(output.place).place.scalar));
             let at = self.output_address(output);
             let new = self.memory_operand(value, true);
-            let merged = match lanes {
-                Stored::All => new,
-                Stored::Where(bits) => {
-                    let old = self.load_to_merge(ty, at);
-                    self.select_lanes(bits, ty, new, old)
-                }
-                Stored::Except(kept) => {
-                    self.store_except(kept, ty, new, at);
-                    continue;
-                }
-            };
-            self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
+            self.store_some(lanes, ty, new, at);
         }
+    }
+
+    fn store_some(&mut self, lanes: Stored, ty: LlvmType, new: Operand, at: Operand) {
+        let merged = match lanes {
+            Stored::All => new,
+            Stored::Where(bits) => {
+                let old = self.load_to_merge(ty, at);
+                self.select_lanes(bits, ty, new, old)
+            }
+            Stored::Except(kept) => return self.store_except(kept, ty, new, at),
+        };
+        self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
     }
 
     /// Stores the words of a mask to the accepted array; rays that do not exist keep theirs.

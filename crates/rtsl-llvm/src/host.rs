@@ -165,6 +165,10 @@ impl Emitter<'_, '_> {
     }
 
     fn emit_report(&mut self) {
+        // A host's own struct has no place for it.
+        if self.callback.is_some() {
+            return;
+        }
         let (offset, bit) = (abi::CALL_STATUS, abi::STATUS_BUDGET);
         let at = self.instruction(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
         let old = self.instruction(format_args!("load i32, ptr {at}, align 4"));

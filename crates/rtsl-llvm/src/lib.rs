@@ -5,14 +5,15 @@
 //! nothing of RTSL but packet code.
 //!
 //! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_packet::abi` says what it finds
-//! there. One that interleaves has a second, which the first calls for full chunks. Nothing in the
-//! text allows LLVM to change a result: no fast-math flags, no contraction, no undefined value that
+//! there. One that interleaves has a second, which the first calls for full chunks. A [`Callback`] finds
+//! the same in a struct of a host's own. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction, no undefined value that
 //! reaches a lane that is on. Where approximation is allowed packet code says so, and the text says
 //! how.
 
 mod approximation;
 mod arithmetic;
 mod blend;
+mod callback;
 mod chunk;
 mod constructor;
 mod control;
@@ -35,6 +36,7 @@ use crate::emitter::{Emitter, Part};
 use crate::leaf_test::all_tests;
 use crate::module::Module;
 
+pub use callback::Callback;
 pub use constructor::{ConstructedWord, Constructor, ConstructorPart};
 pub use library::{Library, emit_library};
 pub use target::{Estimates, TargetFeatures};
@@ -45,6 +47,19 @@ pub fn emit<'a>(
     target: &TargetFeatures,
 ) -> String {
     emit_module(kernels, target).finish()
+}
+
+/// The text of a module with a function for each callback, whose argument is a struct of the host's.
+pub fn emit_callbacks<'a>(
+    callbacks: impl IntoIterator<Item = (&'a str, Callback<'a>)>,
+    target: &TargetFeatures,
+) -> String {
+    let mut module = Module::new(target);
+    for (symbol, callback) in callbacks {
+        let function = Emitter::for_callback(&mut module, callback).emit(symbol);
+        module.add_function(&function);
+    }
+    module.finish()
 }
 
 fn emit_module<'a, 'm>(

@@ -14,6 +14,8 @@ pub struct Module<'a> {
     /// Text by name.
     helpers: BTreeMap<String, String>,
     uses_zero: bool,
+    /// There are functions that keep no vectors on the stack.
+    has_scalar_functions: bool,
 }
 
 /// A word of zero, which stands in for buffers without elements.
@@ -28,6 +30,7 @@ impl<'a> Module<'a> {
             declarations: BTreeSet::new(),
             helpers: BTreeMap::new(),
             uses_zero: false,
+            has_scalar_functions: false,
         }
     }
 
@@ -57,6 +60,12 @@ impl<'a> Module<'a> {
         self.uses_zero = true;
     }
 
+    /// The attributes of a function that keeps no vectors on the stack.
+    pub fn scalar_attributes(&mut self) -> &'static str {
+        self.has_scalar_functions = true;
+        "#2"
+    }
+
     /// The text.
     pub fn finish(self) -> String {
         let mut text = format!("target triple = \"{}\"\n\n", self.target.triple);
@@ -76,16 +85,35 @@ impl<'a> Module<'a> {
         }
         // Realigned, since callers align the stack to 16 bytes: vectors that are kept there would lie across
         // cache lines by chance, which costs the dielectric 4 to 8 percent.
+        text.push('\n');
+        let features = &self.target.features;
+        self.add_attributes(&mut text, "#0", " \"stackrealign\"", features);
+        text.push_str("attributes #1 = { nounwind }\n");
+        if self.has_scalar_functions {
+            // With mask registers LLVM keeps comparisons of single floats there, which is a longer way to a branch: 1
+            // percent of a test of one ray with a sphere.
+            let without_masks = self.target.mask_registers.then_some("-avx512f");
+            let features = [Some(features.as_str()), without_masks];
+            let features: Vec<&str> =
+                features.into_iter().flatten().filter(|it| !it.is_empty()).collect();
+            self.add_attributes(&mut text, "#2", "", &features.join(","));
+        }
+        text
+    }
+
+    fn add_attributes(&self, text: &mut String, name: &str, alignment: &str, features: &str) {
         // Frames of more than a page touch each of theirs, so that none steps over the guard of a stack.
-        text.push_str("\nattributes #0 = { nounwind \"frame-pointer\"=\"none\" \"stackrealign\" \"probe-stack\"=\"inline-asm\"");
+        let _ = write!(
+            text,
+            "attributes {name} = {{ nounwind \"frame-pointer\"=\"none\"{alignment} \"probe-stack\"=\"inline-asm\""
+        );
         for (key, value) in
-            [("target-cpu", &self.target.cpu), ("target-features", &self.target.features)]
+            [("target-cpu", self.target.cpu.as_str()), ("target-features", features)]
         {
             if !value.is_empty() {
                 let _ = write!(text, " \"{key}\"=\"{value}\"");
             }
         }
-        text.push_str(" }\nattributes #1 = { nounwind }\n");
-        text
+        text.push_str(" }\n");
     }
 }

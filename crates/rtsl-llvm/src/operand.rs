@@ -70,6 +70,8 @@ pub fn memory_element(scalar: Scalar) -> &'static str {
 pub enum Operand {
     /// The result of an instruction.
     Local(u32),
+    /// The function's argument.
+    Call,
     /// The bits of an f32.
     Float(u32),
     Int(i32),
@@ -99,6 +101,7 @@ impl Display for Operand {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match *self {
             Operand::Local(number) => write!(f, "%t{number}"),
+            Operand::Call => f.write_str("%call"),
             Operand::Float(bits) => write!(f, "0x{:016X}", double_bits(bits)),
             Operand::Int(value) => write!(f, "{value}"),
             Operand::Bool(value) => write!(f, "{value}"),

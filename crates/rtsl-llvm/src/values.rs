@@ -41,6 +41,9 @@ pub struct Values {
     in_prologue: bool,
     /// Values that were splatted where only the open region, and those inside it, see it.
     splatted: Vec<Value>,
+    /// Where code runs once, values of the prologue that are floats negated: what is negated is put in all lanes first, so that
+    /// LLVM finds differences and negated products.
+    pub negated: std::collections::BTreeMap<Value, Value>,
     /// Splats of constants, by element type.
     constants: std::collections::BTreeMap<(&'static str, Operand), Operand>,
 }
@@ -53,6 +56,7 @@ impl Values {
             epoch: 0,
             in_prologue: false,
             splatted: Vec::new(),
+            negated: Default::default(),
             constants: Default::default(),
         }
     }
@@ -170,13 +174,18 @@ impl Emitter<'_, '_> {
             return splat;
         }
         let element = register_element(self.scalar(value));
-        let splat = match plain {
-            Operand::Local(_) if forms.in_prologue => self.splat_once(element, plain),
-            Operand::Local(_) => {
+        let negated = self.values.negated.get(&value).copied();
+        let splat = match (plain, negated) {
+            (_, Some(negated)) => {
+                let (negated, ty) = (self.numbers(negated), self.lanes(element));
+                self.splats(format_args!("fneg {ty} {negated}"))
+            }
+            (Operand::Local(_), None) if forms.in_prologue => self.splat_once(element, plain),
+            (Operand::Local(_), None) => {
                 self.values.splatted.push(value);
                 self.splat_here(element, plain)
             }
-            constant => return self.constant_lanes(element, constant),
+            (constant, None) => return self.constant_lanes(element, constant),
         };
         self.values.forms_mut(value).splat = Some(splat);
         splat

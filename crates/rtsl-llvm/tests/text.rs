@@ -2,8 +2,8 @@
 
 use expect_test::{Expect, expect};
 use rtsl_ir::{Function, PlaceKind};
-use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape};
+use rtsl_llvm::{Callback, TargetFeatures};
+use rtsl_packet::{Layout, Mark, MarkWord, RayRecord, Shape};
 
 fn emit(text: &str, target: &str, shape: Shape, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
@@ -21,6 +21,287 @@ fn emit(text: &str, target: &str, shape: Shape, width: u32) -> String {
 
 fn check(text: &str, target: &str, width: u32, expected: Expect) {
     expected.assert_eq(&emit(text, target, Shape::Packet, width));
+}
+
+fn emit_callback(text: &str, target: &str, width: u32) -> String {
+    let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
+    let layout =
+        Layout::new(function.places.iter().filter(|place| place.kind == PlaceKind::Member), [], []);
+    let kernel = rtsl_packet::lower_packet(&function, &layout, width).unwrap();
+    let component = |name| rtsl_spec::lookup_state(name).unwrap().first_component;
+    let record = RayRecord {
+        rays: 0,
+        mask: Some(8),
+        instances: 16,
+        number: Some(24),
+        rows: [(component("rt_HitDistance"), 8), (component("rt_Epsilon"), 3)].into(),
+        marks: vec![
+            Mark { row: 17, word: MarkWord::Argument(24) },
+            Mark { row: 19, word: MarkWord::Behind { pointer: 32, offset: 4 } },
+            Mark { row: 20, word: MarkWord::Constant(7) },
+        ],
+    };
+    record.check(&kernel).unwrap();
+    let target = TargetFeatures::new("x86_64-unknown-linux-gnu", target, "");
+    let callback = Callback { kernel: &kernel, record: &record, block_bytes: 8 };
+    rtsl_llvm::emit_callbacks([("callback", callback)], &target)
+}
+
+const NEARER: &str = "function f member far: f32[1] state rt_HitDistance: f32[1] state rt_Epsilon: f32[1] accepted a: bool[1] {
+    %t: f32 = load state:rt_HitDistance@0
+    %e: f32 = load state:rt_Epsilon@0
+    %f: f32 = load member:far@0
+    %x: f32 = subtract %e, %f
+    %c: bool = less %x, %t
+    return accepted:a@0 = %c, state:rt_HitDistance@0 = %x
+}";
+
+#[test]
+fn a_host_s_packet_is_found_in_its_own_struct() {
+    expect![[r#"
+        target triple = "x86_64-unknown-linux-gnu"
+
+        define void @"callback"(ptr noalias %call) #0 {
+        entry:
+          %t1 = getelementptr i8, ptr %call, i64 8
+          %t2 = load ptr, ptr %t1, align 8
+          %t3 = load <4 x i32>, ptr %t2, align 4
+          %t4 = icmp ne <4 x i32> %t3, zeroinitializer
+          %t5 = bitcast <4 x i1> %t4 to i4
+          %t6 = icmp ne i4 %t5, 0
+          br i1 %t6, label %b2, label %b1
+        b2:
+          %t7 = getelementptr i8, ptr %call, i64 16
+          %t8 = load ptr, ptr %t7, align 8
+          %t9 = getelementptr i8, ptr %call, i64 24
+          %t10 = load i32, ptr %t9, align 4
+          %t11 = zext i32 %t10 to i64
+          %t12 = mul nuw i64 %t11, 8
+          %t13 = getelementptr i8, ptr %t8, i64 %t12
+          %t16 = getelementptr i8, ptr %call, i64 0
+          %t17 = load ptr, ptr %t16, align 8
+          %t18 = getelementptr i8, ptr %t17, i64 128
+          %t21 = getelementptr i8, ptr %t17, i64 48
+          %t48 = getelementptr i8, ptr %t17, i64 272
+          %t51 = getelementptr i8, ptr %t17, i64 304
+          %t54 = getelementptr i8, ptr %t17, i64 320
+          %t14 = load float, ptr %t13, align 4
+          %t15 = fneg float %t14
+          %t24 = insertelement <4 x float> poison, float %t14, i64 0
+          %t25 = shufflevector <4 x float> %t24, <4 x float> poison, <4 x i32> zeroinitializer
+          %t26 = fneg <4 x float> %t25
+          %t46 = insertelement <4 x i32> poison, i32 7, i64 0
+          %t47 = shufflevector <4 x i32> %t46, <4 x i32> poison, <4 x i32> zeroinitializer
+          %t19 = getelementptr i32, ptr %t18, i64 0
+          %t20 = load <4 x float>, ptr %t19, align 4
+          %t22 = getelementptr i32, ptr %t21, i64 0
+          %t23 = load <4 x float>, ptr %t22, align 4
+          %t27 = fadd <4 x float> %t23, %t26
+          %t28 = fcmp olt <4 x float> %t27, %t20
+          %t29 = and <4 x i1> %t28, %t4
+          %t30 = sext <4 x i1> %t29 to <4 x i32>
+          %t31 = bitcast <4 x i1> %t29 to i4
+          %t32 = icmp ne i4 %t31, 0
+          br i1 %t32, label %b3, label %b4
+        b3:
+          %t33 = getelementptr i32, ptr %t18, i64 0
+          %t34 = load <4 x float>, ptr %t33, align 4
+          %t35 = select <4 x i1> %t29, <4 x float> %t27, <4 x float> %t34
+          store <4 x float> %t35, ptr %t33, align 4
+          %t36 = getelementptr i8, ptr %call, i64 24
+          %t37 = load i32, ptr %t36, align 4
+          %t38 = insertelement <4 x i32> poison, i32 %t37, i64 0
+          %t39 = shufflevector <4 x i32> %t38, <4 x i32> poison, <4 x i32> zeroinitializer
+          %t40 = getelementptr i8, ptr %call, i64 32
+          %t41 = load ptr, ptr %t40, align 8
+          %t42 = getelementptr i8, ptr %t41, i64 4
+          %t43 = load i32, ptr %t42, align 4
+          %t44 = insertelement <4 x i32> poison, i32 %t43, i64 0
+          %t45 = shufflevector <4 x i32> %t44, <4 x i32> poison, <4 x i32> zeroinitializer
+          %t49 = load <4 x i32>, ptr %t48, align 4
+          %t50 = select <4 x i1> %t29, <4 x i32> %t39, <4 x i32> %t49
+          store <4 x i32> %t50, ptr %t48, align 4
+          %t52 = load <4 x i32>, ptr %t51, align 4
+          %t53 = select <4 x i1> %t29, <4 x i32> %t45, <4 x i32> %t52
+          store <4 x i32> %t53, ptr %t51, align 4
+          %t55 = load <4 x i32>, ptr %t54, align 4
+          %t56 = select <4 x i1> %t29, <4 x i32> %t47, <4 x i32> %t55
+          store <4 x i32> %t56, ptr %t54, align 4
+          br label %b4
+        b4:
+          br label %b1
+        b1:
+          ret void
+        }
+
+
+        attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v4" }
+        attributes #1 = { nounwind }
+    "#]].assert_eq(&emit_callback(NEARER, "x86-64-v4", 4));
+}
+
+#[test]
+fn a_host_s_single_ray_takes_no_vectors() {
+    expect![[r#"
+        target triple = "x86_64-unknown-linux-gnu"
+
+        define void @"callback"(ptr noalias %call) #2 {
+        entry:
+          %t1 = getelementptr i8, ptr %call, i64 8
+          %t2 = load ptr, ptr %t1, align 8
+          %t3 = load i32, ptr %t2, align 4
+          %t4 = icmp ne i32 %t3, 0
+          br i1 %t4, label %b2, label %b1
+        b2:
+          %t5 = getelementptr i8, ptr %call, i64 16
+          %t6 = load ptr, ptr %t5, align 8
+          %t7 = getelementptr i8, ptr %call, i64 24
+          %t8 = load i32, ptr %t7, align 4
+          %t9 = zext i32 %t8 to i64
+          %t10 = mul nuw i64 %t9, 8
+          %t11 = getelementptr i8, ptr %t6, i64 %t10
+          %t14 = getelementptr i8, ptr %call, i64 0
+          %t15 = load ptr, ptr %t14, align 8
+          %t16 = getelementptr i8, ptr %t15, i64 32
+          %t19 = getelementptr i8, ptr %t15, i64 12
+          %t33 = getelementptr i8, ptr %t15, i64 68
+          %t34 = getelementptr i8, ptr %t15, i64 76
+          %t35 = getelementptr i8, ptr %t15, i64 80
+          %t12 = load float, ptr %t11, align 4
+          %t13 = fneg float %t12
+          %t17 = getelementptr i32, ptr %t16, i64 0
+          %t18 = load float, ptr %t17, align 4
+          %t20 = getelementptr i32, ptr %t19, i64 0
+          %t21 = load float, ptr %t20, align 4
+          %t22 = fadd float %t21, %t13
+          %t23 = fcmp olt float %t22, %t18
+          %t24 = and i1 %t23, true
+          %t25 = sext i1 %t24 to i32
+          br i1 %t24, label %b3, label %b4
+        b3:
+          %t26 = getelementptr i32, ptr %t16, i64 0
+          store float %t22, ptr %t26, align 4
+          %t27 = getelementptr i8, ptr %call, i64 24
+          %t28 = load i32, ptr %t27, align 4
+          %t29 = getelementptr i8, ptr %call, i64 32
+          %t30 = load ptr, ptr %t29, align 8
+          %t31 = getelementptr i8, ptr %t30, i64 4
+          %t32 = load i32, ptr %t31, align 4
+          store i32 %t28, ptr %t33, align 4
+          store i32 %t32, ptr %t34, align 4
+          store i32 7, ptr %t35, align 4
+          br label %b4
+        b4:
+          br label %b1
+        b1:
+          ret void
+        }
+
+
+        attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v4" }
+        attributes #1 = { nounwind }
+        attributes #2 = { nounwind "frame-pointer"="none" "probe-stack"="inline-asm" "target-cpu"="x86-64-v4" "target-features"="-avx512f" }
+    "#]].assert_eq(&emit_callback(NEARER, "x86-64-v4", 1));
+}
+
+#[test]
+fn a_host_s_packet_without_mask_registers() {
+    expect![[r#"
+        target triple = "x86_64-unknown-linux-gnu"
+
+        define void @"callback"(ptr noalias %call) #0 {
+        entry:
+          %t1 = getelementptr i8, ptr %call, i64 8
+          %t2 = load ptr, ptr %t1, align 8
+          %t3 = load <8 x i32>, ptr %t2, align 4
+          %t4 = icmp ne <8 x i32> %t3, zeroinitializer
+          %t5 = bitcast <8 x i1> %t4 to i8
+          %t6 = icmp ne i8 %t5, 0
+          %t7 = zext <8 x i1> %t4 to <8 x i32>
+          %t8 = sub <8 x i32> zeroinitializer, %t7
+          br i1 %t6, label %b2, label %b1
+        b2:
+          %t9 = getelementptr i8, ptr %call, i64 16
+          %t10 = load ptr, ptr %t9, align 8
+          %t11 = getelementptr i8, ptr %call, i64 24
+          %t12 = load i32, ptr %t11, align 4
+          %t13 = zext i32 %t12 to i64
+          %t14 = mul nuw i64 %t13, 8
+          %t15 = getelementptr i8, ptr %t10, i64 %t14
+          %t18 = getelementptr i8, ptr %call, i64 0
+          %t19 = load ptr, ptr %t18, align 8
+          %t20 = getelementptr i8, ptr %t19, i64 256
+          %t23 = getelementptr i8, ptr %t19, i64 96
+          %t57 = getelementptr i8, ptr %t19, i64 544
+          %t62 = getelementptr i8, ptr %t19, i64 608
+          %t67 = getelementptr i8, ptr %t19, i64 640
+          %t16 = load float, ptr %t15, align 4
+          %t17 = fneg float %t16
+          %t26 = insertelement <8 x float> poison, float %t16, i64 0
+          %t27 = shufflevector <8 x float> %t26, <8 x float> poison, <8 x i32> zeroinitializer
+          %t28 = fneg <8 x float> %t27
+          %t38 = insertelement <8 x i32> poison, i32 -1, i64 0
+          %t39 = shufflevector <8 x i32> %t38, <8 x i32> poison, <8 x i32> zeroinitializer
+          %t55 = insertelement <8 x i32> poison, i32 7, i64 0
+          %t56 = shufflevector <8 x i32> %t55, <8 x i32> poison, <8 x i32> zeroinitializer
+          %t21 = getelementptr i32, ptr %t20, i64 0
+          %t22 = load <8 x float>, ptr %t21, align 4
+          %t24 = getelementptr i32, ptr %t23, i64 0
+          %t25 = load <8 x float>, ptr %t24, align 4
+          %t29 = fadd <8 x float> %t25, %t28
+          %t30 = fcmp olt <8 x float> %t29, %t22
+          %t31 = zext <8 x i1> %t30 to <8 x i32>
+          %t32 = sub <8 x i32> zeroinitializer, %t31
+          %t33 = and <8 x i32> %t32, %t8
+          %t34 = icmp slt <8 x i32> %t33, zeroinitializer
+          %t35 = icmp slt <8 x i32> %t33, zeroinitializer
+          %t36 = bitcast <8 x i1> %t35 to i8
+          %t37 = icmp ne i8 %t36, 0
+          %t40 = xor <8 x i32> %t33, %t39
+          br i1 %t37, label %b3, label %b4
+        b3:
+          %t41 = getelementptr i32, ptr %t20, i64 0
+          %t42 = bitcast <8 x i32> %t40 to <8 x float>
+          %t43 = load <8 x float>, ptr %t41, align 4
+          %t44 = call <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float> %t29, <8 x float> %t43, <8 x float> %t42)
+          store <8 x float> %t44, ptr %t41, align 4
+          %t45 = getelementptr i8, ptr %call, i64 24
+          %t46 = load i32, ptr %t45, align 4
+          %t47 = insertelement <8 x i32> poison, i32 %t46, i64 0
+          %t48 = shufflevector <8 x i32> %t47, <8 x i32> poison, <8 x i32> zeroinitializer
+          %t49 = getelementptr i8, ptr %call, i64 32
+          %t50 = load ptr, ptr %t49, align 8
+          %t51 = getelementptr i8, ptr %t50, i64 4
+          %t52 = load i32, ptr %t51, align 4
+          %t53 = insertelement <8 x i32> poison, i32 %t52, i64 0
+          %t54 = shufflevector <8 x i32> %t53, <8 x i32> poison, <8 x i32> zeroinitializer
+          %t58 = bitcast <8 x i32> %t48 to <8 x float>
+          %t59 = bitcast <8 x i32> %t40 to <8 x float>
+          %t60 = load <8 x float>, ptr %t57, align 4
+          %t61 = call <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float> %t58, <8 x float> %t60, <8 x float> %t59)
+          store <8 x float> %t61, ptr %t57, align 4
+          %t63 = bitcast <8 x i32> %t54 to <8 x float>
+          %t64 = bitcast <8 x i32> %t40 to <8 x float>
+          %t65 = load <8 x float>, ptr %t62, align 4
+          %t66 = call <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float> %t63, <8 x float> %t65, <8 x float> %t64)
+          store <8 x float> %t66, ptr %t62, align 4
+          %t68 = bitcast <8 x i32> %t56 to <8 x float>
+          %t69 = bitcast <8 x i32> %t40 to <8 x float>
+          %t70 = load <8 x float>, ptr %t67, align 4
+          %t71 = call <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float> %t68, <8 x float> %t70, <8 x float> %t69)
+          store <8 x float> %t71, ptr %t67, align 4
+          br label %b4
+        b4:
+          br label %b1
+        b1:
+          ret void
+        }
+
+        declare <8 x float> @llvm.x86.avx.blendv.ps.256(<8 x float>, <8 x float>, <8 x float>)
+
+        attributes #0 = { nounwind "frame-pointer"="none" "stackrealign" "probe-stack"="inline-asm" "target-cpu"="x86-64-v3" }
+        attributes #1 = { nounwind }
+    "#]].assert_eq(&emit_callback(NEARER, "x86-64-v3", 8));
 }
 
 const SCALE: &str = "function f member scale: f32[1] state rt_HitDistance: f32[1] {

@@ -4,11 +4,13 @@
 //! - An operation whose operands are constants is the constant that the interpreter would compute; others
 //!   are rewritten by the rules of the `algebra` module.
 //! - An `if` with a known condition is its region. Inside the regions of any other its
-//!   condition is known.
+//!   condition is known, and what was selected by it before is the side that was chosen.
 //! - An `if` whose regions yield one and the same value gives that value.
 //! - A loop that never runs again is its body; a carried value that never changes is its first.
 //!
 //! What has become unused is left to dead code elimination.
+
+use std::collections::HashMap;
 
 use rtsl_ir::{Constant, Function, Op, OpKind, Region, UnaryOp, Value};
 
@@ -18,12 +20,16 @@ use crate::substitution::Substitution;
 /// Rules are applied to the result of a rule, so often.
 const MAX_STEPS: u32 = 8;
 
+/// So many selects by a condition are looked at where it is known, the last ones.
+const MAX_CHOSEN: usize = 32;
+
 /// Folds all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut folding = Folding {
         known: vec![None; function.values.len()],
         definitions: vec![None; function.values.len()],
+        selected: HashMap::new(),
         function,
         substitution: Substitution::default(),
     };
@@ -37,6 +43,8 @@ struct Folding<'a> {
     function: &'a Function,
     known: Vec<Option<Constant>>,
     definitions: Vec<Option<Definition>>,
+    /// The selects so far by their conditions: results, and both sides.
+    selected: HashMap<Value, Vec<(Value, [Value; 2])>>,
     substitution: Substitution,
 }
 
@@ -87,6 +95,9 @@ impl Folding<'_> {
             if let OpKind::Constant(constant) = op.kind {
                 self.known[index] = Some(constant);
             }
+            if let OpKind::Select(condition, a, b) = op.kind {
+                self.selected.entry(condition).or_default().push((op.results.get(0), [a, b]));
+            }
         }
         out.push(op);
     }
@@ -118,14 +129,34 @@ impl Folding<'_> {
             _ => None,
         };
         let facts = [(Some(condition), is), (opposite, !is)];
-        let facts = facts.into_iter().filter_map(|(value, is)| Some((value?.0 as usize, is)));
-        let before: Vec<_> = facts
-            .map(|(index, is)| (index, self.known[index].replace(Constant::Bool(is))))
-            .collect();
+        let facts = facts.into_iter().filter_map(|(value, is)| Some((value?, is)));
+        let facts: Vec<(Value, bool)> = facts.collect();
+        let known = facts.iter().map(|(value, is)| {
+            let index = value.0 as usize;
+            (index, self.known[index].replace(Constant::Bool(*is)))
+        });
+        let known: Vec<_> = known.collect();
+        let chosen: Vec<(Value, Value)> =
+            facts.iter().flat_map(|(value, is)| self.chosen(*value, *is)).collect();
+        for (result, side) in &chosen {
+            self.substitution.set(*result, *side);
+        }
         work(self);
-        for (index, known) in before {
+        for (result, _) in chosen {
+            self.substitution.unset(result);
+        }
+        for (index, known) in known {
             self.known[index] = known;
         }
+    }
+
+    /// What was selected by a condition, and the side that it is where that is known.
+    fn chosen(&self, condition: Value, is: bool) -> impl Iterator<Item = (Value, Value)> {
+        let selected = self.selected.get(&condition).into_iter().flatten();
+        selected
+            .rev()
+            .take(MAX_CHOSEN)
+            .map(move |(result, sides)| (*result, sides[usize::from(!is)]))
     }
 
     fn fold_loop(&mut self, mut op: Op, out: &mut Vec<Op>) {
@@ -187,6 +218,34 @@ mod tests {
                 %1: i32 = constant 2
                 %2: i32 = constant 0
                 return scratch:f@0 = %0, scratch:i@0 = %1, scratch:i@1 = %2
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_was_selected_by_a_condition_is_one_side_where_that_is_known() {
+        let text = "
+            %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
+            %s: f32 = select %c, %x, %y %n: bool = not %c
+            %r: f32 = if %n {
+                %a: f32 = sqrt %s yield %a
+            } else { %b: f32 = negate %s yield %b }
+            %t: f32 = abs %s
+            return scratch:f@0 = %r, scratch:f@1 = %t";
+        check(
+            text,
+            expect![[r#"
+                %3: f32 = select %0, %1, %2
+                %4: bool = not %0
+                %5: f32 = if %4 {
+                  %6: f32 = sqrt %2
+                  yield %6
+                } else {
+                  %7: f32 = negate %1
+                  yield %7
+                }
+                %8: f32 = abs %3
+                return scratch:f@0 = %5, scratch:f@1 = %8
             "#]],
         );
     }

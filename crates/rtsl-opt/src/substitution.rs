@@ -26,6 +26,11 @@ impl Substitution {
         }
     }
 
+    /// Uses of `old` are of itself from here on.
+    pub fn unset(&mut self, old: Value) {
+        self.substitutes[old.0 as usize] = None;
+    }
+
     /// What stands for `value`: itself unless something was set.
     pub fn get(&self, value: Value) -> Value {
         self.substitutes.get(value.0 as usize).copied().flatten().unwrap_or(value)

@@ -94,6 +94,21 @@ pub(crate) fn missing_method(class: &Class, method: Method) -> Diagnostic {
     }
 }
 
+/// Something that is nothing but machine code.
+pub(crate) fn no_machine_code(class: &Class) -> Diagnostic {
+    let problem =
+        format!("callbacks of `{}` are machine code, and this engine makes none", class.name);
+    Diagnostic::new(codes::NO_LLVM, problem).help("make an engine with the backend `jit`")
+}
+
+/// State that no method sets where a ray has hit.
+pub(crate) fn unset_at_hits(class: &Class, variable: &str) -> Diagnostic {
+    Diagnostic::new(
+        codes::NO_SUCH_METHOD,
+        format!("`{}` has no method that sets `{variable}` where a ray has hit", class.name),
+    )
+}
+
 /// A method that has no code, for a reason that is not the author's doing.
 pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Diagnostic {
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))

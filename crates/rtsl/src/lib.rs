@@ -9,7 +9,8 @@
 //!    [`Kernel`]s of its methods: machine code, or the interpreter where there is no LLVM.
 //! 4. A kernel is [called](Kernel::call) with state and scratch for many rays
 //!    ([`LaneBlock`]), the instance's data ([`InstanceBlock`]), and a [`Host`](host::Host) that
-//!    answers `trace`, `illuminance` and their like.
+//!    answers `trace`, `illuminance` and their like. Hosts with packets of their own can have a
+//!    [`Callback`] instead.
 //!
 //! Parameters are data: instances that differ only in their parameters share a program, and
 //! changing one compiles nothing. A [`Variant`] says more of a kernel's callers, for faster code.
@@ -21,6 +22,7 @@
 
 pub mod ahead;
 mod background;
+mod callback;
 mod compiler;
 mod defaults;
 mod elements;
@@ -50,6 +52,7 @@ mod unit;
 mod value;
 mod variant;
 
+pub use callback::Callback;
 pub use compiler::{Compiler, CompilerOptions};
 pub use defaults::default_value;
 pub use emit::{Emit, EmitRequest};
@@ -74,17 +77,17 @@ pub use rtsl_ir::class::{
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallError, CallStatus, ComponentSet, Denoiser, DenoiserError, DenoiserInput,
-    HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock, LaneIndices, LaneMask,
-    LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target, in_huge_pages,
-    prefetch,
+    CallArguments, CallError, CallStatus, CompiledCallback, ComponentSet, Denoiser, DenoiserError,
+    DenoiserInput, HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock, LaneIndices,
+    LaneMask, LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
+    in_huge_pages, prefetch,
 };
 pub use rtsl_packet::abi::{
     NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,
 };
 pub use rtsl_packet::description;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
-pub use rtsl_packet::{Layout, ObjectForm, Shape};
+pub use rtsl_packet::{Layout, Mark, MarkWord, ObjectForm, RayRecord, Shape};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
     code_info, codes, diagnostic_codes, most_similar, render,

@@ -5,6 +5,8 @@
 //! as the caller sees it at that moment. Which instance an index into an array of references
 //! chooses is decided by comparisons. A reference that is not set gives the role's defaults.
 
+mod hit;
+
 use std::collections::BTreeSet;
 
 use rtsl_ir::class::Reference;
@@ -16,6 +18,8 @@ use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
 use crate::tree::{ClassTree, element_path};
+
+pub(crate) use hit::link_hit;
 
 /// Operations of a linked function.
 const OPERATION_LIMIT: usize = 1 << 17;
@@ -36,16 +40,9 @@ pub(crate) fn link(tree: &ClassTree, method: Method) -> Option<Result<Linked, Di
 
 /// Links a function of the class at the tree's root.
 pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Linked, Diagnostic> {
-    let mut linker = Linker {
-        out: Function::new(function.name.clone()),
-        operations: 0,
-        depth: 0,
-        slots: 0,
-        warnings: BTreeSet::new(),
-    };
+    let mut linker = Linker::new(Function::new(function.name.clone()));
     linker.root(tree, function)?;
-    let warnings = linker.warnings.into_iter().map(unset_warning).collect();
-    Ok(Linked { function: linker.out, warnings })
+    Ok(linker.finish())
 }
 
 struct Linker {
@@ -55,6 +52,9 @@ struct Linker {
     slots: u32,
     /// Class and reference path.
     warnings: BTreeSet<(String, String)>,
+    /// Scalars of scratch that methods have set, the last one of each counting, where scratch is no memory but
+    /// values; zero where none has.
+    scratch: Option<Vec<((PlaceId, u32), Value)>>,
 }
 
 /// One body that is being copied.
@@ -100,9 +100,13 @@ impl<'a> Site<'a> {
     fn define(&mut self, value: Value, new: Value) {
         self.values[value.0 as usize] = Some(new);
     }
+}
 
-    fn find_override(&self, component: StateComponent) -> Option<Value> {
-        find_override(&self.overrides, component)
+/// A site's index in the linked function.
+fn index_of_site(site: &Site<'_>, index: Index) -> Index {
+    match index {
+        Index::Constant(index) => Index::Constant(index),
+        Index::Dynamic(index) => Index::Dynamic(site.value(index)),
     }
 }
 
@@ -116,6 +120,16 @@ type Linking<T> = Result<T, Diagnostic>;
 type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Vec<Value>> + 'a;
 
 impl Linker {
+    fn new(out: Function) -> Linker {
+        let warnings = BTreeSet::new();
+        Linker { out, operations: 0, depth: 0, slots: 0, warnings, scratch: None }
+    }
+
+    fn finish(self) -> Linked {
+        let warnings = self.warnings.into_iter().map(unset_warning).collect();
+        Linked { function: self.out, warnings }
+    }
+
     fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.out.body = self.copy_region(&mut site, &function.body)?;
@@ -174,6 +188,14 @@ impl Linker {
                     && !site.overrides.is_empty() =>
             {
                 let result = self.load_state(site, *place, *index, to)?;
+                site.define(op.results.get(0), result);
+                return Ok(());
+            }
+            OpKind::Load(place, index)
+                if site.function.place(*place).kind == PlaceKind::Scratch
+                    && self.scratch.is_some() =>
+            {
+                let result = self.load_scratch(site, *place, *index, to)?;
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
@@ -272,8 +294,9 @@ impl Linker {
         let len = info.len;
         let wanted = |component| variable.map(|variable| StateComponent { variable, component });
         let new = self.place(site, place);
+        let overrides = &site.overrides;
         let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| match wanted(component)
-            .and_then(|wanted| site.find_override(wanted))
+            .and_then(|wanted| find_override(overrides, wanted))
         {
             Some(value) => Ok(value),
             None => {
@@ -281,22 +304,55 @@ impl Linker {
                 Ok(linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
             }
         };
-        match index {
-            Index::Constant(component) => load(self, to, component),
-            Index::Dynamic(index) => {
-                let index = site.value(index);
-                let mut chosen = load(self, to, len - 1)?;
-                for component in (0..len - 1).rev() {
-                    let value = load(self, to, component)?;
-                    let bound = self.constant(to, Constant::I32(component as i32))?;
-                    let kind = OpKind::Compare(CompareOp::LessEqual, index, bound);
-                    let is_it = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
-                    let kind = OpKind::Select(is_it, value, chosen);
-                    chosen = self.emit(to, kind, &[Scalar::F32], false)?.get(0);
-                }
-                Ok(chosen)
+        let index = index_of_site(site, index);
+        self.load_component(index, len, Scalar::F32, load, to)
+    }
+
+    /// A scalar of scratch that is no memory.
+    fn load_scratch(
+        &mut self,
+        site: &mut Site<'_>,
+        place: PlaceId,
+        index: Index,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let info = site.function.place(place);
+        let (scalar, len) = (info.scalar, info.len);
+        let place = self.place(site, place);
+        let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| {
+            let mut set = linker.scratch.iter().flatten().rev();
+            match set.find(|(wanted, _)| *wanted == (place, component)) {
+                Some((_, value)) => Ok(*value),
+                None => linker.constant(to, Constant::from_bits(scalar, 0)),
             }
+        };
+        let index = index_of_site(site, index);
+        self.load_component(index, len, scalar, load, to)
+    }
+
+    /// The component of an index, clamped, of what `load` gives.
+    fn load_component(
+        &mut self,
+        index: Index,
+        len: u32,
+        scalar: Scalar,
+        load: impl Fn(&mut Self, &mut Vec<Op>, u32) -> Linking<Value>,
+        to: &mut Vec<Op>,
+    ) -> Linking<Value> {
+        let index = match index {
+            Index::Constant(component) => return load(self, to, component),
+            Index::Dynamic(index) => index,
+        };
+        let mut chosen = load(self, to, len - 1)?;
+        for component in (0..len - 1).rev() {
+            let value = load(self, to, component)?;
+            let bound = self.constant(to, Constant::I32(component as i32))?;
+            let kind = OpKind::Compare(CompareOp::LessEqual, index, bound);
+            let is_it = self.emit(to, kind, &[Scalar::Bool], false)?.get(0);
+            let kind = OpKind::Select(is_it, value, chosen);
+            chosen = self.emit(to, kind, &[scalar], false)?.get(0);
         }
+        Ok(chosen)
     }
 
     fn is_set(

@@ -11,6 +11,8 @@
 //!    one shape and width), `rtsl_llvm::emit` (text), `Llvm::compile` (LLVM's passes, object,
 //!    loading). Without LLVM step 4 is the interpreter.
 //!
+//! `callback` goes through steps 2 and 4 for a host's own packets.
+//!
 //! What step 2 or 3 gives is also what [libraries](crate::ahead) are made of: object files by step 4 but for loading,
 //! C++ by `rtsl_cpp::emit`.
 
@@ -18,7 +20,7 @@ use std::sync::Arc;
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
-use rtsl_jit::{BufferEntry, CompiledKernel, OptLevel, Signature, Target};
+use rtsl_jit::{BufferEntry, CompiledCallback, CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{DataLocation, Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
@@ -29,6 +31,7 @@ use rtsl_spec::{Method, lookup_state};
 use rtsl_syntax::IncludeLoader;
 
 use crate::Engine;
+use crate::callback::Callback;
 use crate::compiler::CompilerOptions;
 use crate::engine::{self, Shared};
 use crate::errors;
@@ -92,14 +95,17 @@ pub(crate) fn link(
 ) -> Result<Linked, Diagnostic> {
     let linked = link::link(tree, method);
     let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
-    let passes = rtsl_opt::Options {
+    rtsl_opt::optimize(&mut linked.function, &passes(options));
+    Ok(linked)
+}
+
+fn passes(options: &EngineOptions) -> rtsl_opt::Options {
+    rtsl_opt::Options {
         contract: options.math != Math::Strict,
         approximate: options.math == Math::Fast,
         budget: options.loop_budget,
         optimize: options.optimization != OptLevel::O0,
-    };
-    rtsl_opt::optimize(&mut linked.function, &passes);
-    Ok(linked)
+    }
 }
 
 /// A linked method for callers of whom more is known.
@@ -218,6 +224,37 @@ pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kerne
     let mut packet = packet.map_err(|error| errors::code_generation(&function.name, &error))?;
     packet.interleave = interleave::choose(&packet, shared.options.interleave);
     Ok(packet)
+}
+
+/// The packet code of a function for a host's own packets: `intersect` and what follows a hit, linked as one.
+pub(crate) fn callback_packet(
+    tree: &ClassTree,
+    callback: &Callback,
+    layout: &Layout,
+    shared: &Shared,
+) -> Result<rtsl_packet::Kernel, Diagnostic> {
+    let mut linked = link::link_hit(tree, &callback.record, callback.outputs)?;
+    rtsl_opt::optimize(&mut linked.function, &passes(&shared.options));
+    let job =
+        Job { function: &linked.function, shape: Shape::Packet, width: callback.width, layout };
+    job.check_width()?;
+    let packet = rtsl_packet::lower_packet(job.function, layout, job.width);
+    packet.map_err(|error| errors::code_generation(&linked.function.name, &error))
+}
+
+/// A function for a host's own packets.
+pub(crate) fn callback(
+    tree: &ClassTree,
+    callback: &Callback,
+    layout: &Layout,
+    shared: &Shared,
+) -> Result<CompiledCallback, Diagnostic> {
+    let llvm = shared.llvm.as_ref().ok_or_else(|| errors::no_machine_code(&tree.class))?;
+    let packet = callback_packet(tree, callback, layout, shared)?;
+    let (record, block_bytes) = (&callback.record, layout.block_words * 4);
+    let (features, level) = (target_features(llvm.host()), shared.options.optimization);
+    let compiled = CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
+    compiled.map_err(|error| errors::code_generation(&packet.name, &error))
 }
 
 /// The text that LLVM gets.

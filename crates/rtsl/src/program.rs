@@ -1,17 +1,18 @@
 //! A class linked with those it refers to, and its kernels.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region, Value};
-use rtsl_jit::{InstanceBlock, LaneBlock, Objects};
+use rtsl_jit::{CompiledCallback, InstanceBlock, LaneBlock, Objects};
 use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_packet::description::KernelDescription;
 use rtsl_packet::{Layout, ObjectForm};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
+use crate::callback::Callback;
 use crate::elements::ElementMaker;
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
@@ -57,6 +58,7 @@ pub struct Program {
     layout: Layout,
     methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
     kernels: KernelCache,
+    callbacks: Mutex<BTreeMap<Callback, CompiledCallback>>,
     elements: OnceLock<Result<Box<ElementMaker>, Diagnostic>>,
 }
 
@@ -87,7 +89,8 @@ impl Program {
         let layout = places.layout();
         let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
-        Program { shared, tree, places, layout, methods, kernels, elements }
+        let callbacks = Mutex::default();
+        Program { shared, tree, places, layout, methods, kernels, callbacks, elements }
     }
 
     /// The class.
@@ -337,6 +340,22 @@ impl Program {
             Ok(Arc::new(kernels.remove(0)))
         })
         .clone()
+    }
+
+    /// A function for a host's own packets, made at the first call. It serves all instances of the program, whose
+    /// blocks are [`Layout::block_words`] long.
+    ///
+    /// # Errors
+    /// If the engine makes no machine code, the class has no `intersect` or asks its host for something there, no method sets
+    /// what is wanted, the record has no row for it, there are no packets of that width, or linking or code generation fails.
+    pub fn callback(&self, callback: &Callback) -> Result<CompiledCallback, Diagnostic> {
+        let mut callbacks = self.callbacks.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(compiled) = callbacks.get(callback) {
+            return Ok(compiled.clone());
+        }
+        let compiled = pipeline::callback(&self.tree, callback, &self.layout, &self.shared)?;
+        callbacks.insert(callback.clone(), compiled.clone());
+        Ok(compiled)
     }
 
     /// The packet code of a kernel, to be run on an interpreter that counts what it does.

@@ -6,6 +6,7 @@ static const RtslEngineId no_engine;
 static const RtslInstanceId no_instance;
 static const RtslKernelId no_kernel;
 static const RtslObjectsId no_objects;
+static const RtslCallbackId no_callback;
 
 static void texts(void)
 {
@@ -91,6 +92,64 @@ static void parameters(RtslUnitId unit)
     OK(rtsl_instance_unset(sphere, "radius"));
     FAILS(rtsl_instance_unset(sphere, "radius"), RTSL_RESULT_UNKNOWN, "not set");
     OK(rtsl_instance_commit(sphere));
+    OK(rtsl_instance_release(sphere));
+}
+
+static void callbacks(RtslUnitId unit, RtslEngineId engine)
+{
+    RtslInstanceId sphere;
+    RtslEngineId interpreter;
+    RtslCallbackId callback;
+    const void *function;
+    const RtslRow rows[] = {{RTSL_STATE_RayOrigin, 0}, {RTSL_STATE_RayOrigin + 1, 1}, {RTSL_STATE_RayOrigin + 2, 2}};
+    const uint32_t outputs[] = {RTSL_STATE_RayOrigin + 1};
+    const RtslMark marks[] = {{.row = 9, .source = 3}};
+    RtslEngineInfo info;
+    OK(rtsl_engine_info(engine, &info));
+    if (!info.llvm)
+        return; /* callbacks are machine code */
+    const RtslRecord good = {.size = sizeof good, .width = 4, .mask = RTSL_NONE, .number = RTSL_NONE, .rows = rows, .row_count = 3};
+    RtslRecord bad = good;
+    OK(rtsl_instance_new(unit, "Sphere", &sphere));
+    FAILS(rtsl_callback_new(engine, sphere, &good, &callback), RTSL_RESULT_INSTANCE, "commit");
+    OK(rtsl_instance_commit(sphere));
+    FAILS(rtsl_callback_new(no_engine, sphere, &good, &callback), RTSL_RESULT_ID, "engine");
+    FAILS(rtsl_callback_new(engine, no_instance, &good, &callback), RTSL_RESULT_ID, "instance");
+    FAILS(rtsl_callback_new(engine, sphere, NULL, &callback), RTSL_RESULT_ARGUMENT, "`record` is null");
+    FAILS(rtsl_callback_new(engine, sphere, &good, NULL), RTSL_RESULT_ARGUMENT, "`callback` is null");
+    bad.size = 8;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "size");
+    bad = good;
+    bad.width = 3;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "E0703");
+    bad = good;
+    bad.rows = NULL;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "`rows` is null");
+    bad = good;
+    bad.output_count = 1;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "`outputs` is null");
+    bad.outputs = outputs;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "component 8");
+    bad = good;
+    bad.marks = marks;
+    bad.mark_count = 1;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_ARGUMENT, "source 3");
+    bad = good;
+    bad.outputs = (const uint32_t[]){RTSL_STATE_GeometricNormal};
+    bad.output_count = 1;
+    FAILS(rtsl_callback_new(engine, sphere, &bad, &callback), RTSL_RESULT_CODE_GENERATION, "rt_GeometricNormal");
+    RtslEngineOptions options = {.size = sizeof options, .backend = RTSL_BACKEND_INTERPRETER};
+    OK(rtsl_engine_new(&options, &interpreter));
+    FAILS(rtsl_callback_new(interpreter, sphere, &good, &callback), RTSL_RESULT_NO_LLVM, "E0701");
+    FAILS(rtsl_callback_function(no_callback, &function), RTSL_RESULT_ID, "callback");
+    FAILS(rtsl_callback_release(no_callback), RTSL_RESULT_ID, "callback");
+    OK(rtsl_callback_new(engine, sphere, &good, &callback));
+    FAILS(rtsl_callback_function(callback, NULL), RTSL_RESULT_ARGUMENT, "null");
+    OK(rtsl_callback_function(callback, &function));
+    CHECK(function != NULL);
+    OK(rtsl_callback_release(callback));
+    FAILS(rtsl_callback_function(callback, &function), RTSL_RESULT_ID, "released");
+    OK(rtsl_engine_release(interpreter));
     OK(rtsl_instance_release(sphere));
 }
 
@@ -192,6 +251,7 @@ int main(void)
     texts();
     ids(unit, engine);
     parameters(unit);
+    callbacks(unit, engine);
     calls(unit, engine);
     return 0;
 }

@@ -63,6 +63,37 @@ pub fn lower(
     shape: Shape,
     width: u32,
 ) -> Result<Kernel, LowerError> {
+    lower_for(function, layout, shape, width, Calls::Large)
+}
+
+/// The same for calls of one packet, as [records](crate::RayRecord) are of.
+///
+/// # Errors
+/// See [`LowerError`].
+pub fn lower_packet(
+    function: &Function,
+    layout: &Layout,
+    width: u32,
+) -> Result<Kernel, LowerError> {
+    lower_for(function, layout, Shape::Packet, width, Calls::OfOnePacket)
+}
+
+/// What calls are like.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Calls {
+    /// Of many chunks, or one of which nothing is known.
+    Large,
+    /// Of one packet, whose rays have met the object's box: their way through a method is mostly the same.
+    OfOnePacket,
+}
+
+fn lower_for(
+    function: &Function,
+    layout: &Layout,
+    shape: Shape,
+    width: u32,
+    calls: Calls,
+) -> Result<Kernel, LowerError> {
     if !width.is_power_of_two() || width as usize > MAX_LANES {
         return Err(LowerError::Width(width));
     }
@@ -86,7 +117,7 @@ pub fn lower(
         outputs: locate_outputs(function)?,
     };
     check_slots(&kernel)?;
-    let mut lowering = Lowering::new(function, uniformity, kernel);
+    let mut lowering = Lowering::new(function, uniformity, kernel, calls);
     lowering.run()?;
     let mut kernel = lowering.kernel;
     acceptance::run(&mut kernel);
@@ -166,6 +197,7 @@ pub(crate) fn local_words(kernel: &Kernel) -> u64 {
 /// The state of the walk over the function.
 struct Lowering<'a> {
     function: &'a Function,
+    calls: Calls,
     uniformity: Uniformity,
     /// How often each value of the function is used.
     uses: Vec<u32>,
@@ -195,11 +227,12 @@ struct Lowering<'a> {
 }
 
 impl<'a> Lowering<'a> {
-    fn new(function: &'a Function, uniformity: Uniformity, kernel: Kernel) -> Self {
+    fn new(function: &'a Function, uniformity: Uniformity, kernel: Kernel, calls: Calls) -> Self {
         let mut uses = vec![0; function.values.len()];
         function.body.for_each_use(&mut |value| uses[value.0 as usize] += 1);
         Lowering {
             function,
+            calls,
             uniformity,
             uses,
             hidden_bitcasts: nan_bits::hidden_bitcasts(function),

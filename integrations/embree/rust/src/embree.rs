@@ -33,6 +33,7 @@ pub struct BoundsArguments {
 
 /// What a callback for hits is asked: for the nearest ones, or whether there are any.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct HitArguments {
     /// 0 or -1 for each ray.
     pub valid: *const i32,
@@ -40,7 +41,7 @@ pub struct HitArguments {
     pub user: *const c_void,
     /// Which primitive.
     pub primitive: u32,
-    /// What it is differs between the versions: see [`Embree::instance`].
+    /// What it is differs between the versions: see [`Embree::instance_offset`].
     pub context: *const c_void,
     /// The rays, row after row.
     pub rays: *mut f32,
@@ -212,15 +213,10 @@ impl Embree {
         Embree::of_library(library)
     }
 
-    /// The number of the instance that a callback is asked about.
-    ///
-    /// # Safety
-    /// The context is that of a callback of Embree of this version.
-    pub unsafe fn instance(version: u32, context: *const c_void) -> u32 {
+    /// Where in a callback's context the number of the instance stands that it is asked about, in bytes.
+    pub fn instance_offset(version: u32) -> u32 {
         // In Embree 3 flags and a filter function stand before it.
-        let word = if version == 3 { 4 } else { 0 };
-        // Safety: the caller's promise.
-        unsafe { *context.cast::<u32>().add(word) }
+        if version == 3 { 16 } else { 0 }
     }
 }
 

@@ -1,0 +1,60 @@
+//! Compiled functions for a host's own packets.
+
+use std::ffi::c_void;
+use std::sync::Arc;
+
+use rtsl_llvm::{Callback, TargetFeatures};
+use rtsl_packet::{Kernel, RayRecord};
+
+use crate::compile::OptLevel;
+use crate::error::JitError;
+use crate::kernel::features_of_host;
+use crate::llvm::Llvm;
+use crate::module::Module;
+
+const SYMBOL: &str = "callback";
+
+/// A function for a host's own packets. The code lives as long as any handle to it.
+///
+/// What its argument leads to only the host knows, so nothing here calls it.
+#[derive(Clone, Debug)]
+pub struct CompiledCallback {
+    /// Keeps the code in memory.
+    _module: Arc<Module>,
+    address: *const c_void,
+}
+
+// Safety: the code does not change, and its memory belongs to the module, which threads may share.
+unsafe impl Send for CompiledCallback {}
+// Safety: the same.
+unsafe impl Sync for CompiledCallback {}
+
+impl CompiledCallback {
+    /// Machine code for this machine. `block_bytes` lie from one instance's block to the next one's.
+    ///
+    /// # Errors
+    /// See [`JitError`]; if the record lacks what the kernel reads or sets, that is one.
+    pub fn compile(
+        llvm: &Arc<Llvm>,
+        kernel: &Kernel,
+        record: &RayRecord,
+        block_bytes: u32,
+        features: &TargetFeatures,
+        level: OptLevel,
+    ) -> Result<CompiledCallback, JitError> {
+        rtsl_packet::verify(kernel)?;
+        record.check(kernel)?;
+        let callback = Callback { kernel, record, block_bytes };
+        let target = llvm.host();
+        let text =
+            rtsl_llvm::emit_callbacks([(SYMBOL, callback)], &features_of_host(target, features));
+        let module = Arc::new(llvm.compile(&text, target, level)?);
+        let address = module.function(SYMBOL)?.cast();
+        Ok(CompiledCallback { _module: module, address })
+    }
+
+    /// The function, which takes a pointer to the host's struct.
+    pub fn address(&self) -> *const c_void {
+        self.address
+    }
+}

@@ -1,0 +1,217 @@
+//! Linking what hosts want to know of a hit: `intersect`, and behind it the methods that say what the surface is like
+//! there, as one function.
+//!
+//! What one of them sets the next ones read as a value, scratch included, so that nothing passes through memory but
+//! what the host's record has rows for. What it has none for holds its default.
+
+use rtsl_ir::{
+    BinaryOp, Constant, Function, Index, Op, OpKind, Output, Place, PlaceId, PlaceKind, Region,
+    Scalar, StateComponent, Value,
+};
+use rtsl_packet::RayRecord;
+use rtsl_source::Diagnostic;
+use rtsl_spec::{Method, Role, StateVariable, lookup_state, state_variables};
+
+use super::{Linked, Linker, Linking, Site, default_of, find_override};
+use crate::errors;
+use crate::tree::ClassTree;
+use crate::variant::Outputs;
+
+/// The methods that describe a surface, in the order in which hosts call them.
+const SURFACE_METHODS: [Method; 3] =
+    [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];
+
+/// Links a function that tests for a hit and sets what of `outputs` the class's methods set.
+pub(crate) fn link_hit(
+    tree: &ClassTree,
+    record: &RayRecord,
+    outputs: Outputs,
+) -> Result<Linked, Diagnostic> {
+    let class = &tree.class;
+    let intersect = class.methods.get(&Method::Intersect);
+    let intersect = intersect.ok_or_else(|| errors::missing_method(class, Method::Intersect))?;
+    let mut linker = Linker::new(Function::new(format!("{}.hit", class.name)));
+    linker.scratch = Some(Vec::new());
+    let mut hit = HitLinker { linker: &mut linker, tree, record, known: Vec::new() };
+    hit.link(intersect, outputs)?;
+    Ok(linker.finish())
+}
+
+struct HitLinker<'a, 'l> {
+    linker: &'l mut Linker,
+    tree: &'a ClassTree,
+    record: &'a RayRecord,
+    /// State that is not what the record's rows hold: what has none, and what methods have set. The last one counts.
+    known: Vec<(StateComponent, Value)>,
+}
+
+impl HitLinker<'_, '_> {
+    fn link(&mut self, intersect: &Function, outputs: Outputs) -> Linking<()> {
+        let mut ops = Vec::new();
+        self.set_unbound(&mut ops)?;
+        let accepted = self.method(intersect, &mut ops)?;
+        let accepted = accepted.expect("intersect says whether it accepts a hit");
+
+        let mut surface = Region::default();
+        self.linker.nested(|linker| {
+            let (tree, record) = (self.tree, self.record);
+            let known = std::mem::take(&mut self.known);
+            let mut inner = HitLinker { linker, tree, record, known };
+            inner.surface(&mut surface.ops)?;
+            self.known = inner.known;
+            Ok(())
+        })?;
+        let stored = self.stored(outputs)?;
+        surface.yields = stored.iter().map(|(_, value)| *value).collect();
+        let results = self.describe_hits(accepted, surface, &mut ops)?;
+
+        let place = self.place(PlaceKind::Accepted, "accepted", Scalar::Bool, 1);
+        self.linker.out.outputs.push(Output { place, component: 0 });
+        self.linker.out.body = Region { ops, yields: vec![accepted], ..Region::default() };
+        for ((component, _), value) in stored.into_iter().zip(results) {
+            let variable = variable(component);
+            let len = variable.ty.components();
+            let place = self.place(PlaceKind::State, variable.name, Scalar::F32, len);
+            self.linker.out.outputs.push(Output { place, component: component.component });
+            self.linker.out.body.yields.push(value);
+        }
+        Ok(())
+    }
+
+    /// What the record has no rows for.
+    fn set_unbound(&mut self, to: &mut Vec<Op>) -> Linking<()> {
+        let unbound = state_variables().iter().filter(|it| !has_rows(self.record, it));
+        for variable in unbound.filter(|variable| Role::Primitive.row(variable.name).is_some()) {
+            for component in 0..variable.ty.components() {
+                let wanted = StateComponent { variable: variable.index, component };
+                let value = match variable.name {
+                    "rt_InverseRayDirection" => {
+                        let direction = self.load("rt_RayDirection", component, to)?;
+                        let one = self.linker.constant(to, Constant::F32(1.0))?;
+                        self.binary(BinaryOp::Divide, one, direction, to)?
+                    }
+                    _ => self.linker.constant(to, default_of(Role::Primitive, wanted))?,
+                };
+                self.known.push((wanted, value));
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a method's body here, and knows from then on what it has set; whether it accepts a hit, if it
+    /// is of that kind.
+    fn method(&mut self, function: &Function, to: &mut Vec<Op>) -> Linking<Option<Value>> {
+        let mut site = Site::new(self.tree, function, String::new(), &mut self.linker.out);
+        // Each method has its own slots.
+        site.is_root = false;
+        site.overrides.clone_from(&self.known);
+        self.linker.copy_ops(&mut site, &function.body.ops, to)?;
+        let mut accepted = None;
+        for (output, value) in function.outputs.iter().zip(&function.body.yields) {
+            let (place, value) = (function.place(output.place), site.value(*value));
+            match place.kind {
+                PlaceKind::Accepted => accepted = Some(value),
+                PlaceKind::State => {
+                    self.known
+                        .extend(component(&place.name, output.component).map(|it| (it, value)));
+                }
+                PlaceKind::Scratch => {
+                    let place = self.linker.place(&mut site, output.place);
+                    let set = self.linker.scratch.get_or_insert_default();
+                    set.push(((place, output.component), value));
+                }
+                PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {}
+            }
+        }
+        Ok(accepted)
+    }
+
+    /// What is known where a ray has hit.
+    fn surface(&mut self, to: &mut Vec<Op>) -> Linking<()> {
+        for axis in 0..3 {
+            let origin = self.load("rt_RayOrigin", axis, to)?;
+            let direction = self.load("rt_RayDirection", axis, to)?;
+            let distance = self.load("rt_HitDistance", 0, to)?;
+            let way = self.binary(BinaryOp::Multiply, distance, direction, to)?;
+            let point = self.binary(BinaryOp::Add, origin, way, to)?;
+            self.known.extend(component("rt_HitPoint", axis).map(|it| (it, point)));
+        }
+        let tree = self.tree;
+        for method in SURFACE_METHODS {
+            if let Some(function) = tree.class.methods.get(&method) {
+                self.method(function, to)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is stored for a hit.
+    fn stored(&self, outputs: Outputs) -> Linking<Vec<(StateComponent, Value)>> {
+        let wanted = outputs.variables().filter(|variable| {
+            // Of all there is, what the record can take.
+            outputs != Outputs::ALL || has_rows(self.record, variable)
+        });
+        let mut stored = Vec::new();
+        for variable in wanted {
+            for component in 0..variable.ty.components() {
+                let wanted = StateComponent { variable: variable.index, component };
+                let value = find_override(&self.known, wanted);
+                let class = &self.tree.class;
+                let value = value.ok_or_else(|| errors::unset_at_hits(class, variable.name))?;
+                stored.push((wanted, value));
+            }
+        }
+        Ok(stored)
+    }
+
+    /// Does what `surface` holds where a hit was accepted; its yields.
+    fn describe_hits(
+        &mut self,
+        accepted: Value,
+        surface: Region,
+        to: &mut Vec<Op>,
+    ) -> Linking<Vec<Value>> {
+        let results = vec![Scalar::F32; surface.yields.len()];
+        let mut otherwise = Region::default();
+        // Nobody sees it: nothing is stored where there is no hit.
+        let zero = self.linker.constant(&mut otherwise.ops, Constant::F32(0.0))?;
+        otherwise.yields = vec![zero; results.len()];
+        let kind = OpKind::If { condition: accepted, then: surface, otherwise };
+        Ok(self.linker.emit(to, kind, &results, false)?.iter().collect())
+    }
+
+    /// A component as it is known here.
+    fn load(&mut self, name: &str, wanted: u32, to: &mut Vec<Op>) -> Linking<Value> {
+        let known = component(name, wanted).and_then(|it| find_override(&self.known, it));
+        if let Some(value) = known {
+            return Ok(value);
+        }
+        let len = lookup_state(name).map_or(1, |variable| variable.ty.components());
+        let place = self.place(PlaceKind::State, name, Scalar::F32, len);
+        let kind = OpKind::Load(place, Index::Constant(wanted));
+        Ok(self.linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
+    }
+
+    /// Precise, so that a host that computes the same gets the same bits.
+    fn binary(&mut self, op: BinaryOp, a: Value, b: Value, to: &mut Vec<Op>) -> Linking<Value> {
+        Ok(self.linker.emit(to, OpKind::Binary(op, a, b), &[Scalar::F32], true)?.get(0))
+    }
+
+    fn place(&mut self, kind: PlaceKind, name: &str, scalar: Scalar, len: u32) -> PlaceId {
+        self.linker.out.intern_place(Place { kind, name: name.to_owned(), scalar, len })
+    }
+}
+
+/// Whether the record has rows for all of a variable.
+fn has_rows(record: &RayRecord, variable: &StateVariable) -> bool {
+    let first = variable.first_component;
+    (first..first + variable.ty.components()).all(|it| record.rows.contains_key(&it))
+}
+
+fn component(name: &str, component: u32) -> Option<StateComponent> {
+    StateComponent::named(name, component)
+}
+
+fn variable(component: StateComponent) -> &'static StateVariable {
+    &state_variables()[component.variable as usize]
+}
