@@ -60,7 +60,8 @@ static RtslRecord record_of_packets(uint32_t width)
     return (RtslRecord){ .size = sizeof(RtslRecord),
                          .width = width,
                          .rays = ARGUMENT(rays),
-                         .mask = ARGUMENT(valid),
+                         /* Embree asks of a single ray only if it is valid. */
+                         .mask = width > 1 ? ARGUMENT(valid) : RTSL_NONE,
                          .instances = ARGUMENT(user),
                          .number = ARGUMENT(primitive),
                          .rows = ROWS,
@@ -188,6 +189,8 @@ static void bounds(const EmbreeBoundsArguments *arguments)
 static __attribute__((noinline, cold)) void in_turn(const EmbreeHitArguments *arguments, EmbreeHitFunction function, uint32_t rows)
 {
     for (uint32_t ray = 0; ray < arguments->count; ray++) {
+        if (!arguments->valid[ray])
+            continue;
         float one[HIT_ROWS];
         EmbreeHitArguments single = *arguments;
         single.valid += ray;

@@ -6,7 +6,7 @@ mod compiler;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use compiler::{CProgram, has_compiler};
+use compiler::{CProgram, has_compiler, shared_library};
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
 use rtsl::description::{ClassDescription, ParameterDescription};
 use rtsl::host::{Host, LaneFloats, LaneSet};
@@ -17,19 +17,37 @@ use rtsl::{
 
 const LANES: usize = 16;
 
+/// What a library is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    /// An object file.
+    Object,
+    /// A shared library of the C++ text, whose kernels are of the single shape.
+    Cpp,
+}
+
 #[test]
 fn every_method_gives_the_bits_of_the_oracle() {
+    let shapes = vec![(Shape::Single, 1), (Shape::Packet, 4), (Shape::Packet, 8)];
+    check(Form::Object, shapes);
+}
+
+#[test]
+fn every_method_of_exported_cpp_does_so_too() {
+    check(Form::Cpp, vec![(Shape::Single, 1)]);
+}
+
+fn check(form: Form, shapes: Vec<(Shape, u32)>) {
     if !has_compiler() {
         return;
     }
     let classes = standard_classes();
     let bindings = bindings(&classes);
     let (engine, _) = Engine::new(EngineOptions::default()).unwrap();
-    if engine.llvm().is_none() {
+    if form == Form::Object && engine.llvm().is_none() {
         eprintln!("left out: there is no LLVM");
         return;
     }
-    let shapes = vec![(Shape::Single, 1), (Shape::Packet, 4), (Shape::Packet, 8)];
     let options = AheadOptions { shapes, bindings, ..AheadOptions::default() };
     let library = engine.ahead(&classes, &options).unwrap();
     let mut requests = Vec::new();
@@ -39,7 +57,7 @@ fn every_method_gives_the_bits_of_the_oracle() {
             requests.push(Request::random(number, kernel, description, &mut random));
         }
     }
-    let answers = run(&library, &requests);
+    let answers = run(form, &library, &requests);
     let mut answers = answers.chunks_exact(4).map(|it| u32::from_le_bytes(it.try_into().unwrap()));
     for request in &requests {
         let description = &library.description().classes[request.class];
@@ -51,21 +69,27 @@ fn every_method_gives_the_bits_of_the_oracle() {
         };
         let first = expected.iter().zip(&found).position(|it| !same(it));
         assert_eq!(found.len(), expected.len(), "{name}");
-        assert_eq!(first, None, "{name}: the first word that differs");
+        assert_eq!(first, None, "{form:?}: {name}: the first word that differs");
     }
     assert_eq!(answers.next(), None);
 }
 
 /// Compiles the driver with the library and hands it the requests.
-fn run(library: &AheadLibrary, requests: &[Request]) -> Vec<u8> {
-    let program = CProgram::new("ahead");
-    let object = program.folder().join("library.o");
-    std::fs::write(&object, library.object(None).unwrap()).unwrap();
+fn run(form: Form, library: &AheadLibrary, requests: &[Request]) -> Vec<u8> {
+    let program = CProgram::new("ahead").called(&format!("ahead-{form:?}"));
     std::fs::write(program.folder().join("library.h"), library.header()).unwrap();
+    let code = match form {
+        Form::Object => {
+            let object = program.folder().join("library.o");
+            std::fs::write(&object, library.object(None).unwrap()).unwrap();
+            object
+        }
+        Form::Cpp => shared_library(program.folder(), &library.cpp()),
+    };
     let mut words = vec![requests.len() as u32];
     requests.iter().for_each(|request| request.write(&mut words));
     let input: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    program.sanitized().with(object).run_with(&input)
+    program.sanitized().with(code).run_with(&input)
 }
 
 /// A call, as the driver reads it.

@@ -43,13 +43,19 @@ impl CProgram {
     /// A program of one file.
     pub fn of(source: &Path) -> CProgram {
         let name = source.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("c-{name}"));
-        std::fs::create_dir_all(&folder).expect("a folder for the program");
+        let folder = folder(&name);
         let options =
             ["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-Werror", "-g"];
         let options = options.map(str::to_owned).to_vec();
         let (inputs, arguments) = (vec![source.to_owned()], Vec::new());
         CProgram { name, folder, options, inputs, arguments }
+    }
+
+    /// The same with another name, and a folder of that name, for one of several that are made of one file.
+    pub fn called(mut self, name: &str) -> CProgram {
+        self.name = name.to_owned();
+        self.folder = folder(name);
+        self
     }
 
     /// Its own folder, which is looked in for headers.
@@ -121,6 +127,25 @@ impl CProgram {
         );
         ran.stdout
     }
+}
+
+fn folder(program: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("c-{program}"));
+    std::fs::create_dir_all(&folder).expect("a folder for the program");
+    folder
+}
+
+/// Compiles the C++ text of a library, whose header is in the folder, to a shared library.
+#[allow(dead_code, reason = "each test uses a part")]
+pub fn shared_library(folder: &Path, text: &str) -> PathBuf {
+    let (source, library) = (folder.join("library.cpp"), folder.join("library.so"));
+    std::fs::write(&source, text).expect("the text is written");
+    let mut compile = Command::new(std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned()));
+    compile.args(["-std=c++17", "-O1", "-shared", "-fPIC", "-DRTSL_EXPORT=\"library.h\""]);
+    compile.arg("-I").arg(folder).arg(&source).arg("-o").arg(&library);
+    let compiled = compile.output().expect("the compiler of C++ runs");
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    library
 }
 
 /// Compiles `rtsl.h` by itself.
