@@ -69,9 +69,11 @@ pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
         let name = scope.name(&description.name);
         exported.push(class::write_class(&name, description, code, &mut helpers, &mut structs));
     }
-    let mut text =
-        "// Made by rtsl of shaders. Changes will be lost when it is made again.\n#pragma once\n"
-            .to_owned();
+    // Guarded by name, since the file is compiled by itself, too.
+    let guard = format!("{}_CLASSES_H", library.prefix.to_uppercase());
+    let mut text = format!(
+        "// Made by rtsl of shaders. Changes will be lost when it is made again.\n#ifndef {guard}\n#define {guard}\n"
+    );
     text.push_str(support::PREAMBLE);
     let namespace = identifier::identifier(&library.prefix);
     text.push_str(&format!("\nnamespace {namespace} {{\n"));
@@ -84,5 +86,6 @@ pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
     text.push_str(&format!("\n}} // namespace {namespace}\n"));
     export::write_export(library, &exported, state::has_budget(classes), &mut text);
     text.push_str(support::END);
+    text.push_str(&format!("\n#endif // {guard}\n"));
     text
 }

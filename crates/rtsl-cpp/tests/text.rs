@@ -394,6 +394,8 @@ fn a_struct_is_laid_out_as_its_block() {
         #if defined(__GNUC__) && !defined(__clang__)
         #pragma GCC pop_options
         #endif
+
+        #endif // TEST_CLASSES_H
     "#]]
     .assert_eq(&text[start..]);
 }

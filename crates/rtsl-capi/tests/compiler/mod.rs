@@ -141,7 +141,15 @@ pub fn shared_library(folder: &Path, text: &str) -> PathBuf {
     let (source, library) = (folder.join("library.cpp"), folder.join("library.so"));
     std::fs::write(&source, text).expect("the text is written");
     let mut compile = Command::new(std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned()));
-    compile.args(["-std=c++17", "-O1", "-shared", "-fPIC", "-DRTSL_EXPORT=\"library.h\""]);
+    compile.args([
+        "-std=c++17",
+        "-Wall",
+        "-Werror",
+        "-O1",
+        "-shared",
+        "-fPIC",
+        "-DRTSL_EXPORT=\"library.h\"",
+    ]);
     compile.arg("-I").arg(folder).arg(&source).arg("-o").arg(&library);
     let compiled = compile.output().expect("the compiler of C++ runs");
     assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
