@@ -296,8 +296,14 @@ fn check(engines: &(Engine, Engine), instances: &[Arc<Instance>], random: &mut R
     let set = Outputs::state(rows.filter(|variable| written.contains(variable)));
     let mut hits = 0;
     for width in [1, 4, 8, 16] {
-        for (is_masked, outputs) in [(true, set), (false, set), (true, Outputs::NONE)] {
-            let callback = callback(width, is_masked, outputs);
+        let calls = [
+            (true, set, set),
+            (false, set, set),
+            (true, Outputs::ALL, set),
+            (true, Outputs::NONE, Outputs::NONE),
+        ];
+        for (is_masked, wanted, outputs) in calls {
+            let callback = callback(width, is_masked, wanted);
             let compiled = program.callback(&callback).expect("it compiles");
             for _ in 0..64 / width {
                 let number = random.word() as usize % instances.len();

@@ -34,6 +34,7 @@ mod state;
 mod statement;
 mod support;
 mod uses;
+mod while_loop;
 
 use std::collections::BTreeSet;
 

@@ -11,6 +11,7 @@ use crate::literal::{literal, type_name};
 use crate::statement::Statement;
 use crate::support::Helper;
 use crate::uses::Uses;
+use crate::while_loop::{self, WhileForm, while_form};
 
 /// Expressions with more operators than this are taken apart.
 const LARGEST_EXPRESSION: usize = 8;
@@ -39,6 +40,10 @@ pub(crate) fn write_body(
     class: &ClassNames,
     helpers: &mut BTreeSet<Helper>,
 ) -> Body {
+    let mut function = function.clone();
+    while_loop::run(&mut function);
+    debug_assert!(rtsl_ir::verify::verify(&function).is_ok(), "{function}");
+    let function = &function;
     let mut writer = Writer::new(function, class, helpers);
     let mut statements = Vec::new();
     writer.begin(&mut statements);
@@ -442,11 +447,13 @@ impl<'a> Writer<'a> {
         body: &Region,
         out: &mut Vec<Statement>,
     ) {
+        let form = while_form(body);
+        let next = form.as_ref().map_or(&body.yields[1..], |form| form.next);
         let mut targets = Vec::new();
         for (index, (param, first)) in body.params.iter().zip(initial).enumerate() {
             let result = results.get(index as u32);
             let value = self.value(*first);
-            let name = self.result_name(*param, [result, body.yields[index + 1]]);
+            let name = self.result_name(*param, [result, next[index]]);
             let type_name = type_name(self.function.scalar(*param)).to_owned();
             let atom = Expression::Atom { text: name.clone(), variable: Some(*param) };
             self.values[param.0 as usize] = Some(atom.clone());
@@ -459,18 +466,60 @@ impl<'a> Writer<'a> {
             });
             targets.push((Target { name, variable: Some(*param) }, false));
         }
+        match form {
+            Some(form) => self.rounds_while(&form, &targets, out),
+            None => self.rounds(body, &targets, out),
+        }
+    }
+
+    /// Rounds of a loop that asks before each.
+    fn rounds_while(
+        &mut self,
+        form: &WhileForm<'_>,
+        targets: &[(Target, bool)],
+        out: &mut Vec<Statement>,
+    ) {
+        let names = self.scope.mark();
+        let mut block = Vec::new();
+        form.head.iter().for_each(|op| self.op(op, &mut block));
+        let condition = self.value(form.condition);
+        let is_simple = block.is_empty();
+        if !is_simple {
+            block.push(Statement::BreakIf(condition.clone().inverted()));
+        }
+        self.bind(form.round, form.next, targets);
+        self.region(form.round, &mut block);
+        let next = self.next_values(form.next, targets);
+        self.assign_all(next, &mut block);
+        self.scope.release(names);
+        out.push(match is_simple {
+            true => Statement::While(condition, block),
+            false => Statement::Repeat(block),
+        });
+    }
+
+    /// What variables of a loop become.
+    fn next_values(
+        &mut self,
+        next: &[Value],
+        targets: &[(Target, bool)],
+    ) -> Vec<(Target, Expression)> {
+        next.iter()
+            .zip(targets)
+            .map(|(value, (target, _))| (target.clone(), self.value(*value)))
+            .filter(|(target, value)| !is_itself(target, value))
+            .collect()
+    }
+
+    /// Rounds of a loop that asks after each.
+    fn rounds(&mut self, body: &Region, targets: &[(Target, bool)], out: &mut Vec<Statement>) {
         let mut block = Vec::new();
         let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
         let names = self.scope.mark();
-        self.bind(body, next, &targets);
+        self.bind(body, next, targets);
         self.region(body, &mut block);
         let mut again = self.value(*again);
-        let next: Vec<(Target, Expression)> = next
-            .iter()
-            .zip(&targets)
-            .map(|(value, (target, _))| (target.clone(), self.value(*value)))
-            .filter(|(target, value)| !is_itself(target, value))
-            .collect();
+        let next = self.next_values(next, targets);
         let changes = |value: Value| next.iter().any(|(target, _)| target.variable == Some(value));
         if again.reads(&changes) {
             let name = self.scope.name("again");

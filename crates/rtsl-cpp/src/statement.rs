@@ -27,6 +27,8 @@ pub(crate) enum Statement {
         then: Vec<Statement>,
         otherwise: Vec<Statement>,
     },
+    /// `while (condition) { ... }`
+    While(Expression, Vec<Statement>),
     /// `for (;;) { ... }`
     Repeat(Vec<Statement>),
     /// `break` out of the innermost loop where the condition holds.
@@ -63,6 +65,14 @@ fn write_statement(statement: &Statement, indentation: usize, text: &mut String)
         Statement::If { condition, then, otherwise } => {
             text.push_str(&margin);
             write_if(condition, then, otherwise, indentation, text);
+        }
+        Statement::While(condition, body) => {
+            let room =
+                Room { column: indentation + 7, indentation: indentation + INDENT, after: 3 };
+            let condition = condition.lay_out(room);
+            text.push_str(&format!("{margin}while ({condition}) {{\n"));
+            write_statements(body, deeper(indentation), text);
+            text.push_str(&format!("{margin}}}\n"));
         }
         Statement::Repeat(body) => {
             text.push_str(&format!("{margin}for (;;) {{\n"));

@@ -248,6 +248,152 @@ fn branches_and_loops() {
     );
 }
 
+/// What begins with `%i` and sums up while it is asked of the next `%i`.
+fn sum_while(guard: &str, rest: &str) -> String {
+    format!(
+        "%zero: i32 = constant 0 %one: i32 = constant 1 %ten: i32 = constant 10 %f: f32 = constant 0
+        %n: i32 = load member:count@0 %a: f32 = load member:radius@0
+        {guard}
+            %i: i32, %sum: f32 = loop (%j: i32 = %zero, %s: f32 = %f) {{
+                %next: i32 = add %j, %one %t: f32 = add %s, %a
+                {rest}
+                repeat %again, %next, %t
+            }}"
+    )
+}
+
+#[test]
+fn loops_ask_first_where_the_source_did() {
+    let guarded = |guard: &str, again: &str, initial: &str| {
+        let text = sum_while(&format!("{guard} %u: f32 = if %c {{"), again);
+        format!("{text} yield %sum }} else {{ yield {initial} }} return scratch:kept@0 = %u")
+    };
+    check(
+        &guarded("%c: bool = less %zero, %n", "%again: bool = less %next, %n", "%f"),
+        expect![[r#"
+            int32_t result = 0;
+            float result2 = 0.0f;
+            while (result < count) {
+                result = wrapping_add(result, 1);
+                result2 = result2 + radius;
+            }
+            scratch.kept[0] = result2;
+        "#]],
+    );
+    // The same from the other side.
+    check(
+        &guarded("%c: bool = greater %n, %zero", "%again: bool = less %next, %n", "%f"),
+        expect![[r#"
+            int32_t result = 0;
+            float result2 = 0.0f;
+            while (result < count) {
+                result = wrapping_add(result, 1);
+                result2 = result2 + radius;
+            }
+            scratch.kept[0] = result2;
+        "#]],
+    );
+    // A larger question.
+    check(
+        &guarded(
+            "%m: i32 = multiply %zero, %n %b: i32 = subtract %m, %ten %c: bool = less_equal %b, %n",
+            "%x: i32 = multiply %next, %n %y: i32 = subtract %x, %ten %again: bool = less_equal %y, %n",
+            "%f",
+        ),
+        expect![[r#"
+            int32_t result = 0;
+            float result2 = 0.0f;
+            while (wrapping_subtract(wrapping_multiply(result, count), 10) <= count) {
+                result = wrapping_add(result, 1);
+                result2 = result2 + radius;
+            }
+            scratch.kept[0] = result2;
+        "#]],
+    );
+    // Another question, or another value where there is no round.
+    check(
+        &guarded("%c: bool = less_equal %zero, %n", "%again: bool = less %next, %n", "%f"),
+        expect![[r#"
+            float kept_x = 0.0f;
+            if (0 <= count) {
+                int32_t result = 0;
+                float result2 = 0.0f;
+                for (;;) {
+                    const int32_t sum = wrapping_add(result, 1);
+                    result = sum;
+                    result2 = result2 + radius;
+                    if (!(sum < count)) break;
+                }
+                kept_x = result2;
+            }
+            scratch.kept[0] = kept_x;
+        "#]],
+    );
+    check(
+        &guarded("%c: bool = less %zero, %n", "%again: bool = less %next, %n", "%a"),
+        expect![[r#"
+            float kept_x = radius;
+            if (0 < count) {
+                int32_t result = 0;
+                float result2 = 0.0f;
+                for (;;) {
+                    const int32_t sum = wrapping_add(result, 1);
+                    result = sum;
+                    result2 = result2 + radius;
+                    if (!(sum < count)) break;
+                }
+                kept_x = result2;
+            }
+            scratch.kept[0] = kept_x;
+        "#]],
+    );
+}
+
+#[test]
+fn loops_that_are_known_to_begin_ask_first() {
+    let counted = |again: &str| sum_while("", again) + " return scratch:kept@0 = %sum";
+    check(
+        &counted("%again: bool = less %next, %ten"),
+        expect![[r#"
+        int32_t result = 0;
+        float result2 = 0.0f;
+        while (result < 10) {
+            result = wrapping_add(result, 1);
+            result2 = result2 + radius;
+        }
+        scratch.kept[0] = result2;
+    "#]],
+    );
+    check(
+        &counted("%again: bool = greater %next, %ten"),
+        expect![[r#"
+        int32_t result = 0;
+        float result2 = 0.0f;
+        for (;;) {
+            const int32_t sum = wrapping_add(result, 1);
+            result = sum;
+            result2 = result2 + radius;
+            if (!(sum > 10)) break;
+        }
+        scratch.kept[0] = result2;
+    "#]],
+    );
+    check(
+        &counted("%again: bool = less %t, %a"),
+        expect![[r#"
+        int32_t result = 0;
+        float result2 = 0.0f;
+        for (;;) {
+            const float sum = result2 + radius;
+            result = wrapping_add(result, 1);
+            result2 = sum;
+            if (!(sum < radius)) break;
+        }
+        scratch.kept[0] = result2;
+    "#]],
+    );
+}
+
 #[test]
 fn intersect_stores_where_it_accepts() {
     check(

@@ -231,7 +231,7 @@ impl FloatInterval {
             (CompareOp::GreaterEqual, false) => FloatInterval::where_not_greater(a, b, true),
             (CompareOp::Greater | CompareOp::GreaterEqual, true)
             | (CompareOp::Less | CompareOp::LessEqual, false) => {
-                let (b, a) = FloatInterval::where_is(mirrored(op), truth, b, a);
+                let (b, a) = FloatInterval::where_is(op.mirrored(), truth, b, a);
                 (a, b)
             }
         }
@@ -269,17 +269,6 @@ impl FloatInterval {
         let limit = if strict { limit.next_up() } else { negative_zero(limit) };
         let low = greatest(limit, self.low);
         (low.total_cmp(&self.high) != Ordering::Greater).then_some(FloatInterval { low, ..self })
-    }
-}
-
-/// The comparison of `b` and `a` that says the same of them.
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Equal | CompareOp::NotEqual => op,
-        CompareOp::Less => CompareOp::Greater,
-        CompareOp::LessEqual => CompareOp::GreaterEqual,
-        CompareOp::Greater => CompareOp::Less,
-        CompareOp::GreaterEqual => CompareOp::LessEqual,
     }
 }
 

@@ -68,7 +68,7 @@ use crate::variant::Outputs;
 pub struct Callback {
     /// Rays in a packet, one of [`Engine::WIDTHS`](crate::Engine::WIDTHS).
     pub width: u32,
-    /// What is written for rays with a hit, of state; scratch is kept nowhere. [`Outputs::ALL`] is all that the record has rows for.
+    /// What is written for rays with a hit, of state; scratch is kept nowhere. [`Outputs::ALL`] is all that methods set and the record has rows for.
     pub outputs: Outputs,
     /// Where rays and instances are.
     pub record: RayRecord,

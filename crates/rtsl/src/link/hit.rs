@@ -147,18 +147,17 @@ impl HitLinker<'_, '_> {
 
     /// What is stored for a hit.
     fn stored(&self, outputs: Outputs) -> Linking<Vec<(StateComponent, Value)>> {
-        let wanted = outputs.variables().filter(|variable| {
-            // Of all there is, what the record can take.
-            outputs != Outputs::ALL || has_rows(self.record, variable)
-        });
         let mut stored = Vec::new();
-        for variable in wanted {
+        for variable in outputs.variables() {
             for component in 0..variable.ty.components() {
                 let wanted = StateComponent { variable: variable.index, component };
-                let value = find_override(&self.known, wanted);
-                let class = &self.tree.class;
-                let value = value.ok_or_else(|| errors::unset_at_hits(class, variable.name))?;
-                stored.push((wanted, value));
+                match find_override(&self.known, wanted) {
+                    // Of all that there is, what the record can take.
+                    _ if outputs == Outputs::ALL && !has_rows(self.record, variable) => {}
+                    Some(value) => stored.push((wanted, value)),
+                    None if outputs == Outputs::ALL => {}
+                    None => return Err(errors::unset_at_hits(&self.tree.class, variable.name)),
+                }
             }
         }
         Ok(stored)

@@ -1,0 +1,291 @@
+//! Loops that ask before each round.
+//!
+//! Loops of the representation ask after each round, and an `if` in front of them asks the same of what they begin with.
+//! That is a `while` of the source taken apart. Here it is put together again, for people to read: the loop's body
+//! becomes one `if`, whose condition says whether there is another round. What is computed stays the same.
+
+use std::collections::{HashMap, HashSet};
+
+use rtsl_ir::{
+    CompareOp, Constant, Effect, Function, Op, OpKind, Place, Region, Scalar, Value, Values,
+};
+
+/// Conditions that are larger stay where they are.
+const MAX_CONDITION: usize = 12;
+
+/// A loop's body as `while` has it: `head`, then `round` as long as `condition` holds.
+pub(crate) struct WhileForm<'a> {
+    pub head: &'a [Op],
+    pub condition: Value,
+    pub round: &'a Region,
+    /// The next values of what is carried.
+    pub next: &'a [Value],
+}
+
+/// The form of a body that [`run`] has made.
+pub(crate) fn while_form(body: &Region) -> Option<WhileForm<'_>> {
+    let (last, head) = body.ops.split_last()?;
+    let OpKind::If { condition, then, otherwise } = &last.kind else { return None };
+    let is_whole = body.yields.iter().copied().eq(last.results.iter());
+    let (again, next) = then.yields.split_first()?;
+    let (over, kept) = otherwise.yields.split_first()?;
+    let is_while = is_whole
+        && kept == body.params
+        && is_constant(then, *again, true)
+        && is_constant(otherwise, *over, false);
+    is_while.then_some(WhileForm { head, condition: *condition, round: then, next })
+}
+
+fn is_constant(region: &Region, value: Value, is: bool) -> bool {
+    let defines = |op: &Op| op.results.iter().any(|result| result == value);
+    region.ops.iter().any(|op| defines(op) && op.kind == OpKind::Constant(Constant::Bool(is)))
+}
+
+/// Puts together what it can in all of `function`.
+pub(crate) fn run(function: &mut Function) {
+    let mut definitions = HashMap::new();
+    function.body.for_each_op(&mut |op| {
+        if op.results.count == 1 && is_pure(op, &function.places) {
+            definitions.insert(op.results.get(0), op.kind.clone());
+        }
+    });
+    let mut body = std::mem::take(&mut function.body);
+    let mut rotation = Rotation { function, definitions, substitutes: HashMap::new() };
+    rotation.region(&mut body);
+    let substitutes = rotation.substitutes;
+    body.for_each_use_mut(&mut |value| {
+        while let Some(substitute) = substitutes.get(value) {
+            *value = *substitute;
+        }
+    });
+    function.body = body;
+}
+
+fn is_pure(op: &Op, places: &[Place]) -> bool {
+    op.kind.regions().next().is_none() && op.kind.effect(places) == Effect::None
+}
+
+struct Rotation<'a> {
+    function: &'a mut Function,
+    /// What computes values, without effects and regions.
+    definitions: HashMap<Value, OpKind>,
+    substitutes: HashMap<Value, Value>,
+}
+
+/// A loop that asks after each round.
+struct Round<'a> {
+    initial: &'a [Value],
+    body: &'a Region,
+    inside: HashSet<Value>,
+}
+
+impl Rotation<'_> {
+    fn region(&mut self, region: &mut Region) {
+        let mut ops = Vec::with_capacity(region.ops.len());
+        for mut op in std::mem::take(&mut region.ops) {
+            op.kind.regions_mut().for_each(|region| self.region(region));
+            match self.rotated(&op) {
+                Some(rotated) => ops.extend(rotated),
+                None => ops.push(op),
+            }
+        }
+        region.ops = ops;
+    }
+
+    fn rotated(&mut self, op: &Op) -> Option<Vec<Op>> {
+        match &op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                self.guarded(op.results, *condition, then, otherwise)
+            }
+            OpKind::Loop { initial, body } => {
+                let round = Round::new(initial, body);
+                if !self.begins(&round) {
+                    return None;
+                }
+                let body = self.rotate(&round, None)?;
+                let kind = OpKind::Loop { initial: initial.clone(), body };
+                Some(vec![Op { kind, ..op.clone() }])
+            }
+            _ => None,
+        }
+    }
+
+    /// An `if` around a loop that gives what the loop does, or what it would begin with.
+    fn guarded(
+        &mut self,
+        results: Values,
+        condition: Value,
+        then: &Region,
+        otherwise: &Region,
+    ) -> Option<Vec<Op>> {
+        let (inner, before) = then.ops.split_last()?;
+        let OpKind::Loop { initial, body } = &inner.kind else { return None };
+        let mut moved = before.iter().chain(&otherwise.ops);
+        if !moved.all(|op| is_pure(op, &self.function.places)) {
+            return None;
+        }
+        let begun = |value: Value| {
+            let carried = inner.results.iter().position(|result| result == value);
+            carried.map_or(value, |carried| initial[carried])
+        };
+        let mut yields = then.yields.iter().zip(&otherwise.yields);
+        if !yields.all(|(a, b)| self.is_same(begun(*a), *b)) {
+            return None;
+        }
+        let body = self.rotate(&Round::new(initial, body), Some(condition))?;
+        for (result, value) in results.iter().zip(&then.yields) {
+            self.function.names.keep(result, *value);
+            self.substitutes.insert(result, *value);
+        }
+        let kind = OpKind::Loop { initial: initial.clone(), body };
+        let rotated = Op { kind, ..inner.clone() };
+        Some(before.iter().chain(&otherwise.ops).cloned().chain([rotated]).collect())
+    }
+
+    /// The body that asks first, where what it asks at the start is `start`, or is known to be true.
+    fn rotate(&mut self, round: &Round<'_>, start: Option<Value>) -> Option<Region> {
+        let (again, next) = round.body.yields.split_first()?;
+        let mut head = Vec::new();
+        let condition = self.condition(round, *again, start, &mut head)?;
+        let constant = |function: &mut Function, ops: &mut Vec<Op>, is| {
+            function.push(ops, Scalar::Bool, OpKind::Constant(Constant::Bool(is)))
+        };
+        let mut ops = round.body.ops.clone();
+        let more = constant(self.function, &mut ops, true);
+        let yields = [more].into_iter().chain(next.iter().copied()).collect();
+        let mut then = Region { params: Vec::new(), ops, yields };
+        remove_unused(&mut then, &self.function.places);
+        let mut ops = Vec::new();
+        let over = constant(self.function, &mut ops, false);
+        let yields = [over].into_iter().chain(round.body.params.iter().copied()).collect();
+        let otherwise = Region { params: Vec::new(), ops, yields };
+        let scalars = then.yields.iter().map(|value| self.function.scalar(*value));
+        let scalars: Vec<Scalar> = scalars.collect();
+        let results = self.function.new_values(&scalars);
+        let kind = OpKind::If { condition, then, otherwise };
+        head.push(Op { results, precise: false, kind });
+        let params = round.body.params.clone();
+        Some(Region { params, ops: head, yields: results.iter().collect() })
+    }
+
+    /// What a loop asks, of what it carries; `None` if that is not what is asked at the start.
+    fn condition(
+        &mut self,
+        round: &Round<'_>,
+        again: Value,
+        start: Option<Value>,
+        to: &mut Vec<Op>,
+    ) -> Option<Value> {
+        let is_start = |rotation: &Self, value| start.is_none_or(|it| rotation.is_same(it, value));
+        let carried = round.carried(again).find(|index| is_start(self, round.initial[*index]));
+        if let Some(index) = carried {
+            return Some(round.body.params[index]);
+        }
+        if !round.inside.contains(&again) {
+            return is_start(self, again).then_some(again);
+        }
+        let mut kind = self.definitions.get(&again)?.clone();
+        let mut starts = Vec::new();
+        if let Some(start) = start {
+            let start = self.definitions.get(&start)?;
+            let asked = [start.clone(), mirrored(start)];
+            let is_same = |it: &&OpKind| without_operands(it) == without_operands(&kind);
+            asked.iter().find(is_same)?.for_each_operand(|operand| starts.push(operand));
+        }
+        let mut operands = Vec::new();
+        kind.for_each_operand(|operand| operands.push(operand));
+        let mut mapped = Vec::new();
+        for (index, operand) in operands.into_iter().enumerate() {
+            mapped.push(self.condition(round, operand, starts.get(index).copied(), to)?);
+        }
+        if to.len() >= MAX_CONDITION {
+            return None;
+        }
+        let mut mapped = mapped.into_iter();
+        kind.for_each_operand_mut(|operand| *operand = mapped.next().unwrap_or(*operand));
+        Some(self.function.push(to, self.function.scalar(again), kind))
+    }
+
+    /// Whether a loop would go round if it were asked at the start: as far as comparisons of constants tell.
+    fn begins(&self, round: &Round<'_>) -> bool {
+        let first = |value: Value| {
+            let carried = round.carried(value).next();
+            match self.definitions.get(&carried.map_or(value, |index| round.initial[index]))? {
+                OpKind::Constant(Constant::I32(value)) => Some(i64::from(*value)),
+                OpKind::Constant(Constant::U32(value)) => Some(i64::from(*value)),
+                _ => None,
+            }
+        };
+        let Some(OpKind::Compare(op, a, b)) = self.definitions.get(&round.body.yields[0]) else {
+            return false;
+        };
+        let (Some(a), Some(b)) = (first(*a), first(*b)) else { return false };
+        match op {
+            CompareOp::Equal => a == b,
+            CompareOp::NotEqual => a != b,
+            CompareOp::Less => a < b,
+            CompareOp::LessEqual => a <= b,
+            CompareOp::Greater => a > b,
+            CompareOp::GreaterEqual => a >= b,
+        }
+    }
+
+    /// One value, or equal constants.
+    fn is_same(&self, a: Value, b: Value) -> bool {
+        let constant = |value: Value| match self.definitions.get(&value) {
+            Some(OpKind::Constant(constant)) => Some(*constant),
+            _ => None,
+        };
+        a == b || constant(a).is_some_and(|a| constant(b) == Some(a))
+    }
+}
+
+impl<'a> Round<'a> {
+    fn new(initial: &'a [Value], body: &'a Region) -> Round<'a> {
+        let mut inside: HashSet<Value> = body.params.iter().copied().collect();
+        body.for_each_op(&mut |op| inside.extend(op.results.iter()));
+        Round { initial, body, inside }
+    }
+
+    /// Of which carried values this is the next one.
+    fn carried(&self, value: Value) -> impl Iterator<Item = usize> + '_ {
+        let next = self.body.yields.iter().skip(1).enumerate();
+        next.filter(move |(_, next)| **next == value).map(|(index, _)| index)
+    }
+}
+
+/// A comparison from the other side; others as they are.
+fn mirrored(kind: &OpKind) -> OpKind {
+    match *kind {
+        OpKind::Compare(op, a, b) => OpKind::Compare(op.mirrored(), b, a),
+        _ => kind.clone(),
+    }
+}
+
+fn without_operands(kind: &OpKind) -> OpKind {
+    let mut kind = kind.clone();
+    kind.for_each_operand_mut(|operand| *operand = Value(0));
+    kind
+}
+
+/// Removes what nothing in the region uses any more.
+fn remove_unused(region: &mut Region, places: &[Place]) {
+    let mut used: HashSet<Value> = region.yields.iter().copied().collect();
+    let mut kept = Vec::with_capacity(region.ops.len());
+    for op in std::mem::take(&mut region.ops).into_iter().rev() {
+        if is_pure(&op, places) && !op.results.iter().any(|result| used.contains(&result)) {
+            continue;
+        }
+        op.kind.for_each_operand(|operand| {
+            used.insert(operand);
+        });
+        op.kind.regions().for_each(|region| {
+            region.for_each_use(&mut |value| {
+                used.insert(value);
+            })
+        });
+        kept.push(op);
+    }
+    kept.reverse();
+    region.ops = kept;
+}
