@@ -48,7 +48,11 @@ impl CompiledCallback {
         let target = llvm.host();
         let text =
             rtsl_llvm::emit_callbacks([(SYMBOL, callback)], &features_of_host(target, features));
-        let module = Arc::new(llvm.compile(&text, target, level)?);
+        let module = match kernel.width {
+            1 => llvm.compile_for_one_ray(&text, target, level)?,
+            _ => llvm.compile(&text, target, level)?,
+        };
+        let module = Arc::new(module);
         let address = module.function(SYMBOL)?.cast();
         Ok(CompiledCallback { _module: module, address })
     }

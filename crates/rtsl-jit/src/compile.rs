@@ -53,6 +53,20 @@ impl OptLevel {
         }
     }
 
+    /// The passes for a function of one ray. Its branches are the ray's own and are mostly foreseen, so none is made
+    /// a select, and a condition that is known on the way to a branch is not tested again; `instcombine` and `gvn` are
+    /// what knows it, and no masks stand in its way. Single rays under Embree are 1 percent faster for it.
+    fn passes_of_one_ray(self) -> Option<&'static str> {
+        match self {
+            OptLevel::O2 => Some(
+                "function(sroa,early-cse<memssa>,instcombine<no-verify-fixpoint>,\
+                 gvn<no-pre;no-load-pre;no-split-backedge-load-pre>,\
+                 jump-threading,simplifycfg<no-speculate-blocks>)",
+            ),
+            OptLevel::O0 | OptLevel::O1 | OptLevel::O3 => self.passes(),
+        }
+    }
+
     /// `LLVMCodeGenOptLevel`.
     fn code_generation(self) -> c_int {
         match self {
@@ -82,10 +96,30 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Module, JitError> {
+        self.compile_by(module, target, level, level.passes())
+    }
+
+    /// The same for a module that does one ray at a time.
+    pub(crate) fn compile_for_one_ray(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+    ) -> Result<Module, JitError> {
+        self.compile_by(module, target, level, level.passes_of_one_ray())
+    }
+
+    fn compile_by(
+        self: &Arc<Self>,
+        module: &str,
+        target: &Target,
+        level: OptLevel,
+        passes: Option<&'static str>,
+    ) -> Result<Module, JitError> {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
-        Module::load(&self.emit(module, target, level, Output::Object)?)
+        Module::load(&self.emit(module, target, level, passes, Output::Object)?)
     }
 
     /// The module after LLVM's passes, as text.
@@ -98,7 +132,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Output::Text).map(lossy)
+        self.emit(module, target, level, level.passes(), Output::Text).map(lossy)
     }
 
     /// The module as assembly text of `target`.
@@ -111,7 +145,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Output::Assembly).map(lossy)
+        self.emit(module, target, level, level.passes(), Output::Assembly).map(lossy)
     }
 
     /// The module as an object file (ELF) of `target`. It refers to nothing outside but what the runtime has, all of which
@@ -125,7 +159,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Vec<u8>, JitError> {
-        let object = self.emit(module, target, level, Output::Object)?;
+        let object = self.emit(module, target, level, level.passes(), Output::Object)?;
         Object::parse(&object)?.check_outside_symbols(|name| runtime::address(name).is_some())?;
         Ok(object)
     }
@@ -135,6 +169,7 @@ impl Llvm {
         module: &str,
         target: &Target,
         level: OptLevel,
+        passes: Option<&'static str>,
         output: Output,
     ) -> Result<Vec<u8>, JitError> {
         let (llvm, module, target) = (self.clone(), c_string(module), target.clone());
@@ -144,7 +179,7 @@ impl Llvm {
             let module = context.parse(&module)?;
             module.set_target(&machine, &target);
             module.verify()?;
-            module.run_passes(&machine, level)?;
+            module.run_passes(&machine, passes)?;
             let bytes = match output {
                 Output::Text => module.print().into_bytes(),
                 Output::Assembly => module.generate(&machine, api::ASSEMBLY_FILE)?,
@@ -336,8 +371,8 @@ impl ParsedModule<'_, '_> {
         if failed { Err(JitError::InvalidModule(message)) } else { Ok(()) }
     }
 
-    fn run_passes(&self, machine: &Machine, level: OptLevel) -> Result<(), JitError> {
-        let Some(passes) = level.passes() else { return Ok(()) };
+    fn run_passes(&self, machine: &Machine, passes: Option<&str>) -> Result<(), JitError> {
+        let Some(passes) = passes else { return Ok(()) };
         let (api, passes) = (self.api(), c_string(passes));
         // Safety: options are made and freed here; an error is consumed by asking its message.
         let message = unsafe {

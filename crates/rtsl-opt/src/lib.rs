@@ -54,11 +54,13 @@ pub struct Options {
     pub budget: Option<u32>,
     /// Run the passes that only make the function faster.
     pub optimize: bool,
+    /// One of them, [`mod@select`]: packets want it, code of one ray does not.
+    pub select: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { contract: true, approximate: false, budget: None, optimize: true }
+        Options { contract: true, approximate: false, budget: None, optimize: true, select: true }
     }
 }
 
@@ -111,7 +113,9 @@ pub fn optimize(function: &mut Function, options: &Options) {
         run("fold", function, fold::run);
         run("dead", function, dead::run);
         run("merge", function, merge::run);
-        run("select", function, select::run);
+        if options.select {
+            run("select", function, select::run);
+        }
         run("join", function, join::run);
         run("bits", function, bits::run);
         run("fold", function, fold::run);
@@ -205,8 +209,11 @@ mod tests {
 
     #[test]
     fn all_passes_keep_results() {
-        let options = Options { contract: false, budget: Some(1 << 20), ..Options::default() };
-        check_preserves(|function| optimize(function, &options));
+        for select in [true, false] {
+            let budget = Some(1 << 20);
+            let options = Options { contract: false, budget, select, ..Options::default() };
+            check_preserves(|function| optimize(function, &options));
+        }
     }
 
     /// Other passes neither change what is contracted nor what that gives, nor the weights of rays.

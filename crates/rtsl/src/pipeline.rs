@@ -105,6 +105,7 @@ fn passes(options: &EngineOptions) -> rtsl_opt::Options {
         approximate: options.math == Math::Fast,
         budget: options.loop_budget,
         optimize: options.optimization != OptLevel::O0,
+        select: true,
     }
 }
 
@@ -234,7 +235,8 @@ pub(crate) fn callback_packet(
     shared: &Shared,
 ) -> Result<rtsl_packet::Kernel, Diagnostic> {
     let mut linked = link::link_hit(tree, &callback.record, callback.outputs)?;
-    rtsl_opt::optimize(&mut linked.function, &passes(&shared.options));
+    let passes = rtsl_opt::Options { select: callback.width > 1, ..passes(&shared.options) };
+    rtsl_opt::optimize(&mut linked.function, &passes);
     let job =
         Job { function: &linked.function, shape: Shape::Packet, width: callback.width, layout };
     job.check_width()?;
