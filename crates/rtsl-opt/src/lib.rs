@@ -216,6 +216,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn short_branches_become_selects_where_packets_want_them() {
+        let text = "
+            %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0
+            %r: f32 = if %c { %a: f32 = sqrt %x yield %a } else { yield %x }
+            return scratch:f@0 = %r";
+        for select in [true, false] {
+            let options = Options { select, ..Options::default() };
+            let after = testing::transformed(text, |function| optimize(function, &options));
+            assert_eq!((after.contains("select"), after.contains("if")), (select, !select));
+        }
+    }
+
     /// Other passes neither change what is contracted nor what that gives, nor the weights of rays.
     #[test]
     fn results_do_not_depend_on_how_much_is_optimized() {
