@@ -170,7 +170,7 @@ pub struct Function {
     pub precise: bool,
     /// The first of [`Function::locals`] are these parameters.
     pub parameters: Vec<Passing>,
-    /// Parameters, then all variables of the body, temporaries among them that no statement declares.
+    /// Parameters, then all variables of the body.
     pub locals: Vec<Local>,
     /// What it does; a prototype without body has been reported.
     pub body: Vec<Statement>,
@@ -356,8 +356,8 @@ pub enum ExpressionKind {
     /// `a, b`
     Sequence(Box<Expression>, Box<Expression>),
     /// A user's or the prelude's function, or a method of the same class. One argument a parameter; `out`
-    /// and `inout` arguments are lvalues of the parameter's type (conversion of out arguments has
-    /// been written as a temporary).
+    /// and `inout` arguments are lvalues, found before the call from left to right and written after it
+    /// in the same order. What an `out` parameter hands back is converted to its argument's type.
     Call(FunctionId, Vec<Expression>),
     /// A built-in that the lowering does itself: the entry and the chosen overload.
     Builtin(BuiltinCall),
@@ -381,7 +381,7 @@ pub struct BuiltinCall {
     pub prelude: Option<FunctionId>,
     /// Apply to each component, scalar arguments spread.
     pub componentwise: bool,
-    /// Arguments converted to the overload's types; `out` ones are lvalues.
+    /// Arguments converted to the overload's types; `out` ones are lvalues as in [`ExpressionKind::Call`].
     pub arguments: Vec<Expression>,
 }
 

@@ -47,7 +47,7 @@ fn calls_name_their_functions() {
             void lookup@2() {
                 int n#0 = 1;
                 float e#1;
-                (rt_FloatTextureValue = ((f@1(n#0) + (((#3 = frexp(8.0, #2)) , (e#1 = float<-(#2))) , #3)) + e#1));
+                (rt_FloatTextureValue = ((f@1(n#0) + frexp(8.0, e#1)) + e#1));
                 (rt_TextureColor = (color(sin*(rt_TextureUVW)) + pow*(color(0.5), 2.0)));
             }
         "#]],

@@ -9,14 +9,12 @@ use super::Checker;
 use super::candidates::{Candidate, Choice, choose};
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
-use super::functions::{Kind, LocalInfo};
+use super::functions::Kind;
 use super::lvalues::Access;
 use super::scope::Entity;
 use super::suggestions::{counterpart, suggest};
 use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
-use crate::hir::{
-    BuiltinCall, Expression, ExpressionKind, FunctionId, Local, LocalId, Passing, Type,
-};
+use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
 
 /// How many arguments of a call diagnostics show.
 const SHOWN_ARGUMENTS: usize = 8;
@@ -479,8 +477,6 @@ impl Checker<'_> {
         call: impl FnOnce(Vec<Expression>) -> ExpressionKind,
     ) -> Expression {
         let mut converted = Vec::new();
-        // What is to be assigned from a temporary once the call is done.
-        let mut copies: Vec<(Expression, LocalId)> = Vec::new();
         let mut failed = false;
         for (argument, (ty, passing)) in arguments.into_iter().zip(parameters) {
             match passing {
@@ -498,50 +494,14 @@ impl Checker<'_> {
                         continue;
                     }
                     self.note_access(&argument, access);
-                    if argument.ty == *ty {
-                        converted.push(argument);
-                    } else {
-                        let temporary = self.temporary(ty.clone(), span);
-                        converted.push(self.local(temporary, span));
-                        copies.push((argument, temporary));
-                    }
+                    converted.push(argument);
                 }
             }
         }
         if failed {
             return error_expression(span);
         }
-        let call = Expression { kind: call(converted), ty: result, span };
-        if copies.is_empty() { call } else { self.copy_out(call, copies) }
-    }
-
-    fn temporary(&mut self, ty: Type, span: Span) -> LocalId {
-        let info = LocalInfo { span, read_only: false, assigned: true, used: true, loop_depth: 0 };
-        self.function.add_local(Local { name: String::new(), ty, precise: false }, info)
-    }
-
-    fn local(&self, id: LocalId, span: Span) -> Expression {
-        let ty = self.function.locals[id.0 as usize].ty.clone();
-        Expression { kind: ExpressionKind::Local(id), ty, span }
-    }
-
-    /// `result = f(temporary), target = convert(temporary), result`.
-    fn copy_out(&mut self, call: Expression, copies: Vec<(Expression, LocalId)>) -> Expression {
-        let span = call.span;
-        let result = call.ty.clone();
-        let kept = (result != Type::Void).then(|| self.temporary(result.clone(), span));
-        let mut sequence = match kept {
-            Some(id) => assign(self.local(id, span), call),
-            None => call,
-        };
-        for (target, temporary) in copies {
-            let value = convert(self.local(temporary, span), &target.ty);
-            sequence = in_sequence(sequence, assign(target, value));
-        }
-        match kept {
-            Some(id) => in_sequence(sequence, self.local(id, span)),
-            None => sequence,
-        }
+        Expression { kind: call(converted), ty: result, span }
     }
 
     /// `isSet(reference)`.
@@ -568,18 +528,6 @@ impl Checker<'_> {
             }
         }
     }
-}
-
-fn assign(target: Expression, value: Expression) -> Expression {
-    let (ty, span) = (target.ty.clone(), value.span);
-    let kind =
-        ExpressionKind::Assign { target: Box::new(target), operator: None, value: Box::new(value) };
-    Expression { kind, ty, span }
-}
-
-fn in_sequence(first: Expression, second: Expression) -> Expression {
-    let (ty, span) = (second.ty.clone(), second.span);
-    Expression { kind: ExpressionKind::Sequence(Box::new(first), Box::new(second)), ty, span }
 }
 
 /// Whether some candidate takes a vec3.

@@ -75,6 +75,22 @@ impl Place {
     }
 }
 
+/// Where an argument is copied out to.
+struct Target {
+    place: Place,
+    /// What its leaves are converted to; `None` for arrays and structs, which convert to nothing.
+    scalar: Option<Scalar>,
+}
+
+impl Target {
+    fn write(&self, mut value: Value, frame: &mut Frame) {
+        if let Some(scalar) = self.scalar {
+            value.iter_mut().for_each(|leaf| *leaf = converted(*leaf, scalar));
+        }
+        self.place.write(&value, frame);
+    }
+}
+
 /// How a statement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
@@ -249,9 +265,27 @@ impl<'m> Evaluator<'m> {
         self.place(place, frame)?.ok_or(Stop::NotConstant(place.span))
     }
 
-    fn write(&mut self, place: &Expression, value: &Value, frame: &mut Frame) -> Evaluated<()> {
-        self.assignable(place, frame)?.write(value, frame);
-        Ok(())
+    /// The values of a call's arguments, and the places of those that are copied out.
+    fn arguments(
+        &mut self,
+        id: FunctionId,
+        arguments: &[Expression],
+        frame: &mut Frame,
+    ) -> Evaluated<(Vec<Value>, Vec<Option<Target>>)> {
+        let function: &'m Function = &self.module.functions[id.0 as usize];
+        let mut values = Vec::with_capacity(arguments.len());
+        let mut targets = Vec::with_capacity(arguments.len());
+        for (argument, passing) in arguments.iter().zip(&function.parameters) {
+            if *passing == Passing::In {
+                values.push(self.expression(argument, frame)?);
+                targets.push(None);
+                continue;
+            }
+            let place = self.assignable(argument, frame)?;
+            values.push(place.read(frame));
+            targets.push(Some(Target { place, scalar: component_scalar(&argument.ty) }));
+        }
+        Ok((values, targets))
     }
 
     fn convert(&mut self, ty: &Type, operand: &Expression, frame: &mut Frame) -> Evaluated<Value> {
@@ -376,15 +410,11 @@ impl<'m> Evaluator<'m> {
         if !self.calls || id.0 as usize >= self.callable {
             return Err(Stop::NotConstant(span));
         }
-        let mut values = Vec::new();
-        for argument in arguments {
-            values.push(self.expression(argument, frame)?);
-        }
+        let (values, targets) = self.arguments(id, arguments, frame)?;
         let (result, locals) = self.run(id, values, span)?;
-        let passing = self.module.functions[id.0 as usize].parameters.iter();
-        for ((argument, passing), value) in arguments.iter().zip(passing).zip(&locals) {
-            if *passing != Passing::In {
-                self.write(argument, value, frame)?;
+        for (target, value) in targets.into_iter().zip(locals) {
+            if let Some(target) = target {
+                target.write(value, frame);
             }
         }
         Ok(result)
@@ -529,31 +559,33 @@ impl<'m> Evaluator<'m> {
         if !self.calls {
             return Err(Stop::NotConstant(span));
         }
-        let mut arguments = Vec::new();
-        for argument in &call.arguments {
-            arguments.push(self.expression(argument, frame)?);
-        }
         match builtin.lowering {
             Lowering::Operation(operation) => {
+                let arguments = self.values(&call.arguments, frame)?;
                 let count = leaf_count(self.structs, ty) as usize;
                 (0..count).map(|index| operate(operation, &nth_leaves(&arguments, index))).collect()
             }
             Lowering::Special(special) => {
+                let arguments = self.values(&call.arguments, frame)?;
                 apply_special(special, ty, &arguments).ok_or(Stop::NotConstant(span))
             }
-            Lowering::Prelude => self.prelude(ty, call, arguments, span, frame),
+            Lowering::Prelude => self.prelude(ty, call, span, frame),
         }
+    }
+
+    fn values(&mut self, arguments: &[Expression], frame: &mut Frame) -> Evaluated<Vec<Value>> {
+        arguments.iter().map(|argument| self.expression(argument, frame)).collect()
     }
 
     fn prelude(
         &mut self,
         ty: &Type,
         call: &BuiltinCall,
-        arguments: Vec<Value>,
         span: Span,
         frame: &mut Frame,
     ) -> Evaluated<Value> {
         let Some(id) = call.prelude else { return Err(Stop::NotConstant(span)) };
+        let (arguments, targets) = self.arguments(id, &call.arguments, frame)?;
         let mut results: Vec<(Value, Vec<Value>)> = Vec::new();
         if call.componentwise {
             let count = arguments.iter().map(Vec::len).max().unwrap_or(1);
@@ -565,12 +597,10 @@ impl<'m> Evaluator<'m> {
         } else {
             results.push(self.run(id, arguments, span)?);
         }
-        let passing = &self.module.functions[id.0 as usize].parameters;
-        for (index, argument) in call.arguments.iter().enumerate() {
-            if passing[index] != Passing::In {
-                let value: Value =
-                    results.iter().flat_map(|(_, locals)| locals[index].clone()).collect();
-                self.write(argument, &value, frame)?;
+        for (index, target) in targets.into_iter().enumerate() {
+            if let Some(target) = target {
+                let value = results.iter().flat_map(|(_, locals)| locals[index].clone()).collect();
+                target.write(value, frame);
             }
         }
         if *ty == Type::Void {

@@ -121,8 +121,7 @@ impl<'m> Lowering<'m> {
                 (Passing::In, _) => self.lower_expression(argument)?,
                 (Passing::InOut, Some(target)) => self.read(target)?,
                 (Passing::Out | Passing::InOut, _) => {
-                    let layout = self.layouts.layout(&argument.ty, argument.span)?;
-                    self.zeros(&layout)
+                    self.zeros_of_parameter(&function.locals[index].ty, argument)?
                 }
             });
             targets.push(target);
@@ -130,10 +129,27 @@ impl<'m> Lowering<'m> {
         Ok((values, targets))
     }
 
-    /// Writes what a call hands back, from left to right.
+    /// What an `out` parameter begins with. A scalar parameter that is applied to each component of a
+    /// vector begins with as many zeros.
+    fn zeros_of_parameter(
+        &mut self,
+        parameter: &Type,
+        argument: &Expression,
+    ) -> Lowered<Vec<Value>> {
+        let layout = self.layouts.layout(parameter, argument.span)?;
+        let count = self.layouts.layout(&argument.ty, argument.span)?.len() as usize;
+        let zeros = self.zeros(&layout);
+        Ok(if zeros.len() == count { zeros } else { vec![zeros[0]; count] })
+    }
+
+    /// Writes what a call hands back, from left to right, converted to the targets' types.
     pub fn copy_out(&mut self, targets: Targets, outputs: Vec<Option<Vec<Value>>>) -> Lowered<()> {
         for (target, output) in targets.into_iter().zip(outputs) {
             if let (Some(target), Some(output)) = (target, output) {
+                let layout = self.layouts.layout(&target.ty, target.span)?;
+                let scalars = layout.scalars().zip(output);
+                let output: Vec<Value> =
+                    scalars.map(|(scalar, value)| self.builder.convert(scalar, value)).collect();
                 self.write(&target, &output)?;
             }
         }

@@ -48,14 +48,18 @@ pub fn all() -> Vec<Subject> {
     let classes = standard_classes();
     let mut subjects = of_library(&standard(&classes, "shaders", Bindings::default()));
     subjects.extend(of_library(&standard(&with_references(&classes), "bound", bindings(&classes))));
+    let lvalues = compiled("lvalues.rtsl", include_str!("../common/lvalues.rtsl"));
+    subjects.extend(of_library(&standard(&lvalues, "lvalues", Bindings::default())));
     subjects.extend(generated());
     subjects
 }
 
+fn compiled(name: &str, text: &str) -> Vec<Arc<Class>> {
+    Compiler::default().compile(name, text).unit.unwrap().classes().to_vec()
+}
+
 fn standard_classes() -> Vec<Arc<Class>> {
-    let compiler = Compiler::default();
-    let units = library::files().iter().map(|it| compiler.compile(it.path, it.text).unit.unwrap());
-    units.flat_map(|unit| unit.classes().to_vec()).collect()
+    library::files().iter().flat_map(|it| compiled(it.path, it.text)).collect()
 }
 
 fn with_references(classes: &[Arc<Class>]) -> Vec<Arc<Class>> {
