@@ -56,6 +56,19 @@ fn hemispheres_are_sampled_by_the_cosine() {
     check("", "sampleCosineHemisphere(u)", "max(d.z, 0.0) / PI", -1.0);
 }
 
+/// Of 75 and 0.5 degrees, of the sun's 0.267, and of 0.05 and 0.001.
+#[test]
+fn cones_are_uniform_however_small() {
+    for height in [0.75, 3.8076853e-5, 1.0857979e-5, 3.8077179e-7, 1.5230871e-10_f64] {
+        let sample = format!("sampleUniformConeByHeight(u, {height:e})");
+        check("", &sample, &format!("uniformConePDF({height:e})"), 1.0 - height);
+    }
+    let cosine = 0.999_989_14_f32;
+    let sample = format!("sampleUniformCone(u, {cosine:?})");
+    let density = format!("uniformConePDF(1.0 - {cosine:?})");
+    check("", &sample, &density, f64::from(cosine));
+}
+
 /// Lifted to the hemisphere above it, a uniform disk has the density of the cosine.
 #[test]
 fn disks_are_uniform() {

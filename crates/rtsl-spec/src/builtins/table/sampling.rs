@@ -27,7 +27,22 @@ pub(super) static SAMPLING: &[Builtin] = &[
     function(
         "sampleUniformCone",
         &["vec3 sampleUniformCone(vec2 u, float cosine)"],
-        "A unit vector with z >= cosine and density 1 / (2 pi (1 - cosine)) per solid angle.",
+        "A unit vector with z >= cosine and density 1 / (2 pi (1 - cosine)) per solid angle. A cosine \
+         near 1 has few digits for the angle: cones of less than a degree want \
+         sampleUniformConeByHeight.",
+    ),
+    function(
+        "sampleUniformConeByHeight",
+        &["vec3 sampleUniformConeByHeight(vec2 u, float height)"],
+        "A unit vector with 1 - z <= height and density uniformConePDF(height) per solid angle. The \
+         height of the cone's cap is 1 - cos(angle), which has all its digits when it is computed as \
+         2 sin(angle / 2)^2, or as sin(angle)^2 / (1 + cos(angle)).",
+    ),
+    function(
+        "uniformConePDF",
+        &["float uniformConePDF(float height)"],
+        "The density per solid angle of directions uniform in a cone whose cap has this height: \
+         1 / (2 pi height).",
     ),
     function(
         "sampleUniformTriangle",
