@@ -578,6 +578,27 @@ fn render_writes_a_picture() {
     folder.run(&["render", "scene.pbrt", "-o", "x.png", "--size", "0x9"]).exits(WRONG_USAGE);
 }
 
+/// What is beside a file that is named without a folder is in the current one.
+#[test]
+fn scenes_named_without_a_folder_find_what_their_shaders_include() {
+    let folder = Folder::new("include");
+    folder.write("half.rtsl", "const float HALF = 0.5;\n");
+    let material = "#include \"half.rtsl\"\nclass Half : rt_Material;\n\
+                    void BSDF() { rt_BSDFValue = color(HALF / 3.14159); }\n";
+    folder.write("material.rtsl", material);
+    let scene = "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"Pinhole\"\nWorldBegin\n\
+                 LightSource \"SkyLight\"\nMaterial \"Half\"\nShape \"Sphere\"\n";
+    folder.write("scene.pbrt", scene);
+    for scene in ["scene.pbrt", "./scene.pbrt"] {
+        let render = ["render", scene, "-o", "x.png", "--size", "4x4", "--spp", "1"];
+        folder.run(&render).exits(DONE);
+        let small = ["--size", "4x4", "--repetitions", "1", "--threads", "1", "--width", "4"];
+        folder.run(&[&["bench", scene], &small[..]].concat()).exits(DONE);
+    }
+    folder.run(&["check", "material.rtsl"]).exits(DONE);
+    folder.run(&["eval", "material.rtsl", "BSDF", "-I", ""]).exits(DONE);
+}
+
 #[test]
 fn pictures_are_kept_as_asked() {
     let folder = Folder::new("kept");

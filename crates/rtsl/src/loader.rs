@@ -20,13 +20,19 @@ pub struct FileLoader {
 impl FileLoader {
     /// For text that is in no file: only the search path counts.
     pub fn new(search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
-        FileLoader { folder: None, search_path: search_path.into() }
+        let mut search_path = search_path.into();
+        for folder in &mut search_path {
+            // The folder of a file named without one, which the system does not know.
+            if folder.as_os_str().is_empty() {
+                *folder = PathBuf::from(".");
+            }
+        }
+        FileLoader { folder: None, search_path }
     }
 
     /// For the program in `file`.
     pub fn beside(file: &Path, search_path: impl Into<Vec<PathBuf>>) -> FileLoader {
-        let folder = Some(folder_of(file).to_owned());
-        FileLoader { folder, search_path: search_path.into() }
+        FileLoader { folder: Some(folder_of(file).to_owned()), ..FileLoader::new(search_path) }
     }
 
     /// The folders to look in, that of the including file first.
@@ -111,6 +117,23 @@ fn without_detours(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Tests run in the folder of their crate, where `Cargo.toml` lies.
+    #[test]
+    fn the_folder_of_a_file_named_without_one_is_the_current_one() {
+        for mut loader in
+            [FileLoader::new([PathBuf::new()]), FileLoader::beside(Path::new("main.rtsl"), [])]
+        {
+            let found = loader.load("Cargo.toml", "main.rtsl").unwrap();
+            assert_eq!(found.name, "Cargo.toml");
+            assert!(matches!(
+                loader.load("../nothing", "main.rtsl"),
+                Err(IncludeError::NotFound(_))
+            ));
+            let outside = loader.load("../../Cargo.toml", "main.rtsl");
+            assert_eq!(outside.unwrap_err(), IncludeError::Escapes);
+        }
+    }
 
     #[test]
     fn files_are_found_beside_and_on_the_path_and_nowhere_else() {
