@@ -1,6 +1,7 @@
 //! What the interpreter makes of small functions: text and inputs in, outputs out.
 
 use rtsl_ir::generate::HashHost;
+use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, Storage};
 
@@ -135,4 +136,44 @@ fn references_must_be_linked_before() {
     let function: Function = "function f { %a: bool = is_set kd return }".parse().unwrap();
     let error = Interpreter::prepare(&function).unwrap_err();
     assert_eq!(error.to_string(), "the reference `kd` has not been linked");
+}
+
+/// A host that answers the first request of each kind alone.
+#[derive(Default)]
+struct AnswersOnce {
+    traced: bool,
+    gave_number: bool,
+}
+
+impl Host for AnswersOnce {
+    fn trace(&mut self, _: LaneSet, _: &RayLanes, radiance: &mut LaneColors) {
+        if !std::mem::replace(&mut self.traced, true) {
+            *radiance = [[2.0; 16]; 3];
+        }
+    }
+
+    fn rand(&mut self, _: LaneSet, values: &mut LaneFloats) {
+        if !std::mem::replace(&mut self.gave_number, true) {
+            *values = [0.5; 16];
+        }
+    }
+}
+
+/// What a host does not say is zero, not what it said before.
+#[test]
+fn answers_are_not_those_of_earlier_requests() {
+    let text = "function f scratch s: f32[4] {
+        %0: f32 = constant 0.0 %1: f32 = constant 1.0
+        %2: f32, %3: f32, %4: f32 = trace %0, %0, %0, %1, %1, %1, %1, %1
+        %5: f32, %6: f32, %7: f32 = trace %0, %0, %0, %1, %1, %1, %1, %1
+        %8: f32 = rand
+        %9: f32 = rand
+        return scratch:s@0 = %2, scratch:s@1 = %5, scratch:s@2 = %8, scratch:s@3 = %9
+    }";
+    let function: Function = text.parse().unwrap();
+    verify(&function).unwrap();
+    let mut interpreter = Interpreter::prepare(&function).unwrap();
+    let mut storage = Places(vec![vec![7; 4]]);
+    interpreter.run(0, &mut storage, &mut AnswersOnce::default());
+    assert_eq!(storage.0[0], [2.0_f32, 0.0, 0.5, 0.0].map(f32::to_bits));
 }

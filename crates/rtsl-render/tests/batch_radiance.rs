@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use rtsl::{Backend, Engine, EngineOptions};
 use rtsl_render::Messages;
 use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
+use rtsl_render::film::Image;
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::scene::{LoadOptions, load_scene};
 
@@ -24,7 +25,12 @@ fn fail(messages: Messages) -> ! {
 }
 
 fn compiled(text: &str, how: How) -> BatchScene {
-    let files = [("scene.pbrt", text), ("width.rtsl", WIDTH), ("shaded.rtsl", SHADED)];
+    let files = [
+        ("scene.pbrt", text),
+        ("width.rtsl", WIDTH),
+        ("shaded.rtsl", SHADED),
+        ("chance.rtsl", CHANCE),
+    ];
     let files = files.map(|(name, text)| (PathBuf::from(name), text.to_owned()));
     let files = MemoryFiles(files.into());
     let scene = load_scene(Path::new("scene.pbrt"), &files, &LoadOptions::default());
@@ -360,6 +366,71 @@ fn images_have_the_same_bits_however_they_are_made() {
     for (width, threads) in [(1, 2), (4, 1), (8, 1), (8, 3), (16, 2)] {
         let how = How { backend: Backend::Auto, width, threads };
         assert!(bits(how) == reference, "width {width}, {threads} threads");
+    }
+}
+
+/// Classes that ask for random numbers wherever they may.
+const CHANCE: &str = "class ChanceSky : rt_Light;
+    void emission() { rt_EmissionColor = color(rand(), rand(), 0.5); }
+
+    class ChanceTexture : rt_Texture;
+    void lookup() {
+        rt_TextureColor = color(rand());
+        rt_FloatTextureValue = step(0.5, rand());
+    }
+
+    class ChanceShape : rt_Primitive;
+    public float height = 0.0;
+    void intersect() {
+        float t = (height - rt_RayOrigin.y) / rt_RayDirection.y;
+        vec3 p = rt_RayOrigin + t * rt_RayDirection;
+        if (max(abs(p.x), abs(p.z)) < 3.0) hit(t);
+    }
+    void computeBounds() {
+        rt_BoundMin = vec3(-3.0, height, -3.0);
+        rt_BoundMax = vec3(3.0, height, 3.0);
+    }
+    void computeNormal() {
+        rt_GeometricNormal = vec3(0.0, 1.0, 0.0);
+        rt_ShadingNormal = normalize(vec3(0.2 * rand(), 1.0, 0.2 * rand()));
+    }
+
+    class ChanceShade : rt_Material;
+    void shade() {
+        rt_SampleColor = 0.5 * rand() * trace(rt_HitPoint, reflect(rt_RayDirection, rt_GeometricNormal));
+    }";
+
+/// Every request for a number is that of a lane, wherever the lane stands among those that are worked on together, and
+/// whatever these did before.
+#[test]
+fn random_numbers_belong_to_their_paths() {
+    let head = "LookAt 0 2 -4  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 60
+        Integrator \"path\" \"integer maxdepth\" 4\nSampler \"independent\" \"integer pixelsamples\" 20";
+    let world = "LightSource \"ChanceSky\"
+        LightSource \"ConstantSky\"
+        Texture \"chance\" \"spectrum\" \"ChanceTexture\"
+        Texture \"holes\" \"float\" \"ChanceTexture\"
+        MakeNamedMaterial \"matte\" \"string type\" \"Lambertian\" \"texture kd\" \"chance\"
+        MakeNamedMaterial \"polish\" \"string type\" \"Mirror\" \"rgb kr\" [0.8 0.8 0.8]
+        MakeNamedMaterial \"floor\" \"string type\" \"Mix\" \"material first\" \"matte\"
+            \"material second\" \"polish\" \"float amount\" 0.4
+        AttributeBegin
+          AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation
+          Translate 0 5 0 Shape \"Disk\" \"float radius\" 2
+        AttributeEnd
+        NamedMaterial \"floor\"
+        Shape \"ChanceShape\"
+        Shape \"ChanceShape\" \"float height\" 0.5 \"texture alpha\" \"holes\"
+        Material \"ChanceShade\"
+        Shape \"Sphere\" \"float radius\" 0.4";
+    let text = scene(head, world);
+    let image = |how: How| rendered(&text, how).image;
+    let reference = image(How { backend: Backend::Interpreter, width: 1, threads: 1 });
+    let bits = |image: &Image| image.pixels.iter().flatten().map(|it| it.to_bits()).collect();
+    let expected: Vec<u32> = bits(&reference);
+    for (width, threads) in [(1, 1), (4, 3), (8, 1), (16, 2)] {
+        let other: Vec<u32> = bits(&image(How { backend: Backend::Auto, width, threads }));
+        assert!(other == expected, "width {width}, {threads} threads");
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
 use rtsl_render::film::{Image, ImageOptions, write_image};
-use rtsl_render::{RenderRequest, RenderResult, render_scene};
+use rtsl_render::{RenderRequest, RenderResult, Renderer, render_scene};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -37,8 +37,13 @@ fn render(
         engine,
         ..RenderRequest::default()
     };
-    render_scene(&request)
-        .unwrap_or_else(|messages| panic!("{}:\n{}", scene.display(), messages.to_text(false)))
+    rendered(&request)
+}
+
+fn rendered(request: &RenderRequest<'_>) -> RenderResult {
+    render_scene(request).unwrap_or_else(|messages| {
+        panic!("{}:\n{}", request.scene.display(), messages.to_text(false))
+    })
 }
 
 fn read_png(path: &Path) -> Option<Vec<u8>> {
@@ -80,21 +85,93 @@ fn bits(image: &Image) -> Vec<[u32; 3]> {
     image.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
+/// A way to render. None of them may change a bit.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    backend: Backend,
+    width: u32,
+    threads: usize,
+}
+
+impl Way {
+    const fn compiled(width: u32, threads: usize) -> Way {
+        Way { backend: Backend::Auto, width, threads }
+    }
+}
+
+const INTERPRETED: Way = Way { backend: Backend::Interpreter, width: 1, threads: 2 };
+
+/// The samples of a pixel that the batch renderer traces together: those of one tile fill its chunks several times.
+const SAMPLES_OF_WAVE: u32 = 16;
+
+/// Renders a scene in all these ways, and says where a way gives other bits than the first.
+fn compare(
+    scene: &Path,
+    renderer: Renderer,
+    (size, samples): ((usize, usize), u32),
+    ways: &[Way],
+) -> Vec<String> {
+    let image = |way: &Way| {
+        let engine =
+            EngineOptions { backend: way.backend, width: Some(way.width), ..Default::default() };
+        let request = RenderRequest {
+            scene: scene.to_owned(),
+            renderer: Some(renderer),
+            size: Some(size),
+            samples: Some(samples),
+            threads: Some(way.threads),
+            engine,
+            ..RenderRequest::default()
+        };
+        let result = rendered(&request);
+        assert_eq!(result.statistics.dropped_samples, 0, "{}", scene.display());
+        bits(&result.image)
+    };
+    let Some((first, others)) = ways.split_first() else { return Vec::new() };
+    let expected = image(first);
+    let differing = others.iter().filter(|way| image(way) != expected);
+    let name = renderer.name();
+    differing.map(|way| format!("{}, {name}: {way:?} and {first:?}", scene.display())).collect()
+}
+
+/// A few ways for each scene, the scenes taken together all; kernels take their time in debug builds. What the batch renderer
+/// traces at a time fills its chunks.
 #[test]
 fn images_are_the_same_for_every_width_thread_count_and_backend() {
-    for scene in scenes() {
-        let image = |backend: Backend, width: u32, threads: usize| {
-            let engine = EngineOptions { backend, width: Some(width), ..EngineOptions::default() };
-            bits(&render(&scene, (16, 11), 1, engine, threads).image)
-        };
-        let reference = image(Backend::Interpreter, 1, 2);
-        // Every width for the scene that has most in it; kernels take their time in debug builds.
+    let mut different = Vec::new();
+    let widths = [1, 4, 8, 16].into_iter().cycle();
+    for (scene, width) in scenes().iter().zip(widths) {
+        // All for the scene that has most in it.
         let all = scene.ends_with("three-spheres.pbrt");
-        let runs: &[(u32, usize)] =
-            if all { &[(1, 1), (4, 2), (8, 1), (16, 2)] } else { &[(8, 2)] };
-        for (width, threads) in runs.iter().copied() {
-            let same = image(Backend::Auto, width, threads) == reference;
-            assert!(same, "{}: width {width}, {threads} threads", scene.display());
+        let ways = match all {
+            true => vec![
+                INTERPRETED,
+                Way::compiled(1, 1),
+                Way::compiled(4, 2),
+                Way::compiled(8, 1),
+                Way::compiled(16, 3),
+            ],
+            false => vec![INTERPRETED, Way::compiled(width, 3)],
+        };
+        different.extend(compare(scene, Renderer::Interactive, ((16, 11), 1), &ways));
+        different.extend(compare(scene, Renderer::Batch, ((16, 8), SAMPLES_OF_WAVE), &ways));
+    }
+    assert!(different.is_empty(), "these differ:\n{}", different.join("\n"));
+}
+
+#[test]
+#[ignore = "takes minutes: every scene, renderer, width, backend and number of threads, at a size that fills many chunks"]
+fn every_scene_has_the_same_bits_in_every_way() {
+    let mut ways = vec![INTERPRETED];
+    for width in [1, 4, 8, 16] {
+        ways.extend([1, 2, 5].map(|threads| Way::compiled(width, threads)));
+    }
+    let mut different = Vec::new();
+    for scene in scenes() {
+        for renderer in [Renderer::Interactive, Renderer::Batch] {
+            let quality = ((96, 72), SAMPLES_OF_WAVE);
+            different.extend(compare(&scene, renderer, quality, &ways));
         }
     }
+    assert!(different.is_empty(), "these differ:\n{}", different.join("\n"));
 }

@@ -51,7 +51,8 @@ pub struct Interpreter {
     lanes: Box<Lanes>,
 }
 
-/// Requests and answers of the host, of which only lane 0 is used.
+/// Requests and answers of the host, of which only lane 0 is used. Answers are zeros before each request, as hosts are
+/// promised: what they do not say is no answer that was given before.
 #[derive(Clone, Debug, Default)]
 struct Lanes {
     rays: RayLanes,
@@ -205,6 +206,7 @@ impl Run<'_> {
                     let operands = &program.operands[operands as usize..];
                     self.ask_rays(operands);
                     self.lanes.rays.weight[0] = self.get_f32(operands[7]);
+                    self.lanes.colors = LaneColors::default();
                     host.trace(self.lane_set, &self.lanes.rays, &mut self.lanes.colors);
                     for component in 0..self.lanes.colors.len() {
                         let radiance = self.lanes.colors[component][0];
@@ -226,6 +228,7 @@ impl Run<'_> {
                     }
                 }
                 Instruction::Rand { to } => {
+                    self.lanes.floats = LaneFloats::default();
                     host.rand(self.lane_set, &mut self.lanes.floats);
                     self.set(to, self.lanes.floats[0].to_bits());
                 }
@@ -262,6 +265,7 @@ impl Run<'_> {
             self.lanes.query.normal[axis][0] = self.get_f32(operands[4 + axis]);
         }
         self.lanes.query.cosine[0] = self.get_f32(operands[7]);
+        self.lanes.light = LightLanes::default();
         let Lanes { query, light, .. } = &mut *self.lanes;
         let reached = host.light_sample(self.lane_set, index, query, light) & 1 != 0;
         let direction = light.direction.iter().map(|lanes| lanes[0]);

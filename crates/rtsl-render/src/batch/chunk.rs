@@ -54,6 +54,8 @@ pub struct Chunk {
     pub density: Row,
     /// Which sequences of numbers the paths have.
     pub keys: [u32; CHUNK],
+    /// Which samples of their pixels they are.
+    pub samples: [u32; CHUNK],
     /// The points that were hit, in world space.
     pub point: Rows,
     /// The surfaces' normals, of unit length, in world space.
@@ -162,6 +164,7 @@ impl Chunk {
             throughput: [NONE; 3],
             density: NONE,
             keys: [0; CHUNK],
+            samples: [0; CHUNK],
             point: [NONE; 3],
             geometric_normal: [NONE; 3],
             shading_normal: [NONE; 3],
@@ -195,14 +198,21 @@ impl Chunk {
         })
     }
 
-    /// Takes paths and what they hit. Lanes behind the last repeat it up to a multiple of eight, so that eights are
-    /// whole.
-    pub fn load(&mut self, paths: &[Path], hits: &[PathHit]) {
+    /// Takes paths and what they hit, with the numbers that `purpose` chooses. Lanes behind the last repeat it up to a
+    /// multiple of eight, so that eights are whole.
+    pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
         self.count = hits.len().min(CHUNK);
-        let Some(last) = hits.last() else { return };
-        self.hits[..self.count].copy_from_slice(&hits[..self.count]);
-        self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
-        dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
+        if let Some(last) = hits.last() {
+            self.hits[..self.count].copy_from_slice(&hits[..self.count]);
+            self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
+            dispatch!(Level::new(), simd => self.load_in_vectors(simd, paths));
+        }
+        self.start_numbers(purpose);
+    }
+
+    /// Gives the lanes other numbers: those that `purpose` chooses.
+    pub fn start_numbers(&mut self, purpose: u32) {
+        self.numbers.start((&self.keys, &self.samples), purpose, self.count);
     }
 
     #[inline(always)]
@@ -233,7 +243,7 @@ impl Chunk {
             let keys = keys.to_array();
             for lane in 0..8 {
                 self.keys[start + lane] = keys[lane].to_bits();
-                self.numbers.samples[start + lane] = paths[lane].sample;
+                self.samples[start + lane] = paths[lane].sample;
             }
         }
     }

@@ -7,6 +7,7 @@ use crate::compiled::variables::variables;
 
 use super::chunk::{CHUNK, Callee, Chunk};
 use super::numbers::lone_number;
+use super::scatter::NUMBERS_OF_SHAPES;
 use super::surface::ChunkSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
@@ -14,6 +15,9 @@ use super::wave::{PathHit, Wave};
 
 /// What a path's numbers are for: whether it passes. Each hit on its way has one of its own.
 const NUMBERS_OF_CUT_OUTS: u32 = 0x106;
+
+/// What the numbers of textures that cut out are for.
+const NUMBERS_OF_TEXTURES: u32 = 0x109;
 
 impl PathTracer<'_> {
     /// Takes back those of a wave's hits from `first` on that rays pass: these rays are active again, from there on.
@@ -39,8 +43,13 @@ impl PathTracer<'_> {
         chunk: &mut Chunk,
     ) {
         let only: Vec<PathHit> = hits.iter().map(|(_, hit)| *hit).collect();
-        chunk.load(&wave.paths, &only);
+        chunk.load(&wave.paths, &only, NUMBERS_OF_SHAPES);
         ChunkSurfaces::new(self, group, chunk).prepare(chunk);
+        // Each hit on the way has its own, as below.
+        for (key, distance) in chunk.keys.iter_mut().zip(&chunk.distance) {
+            *key ^= distance.to_bits();
+        }
+        chunk.start_numbers(NUMBERS_OF_TEXTURES);
         let Some((kernel, (class, of))) = group.cut_out.as_ref().zip(group.key.cut_out) else {
             return;
         };

@@ -17,6 +17,9 @@ use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wave::{Path, Wave};
 
+/// What the numbers of paths that leave the scene are for.
+const NUMBERS_OF_SKIES: u32 = 0x108;
+
 /// The part of a sample of density `one` that counts where another way finds the same by density `other`: the
 /// power heuristic. Both are per solid angle, and `one` is positive.
 #[inline(always)]
@@ -100,7 +103,7 @@ impl PathTracer<'_> {
             return;
         }
         for left in left.chunks(CHUNK) {
-            chunk.load_left(paths, left);
+            chunk.load_left(paths, left, NUMBERS_OF_SKIES);
             for sky in &self.scene.lights.skies {
                 let weights = self.weights_of_sky(sky, chunk);
                 dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, chunk));
@@ -199,8 +202,8 @@ fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) {
 }
 
 impl Chunk {
-    /// Takes paths whose rays left the scene.
-    fn load_left(&mut self, paths: &[Path], left: &[u32]) {
+    /// Takes paths whose rays left the scene, with the numbers that `purpose` chooses.
+    fn load_left(&mut self, paths: &[Path], left: &[u32], purpose: u32) {
         self.count = left.len().min(CHUNK);
         let Some(last) = left.last() else { return };
         let padding = std::iter::repeat_n(last, self.count.next_multiple_of(8) - self.count);
@@ -218,7 +221,8 @@ impl Chunk {
             self.density[lane] = path.density;
             self.time[lane] = path.time;
             self.keys[lane] = path.key;
-            self.numbers.samples[lane] = path.sample;
+            self.samples[lane] = path.sample;
         }
+        self.start_numbers(purpose);
     }
 }

@@ -3,6 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 
+use crate::lanes::sequences::{Samples, Sequences, end_of};
 use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
 use super::chunk::CHUNK;
@@ -14,24 +15,32 @@ const STEP: usize = 8;
 /// `rand()`.
 pub struct Numbers {
     sampler: Sampler,
-    /// Which sequences they are.
-    pub keys: [u32; CHUNK],
+    sequences: Sequences<CHUNK>,
     /// Which samples of their pixels the lanes belong to.
-    pub samples: [u32; CHUNK],
-    /// How many numbers each lane has had.
-    dimensions: [u32; CHUNK],
+    samples: [u32; CHUNK],
+    /// The lanes that have sequences.
+    count: usize,
 }
 
 impl Numbers {
-    /// Sequences of this sampler.
+    /// No lane has a sequence yet.
     pub fn new(sampler: Sampler) -> Self {
-        Numbers { sampler, keys: [0; CHUNK], samples: [0; CHUNK], dimensions: [0; CHUNK] }
+        let (sequences, samples) = (Sequences::new([0; CHUNK]), [0; CHUNK]);
+        Numbers { sampler, sequences, samples, count: 0 }
     }
 
-    /// Starts the sequences anew: those that `purpose` chooses among the sequences of `keys`.
-    pub fn start(&mut self, keys: &[u32; CHUNK], purpose: u32, count: usize) {
-        derive_keys(keys, purpose, count, &mut self.keys);
-        self.dimensions[..count.next_multiple_of(STEP)].fill(0);
+    /// Gives the first `count` lanes the sequences that `purpose` chooses among those of `keys`, from their beginnings.
+    /// `samples` are the samples of their pixels that the lanes belong to.
+    pub fn start(
+        &mut self,
+        (keys, samples): (&[u32; CHUNK], &[u32; CHUNK]),
+        purpose: u32,
+        count: usize,
+    ) {
+        let padded = count.next_multiple_of(STEP);
+        self.sequences.restart(padded, |to| derive_keys(keys, purpose, count, to));
+        self.samples[..padded].copy_from_slice(&samples[..padded]);
+        self.count = count;
     }
 
     /// Pairs `pair` of the sequences that `keys` name.
@@ -61,41 +70,10 @@ impl Numbers {
                 self.sampler.pair_of_stream::<SPREAD>(keys[lane], pair, samples[lane]);
         }
     }
-
-    #[inline(always)]
-    fn next_in_vectors<S: Simd, const SPREAD: u8>(
-        &mut self,
-        _: S,
-        LaneSet { base, active }: LaneSet,
-        values: &mut LaneFloats,
-    ) {
-        let base = base as usize;
-        for start in (0..values.len()).step_by(STEP) {
-            let lanes = base + start..base + start + STEP;
-            let (Some(keys), Some(samples), Some(dimensions)) = (
-                self.keys.get(lanes.clone()),
-                self.samples.get(lanes.clone()),
-                self.dimensions.get_mut(lanes),
-            ) else {
-                break;
-            };
-            if active >> start == 0 {
-                break;
-            }
-            for lane in 0..STEP {
-                values[start + lane] = self.sampler.number_of_stream::<SPREAD>(
-                    keys[lane],
-                    dimensions[lane],
-                    samples[lane],
-                );
-                dimensions[lane] = dimensions[lane].wrapping_add(active >> (start + lane) & 1);
-            }
-        }
-    }
 }
 
 /// The keys of the sequences that `purpose` chooses among those of `keys`.
-pub fn derive_keys(keys: &[u32; CHUNK], purpose: u32, count: usize, to: &mut [u32; CHUNK]) {
+pub fn derive_keys(keys: &[u32; CHUNK], purpose: u32, count: usize, to: &mut [u32]) {
     let count = count.next_multiple_of(STEP);
     dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
 }
@@ -115,11 +93,7 @@ pub fn lone_number(key: u32, purpose: u32, sample: u32) -> f32 {
 
 impl Host for Numbers {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
-        dispatch!(Level::new(), simd => match self.sampler.spread() {
-            INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, lanes, values),
-            POWER_OF_TWO => self.next_in_vectors::<_, POWER_OF_TWO>(simd, lanes, values),
-            SOBOL => self.next_in_vectors::<_, SOBOL>(simd, lanes, values),
-            _ => self.next_in_vectors::<_, ANY_COUNT>(simd, lanes, values),
-        });
+        debug_assert!(end_of(lanes) <= self.count, "{lanes:?} of {} lanes", self.count);
+        self.sequences.next(&self.sampler, Samples::Each(&self.samples), lanes, values);
     }
 }

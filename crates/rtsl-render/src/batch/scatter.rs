@@ -22,7 +22,7 @@ use super::tracer::{BatchMemory, PathTracer};
 use super::wave::{Path, PathHit, Wave};
 
 /// What the numbers of a vertex are for: sequences of their own.
-const NUMBERS_OF_SHAPES: u32 = 0x102;
+pub const NUMBERS_OF_SHAPES: u32 = 0x102;
 const NUMBERS_OF_MATERIALS: u32 = 0x103;
 const NUMBERS_OF_ROULETTE: u32 = 0x104;
 const NUMBERS_OF_NEXT_VERTEX: u32 = 0x105;
@@ -39,12 +39,9 @@ impl PathTracer<'_> {
         let BatchMemory { wave, chunk, light, shadow_rays, shade, rays, .. } = memory;
         for start in hits.clone().step_by(CHUNK) {
             let hits = &wave.sorted[start..hits.end.min(start + CHUNK)];
-            chunk.load(&wave.paths, hits);
-            let Chunk { numbers, keys, count, .. } = &mut **chunk;
-            numbers.start(keys, NUMBERS_OF_SHAPES, *count);
+            chunk.load(&wave.paths, hits, NUMBERS_OF_SHAPES);
             ChunkSurfaces::new(self, group, chunk).prepare(chunk);
-            let Chunk { numbers, keys, count, .. } = &mut **chunk;
-            numbers.start(keys, NUMBERS_OF_MATERIALS, *count);
+            chunk.start_numbers(NUMBERS_OF_MATERIALS);
             self.add_emission(group, chunk, &mut wave.paths);
             if depth == 0 && self.with_features {
                 note_surfaces(chunk, wave);
@@ -104,7 +101,7 @@ impl PathTracer<'_> {
             color: get(&chunk.light.color, lane),
             path: chunk.hits[lane].path,
             key: chunk.keys[lane],
-            sample: chunk.numbers.samples[lane],
+            sample: chunk.samples[lane],
         }));
     }
 

@@ -132,7 +132,7 @@ impl SpawnedRays for SpawnedPaths<'_> {
         wave.paths.clear();
         wave.paths.extend(
             (0..LANES)
-                .map(|lane| Path::from_ray(rays, lane, context.streams.keys[lane], self.sample)),
+                .map(|lane| Path::from_ray(rays, lane, context.streams.keys()[lane], self.sample)),
         );
         wave.features.clear();
         wave.active.clear();

@@ -114,7 +114,7 @@ impl PathTracer<'_> {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
-                ..Path::from_ray(rays, lane, context.streams.keys[lane], sample)
+                ..Path::from_ray(rays, lane, context.streams.keys()[lane], sample)
             }));
             camera_memory.keep(camera);
         }

@@ -6,4 +6,5 @@ pub mod lane_maps;
 pub mod lane_streams;
 pub mod mask_bits;
 pub mod request_lanes;
+pub mod sequences;
 pub mod surface_state;

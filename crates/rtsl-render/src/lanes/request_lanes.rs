@@ -2,7 +2,7 @@
 
 use rtsl::host::{LaneSet, MAX_LANES};
 
-use crate::acceleration::{LANES, LaneMask};
+use crate::acceleration::LaneMask;
 
 /// The lanes of a packet that ask.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {
@@ -14,20 +14,20 @@ pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
     (mask >> lanes.base) as u32 & lanes.active
 }
 
-/// Copies a request's lanes to those of a packet.
+/// Copies a request's lanes to those of a packet or chunk.
 #[inline]
-pub fn to_packet<T: Copy>(lanes: LaneSet, from: &[T; MAX_LANES], to: &mut [T; LANES]) {
-    copy(lanes, from, &mut to[first(lanes)..]);
+pub fn to_packet<T: Copy, const N: usize>(lanes: LaneSet, from: &[T; MAX_LANES], to: &mut [T; N]) {
+    copy(lanes, from, &mut to[(lanes.base as usize).min(N)..]);
 }
 
-/// Copies those of a packet to a request's.
+/// Copies those of a packet or chunk to a request's.
 #[inline]
-pub fn from_packet<T: Copy>(lanes: LaneSet, from: &[T; LANES], to: &mut [T; MAX_LANES]) {
-    copy(lanes, &from[first(lanes)..], to);
-}
-
-fn first(lanes: LaneSet) -> usize {
-    (lanes.base as usize).min(LANES)
+pub fn from_packet<T: Copy, const N: usize>(
+    lanes: LaneSet,
+    from: &[T; N],
+    to: &mut [T; MAX_LANES],
+) {
+    copy(lanes, &from[(lanes.base as usize).min(N)..], to);
 }
 
 /// Copies as far as any lane of the request asks, in the steps that vectors have: other requests

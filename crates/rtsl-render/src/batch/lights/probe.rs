@@ -95,7 +95,7 @@ fn set_points(chunk: &mut Chunk, lights: &[u32], world: Bounds) {
         chunk.side[lane] = 1.0;
         chunk.time[lane] = (lane % SAMPLES) as f32 / SAMPLES as f32;
         chunk.keys[lane] = hash(NUMBERS_OF_PROBES, lane as u32);
-        chunk.numbers.samples[lane] = (lane % SAMPLES) as u32;
+        chunk.samples[lane] = (lane % SAMPLES) as u32;
     }
 }
 

@@ -42,6 +42,7 @@ pub struct LightMemory {
     color: Rows,
     density: Row,
     keys: [u32; CHUNK],
+    samples: [u32; CHUNK],
     state: LaneBlock,
     scratch: LaneBlock,
     objects: LaneIndices,
@@ -68,6 +69,7 @@ impl LightMemory {
             color: [NONE; 3],
             density: NONE,
             keys: [0; CHUNK],
+            samples: [0; CHUNK],
             state: new_state(CHUNK),
             scratch: LaneBlock::new(scratch_arrays, CHUNK),
             objects: LaneIndices::new(CHUNK),
@@ -78,13 +80,15 @@ impl LightMemory {
 
     /// Takes the points of the lanes that are lit.
     fn load(&mut self, chunk: &Chunk) {
-        let LightMemory { lanes, point, time, keys, numbers, part, probability, .. } = self;
+        let LightMemory { lanes, point, time, keys, samples, numbers, part, probability, .. } =
+            self;
         for (from, to) in chunk.point.iter().zip(point) {
             lanes.gather(from, to);
         }
         lanes.gather(&chunk.time, time);
         lanes.gather(&chunk.keys, keys);
-        lanes.gather(&chunk.numbers.samples, &mut numbers.samples);
+        lanes.gather(&chunk.samples, samples);
+        numbers.start((keys, samples), NUMBERS_OF_LIGHTS, lanes.count());
         lanes.gather(probability, part);
     }
 
@@ -205,8 +209,6 @@ impl PathTracer<'_> {
             memory.load_normals(chunk);
         }
         let count = memory.lanes.count();
-        let LightMemory { numbers, keys, .. } = memory;
-        numbers.start(keys, NUMBERS_OF_LIGHTS, count);
         dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
         let LightMemory { state, scratch, objects, numbers, .. } = memory;
         let name = &class.program.class().name;
@@ -289,8 +291,6 @@ impl PathTracer<'_> {
         }
         let count = memory.lanes.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
-        let LightMemory { numbers, keys, .. } = memory;
-        numbers.start(keys, NUMBERS_OF_LIGHTS, count);
         let sampled = SampledShapes {
             places: Places::new(&self.scene.compiled, class.class, &memory.hits[..count]),
             epsilon: self.scene.compiled.epsilon,

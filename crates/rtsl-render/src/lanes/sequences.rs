@@ -1,0 +1,186 @@
+//! Where lanes stand in their sequences of random numbers, and what requests of kernels get of them.
+//!
+//! Both renderers answer `rand()` by [`Sequences::next`], so that there is one place which knows that a request is a
+//! window of lanes of any width that begins anywhere.
+
+use fearless_simd::{Level, Simd, dispatch};
+use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
+
+use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
+
+use super::request_lanes::{from_packet, to_packet};
+
+/// Lanes whose numbers are made at a time.
+const STEP: usize = 8;
+
+/// A place in a sequence for each of some lanes.
+#[derive(Clone, Debug)]
+pub struct Sequences<const LANES: usize> {
+    keys: [u32; LANES],
+    /// How many numbers each lane has had.
+    dimensions: [u32; LANES],
+}
+
+impl<const LANES: usize> Sequences<LANES> {
+    /// The beginnings of the sequences that these keys name.
+    pub fn new(keys: [u32; LANES]) -> Self {
+        Sequences { keys, dimensions: [0; LANES] }
+    }
+
+    /// Which sequences they are.
+    pub fn keys(&self) -> &[u32; LANES] {
+        &self.keys
+    }
+
+    /// Begins other sequences: `derive` sets the keys of the first lanes, as many as it is given.
+    pub fn restart(&mut self, count: usize, derive: impl FnOnce(&mut [u32])) {
+        derive(&mut self.keys[..count]);
+        self.dimensions[..count].fill(0);
+    }
+
+    /// The next numbers of a request's lanes, which belong to these samples of their pixels. What lanes get that do
+    /// not ask means nothing.
+    pub fn next(
+        &mut self,
+        sampler: &Sampler,
+        samples: Samples<'_, LANES>,
+        lanes: LaneSet,
+        values: &mut LaneFloats,
+    ) {
+        debug_assert!(end_of(lanes) <= LANES, "{lanes:?} of {LANES} lanes");
+        dispatch!(Level::new(), simd => match sampler.spread() {
+            INDEPENDENT => self.next_in_vectors::<_, INDEPENDENT>(simd, sampler, samples, lanes, values),
+            POWER_OF_TWO => self.next_in_vectors::<_, POWER_OF_TWO>(simd, sampler, samples, lanes, values),
+            SOBOL => self.next_in_vectors::<_, SOBOL>(simd, sampler, samples, lanes, values),
+            _ => self.next_in_vectors::<_, ANY_COUNT>(simd, sampler, samples, lanes, values),
+        });
+    }
+
+    #[inline(always)]
+    fn next_in_vectors<S: Simd, const SPREAD: u8>(
+        &mut self,
+        _: S,
+        sampler: &Sampler,
+        samples: Samples<'_, LANES>,
+        lanes: LaneSet,
+        values: &mut LaneFloats,
+    ) {
+        // Copies, which nothing else can change meanwhile: else the loop does not become vectors.
+        let (mut keys, mut dimensions, mut numbers) =
+            ([0; MAX_LANES], [0; MAX_LANES], [0.0; MAX_LANES]);
+        from_packet(lanes, &self.keys, &mut keys);
+        from_packet(lanes, &self.dimensions, &mut dimensions);
+        let samples = samples.of_request(lanes);
+        for start in (0..MAX_LANES).step_by(STEP) {
+            if lanes.active >> start == 0 {
+                break;
+            }
+            for lane in start..start + STEP {
+                numbers[lane] =
+                    sampler.number_of_stream::<SPREAD>(keys[lane], dimensions[lane], samples[lane]);
+                dimensions[lane] = u32::wrapping_add(dimensions[lane], lanes.active >> lane & 1);
+            }
+        }
+        *values = numbers;
+        to_packet(lanes, &dimensions, &mut self.dimensions);
+    }
+}
+
+/// Which samples of their pixels lanes belong to.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a, const LANES: usize> {
+    /// All to this one.
+    Same(u32),
+    /// Each to its own.
+    Each(&'a [u32; LANES]),
+}
+
+impl<const LANES: usize> Samples<'_, LANES> {
+    #[inline(always)]
+    fn of_request(self, lanes: LaneSet) -> [u32; MAX_LANES] {
+        match self {
+            Samples::Same(sample) => [sample; MAX_LANES],
+            Samples::Each(samples) => {
+                let mut of_request = [0; MAX_LANES];
+                from_packet(lanes, samples, &mut of_request);
+                of_request
+            }
+        }
+    }
+}
+
+/// The first lane behind those of a request that ask.
+pub fn end_of(lanes: LaneSet) -> usize {
+    lanes.base as usize + (u32::BITS - lanes.active.leading_zeros()) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::sampling::SamplerKind;
+
+    use super::*;
+
+    /// Neither a multiple of sixteen nor of a request's width, so that windows end behind the last lane.
+    const LANES: usize = 43;
+
+    const SAMPLERS: [Sampler; 4] = [
+        Sampler { kind: SamplerKind::Independent, columns: 4, rows: 4, seed: 1 },
+        Sampler { kind: SamplerKind::Stratified { jitter: true }, columns: 4, rows: 4, seed: 1 },
+        Sampler { kind: SamplerKind::Stratified { jitter: true }, columns: 5, rows: 3, seed: 1 },
+        Sampler { kind: SamplerKind::Sobol, columns: 4, rows: 4, seed: 1 },
+    ];
+
+    fn sequences(sampler: &Sampler) -> Sequences<LANES> {
+        Sequences::new(std::array::from_fn(|lane| sampler.stream_key(lane as u32)))
+    }
+
+    /// What all lanes get that ask for three numbers, lane 5 for one less, in requests of so many lanes.
+    fn numbers(sampler: &Sampler, samples: Samples<'_, LANES>, width: usize) -> Vec<[u32; 3]> {
+        let mut sequences = sequences(sampler);
+        let mut all = vec![[0; 3]; LANES];
+        for dimension in 0..3 {
+            for base in (0..LANES).step_by(width) {
+                let mut active = u32::MAX >> (32 - width.min(LANES - base));
+                if dimension == 1 && (base..base + width).contains(&5) {
+                    active &= !(1 << (5 - base));
+                }
+                let lanes = LaneSet { base: base as u32, active };
+                let mut values = [0.0; MAX_LANES];
+                sequences.next(sampler, samples, lanes, &mut values);
+                for lane in lanes.iter() {
+                    all[base + lane][dimension] = values[lane].to_bits();
+                }
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn every_lane_gets_its_numbers_whoever_asks_along() {
+        let each = std::array::from_fn(|lane| lane as u32 % 15);
+        for sampler in &SAMPLERS {
+            for samples in [Samples::Same(7), Samples::Each(&each)] {
+                let alone = numbers(sampler, samples, 1);
+                for width in [2, 3, 4, 8, 16] {
+                    assert_eq!(numbers(sampler, samples, width), alone, "{sampler:?} {width}");
+                }
+                let expected = |lane: usize, dimension: u32| {
+                    let sample = samples.of_request(LaneSet { base: lane as u32, active: 1 })[0];
+                    let key = sampler.stream_key(lane as u32);
+                    let number = match sampler.spread() {
+                        INDEPENDENT => Sampler::number_of_stream::<INDEPENDENT>,
+                        POWER_OF_TWO => Sampler::number_of_stream::<POWER_OF_TWO>,
+                        SOBOL => Sampler::number_of_stream::<SOBOL>,
+                        _ => Sampler::number_of_stream::<ANY_COUNT>,
+                    };
+                    number(sampler, key, dimension, sample).to_bits()
+                };
+                for (lane, numbers) in alone.iter().enumerate().filter(|(lane, _)| *lane != 5) {
+                    assert_eq!(*numbers, [0, 1, 2].map(|dimension| expected(lane, dimension)));
+                }
+                // It has had one less.
+                assert_eq!(alone[5], [expected(5, 0), 0, expected(5, 1)]);
+            }
+        }
+    }
+}
