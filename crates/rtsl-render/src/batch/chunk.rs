@@ -2,6 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
+use rtsl::host::Host;
 use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
     new_state,
@@ -42,6 +43,8 @@ pub struct Chunk {
     pub epsilon: Row,
     /// The parameters of the hits.
     pub distance: Row,
+    /// The greatest parameters that hits of the rays could have.
+    limit: Row,
     /// The times within the shutter.
     pub time: Row,
     /// How wide the rays are where they hit.
@@ -92,6 +95,34 @@ pub struct Chunk {
     pub cut_outs: LaneIndices,
     /// Random numbers.
     pub numbers: Numbers,
+}
+
+/// The rays of a chunk, and where what they hit stands.
+pub struct ChunkRays<'a> {
+    /// Where they begin, in world space.
+    pub origin: &'a Rows,
+    /// Where they go.
+    pub direction: &'a Rows,
+    /// The least parameters of hits.
+    pub epsilon: &'a Row,
+    /// The parameters of the hits.
+    pub distance: &'a Row,
+    /// The greatest parameters that hits could have.
+    pub limit: &'a Row,
+    /// The times within the shutter.
+    pub time: &'a Row,
+    /// What they hit, and when.
+    pub whereabouts: Whereabouts<'a>,
+}
+
+/// What calls for the shapes of a chunk need.
+pub struct ChunkCall<'a> {
+    /// State and scratch.
+    pub blocks: (&'a mut LaneBlock, &'a mut LaneBlock),
+    /// Where `intersect` says which lanes it accepted a hit for.
+    pub accepted: &'a mut MaskBlock,
+    /// The numbers of the objects that were hit.
+    pub objects: &'a LaneIndices,
 }
 
 /// Samples of lights for the points of a chunk.
@@ -158,6 +189,7 @@ impl Chunk {
             direction: [NONE; 3],
             epsilon: NONE,
             distance: NONE,
+            limit: NONE,
             time: NONE,
             width: NONE,
             spread: NONE,
@@ -244,6 +276,7 @@ impl Chunk {
             for lane in 0..8 {
                 self.keys[start + lane] = keys[lane].to_bits();
                 self.samples[start + lane] = paths[lane].sample;
+                self.limit[start + lane] = paths[lane].limit;
             }
         }
     }
@@ -251,6 +284,15 @@ impl Chunk {
     /// What the lanes in use hit.
     pub fn hits(&self) -> &[PathHit] {
         &self.hits[..self.count]
+    }
+
+    /// The rays, and what calls for what they hit need.
+    pub fn rays_and_call(&mut self) -> (ChunkRays<'_>, ChunkCall<'_>) {
+        let Chunk { hits, origin, direction, epsilon, distance, limit, time, .. } = self;
+        let whereabouts = (&*hits, &*time);
+        let rays = ChunkRays { origin, direction, epsilon, distance, limit, time, whereabouts };
+        let Chunk { state, kept_scratch, accepted, objects, .. } = self;
+        (rays, ChunkCall { blocks: (state, kept_scratch), accepted, objects })
     }
 
     /// Which objects the lanes hit, and when.
@@ -305,7 +347,7 @@ impl Callee<'_> {
         instances: Instances<'_>,
         (state, scratch): (&mut LaneBlock, &mut LaneBlock),
         accepted: Option<&mut MaskBlock>,
-        numbers: &mut Numbers,
+        host: &mut dyn Host,
     ) {
         let status = kernel.call(CallArguments {
             state,
@@ -314,7 +356,7 @@ impl Callee<'_> {
             mask: None,
             accepted,
             instances,
-            host: numbers,
+            host,
         });
         if status.budget_exhausted {
             self.problems.report(self.class, self.method);

@@ -2,16 +2,16 @@
 //! shapes in their own spaces, then everything in world space.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::{Kernel, Method};
 
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{dots, eights_of, points_on_rays};
+use crate::lanes::eight::{Eight, dots, eights_of, points_on_rays};
 use crate::lanes::surface_state::{
-    normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
+    EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
 
-use super::chunk::{Callee, Chunk, set_numbers};
+use super::chunk::{Callee, Chunk, ChunkCall, ChunkRays, set_numbers};
 use super::kernels::Of;
 use super::places::Places;
 use super::scene::BatchScene;
@@ -43,8 +43,7 @@ impl<'a> ChunkSurfaces<'a> {
     fn prepare_in_vectors<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
         let SurfaceGroup { shape, needs, .. } = self.group;
         if let Some(kernel) = &shape.hit {
-            self.set_group_rays(simd, chunk);
-            self.call(kernel, Method::Intersect, chunk);
+            self.find_scratch(simd, kernel, chunk);
         }
         self.set_local_hits(simd, chunk);
         if let Some(kernel) = &shape.normal {
@@ -79,71 +78,66 @@ impl<'a> ChunkSurfaces<'a> {
     fn call(&self, kernel: &Kernel, method: Method, chunk: &mut Chunk) {
         let class = &self.places.scene().classes[self.group.key.class as usize];
         let callee = Callee { class: &class.name, method, problems: self.tracer.problems };
-        let Chunk { count, state, kept_scratch, objects, numbers, accepted, .. } = chunk;
+        let Chunk { count, state, kept_scratch, objects, numbers, .. } = chunk;
         let instances = self.group.key.shape.instances(&class.objects, objects);
-        let accepted = (method == Method::Intersect).then_some(accepted);
-        callee.call(kernel, *count, instances, (state, kept_scratch), accepted, numbers);
+        callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
     }
 
-    /// Sets the rays as `intersect` reads them: in the space of the objects' group.
+    /// Finds the scratch that the shapes' `intersect` left for the hits.
     #[inline(always)]
-    fn set_group_rays<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
-        let v = variables();
-        for eight in eights_of(simd, chunk.count) {
-            let mut origin = eight.vectors(&chunk.origin);
-            let mut direction = eight.vectors(&chunk.direction);
-            if !self.places.is_in_world() {
-                let maps = self.places.group_inverses(eight, chunk.whereabouts());
-                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
-            }
-            let state = &mut chunk.state;
-            eight.store_vectors(state, v.ray_origin, &origin);
-            eight.store_vectors(state, v.ray_direction, &direction);
-            set_inverse_directions(eight, state, &direction);
-            eight.store(state, v.epsilon, eight.numbers(&chunk.epsilon));
-            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
-            // A little behind the hit that is to be found again.
-            let distance = eight.numbers(&chunk.distance);
-            eight.store(state, v.hit_distance, distance * eight.splat(1.0 + f32::EPSILON));
+    fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, chunk: &mut Chunk) {
+        let class = &self.places.scene().classes[self.group.key.class as usize];
+        let arrays = class.program().layout().scratch_arrays as usize;
+        let callee = Callee {
+            class: &class.name,
+            method: Method::Intersect,
+            problems: self.tracer.problems,
+        };
+        let count = chunk.count;
+        let (rays, ChunkCall { blocks, accepted, objects }) = chunk.rays_and_call();
+        let instances = self.group.key.shape.instances(&class.objects, objects);
+        find_scratch(
+            eights_of(simd, count),
+            blocks,
+            arrays,
+            |eight| self.rays_in_group(eight, &rays),
+            |state, scratch, host| {
+                callee.call(kernel, count, instances, (state, scratch), Some(accepted), host);
+            },
+        );
+    }
+
+    /// The rays in the space of the objects' group, and their limits.
+    #[inline(always)]
+    fn rays_in_group<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        rays: &ChunkRays<'_>,
+    ) -> (EightRays<S>, f32x8<S>) {
+        let mut origin = eight.vectors(rays.origin);
+        let mut direction = eight.vectors(rays.direction);
+        if !self.places.is_in_world() {
+            let maps = self.places.group_inverses(eight, rays.whereabouts);
+            (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
         }
+        let (epsilon, time) = (eight.numbers(rays.epsilon), eight.numbers(rays.time));
+        (EightRays { origin, direction, epsilon, time }, eight.numbers(rays.limit))
     }
 
     /// Sets what methods of shapes read, and what stands where the class lacks one.
     #[inline(always)]
     fn set_local_hits<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
-        let v = variables();
-        let needs = self.group.needs;
-        for eight in eights_of(simd, chunk.count) {
-            let mut origin = eight.vectors(&chunk.origin);
-            let mut direction = eight.vectors(&chunk.direction);
-            if !self.places.is_in_world() {
-                let maps = self.places.group_inverses(eight, chunk.whereabouts());
-                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
-            }
+        let count = chunk.count;
+        let (of_chunk, ChunkCall { blocks: (state, _), .. }) = chunk.rays_and_call();
+        for eight in eights_of(simd, count) {
+            let (mut rays, _) = self.rays_in_group(eight, &of_chunk);
             if self.places.is_placed() {
-                let maps = self.places.inverses(eight, chunk.whereabouts());
-                (origin, direction) = (maps.points(&origin), maps.vectors(&direction));
+                let maps = self.places.inverses(eight, of_chunk.whereabouts);
+                rays.origin = maps.points(&rays.origin);
+                rays.direction = maps.vectors(&rays.direction);
             }
-            let state = &mut chunk.state;
-            let distance = eight.numbers(&chunk.distance);
-            let point = points_on_rays(&origin, &direction, distance);
-            let facing = [-direction[0], -direction[1], -direction[2]];
-            eight.store_vectors(state, v.ray_origin, &origin);
-            eight.store_vectors(state, v.ray_direction, &direction);
-            if needs.inverse_directions {
-                set_inverse_directions(eight, state, &direction);
-            }
-            eight.store(state, v.epsilon, eight.numbers(&chunk.epsilon));
-            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
-            eight.store(state, v.hit_distance, distance);
-            eight.store_vectors(state, v.hit_point, &point);
-            eight.store_vectors(state, v.geometric_normal, &facing);
-            eight.store_vectors(state, v.shading_normal, &facing);
-            eight.store(state, v.du, eight.splat(0.0));
-            eight.store(state, v.dv, eight.splat(0.0));
-            if needs.coordinates || needs.derivatives {
-                set_coordinates(eight, state, &point);
-            }
+            let distance = eight.numbers(of_chunk.distance);
+            set_hits(eight, state, &rays, distance, self.group.needs);
         }
     }
 

@@ -15,7 +15,7 @@ use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
 use crate::lanes::surface_state::{
-    normalize_normals, set_coordinates, set_inverse_directions, set_tangents,
+    EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
 use crate::tiles::LaneContext;
 
@@ -149,7 +149,7 @@ impl SurfaceOfRun<'_> {
         let in_group = self.rays_in_group();
         let group_rays = in_group.as_ref().unwrap_or(self.rays);
         if let Some(kernel) = run.class.hit.as_deref() {
-            self.find_again(simd, kernel, group_rays, level, context);
+            self.find_scratch(simd, kernel, group_rays, level);
         }
         let needs = tracer.scene.needs(run.object);
         self.set_local_hits(simd, group_rays, needs, &mut level.blocks.state);
@@ -171,29 +171,23 @@ impl SurfaceOfRun<'_> {
         Some(placement.rays_in_group(self.rays, self.run.lanes))
     }
 
-    /// Runs `intersect` once more, for the scratch that it leaves. It answers as it did in the traversal,
-    /// since it is given the same: rays in the space of the object's group.
+    /// Finds the scratch that `intersect` left for the hits, by rays in the space of the object's group.
     #[inline(always)]
-    fn find_again<S: Simd>(
-        &self,
-        simd: S,
-        kernel: &Kernel,
-        rays: &RayPacket,
-        level: &mut Level,
-        context: &mut LaneContext,
-    ) {
+    fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, rays: &RayPacket, level: &mut Level) {
         let Level { blocks, kept_scratch, numbers } = level;
-        for eight in eights(simd, self.run.lanes) {
-            let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
-            set_rays(eight, &mut blocks.state, rays, &origin, &direction);
-            set_inverse_directions(eight, &mut blocks.state, &direction);
-            let limit = eight.numbers(&rays.limit);
-            eight.store(&mut blocks.state, variables().hit_distance, limit);
-        }
+        let lanes = self.run.lanes;
         let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
         let (instances, problems) = (self.run.objects(numbers), self.tracer.problems);
         let call = KernelCall::new(program, kernel, Method::Intersect, instances, problems);
-        blocks.call(&call, self.run.lanes, Some(kept_scratch), context);
+        find_scratch(
+            eights(simd, lanes),
+            (blocks, kept_scratch),
+            call.scratch_arrays,
+            |eight| (eight_rays(eight, rays), eight.numbers(&rays.limit)),
+            |blocks, scratch, host| {
+                blocks.call(&call, lanes, Some(scratch), host);
+            },
+        );
     }
 
     /// Sets what the methods of shapes read, and what stands where the class lacks one.
@@ -205,33 +199,16 @@ impl SurfaceOfRun<'_> {
         needs: SurfaceNeeds,
         state: &mut LaneBlock,
     ) {
-        let v = variables();
         let inverse = &self.run.object.inverse;
         // As in the traversal, whoever has no space of its own gets its group's rays unchanged.
         let has_own_space = !inverse.is_identity();
         for eight in eights(simd, self.run.lanes) {
-            let mut origin = eight.vectors(&rays.origin);
-            let mut direction = eight.vectors(&rays.direction);
+            let mut local = eight_rays(eight, rays);
             if has_own_space {
-                origin = eight.point(inverse, &origin);
-                direction = eight.vector(inverse, &direction);
+                local.origin = eight.point(inverse, &local.origin);
+                local.direction = eight.vector(inverse, &local.direction);
             }
-            set_rays(eight, state, rays, &origin, &direction);
-            if needs.inverse_directions {
-                set_inverse_directions(eight, state, &direction);
-            }
-            let distance = eight.numbers(&self.hits.distance);
-            let point = points_on_rays(&origin, &direction, distance);
-            let facing = [-direction[0], -direction[1], -direction[2]];
-            eight.store(state, v.hit_distance, distance);
-            eight.store_vectors(state, v.hit_point, &point);
-            eight.store_vectors(state, v.geometric_normal, &facing);
-            eight.store_vectors(state, v.shading_normal, &facing);
-            eight.store(state, v.du, eight.splat(0.0));
-            eight.store(state, v.dv, eight.splat(0.0));
-            if needs.coordinates || needs.derivatives {
-                set_coordinates(eight, state, &point);
-            }
+            set_hits(eight, state, &local, eight.numbers(&self.hits.distance), needs);
         }
     }
 
@@ -278,9 +255,10 @@ impl SurfaceOfRun<'_> {
         let v = variables();
         let is_elsewhere = run.placement.is_some() || !run.object.inverse.is_identity();
         for eight in eights(simd, run.lanes) {
-            let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
+            let world = eight_rays(eight, rays);
+            let EightRays { origin, direction, .. } = world;
             if is_elsewhere {
-                set_rays(eight, state, rays, &origin, &direction);
+                world.store(eight, state);
                 if needs.inverse_directions {
                     set_inverse_directions(eight, state, &direction);
                 }
@@ -329,18 +307,13 @@ impl SurfaceOfRun<'_> {
     }
 }
 
-/// Sets rays with what comes with them.
+/// Eight rays of a packet.
 #[inline(always)]
-fn set_rays<S: Simd>(
-    eight: Eight<S>,
-    state: &mut LaneBlock,
-    rays: &RayPacket,
-    origin: &Vectors<S>,
-    direction: &Vectors<S>,
-) {
-    let v = variables();
-    eight.store_vectors(state, v.ray_origin, origin);
-    eight.store_vectors(state, v.ray_direction, direction);
-    eight.store(state, v.epsilon, eight.numbers(&rays.epsilon));
-    eight.store(state, v.time_seed, eight.numbers(&rays.time));
+fn eight_rays<S: Simd>(eight: Eight<S>, rays: &RayPacket) -> EightRays<S> {
+    EightRays {
+        origin: eight.vectors(&rays.origin),
+        direction: eight.vectors(&rays.direction),
+        epsilon: eight.numbers(&rays.epsilon),
+        time: eight.numbers(&rays.time),
+    }
 }

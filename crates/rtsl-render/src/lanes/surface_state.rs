@@ -3,10 +3,111 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl::LaneBlock;
+use rtsl::host::{Host, NoHost};
 
+use crate::compiled::calls::CallBlocks;
+use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::variables::variables;
 
-use super::eight::{Eight, Vectors, dots, scaled, select};
+use super::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
+
+/// Rays of eight lanes in some space, and what belongs to them.
+#[derive(Clone, Copy)]
+pub struct EightRays<S: Simd> {
+    /// Where they begin.
+    pub origin: Vectors<S>,
+    /// Where they go.
+    pub direction: Vectors<S>,
+    /// The least parameters of hits (exclusive).
+    pub epsilon: f32x8<S>,
+    /// The times within the shutter.
+    pub time: f32x8<S>,
+}
+
+impl<S: Simd> EightRays<S> {
+    /// Sets what methods read of rays.
+    #[inline(always)]
+    pub fn store(&self, eight: Eight<S>, state: &mut LaneBlock) {
+        let v = variables();
+        eight.store_vectors(state, v.ray_origin, &self.origin);
+        eight.store_vectors(state, v.ray_direction, &self.direction);
+        eight.store(state, v.epsilon, self.epsilon);
+        eight.store(state, v.time_seed, self.time);
+    }
+}
+
+/// Runs `intersect` once more for rays that hit, for the scratch that it leaves. Both renderers do so here: it does as it
+/// did for the hit that was accepted only where it finds what it found then, which is the ray's own limit, not the hit
+/// that is known by now; scratch that nothing has set; and no random numbers. `rays` says for eight lanes what the traversal
+/// was given, in the space of the objects' group: the rays and their limits. `call` calls the class's `intersect`, which has
+/// so many arrays of scratch.
+#[inline(always)]
+pub fn find_scratch<S: Simd, B: HasState>(
+    eights: impl Iterator<Item = Eight<S>>,
+    (blocks, scratch): (&mut B, &mut LaneBlock),
+    scratch_arrays: usize,
+    rays: impl Fn(Eight<S>) -> (EightRays<S>, f32x8<S>),
+    call: impl FnOnce(&mut B, &mut LaneBlock, &mut dyn Host),
+) {
+    for eight in eights {
+        let (rays, limit) = rays(eight);
+        let state = blocks.state_mut();
+        rays.store(eight, state);
+        set_inverse_directions(eight, state, &rays.direction);
+        eight.store(state, variables().hit_distance, limit);
+        for array in 0..scratch_arrays {
+            eight.store(scratch, array, eight.splat(0.0));
+        }
+    }
+    call(blocks, scratch, &mut NoHost);
+}
+
+/// Blocks of a call, the state among them.
+pub trait HasState {
+    /// The state.
+    fn state_mut(&mut self) -> &mut LaneBlock;
+}
+
+impl HasState for LaneBlock {
+    fn state_mut(&mut self) -> &mut LaneBlock {
+        self
+    }
+}
+
+impl HasState for CallBlocks {
+    fn state_mut(&mut self) -> &mut LaneBlock {
+        &mut self.state
+    }
+}
+
+/// Sets what methods of shapes read of hits at these parameters of rays, all in the shapes' own spaces, and what stands
+/// where a class computes nothing.
+#[inline(always)]
+pub fn set_hits<S: Simd>(
+    eight: Eight<S>,
+    state: &mut LaneBlock,
+    rays: &EightRays<S>,
+    distance: f32x8<S>,
+    needs: SurfaceNeeds,
+) {
+    let v = variables();
+    let EightRays { origin, direction, .. } = rays;
+    rays.store(eight, state);
+    if needs.inverse_directions {
+        set_inverse_directions(eight, state, direction);
+    }
+    let point = points_on_rays(origin, direction, distance);
+    let facing = [-direction[0], -direction[1], -direction[2]];
+    eight.store(state, v.hit_distance, distance);
+    eight.store_vectors(state, v.hit_point, &point);
+    eight.store_vectors(state, v.geometric_normal, &facing);
+    eight.store_vectors(state, v.shading_normal, &facing);
+    eight.store(state, v.du, eight.splat(0.0));
+    eight.store(state, v.dv, eight.splat(0.0));
+    if needs.coordinates || needs.derivatives {
+        set_coordinates(eight, state, &point);
+    }
+}
 
 /// Sets one over the directions.
 #[inline(always)]
@@ -22,7 +123,7 @@ pub fn set_inverse_directions<S: Simd>(
 
 /// The texture coordinates and derivatives of a class that computes none.
 #[inline(always)]
-pub fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vectors<S>) {
+fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vectors<S>) {
     let v = variables();
     let (zero, one) = (eight.splat(0.0), eight.splat(1.0));
     eight.store_vectors(state, v.texture_uvw, point);
