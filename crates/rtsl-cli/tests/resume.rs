@@ -36,6 +36,8 @@ Camera \"Pinhole\"
 WorldBegin
 LightSource \"infinite\" \"rgb L\" [0.5 0.6 0.7]
 Shape \"Sphere\"
+Texture \"tiles\" \"spectrum\" \"Checker\" \"float scale\" 3
+Material \"diffuse\" \"texture reflectance\" \"tiles\"
 Shape \"Plane\" \"point3 point\" [0 -1 0]
 ";
 
@@ -100,13 +102,26 @@ fn time_ends_a_render_that_goes_on_later() {
     assert!(bytes(&folder.path("picture.exr")) == bytes(&folder.path("whole.exr")));
 }
 
+/// Textures smoothed over what rays see, and a target for noise, at numbers of samples with which no wave ends.
 #[test]
 fn more_samples_go_on_from_fewer() {
-    let folder = Folder::new("more");
-    assert!(render(&folder, "whole.exr").status().expect("it runs").success());
-    assert!(kept(&folder, "few.exr").args(["--spp", "20"]).status().expect("it runs").success());
-    assert!(kept(&folder, "more.exr").status().expect("it runs").success());
-    assert!(bytes(&folder.path("more.exr")) == bytes(&folder.path("whole.exr")));
+    for (sampler, noise) in [("sobol", None), ("independent", None), ("sobol", Some("0.03"))] {
+        let folder = Folder::new(&format!("more-{sampler}-{}", noise.is_some()));
+        let text = SCENE.replace("sobol", sampler);
+        std::fs::write(folder.path("scene.pbrt"), text).expect("a scene for the test");
+        let wanted = |command: &mut Command, samples: &[&str]| {
+            command.args(["--size", "24x16"]);
+            command.args(noise.map(|noise| ["--noise", noise]).into_iter().flatten());
+            assert!(command.args(samples).status().expect("it runs").success());
+        };
+        wanted(&mut render(&folder, "whole.exr"), &[]);
+        for samples in ["20", "46"] {
+            wanted(&mut kept(&folder, "few.exr"), &["--spp", samples]);
+        }
+        wanted(&mut kept(&folder, "more.exr"), &[]);
+        let same = bytes(&folder.path("more.exr")) == bytes(&folder.path("whole.exr"));
+        assert!(same, "{sampler}, noise {noise:?}");
+    }
 }
 
 #[test]
@@ -121,6 +136,10 @@ fn what_does_not_fit_is_refused() {
     };
     refused(kept(&folder, "other.exr").args(["--seed", "3"]), "E0622");
     refused(kept(&folder, "other.exr").args(["--aov", "albedo"]), "E0622");
+    let strict = ["--math", "strict"];
+    refused(kept(&folder, "other.exr").args(strict), "the render arithmetic strict");
+    let fast = ["--math", "fast"];
+    refused(kept(&folder, "other.exr").args(fast), "the checkpoint has arithmetic contract");
     std::fs::write(folder.path("scene.pbrt"), format!("{SCENE}# changed\n")).expect("a scene");
     refused(&mut kept(&folder, "other.exr"), "E0622");
     std::fs::write(folder.path("scene.pbrt"), SCENE).expect("a scene");

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use rtsl::{Backend, Diagnostic, Engine, EngineOptions, diagnostic_codes as codes};
+use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, diagnostic_codes as codes};
 
 use crate::batch::{self, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::Fingerprint;
@@ -150,7 +150,7 @@ pub fn render_scene_from(
                 path: checkpoint.path.clone(),
                 every: checkpoint.every,
                 resume: checkpoint.resume,
-                fingerprint: fingerprint(request, &loaded.scene.settings, &files),
+                fingerprint: fingerprint(request, &loaded, &files),
             });
             render_paths(request, loaded, checkpoints.as_ref(), start)
         }
@@ -160,18 +160,32 @@ pub fn render_scene_from(
 /// What a batch render's image depends on.
 fn fingerprint(
     request: &RenderRequest<'_>,
-    settings: &Settings,
+    loaded: &LoadedScene,
     files: &RecordedFiles<'_>,
 ) -> Fingerprint {
-    let mut fingerprint = Fingerprint::of_settings(settings);
+    let mut fingerprint = Fingerprint::of_settings(&loaded.scene.settings);
     files.add_to(&mut fingerprint, &request.scene);
     fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
+    fingerprint.set("arithmetic", arithmetic(request.engine.math, &loaded.engine));
     fingerprint.set("parameters set", request.defines.join(" "));
     let noise = request.noise_target.map_or("none".to_owned(), |target| target.to_string());
     fingerprint.set("noise target", noise);
     let has_features = request.batch_aovs().iter().any(|aov| is_feature(*aov));
     fingerprint.set("features of pixels", if has_features { "kept" } else { "not kept" });
     fingerprint
+}
+
+/// The kind of arithmetic; where it is not the same everywhere, what it depends on besides.
+fn arithmetic(math: Math, engine: &Engine) -> String {
+    let everywhere = match math {
+        Math::Strict => "strict",
+        Math::Contract => "contract",
+        Math::Fast => {
+            let machine = engine.llvm().map_or("the interpreter", |llvm| llvm.host().cpu());
+            return format!("fast for {} rays at a time on {machine}", engine.width());
+        }
+    };
+    everywhere.to_owned()
 }
 
 fn render_interactively(

@@ -205,11 +205,13 @@ const WIDTH: &str = "class Width : rt_Texture;
     public float scale = 1.0;
     void lookup() { rt_TextureColor = color(scale * rt_du); }";
 
-/// Pixels of a degree's sixteenth, four units away; of which each of 64 samples has an eighth of the side.
+/// Pixels of a degree's sixteenth, four units away, of whose sides each of 64 samples has a part: one over the root of its
+/// number.
 #[test]
 fn textures_know_how_wide_rays_are() {
     let tangent = 0.008_726_867_790_758_8; // Of half a degree.
-    let width = 4.0 * 2.0 * tangent / 16.0 / 8.0;
+    let parts: f64 = (1..=64).map(|number| 1.0 / f64::from(number).sqrt()).sum();
+    let width = 4.0 * 2.0 * tangent / 16.0 * parts / 64.0;
     let floor = |head: &str| {
         let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]
             Texture \"width\" \"spectrum\" \"Width\" \"float scale\" 1000

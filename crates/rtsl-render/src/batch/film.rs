@@ -9,7 +9,7 @@ use crate::film::{Aov, AovImage, Image};
 use crate::tiles::{Tile, tiles_of};
 
 use super::features::{FeatureSums, PathFeatures};
-use super::wave::Wave;
+use super::wave::{SAMPLES_IN_WAVE, Wave};
 
 /// A film. Each tile has a lock of its own.
 pub struct BatchFilm {
@@ -154,8 +154,10 @@ impl BatchFilm {
                 break;
             };
             record.take(&samples);
+            // Where a render ends is no place to look: one that was to take more samples does not look there.
             if let Some(target) = self.noise_target
                 && record.taken >= FEWEST_SAMPLES
+                && record.taken.is_multiple_of(SAMPLES_IN_WAVE)
             {
                 let lanes = self.tiles[tile].lanes(self.width, self.height);
                 record.is_done = record.noise(lanes) <= f64::from(target);
@@ -275,5 +277,16 @@ mod tests {
         let noisy = BatchFilm::new((8, 8), false, Some(0.1));
         (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
+    }
+
+    /// What ends early and goes on later ends where it would have.
+    #[test]
+    fn noise_is_looked_at_between_waves_alone() {
+        let film = BatchFilm::new((8, 8), false, Some(0.17));
+        // The standard error sinks below it at 36 samples, where no wave ends.
+        (0..23).for_each(|pass| film.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
+        assert_eq!(film.taken(0), Some(46));
+        film.add(0, 46, &wave([0.0, 2.0]), Duration::ZERO);
+        assert_eq!((film.taken(0), film.record(0).taken), (None, 48));
     }
 }

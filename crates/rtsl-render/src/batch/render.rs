@@ -19,9 +19,7 @@ use super::film::BatchFilm;
 use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::tracer::{BatchMemory, PathTracer};
-
-/// Samples of a pixel that a wave takes: with 64 pixels a thousand paths, whose memory caches hold.
-const SAMPLES_IN_WAVE: u32 = 16;
+use super::wave::SAMPLES_IN_WAVE;
 
 /// The images of something else than colour that it makes.
 const AOVS: [Aov; 8] = [

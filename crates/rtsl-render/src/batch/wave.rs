@@ -2,6 +2,9 @@
 
 use super::features::PathFeatures;
 
+/// Samples of a pixel that a wave takes: with 64 pixels a thousand paths, whose memory caches hold.
+pub const SAMPLES_IN_WAVE: u32 = 16;
+
 /// A path on its way: what is known of it between surfaces. Two lines of a cache each; what is read together lies
 /// in fours.
 #[repr(C, align(64))]

@@ -37,6 +37,19 @@ impl Sampler {
         self.columns * self.rows
     }
 
+    /// How much of a pixel's side a sample stands for beside the others: what textures are smoothed over. Samples in
+    /// strata are as many as there will be. For others it is those so far: what a sample shows must not depend on how many
+    /// come after it, so that samples can be added to a picture that has some.
+    pub fn part_of_pixel(&self, sample: u32) -> f32 {
+        // Below this nothing is gained.
+        const LEAST: f32 = 0.125;
+        let among = match self.kind {
+            SamplerKind::Stratified { .. } => self.samples_per_pixel(),
+            SamplerKind::Independent | SamplerKind::Sobol => sample.saturating_add(1),
+        };
+        (1.0 / (among as f32).sqrt()).max(LEAST)
+    }
+
     /// The place of a sample in its pixel, in [0,1)^2. Dimensions of its own.
     #[inline(always)]
     pub fn pixel_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
@@ -197,6 +210,19 @@ mod tests {
             strata.sort_unstable();
             assert_eq!(strata, (0..16).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn what_samples_stand_for_depends_on_no_later_ones() {
+        for kind in [SamplerKind::Independent, SamplerKind::Sobol] {
+            let few = Sampler { kind, ..STRATIFIED };
+            let many = Sampler { kind, columns: 16, rows: 9, seed: 0 };
+            let parts = |sampler: &Sampler| [0, 3, 15].map(|sample| sampler.part_of_pixel(sample));
+            assert_eq!(parts(&few), [1.0, 0.5, 0.25]);
+            assert_eq!(parts(&few), parts(&many));
+            assert_eq!(many.part_of_pixel(143), 0.125);
+        }
+        assert_eq!(STRATIFIED.part_of_pixel(0), 0.25);
     }
 
     #[test]

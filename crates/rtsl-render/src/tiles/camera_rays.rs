@@ -83,7 +83,8 @@ pub fn camera_rays(
         kept.unwrap_or_else(|| Box::new(CameraRays::new(tracer.scene.settings.sampler)));
     dispatch!(Level::new(), simd => fill(simd, tracer, &mut memory.blocks, tile, sample, &mut camera));
     if memory.with_footprints {
-        set_footprints(tracer, &mut memory.blocks, tile, &mut camera);
+        let part = tracer.scene.settings.sampler.part_of_pixel(sample);
+        set_footprints(tracer, &mut memory.blocks, tile, part, &mut camera);
     }
     camera
 }
@@ -139,12 +140,13 @@ fn fill<S: Simd>(
     }
 }
 
-/// Measures how far rays are from those of the pixels beside and above. The camera's blocks still have what the rays were
-/// made of.
+/// Measures how far rays are from those of the pixels beside and above, and takes this part of it. The camera's blocks still
+/// have what the rays were made of.
 fn set_footprints(
     tracer: &Tracer<'_>,
     blocks: &mut CallBlocks,
     tile: Tile,
+    part: f32,
     camera: &mut CameraRays,
 ) {
     let scene = tracer.scene;
@@ -175,10 +177,7 @@ fn set_footprints(
         }
         place(-step, blocks);
     }
-    // The side of a square of the same area, which all samples of the pixel share; below an eighth of it nothing is
-    // gained.
-    let samples = scene.settings.sampler.samples_per_pixel() as f32;
-    let part = (1.0 / samples.sqrt()).max(0.125);
+    // The side of a square of the same area.
     camera.footprints = footprints.map(|areas| areas.map(|area| area.sqrt() * part));
 }
 
