@@ -199,11 +199,12 @@ typedef struct {
     uint64_t id;
 } RtslObjectsId;
 
-// The arguments of a call for many rays. All zeros, but for the size, is a call for no rays.
+// The arguments of a call for many rays. All zeros, but for the size, is a call for no rays; kernels of the shape single
+// are called for one.
 typedef struct {
     // `sizeof(RtslArguments)`: later versions may add fields at the end.
     uint32_t size;
-    // How many rays; of the shape leaf how many objects.
+    // How many rays: 1 of the shape single; of the shape leaf how many objects.
     uint32_t count;
     // How many words each array has: at least the count rounded up to a multiple of the kernel's width; of the shape leaf at
     // least 1.
@@ -218,9 +219,10 @@ typedef struct {
     float *const *state;
     // A lane array for each of the class's scratch arrays; null where it has none.
     float *const *scratch;
-    // 0 or -1 a ray; null: all rays.
+    // 0 or -1 a ray, as many words as the arrays have; of the shape leaf 0 or -1 an object, `count` of them. Null: all
+    // rays, and always of the shape single.
     const int32_t *mask;
-    // `intersect`, leaf shape apart: written, -1 for rays with a hit and 0 for others.
+    // `intersect`, leaf shape apart: written, -1 for rays with a hit and 0 for others; as many words as the arrays have.
     int32_t *accepted;
     // What answers the shader's questions, or null: zeros.
     const RtslHostFunctions *host;

@@ -3,21 +3,22 @@
 use std::ffi::c_void;
 
 use rtsl::{
-    CallArguments, CallStatus, HostArguments, HostLanes, Instances, LaneBlock, LaneIndices,
-    LaneMask, Shape, state_component_count,
+    CallArguments, CallError, CallStatus, HostArguments, HostLanes, Instances, LaneBlock,
+    LaneIndices, LaneMask, Shape, state_component_count,
 };
 
-use crate::error::{Error, RtslResult, guard, place, slice};
+use crate::error::{Error, RtslResult, check_size, guard, place, slice};
 use crate::host::{CHost, RtslHostFunctions};
 use crate::kernel::KernelEntry;
 use crate::registry::{RtslInstanceId, RtslKernelId, RtslObjectsId};
 
-/// The arguments of a call for many rays. All zeros, but for the size, is a call for no rays.
+/// The arguments of a call for many rays. All zeros, but for the size, is a call for no rays; kernels of the shape single
+/// are called for one.
 #[repr(C)]
 pub struct RtslArguments {
     /// `sizeof(RtslArguments)`: later versions may add fields at the end.
     pub size: u32,
-    /// How many rays; of the shape leaf how many objects.
+    /// How many rays: 1 of the shape single; of the shape leaf how many objects.
     pub count: u32,
     /// How many words each array has: at least the count rounded up to a multiple of the kernel's width; of the shape leaf at
     /// least 1.
@@ -32,9 +33,10 @@ pub struct RtslArguments {
     pub state: *const *mut f32,
     /// A lane array for each of the class's scratch arrays; null where it has none.
     pub scratch: *const *mut f32,
-    /// 0 or -1 a ray; null: all rays.
+    /// 0 or -1 a ray, as many words as the arrays have; of the shape leaf 0 or -1 an object, `count` of them. Null: all
+    /// rays, and always of the shape single.
     pub mask: *const i32,
-    /// `intersect`, leaf shape apart: written, -1 for rays with a hit and 0 for others.
+    /// `intersect`, leaf shape apart: written, -1 for rays with a hit and 0 for others; as many words as the arrays have.
     pub accepted: *mut i32,
     /// What answers the shader's questions, or null: zeros.
     pub host: *const RtslHostFunctions,
@@ -65,14 +67,11 @@ pub unsafe extern "C" fn rtsl_kernel_call(
     arguments: *mut RtslArguments,
 ) -> RtslResult {
     guard(|| {
-        // Safety: the caller's promise.
-        let arguments = unsafe { place(arguments, "arguments")? };
-        let expected = size_of::<RtslArguments>();
-        if (arguments.size as usize) < expected {
-            let size = arguments.size;
-            let problem = format!("`size` is {size}, and that of the arguments is {expected}");
-            return Err(Error::new(RtslResult::Argument, problem));
-        }
+        // Safety: the caller's promise; the struct is whole if its size is right.
+        let arguments = unsafe {
+            check_size(arguments, "arguments")?;
+            place(arguments, "arguments")?
+        };
         let kernel = kernel.get()?;
         // Safety: the caller's promise.
         unsafe { call(&kernel, arguments) }
@@ -149,13 +148,17 @@ unsafe fn call_rays(
         instances,
         host: &mut host,
     });
-    called.map_err(|error| Error::new(result_of(&error), error.to_string()))
+    called.map_err(|error| refused(&error))
 }
 
 /// # Safety
 /// As for [`rtsl_kernel_call`].
 unsafe fn lane_indices(arguments: &RtslArguments) -> Result<LaneIndices, Error> {
     let count = arguments.count as usize;
+    if count > arguments.lanes as usize {
+        let problem = format!("{count} rays take as many lanes, and there are {}", arguments.lanes);
+        return Err(Error::new(RtslResult::Lanes, problem));
+    }
     // Safety: the caller's promise.
     let numbers = unsafe { slice(arguments.index, count, "index")? };
     let mut indices = LaneIndices::new(count);
@@ -201,7 +204,7 @@ unsafe fn call_leaf(
     scratch.copy_to(&mut own_scratch, used);
     // Safety: the caller's promise.
     let mask = unsafe { leaf_mask(arguments, count)? };
-    let status = kernel.kernel.call(CallArguments {
+    let called = kernel.kernel.try_call(CallArguments {
         state: &mut own_state,
         scratch: &mut own_scratch,
         count,
@@ -210,6 +213,7 @@ unsafe fn call_leaf(
         instances: Instances::Range(&objects.objects, arguments.first),
         host: &mut host,
     });
+    let status = called.map_err(|error| refused(&error))?;
     state.copy_from(&own_state, used);
     scratch.copy_from(&own_scratch, used);
     Ok(status)
@@ -237,12 +241,18 @@ fn check_program(
     Err(Error::new(RtslResult::Instance, problem))
 }
 
-fn result_of(error: &rtsl::CallError) -> RtslResult {
-    match error {
-        rtsl::CallError::MissingState(_)
-        | rtsl::CallError::MissingScratch(_)
-        | rtsl::CallError::TooFewLanes { .. } => RtslResult::Lanes,
-        rtsl::CallError::MissingAccepted | rtsl::CallError::NoSuchObject => RtslResult::Argument,
-        rtsl::CallError::InstanceForm(_) | rtsl::CallError::ForeignInstance => RtslResult::Instance,
-    }
+/// A call whose arguments do not fit the kernel.
+fn refused(error: &CallError) -> Error {
+    let result = match error {
+        CallError::MissingState(_)
+        | CallError::MissingScratch(_)
+        | CallError::TooManyRays(_)
+        | CallError::TooFewLanes { .. } => RtslResult::Lanes,
+        CallError::MissingAccepted
+        | CallError::NotOneRay
+        | CallError::NoSuchObject
+        | CallError::NoBlockStart(_) => RtslResult::Argument,
+        CallError::InstanceForm(_) | CallError::ForeignInstance => RtslResult::Instance,
+    };
+    Error::new(result, error.to_string())
 }

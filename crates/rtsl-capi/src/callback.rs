@@ -5,7 +5,7 @@ use std::ffi::c_void;
 
 use rtsl::{Callback, Mark, MarkWord, Outputs, RayRecord, state_variables};
 
-use crate::error::{Error, RtslResult, guard, place, slice};
+use crate::error::{Error, RtslResult, check_size, guard, place, slice};
 use crate::registry::{RtslCallbackId, RtslEngineId, RtslInstanceId};
 
 /// `RTSL_NONE`.
@@ -96,8 +96,11 @@ pub unsafe extern "C" fn rtsl_callback_new(
     guard(|| {
         // Safety: the caller's promise.
         let id = unsafe { place(callback, "callback")? };
-        // Safety: the same.
-        let record = unsafe { record.as_ref() }.ok_or_else(|| Error::null("record"))?;
+        // Safety: the same; the struct is whole if its size is right.
+        let record = unsafe {
+            check_size(record, "record")?;
+            record.as_ref().ok_or_else(|| Error::null("record"))?
+        };
         // Safety: the same.
         let callback = unsafe { description(record)? };
         let program = engine.get()?.engine.program(&*instance.get()?.committed()?);
@@ -134,12 +137,6 @@ pub extern "C" fn rtsl_callback_release(callback: RtslCallbackId) -> RtslResult 
 /// # Safety
 /// The record's pointers lead to so many entries as it says.
 unsafe fn description(record: &RtslRecord) -> Result<Callback, Error> {
-    let expected = size_of::<RtslRecord>();
-    if (record.size as usize) < expected {
-        let size = record.size;
-        let problem = format!("`size` is {size}, and that of the record is {expected}");
-        return Err(Error::new(RtslResult::Argument, problem));
-    }
     // Safety: the caller's promise.
     let (rows, outputs, marks) = unsafe {
         (

@@ -5,7 +5,7 @@ use std::ffi::{CString, c_char};
 use rtsl::{Backend, Engine, EngineOptions, Math, OptLevel};
 
 use crate::diagnostics::keep;
-use crate::error::{Error, RtslResult, c_text, guard, guard_with_warnings, place};
+use crate::error::{Error, RtslResult, c_text, check_size, guard, guard_with_warnings, place};
 use crate::registry::RtslEngineId;
 
 /// What runs kernels.
@@ -78,7 +78,13 @@ pub unsafe extern "C" fn rtsl_engine_new(
 ) -> RtslResult {
     guard_with_warnings(|| {
         // Safety: the caller's promise.
-        let (options, id) = unsafe { (options.as_ref(), place(engine, "engine")?) };
+        let id = unsafe { place(engine, "engine")? };
+        if !options.is_null() {
+            // Safety: the caller's promise.
+            unsafe { check_size(options, "options")? };
+        }
+        // Safety: the caller's promise; the struct is whole, since its size is right.
+        let options = unsafe { options.as_ref() };
         let options = options.map_or_else(|| Ok(EngineOptions::default()), engine_options)?;
         let (engine, warnings) = Engine::new(options)?;
         let llvm = engine.llvm().map(|llvm| c_text(&llvm.version().to_string()));
@@ -88,11 +94,6 @@ pub unsafe extern "C" fn rtsl_engine_new(
 }
 
 fn engine_options(options: &RtslEngineOptions) -> Result<EngineOptions, Error> {
-    let expected = size_of::<RtslEngineOptions>();
-    if (options.size as usize) < expected {
-        let problem = format!("`size` is {}, and that of the options is {expected}", options.size);
-        return Err(Error::new(RtslResult::Argument, problem));
-    }
     let backend = match options.backend {
         0 => Backend::Auto,
         1 => Backend::Jit,

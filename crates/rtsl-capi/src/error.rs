@@ -161,6 +161,22 @@ pub unsafe fn place<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, Err
     unsafe { pointer.as_mut() }.ok_or_else(|| Error::null(name))
 }
 
+/// Checks a struct of a host's whose first field is its size, a `u32`: an older, smaller one is found before anything behind
+/// the size is looked at.
+///
+/// # Safety
+/// Where it is not null, it leads to a size that nobody changes meanwhile.
+pub unsafe fn check_size<T>(pointer: *const T, name: &str) -> Result<(), Error> {
+    // Safety: the caller's promise.
+    let size = *unsafe { pointer.cast::<u32>().as_ref() }.ok_or_else(|| Error::null(name))?;
+    let expected = size_of::<T>();
+    if (size as usize) < expected {
+        let problem = format!("`size` is {size}, and that of the {name} is {expected}");
+        return Err(Error::new(RtslResult::Argument, problem));
+    }
+    Ok(())
+}
+
 /// What a pointer leads to.
 ///
 /// # Safety

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use corosensei::stack::{DefaultStack, Stack, StackPointer};
+use corosensei::stack::{DefaultStack, MIN_STACK_SIZE, STACK_ALIGNMENT, Stack, StackPointer};
 
 /// Room for the largest frames that kernels have: local arrays are limited to a quarter of it by
 /// `rtsl_packet::lower::MAX_SLOT_WORDS`. Pages that are not touched take no memory.
@@ -53,8 +53,14 @@ impl ChunkStack {
     }
 }
 
-// Safety: it is a part of a stack that has a guard page at its limit; what is left away at the other end is a
-// multiple of the alignment and far less than the whole.
+// What is left away of a stack keeps its start aligned, and leaves nearly all of it.
+const _: () = assert!(STAGGER_BYTES.is_multiple_of(STACK_ALIGNMENT));
+const _: () = assert!(STACK_BYTES - PLACES * STAGGER_BYTES >= MIN_STACK_SIZE);
+
+// Safety: it is a part of a stack, with that stack's limit and the guard page before it. Its start is as far below the
+// whole one's as the assertions allow, and the whole one belongs to it alone as long as it lives. The guard page stops
+// code that uses its stack page by page; that no frame is so large that it reaches past the page is what kernels answer
+// for, see `STACK_BYTES`.
 unsafe impl Stack for ChunkStack {
     fn base(&self) -> StackPointer {
         let base = self.stack.base();

@@ -3,11 +3,13 @@
 use std::marker::PhantomData;
 
 use rtsl_ir::host::Host;
+use rtsl_packet::abi::OBJECTS_IN_BLOCK;
 
 use crate::call::{CallStatus, Instances};
 use crate::components::ComponentSet;
 use crate::kernel::CompiledKernel;
 use crate::lanes::LaneBlock;
+use crate::signature::LaneArrays;
 
 /// Lane arrays of a host's own: one for each component of the state or of scratch, one word for each lane.
 pub struct HostLanes<'a> {
@@ -102,9 +104,19 @@ impl<'a> HostLanes<'a> {
             Arrays::Foreign(table) => table,
         }
     }
+}
 
-    fn first_missing(&self, components: &ComponentSet) -> Option<u32> {
+impl LaneArrays for HostLanes<'_> {
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    fn missing_component(&self, components: &ComponentSet) -> Option<u32> {
         components.iter().find(|component| !self.has(*component))
+    }
+
+    fn missing_array(&self, arrays: u32) -> Option<u32> {
+        (0..arrays).find(|array| !self.has(*array))
     }
 }
 
@@ -120,9 +132,10 @@ pub struct HostArguments<'a, 'lanes> {
     pub state: &'a mut HostLanes<'lanes>,
     /// Scratch: an array for each of the class's.
     pub scratch: &'a mut HostLanes<'lanes>,
-    /// How many rays; the arrays have room for as many, rounded up to a multiple of the kernel's width.
+    /// How many rays; the arrays have room for as many, rounded up to a multiple of the kernel's width. 1 for the single
+    /// shape.
     pub count: usize,
-    /// 0 or -1 for each ray, with as much room; all rays where `None`.
+    /// 0 or -1 for each ray, with as much room; all rays where `None`. The single shape takes none.
     pub mask: Option<&'a [i32]>,
     /// For `intersect`: 0 or -1 is written for each ray, with as much room.
     pub accepted: Option<&'a mut [i32]>,
@@ -132,7 +145,7 @@ pub struct HostArguments<'a, 'lanes> {
     pub host: &'a mut dyn Host,
 }
 
-/// Why a call of a host can't be made. Nothing was called.
+/// Why a call can't be made: its arguments do not fit the kernel. Nothing was called.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
     /// A component of the state that the kernel touches has no array.
@@ -144,6 +157,12 @@ pub enum CallError {
     /// `intersect` reports hits.
     #[error("`intersect` reports which rays it found a hit for, and there is no place for that")]
     MissingAccepted,
+    /// The single shape is called for more rays than one, for none, or with a mask.
+    #[error("a kernel of the single shape takes one ray and no mask")]
+    NotOneRay,
+    /// Counts are numbers of 32 bits.
+    #[error("{0} rays are more than a call may have, 2^31 - 1")]
+    TooManyRays(usize),
     /// There are more rays than lanes.
     #[error("{rays} rays take {needed} lanes, and there are {given}")]
     TooFewLanes {
@@ -163,6 +182,18 @@ pub enum CallError {
     /// A number of an object is that of none.
     #[error("there is no object of that number")]
     NoSuchObject,
+    /// The objects of a leaf begin inside a block.
+    #[error("the objects of a leaf begin at a multiple of {OBJECTS_IN_BLOCK}, and {0} is none")]
+    NoBlockStart(u32),
+}
+
+impl CallError {
+    /// Panics with the error: of calls whose arguments must fit.
+    #[cold]
+    #[inline(never)]
+    pub fn refuse(&self) -> ! {
+        panic!("the call does not fit its kernel: {self}")
+    }
 }
 
 impl CompiledKernel {
@@ -177,38 +208,5 @@ impl CompiledKernel {
         self.signature().check_host(&call, self.width())?;
         // Safety: the arguments fit, as was just found.
         Ok(unsafe { self.run_host(call) })
-    }
-}
-
-impl crate::Signature {
-    /// Checks the arguments of a host's call of a kernel of so many rays at a time.
-    ///
-    /// # Errors
-    /// If they do not fit.
-    pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
-        let HostArguments { state, scratch, count, mask, accepted, instances, host: _ } = call;
-        let needed = count.checked_next_multiple_of(width).unwrap_or(usize::MAX);
-        let has_room = |given: usize| match given >= needed {
-            true => Ok(()),
-            false => Err(CallError::TooFewLanes { rays: *count, needed, given }),
-        };
-        // Counts are 32-bit numbers.
-        has_room(if *count > i32::MAX as usize { 0 } else { needed })?;
-        if let Some(component) = state.first_missing(&self.state) {
-            return Err(CallError::MissingState(component));
-        }
-        has_room(state.lanes())?;
-        if self.scratch_arrays > 0 {
-            let missing = (0..self.scratch_arrays).find(|array| !scratch.has(*array));
-            missing.map_or(Ok(()), |array| Err(CallError::MissingScratch(array)))?;
-            has_room(scratch.lanes())?;
-        }
-        mask.map_or(Ok(()), |mask| has_room(mask.len()))?;
-        match accepted {
-            Some(accepted) => has_room(accepted.len())?,
-            None if self.accepts => return Err(CallError::MissingAccepted),
-            None => {}
-        }
-        self.check_host_instances(*instances, *count)
     }
 }

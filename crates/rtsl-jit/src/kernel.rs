@@ -12,7 +12,7 @@ use crate::call::{CallArguments, CallStatus, Instances, RawCall};
 use crate::callbacks::{HOST_TABLE, HostCalls};
 use crate::compile::OptLevel;
 use crate::error::JitError;
-use crate::host_lanes::HostArguments;
+use crate::host_lanes::{CallError, HostArguments};
 use crate::lanes::LaneMask;
 use crate::leaf::{LeafArguments, LeafTest};
 use crate::llvm::Llvm;
@@ -90,7 +90,22 @@ impl CompiledKernel {
     // sizes, which takes 4 ns, a fifth of what a short kernel takes for 64 rays.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
-        self.signature.check(&call);
+        match self.try_call(call) {
+            Ok(status) => status,
+            Err(error) => error.refuse(),
+        }
+    }
+
+    /// The same, where arguments that do not fit are an error.
+    ///
+    /// # Errors
+    /// If the arguments' sizes do not fit the kernel.
+    ///
+    /// # Panics
+    /// With a panic of the host.
+    #[inline(always)]
+    pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
+        self.signature.check(&call)?;
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
@@ -138,13 +153,14 @@ impl CompiledKernel {
                 unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
             }
         }
-        finish(&raw, host, test.and_then(|test| test.nearest()))
+        Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
     }
 
     /// Runs the method for all rays of a host's arrays.
     ///
     /// # Safety
-    /// The call has passed [`Signature::check_host`] for the kernel's width.
+    /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code touches are there,
+    /// with lanes for whole vectors of the rays, of which the single shape has exactly one.
     pub(crate) unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
@@ -175,8 +191,8 @@ impl CompiledKernel {
             }
         }
         match self.signature.separate_chunks {
-            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; the code
-            // keeps to the interface.
+            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; what the
+            // kernel's shape reads is written; the code keeps to the interface.
             None => unsafe { (self.entry)(&mut raw) },
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.

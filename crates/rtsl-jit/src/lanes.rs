@@ -5,6 +5,7 @@ use std::ops::Range;
 use rtsl_packet::abi::LANE_PADDING;
 
 use crate::components::ComponentSet;
+use crate::signature::LaneArrays;
 
 const PADDING: usize = LANE_PADDING as usize;
 
@@ -20,6 +21,8 @@ pub(crate) struct Chunks {
 }
 
 impl Chunks {
+    /// # Panics
+    /// If no address space has room for so many.
     pub(crate) fn new(count: usize) -> Chunks {
         let chunks = vec![Chunk([0; PADDING]); count].into_boxed_slice();
         Chunks { start: Box::into_raw(chunks).cast(), count }
@@ -51,6 +54,20 @@ impl Drop for Chunks {
     }
 }
 
+/// Memory for `arrays` arrays of `lanes` words each, one after another, and the words from one to the next: the lanes
+/// rounded up to whole chunks.
+///
+/// # Panics
+/// If no address space has room for so many words.
+fn arrays_of_zeros(arrays: usize, lanes: usize) -> (Chunks, usize) {
+    let chunks = lanes.div_ceil(PADDING);
+    let sizes = chunks.checked_mul(PADDING).zip(chunks.checked_mul(arrays));
+    let Some((stride, all_chunks)) = sizes else {
+        panic!("no memory has room for {arrays} arrays of {lanes} lanes")
+    };
+    (Chunks::new(all_chunks), stride)
+}
+
 /// Arrays of 32-bit words, one for each component of the state or of scratch, one word for
 /// each lane (ray). Every array is aligned to 64 bytes and as long as the number of lanes rounded
 /// up to a multiple of [`LANE_PADDING`], so that a kernel of any width may read and write whole
@@ -75,10 +92,13 @@ unsafe impl Sync for LaneBlock {}
 
 impl LaneBlock {
     /// Zeros: `components` arrays for `lanes` rays.
+    ///
+    /// # Panics
+    /// If no address space has room for so many words.
     pub fn new(components: usize, lanes: usize) -> LaneBlock {
-        let stride = lanes.next_multiple_of(PADDING);
-        let memory = Chunks::new(components * stride / PADDING);
-        // Safety: `index * stride` words are within the chunks, or at their end.
+        let (memory, stride) = arrays_of_zeros(components, lanes);
+        // Safety: `index` is below `components`, and the memory has `components * stride` words, a number that did not
+        // overflow.
         let table =
             (0..components).map(|index| unsafe { memory.words().add(index * stride) }).collect();
         let present = (0..components.min(ComponentSet::CAPACITY as usize) as u32).collect();
@@ -90,15 +110,15 @@ impl LaneBlock {
     ///
     /// # Panics
     /// If `present` names a component twice, or one that is not below `components` and
-    /// [`ComponentSet::CAPACITY`].
+    /// [`ComponentSet::CAPACITY`], or no address space has room for so many words.
     pub fn sparse(components: usize, present: &[u32], lanes: usize) -> LaneBlock {
-        let stride = lanes.next_multiple_of(PADDING);
-        let memory = Chunks::new(present.len() * stride / PADDING);
+        let (memory, stride) = arrays_of_zeros(present.len(), lanes);
         let mut table = vec![std::ptr::null_mut::<u32>(); components];
         for (index, component) in present.iter().enumerate() {
             let entry = &mut table[*component as usize];
             assert!(entry.is_null(), "component {component} is named twice");
-            // Safety: `index * stride` words are within the chunks, or at their end.
+            // Safety: `index` is below `present.len()`, and the memory has that many times `stride` words, a number
+            // that did not overflow.
             *entry = unsafe { memory.words().add(index * stride) };
         }
         let present = present.iter().copied().collect();
@@ -218,14 +238,11 @@ impl LaneBlock {
     /// write at the same time.
     #[inline]
     pub fn vectors_mut<const N: usize>(&mut self, first: usize) -> [&mut [f32]; N] {
-        assert!(first + N <= self.components(), "components {first}..{}", first + N);
         let lanes = self.lanes;
-        // Safety: the arrays do not overlap and are borrowed mutably along with the block;
+        // Safety: the arrays have so many lanes and do not overlap; they are borrowed mutably along with the block;
         // f32 has the size and alignment of u32.
-        std::array::from_fn(|index| unsafe {
-            let start = self.array(first + index);
-            std::slice::from_raw_parts_mut(start.cast::<f32>(), lanes)
-        })
+        self.arrays(first)
+            .map(|start| unsafe { std::slice::from_raw_parts_mut(start.cast::<f32>(), lanes) })
     }
 
     /// All arrays with their padding, one after another.
@@ -285,6 +302,30 @@ impl LaneBlock {
     #[inline]
     fn start_of(&self, component: usize) -> usize {
         (self.array(component).addr() - self.memory.words().addr()) / size_of::<u32>()
+    }
+}
+
+impl LaneArrays for LaneBlock {
+    #[inline(always)]
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    #[inline(always)]
+    fn missing_component(&self, components: &ComponentSet) -> Option<u32> {
+        if self.has_all(components) {
+            return None;
+        }
+        components.iter().find(|component| !self.present.contains(*component))
+    }
+
+    #[inline(always)]
+    fn missing_array(&self, arrays: u32) -> Option<u32> {
+        match self.table.get(..arrays as usize) {
+            None => Some(self.components() as u32),
+            Some(_) if !self.sparse => None,
+            Some(table) => table.iter().position(|array| array.is_null()).map(|it| it as u32),
+        }
     }
 }
 
@@ -486,6 +527,28 @@ mod tests {
         assert_eq!((copy.words(7), copy.words(2)), ([1; 20].as_slice(), [2; 20].as_slice()));
         assert!(copy.has_all(&ComponentSet::from_iter([2])));
         assert!(!copy.has_all(&ComponentSet::from_iter([2, 3])));
+    }
+
+    #[test]
+    fn sizes_that_overflow_get_no_memory() {
+        let refused = |make: fn() -> LaneBlock| std::panic::catch_unwind(make).is_err();
+        assert!(refused(|| LaneBlock::new(4, 1 << 62)));
+        assert!(refused(|| LaneBlock::new(3, usize::MAX)));
+        assert!(refused(|| LaneBlock::new(usize::MAX, 17)));
+        assert!(refused(|| LaneBlock::sparse(9, &[7, 2], 1 << 63)));
+        assert!(refused(|| LaneBlock::sparse(9, &[7, 2, 1, 0], 1 << 62)));
+        assert!(refused(|| LaneBlock::new(1, usize::MAX)));
+        assert!(std::panic::catch_unwind(|| LaneMask::new(usize::MAX)).is_err());
+        assert!(std::panic::catch_unwind(|| LaneIndices::new(usize::MAX)).is_err());
+    }
+
+    #[test]
+    fn arrays_that_are_missing_are_named() {
+        let block = LaneBlock::sparse(9, &[7, 0], 20);
+        assert_eq!(block.missing_array(1), None);
+        assert_eq!((block.missing_array(2), block.missing_array(10)), (Some(1), Some(9)));
+        assert_eq!(block.missing_component(&ComponentSet::from_iter([0, 7, 8])), Some(8));
+        assert_eq!(LaneBlock::new(3, 0).missing_array(3), None);
     }
 
     #[test]

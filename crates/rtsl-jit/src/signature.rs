@@ -8,9 +8,9 @@ use rtsl_packet::{Kernel, Shape, abi};
 
 use crate::call::{CallArguments, Instances};
 use crate::components::ComponentSet;
-use crate::host_lanes::CallError;
+use crate::host_lanes::{CallError, HostArguments};
 use crate::instance::{BufferEntry, InstanceBlock};
-use crate::lanes::{LaneBlock, LaneMask};
+use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 
@@ -66,50 +66,67 @@ impl Signature {
 
     /// Checks that a call's arguments have the sizes that code relies on.
     ///
-    /// # Panics
+    /// # Errors
     /// If they have not: the caller mixed up classes or shapes.
     // Inlined, as is what it calls: see `CompiledKernel::call`.
     #[inline(always)]
-    pub fn check(&self, call: &CallArguments<'_>) {
-        match (self.shape, call.instances) {
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(_)) => {
-                self.check_rays(call);
-                assert!(self.object_words.is_none(), "the kernel takes objects");
-            }
-            (
-                Shape::Packet | Shape::CommonOrigin | Shape::Single,
-                Instances::Object(objects, number),
-            ) => {
-                self.check_rays(call);
-                self.check_objects(objects);
-                assert!((number as usize) < objects.len(), "the object is one of these");
-            }
-            (Shape::Leaf, Instances::Range(objects, first)) => {
-                self.check_count(call.count, call.mask);
-                self.check_lanes(call.state, call.scratch, self.leaf_lanes(call.count));
-                self.check_objects(objects);
-                check_range(first, call.count, objects.len());
-            }
-            (Shape::Stream, Instances::Many(objects, indices)) => {
-                self.check_rays(call);
-                self.check_objects(objects);
-                check_indices(indices.as_slice(), call.count, objects.len());
-            }
-            (
-                shape,
-                Instances::One(_)
-                | Instances::Object(..)
-                | Instances::Many(..)
-                | Instances::Range(..),
-            ) => {
-                panic!("the {} shape takes its instances in another form", shape.name())
+    pub fn check(&self, call: &CallArguments<'_>) -> Result<(), CallError> {
+        self.check_sizes(&CallSizes {
+            state: &*call.state,
+            scratch: &*call.scratch,
+            count: call.count,
+            mask: call.mask.map(LaneMask::lanes),
+            accepted: call.accepted.as_ref().map(|accepted| accepted.lanes()),
+            instances: call.instances,
+            // Own arrays are padded for every width.
+            vector: 1,
+        })
+    }
+
+    /// Checks the arguments of a host's call of a kernel of so many rays at a time.
+    ///
+    /// # Errors
+    /// If they do not fit.
+    pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
+        if self.shape == Shape::Leaf {
+            return Err(CallError::InstanceForm(self.shape.name()));
+        }
+        self.check_sizes(&CallSizes {
+            state: &*call.state,
+            scratch: &*call.scratch,
+            count: call.count,
+            mask: call.mask.map(<[i32]>::len),
+            accepted: call.accepted.as_ref().map(|accepted| accepted.len()),
+            instances: call.instances,
+            vector: width,
+        })
+    }
+
+    /// The one check of a call for rays, whoever owns its arrays.
+    #[inline(always)]
+    fn check_sizes<L: LaneArrays>(&self, call: &CallSizes<'_, L>) -> Result<(), CallError> {
+        let CallSizes { state, scratch, count, mask, accepted, instances, vector } = *call;
+        self.check_instances(instances, count)?;
+        if self.shape == Shape::Single && (count != 1 || mask.is_some()) {
+            return Err(CallError::NotOneRay);
+        }
+        let needed = needed_lanes(count, vector)?;
+        let room = |given: usize| has_room(count, needed, given);
+        match self.shape {
+            // The one ray's lane; what a kernel keeps of its hits is stored there, too.
+            Shape::Leaf if self.accepts => self.check_arrays(state, scratch, 1, 1)?,
+            // The ray's lane and those of the objects.
+            Shape::Leaf => self.check_arrays(state, scratch, count, needed.max(1))?,
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+                self.check_arrays(state, scratch, count, needed)?;
+                match accepted {
+                    Some(lanes) => room(lanes)?,
+                    None if self.accepts => return Err(CallError::MissingAccepted),
+                    None => {}
+                }
             }
         }
-        self.check_block(call.instances.block());
-        if self.shape == Shape::Single {
-            let is_one = call.count == 1 && call.mask.is_none();
-            assert!(is_one, "the single shape takes one ray and no mask");
-        }
+        mask.map_or(Ok(()), room)
     }
 
     /// Checks that a leaf kernel fits objects.
@@ -119,107 +136,96 @@ impl Signature {
     pub fn check_leaf_objects(&self, objects: &Objects) {
         let is_test = self.shape == Shape::Leaf && self.accepts;
         assert!(is_test, "the kernel is `intersect` in the leaf shape");
-        self.check_objects(objects);
-        self.check_block(objects.shared());
+        let fit = self.fits_objects(objects) && self.fits_block(objects.shared());
+        assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
     }
 
     /// Checks the arguments of a call for some of so many objects that fit.
     #[inline(always)]
     pub fn check_leaf(&self, call: &LeafArguments<'_>, objects: usize) {
-        let LeafArguments { state, scratch, count, tests, host: _ } = call;
-        self.check_count(*count as usize, None);
-        self.check_count(tests.len(), None);
-        let rays = tests.iter().map(|test| test.ray as usize + 1).max();
-        self.check_lanes(state, scratch, rays.unwrap_or(0));
-        tests.iter().for_each(|test| check_range(test.first, *count as usize, objects));
-    }
-
-    /// The lanes of state and scratch in the leaf shape: those of the ray, or of each object's outputs.
-    #[inline(always)]
-    fn leaf_lanes(&self, count: usize) -> usize {
-        if self.accepts { 1 } else { count.max(1) }
-    }
-
-    /// Checks what has a lane for each ray.
-    #[inline(always)]
-    fn check_rays(&self, call: &CallArguments<'_>) {
-        self.check_count(call.count, call.mask);
-        self.check_lanes(call.state, call.scratch, call.count);
-        let room = call.accepted.as_ref().map(|accepted| accepted.lanes());
-        assert!(!self.accepts || room.is_some(), "`intersect` reports accepted hits");
-        assert!(room.is_none_or(|lanes| lanes >= call.count), "every ray may be accepted");
-    }
-
-    /// Checks the number of lanes, and the mask.
-    #[inline(always)]
-    fn check_count(&self, count: usize, mask: Option<&LaneMask>) {
-        assert!(count <= u32::MAX as usize / 2, "at most 2^31 rays a call");
-        assert!(mask.is_none_or(|mask| mask.lanes() >= count), "the mask has every ray");
-    }
-
-    /// Checks state and scratch for so many lanes.
-    #[inline(always)]
-    fn check_lanes(&self, state: &LaneBlock, scratch: &LaneBlock, lanes: usize) {
-        assert!(state.has_all(&self.state), "the state has every array that the kernel touches");
-        assert!(state.lanes() >= lanes, "the state has room for every ray");
-        if self.scratch_arrays > 0 {
-            let arrays = self.scratch_arrays as usize;
-            let is_of_class = scratch.components() >= arrays && !scratch.is_sparse();
-            assert!(is_of_class, "the scratch is that of the class");
-            assert!(scratch.lanes() >= lanes, "scratch has room for every ray");
+        if let Err(error) = self.check_tests(call, objects) {
+            error.refuse();
         }
     }
 
-    /// Checks the instances of a host's call.
-    pub(crate) fn check_host_instances(
+    #[inline(always)]
+    fn check_tests(&self, call: &LeafArguments<'_>, objects: usize) -> Result<(), CallError> {
+        let LeafArguments { state, scratch, count, tests, host: _ } = call;
+        let count = *count as usize;
+        needed_lanes(count, 1)?;
+        needed_lanes(tests.len(), 1)?;
+        let rays = tests.iter().map(|test| test.ray as usize + 1).max().unwrap_or(0);
+        self.check_arrays(&**state, &**scratch, rays, rays)?;
+        tests.iter().try_for_each(|test| check_range(test.first, count, objects))
+    }
+
+    /// Checks that state and scratch have the arrays that code touches, with `needed` lanes for so many rays.
+    #[inline(always)]
+    fn check_arrays<L: LaneArrays>(
         &self,
-        instances: Instances<'_>,
-        count: usize,
+        state: &L,
+        scratch: &L,
+        rays: usize,
+        needed: usize,
     ) -> Result<(), CallError> {
-        let objects = instances.objects();
+        if let Some(component) = state.missing_component(&self.state) {
+            return Err(CallError::MissingState(component));
+        }
+        has_room(rays, needed, state.lanes())?;
+        if self.scratch_arrays == 0 {
+            return Ok(());
+        }
+        if let Some(array) = scratch.missing_array(self.scratch_arrays) {
+            return Err(CallError::MissingScratch(array));
+        }
+        has_room(rays, needed, scratch.lanes())
+    }
+
+    /// Checks that the instances have the form that the kernel takes, and that those which rays name are there.
+    #[inline(always)]
+    fn check_instances(&self, instances: Instances<'_>, count: usize) -> Result<(), CallError> {
+        let takes_objects = self.object_words.is_some();
         let form_fits = match (self.shape, instances) {
             (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(_)) => {
-                self.object_words.is_none()
+                !takes_objects
             }
             (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::Object(..))
-            | (Shape::Stream, Instances::Many(..)) => self.object_words.is_some(),
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, _)
-            | (Shape::Stream | Shape::Leaf, _) => false,
+            | (Shape::Stream, Instances::Many(..))
+            | (Shape::Leaf, Instances::Range(..)) => takes_objects,
+            (
+                Shape::Packet | Shape::CommonOrigin | Shape::Single,
+                Instances::Many(..) | Instances::Range(..),
+            )
+            | (Shape::Stream, Instances::One(_) | Instances::Object(..) | Instances::Range(..))
+            | (Shape::Leaf, Instances::One(_) | Instances::Object(..) | Instances::Many(..)) => {
+                false
+            }
         };
         if !form_fits {
             return Err(CallError::InstanceForm(self.shape.name()));
         }
-        let fit = objects.is_none_or(|objects| self.fits_objects(objects));
-        if !(fit && self.fits_block(instances.block())) {
+        let objects_fit = instances.objects().is_none_or(|objects| self.fits_objects(objects));
+        if !(objects_fit && self.fits_block(instances.block())) {
             return Err(CallError::ForeignInstance);
         }
-        let exist = objects.is_none_or(|objects| match instances {
-            Instances::Object(_, number) => (number as usize) < objects.len(),
-            Instances::Many(_, indices) => are_numbers(indices.as_slice(), count, objects.len()),
-            Instances::One(_) | Instances::Range(..) => true,
-        });
-        if exist { Ok(()) } else { Err(CallError::NoSuchObject) }
+        match instances {
+            Instances::One(_) => Ok(()),
+            Instances::Object(objects, number) => exists((number as usize) < objects.len()),
+            Instances::Many(objects, indices) => {
+                exists(are_numbers(indices.as_slice(), count, objects.len()))
+            }
+            Instances::Range(objects, first) => check_range(first, count, objects.len()),
+        }
     }
 
-    /// Checks the instance's block, or that which objects share.
-    #[inline(always)]
-    fn check_block(&self, block: &InstanceBlock) {
-        assert!(self.fits_block(block), "the instance is one of the class, with its buffers");
-    }
-
+    /// Whether a block, of the instance or of what objects share, has the words and buffers that code reads.
     #[inline(always)]
     fn fits_block(&self, block: &InstanceBlock) -> bool {
         block.words().len() >= self.block_words as usize
             && self.buffers.iter().all(|buffer| block.entries().contains(buffer))
     }
 
-    /// Checks what all objects have.
-    #[inline(always)]
-    fn check_objects(&self, objects: &Objects) {
-        let fit = self.fits_objects(objects);
-        assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
-    }
-
+    /// Whether each object has the words and buffers that code reads.
     #[inline(always)]
     fn fits_objects(&self, objects: &Objects) -> bool {
         let words = Some(objects.form().words().len() as u32);
@@ -228,24 +234,68 @@ impl Signature {
     }
 }
 
-/// Checks that a range of objects begins a block and is among so many.
-#[inline(always)]
-fn check_range(first: u32, count: usize, objects: usize) {
-    let end = (first as usize).checked_add(count);
-    assert!(end.is_some_and(|end| end <= objects), "all objects are of these");
-    let begins_block = first.is_multiple_of(abi::OBJECTS_IN_BLOCK);
-    assert!(begins_block, "the first object is the first of a block");
+/// Arrays of lanes, as far as a check of their sizes goes.
+pub(crate) trait LaneArrays {
+    /// The lanes that each array has room for, padding left out.
+    fn lanes(&self) -> usize;
+
+    /// The first of these components that has no array.
+    fn missing_component(&self, components: &ComponentSet) -> Option<u32>;
+
+    /// The first of so many arrays, counted from 0, that is not there.
+    fn missing_array(&self, arrays: u32) -> Option<u32>;
 }
 
-/// Checks that so many rays, and lanes that share a vector with them, have the number of one of `instances`.
-fn check_indices(indices: &[u32], rays: usize, instances: usize) {
-    assert!(are_numbers(indices, rays, instances), "every ray has an instance of the table");
+/// The sizes of a call's arguments.
+struct CallSizes<'a, L> {
+    state: &'a L,
+    scratch: &'a L,
+    /// Rays, or objects in the leaf shape.
+    count: usize,
+    /// The lanes of the mask.
+    mask: Option<usize>,
+    /// Lanes for accepted hits.
+    accepted: Option<usize>,
+    instances: Instances<'a>,
+    /// Code touches whole vectors of so many lanes that the caller's arrays have room for.
+    vector: usize,
+}
+
+/// The lanes of so many rays in whole vectors.
+#[inline(always)]
+fn needed_lanes(rays: usize, vector: usize) -> Result<usize, CallError> {
+    if rays > i32::MAX as usize {
+        return Err(CallError::TooManyRays(rays));
+    }
+    rays.checked_next_multiple_of(vector).ok_or(CallError::TooManyRays(rays))
+}
+
+#[inline(always)]
+fn has_room(rays: usize, needed: usize, given: usize) -> Result<(), CallError> {
+    if given >= needed { Ok(()) } else { Err(CallError::TooFewLanes { rays, needed, given }) }
+}
+
+#[inline(always)]
+fn exists(all: bool) -> Result<(), CallError> {
+    if all { Ok(()) } else { Err(CallError::NoSuchObject) }
+}
+
+/// Checks that a range of objects begins a block and is among so many.
+#[inline(always)]
+fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError> {
+    if !first.is_multiple_of(abi::OBJECTS_IN_BLOCK) {
+        return Err(CallError::NoBlockStart(first));
+    }
+    let end = (first as usize).checked_add(count);
+    exists(end.is_some_and(|end| end <= objects))
 }
 
 /// Whether so many rays, and lanes that share a vector with them, have the number of one of `instances`.
 #[inline(always)]
 fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
-    let read = rays.next_multiple_of(abi::LANE_PADDING as usize).min(indices.len());
+    // A number of rays that does not round up is more than there are indices.
+    let padded = rays.checked_next_multiple_of(abi::LANE_PADDING as usize).unwrap_or(rays);
+    let read = padded.min(indices.len());
     // Not `all`, which looks at one after another.
     let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
     indices.len() >= rays && (greatest as usize) < instances

@@ -29,7 +29,7 @@ impl InterpretedKernel {
         layout: &Layout,
         signature: Signature,
     ) -> Result<InterpretedKernel, PrepareError> {
-        let places = LanePlaces::new(&function.places, layout, signature.shape);
+        let places = LanePlaces::new(&function.places, layout, &signature);
         let distance = function
             .places
             .iter()
@@ -44,8 +44,13 @@ impl InterpretedKernel {
     }
 
     /// Runs the method for all lanes of the call, in order.
-    pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
-        self.signature.check(&call);
+    pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
+        self.signature.check(&call)?;
+        Ok(self.run(call))
+    }
+
+    /// The same for arguments that were found to fit.
+    fn run(&self, call: CallArguments<'_>) -> CallStatus {
         if self.signature.shape == Shape::Leaf && self.signature.accepts {
             self.keep_nearest(call, 0)
         } else {
@@ -64,7 +69,7 @@ impl InterpretedKernel {
         scratch.copy_to(&mut own_scratch, count);
         let mask = mask.map(|mask| LaneMask::from_fn(count, |lane| mask[lane] != 0));
         let mut hits = LaneMask::new(count);
-        let status = self.call(CallArguments {
+        let status = self.run(CallArguments {
             state: &mut own_state,
             scratch: &mut own_scratch,
             count,
@@ -84,6 +89,8 @@ impl InterpretedKernel {
 
     fn store_each(&self, call: CallArguments<'_>) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
+        // Only methods that accept hits write the mask.
+        let accepted = accepted.filter(|_| self.signature.accepts);
         let mut storage = CallStorage::new(&self.places, state, scratch, accepted, instances);
         let mut interpreter = self.interpreter.clone();
         let mut status = CallStatus::default();

@@ -69,9 +69,24 @@ impl Kernel {
     // Inlined for the same reason as that of `CompiledKernel`.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
+        match self.try_call(call) {
+            Ok(status) => status,
+            Err(error) => error.refuse(),
+        }
+    }
+
+    /// The same, where arguments that do not fit are an error and nothing is called.
+    ///
+    /// # Errors
+    /// If the arguments' sizes do not fit the kernel.
+    ///
+    /// # Panics
+    /// With a panic of the host.
+    #[inline(always)]
+    pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         match &self.kind {
-            Kind::Compiled(kernel) => kernel.call(call),
-            Kind::Interpreted(kernel) => kernel.call(call),
+            Kind::Compiled(kernel) => kernel.try_call(call),
+            Kind::Interpreted(kernel) => kernel.try_call(call),
         }
     }
 

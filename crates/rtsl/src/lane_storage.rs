@@ -1,14 +1,16 @@
 //! The places of a method in the arguments of a call, as interpreters see them.
 
 use rtsl_ir::{Place, PlaceId, PlaceKind, Scalar};
-use rtsl_jit::{InstanceBlock, Instances, LaneBlock, LaneMask, Objects};
-use rtsl_packet::{DataLocation, Layout, ObjectForm, Shape};
+use rtsl_jit::{ComponentSet, InstanceBlock, Instances, LaneBlock, LaneMask, Objects, Signature};
+use rtsl_packet::{DataLocation, Layout, ObjectForm};
 use rtsl_spec::lookup_state;
 
 /// Where a method's places lie in calls of one shape.
 #[derive(Clone, Debug)]
 pub(crate) struct LanePlaces {
     places: Vec<LanePlace>,
+    /// The components of the state that the method touches: calls need bring no others.
+    touched: ComponentSet,
 }
 
 /// One of a method's places.
@@ -42,8 +44,9 @@ enum Location {
 }
 
 impl LanePlaces {
-    /// The places of a function.
-    pub fn new(places: &[Place], layout: &Layout, shape: Shape) -> LanePlaces {
+    /// The places of a function whose calls the signature describes.
+    pub fn new(places: &[Place], layout: &Layout, signature: &Signature) -> LanePlaces {
+        let shape = signature.shape;
         let form = layout.object_form(shape);
         let places = places.iter().map(|place| {
             let location = Location::of(place, layout, form.as_ref()).unwrap_or(Location::Nowhere);
@@ -51,7 +54,7 @@ impl LanePlaces {
                 matches!(location, Location::ObjectMember(_) | Location::ObjectBuffer(_));
             LanePlace { location, len: place.len, varies: shape.varies(place, of_objects) }
         });
-        LanePlaces { places: places.collect() }
+        LanePlaces { places: places.collect(), touched: signature.state }
     }
 
     fn get(&self, place: PlaceId) -> LanePlace {
@@ -59,13 +62,20 @@ impl LanePlaces {
     }
 
     /// By place the scalars of state and scratch that all lanes share, from the lane that has them: copies,
-    /// since the call may change what they were read from.
+    /// since the call may change what they were read from. What nobody reads is zero: components that the method does
+    /// not touch, and all where the call has no lanes.
     fn shared_inputs(&self, lane: usize, state: &LaneBlock, scratch: &LaneBlock) -> Vec<Vec<u32>> {
+        let is_read = |location: Location, index: u32| match location {
+            Location::State(first) => self.touched.contains(first + index) && lane < state.lanes(),
+            _ => lane < scratch.lanes(),
+        };
+        let shared = |location: Location, index: u32| match is_read(location, index) {
+            true => location.lane(index, lane, state, scratch),
+            false => 0,
+        };
         let of_lane = |place: &LanePlace| match place.location {
             Location::State(_) | Location::Scratch(..) if !place.varies => {
-                let scalars =
-                    (0..place.len).map(|index| place.location.lane(index, lane, state, scratch));
-                scalars.collect()
+                (0..place.len).map(|index| shared(place.location, index)).collect()
             }
             Location::State(_)
             | Location::Scratch(..)

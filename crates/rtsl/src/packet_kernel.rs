@@ -34,7 +34,7 @@ impl PacketKernel {
         signature: Signature,
     ) -> PacketKernel {
         let places: Vec<_> = packet.places.iter().map(|place| place.place.clone()).collect();
-        let places = LanePlaces::new(&places, layout, signature.shape);
+        let places = LanePlaces::new(&places, layout, &signature);
         PacketKernel { packet, places, signature }
     }
 
@@ -44,7 +44,9 @@ impl PacketKernel {
     /// # Panics
     /// If the arguments' sizes do not fit the kernel.
     pub fn run(&self, call: CallArguments<'_>, round_limit: u64) -> PacketRun {
-        self.signature.check(&call);
+        if let Err(error) = self.signature.check(&call) {
+            error.refuse();
+        }
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut storage = CallStorage::new(&self.places, state, scratch, accepted, instances);
         let is_on = |ray: u32| mask.is_none_or(|mask| mask.get(ray as usize));

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneFloats, LaneSet, NoHost, RayLanes};
 use rtsl::{
-    Backend, CallArguments, CallStatus, Class, Emit, EmitRequest, Engine, EngineOptions, Instance,
-    Instances, KernelRequest, LaneBlock, LaneMask, Method, Shape, Target, lookup_state, new_state,
+    Backend, CallArguments, CallStatus, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions,
+    HostArguments, HostLanes, Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask,
+    LeafArguments, LeafTest, Method, Program, Shape, Target, lookup_state, new_state,
     state_component_count,
 };
 
@@ -182,6 +183,118 @@ fn sizes_that_do_not_fit_are_refused() {
         assert!(!refused(&mut sparse(&[color + 1, color]), None));
         assert!(refused(&mut sparse(&[color + 1, color + 2]), None));
         assert!(program.kernel(Method::Bsdf, Shape::Packet).is_err());
+    }
+}
+
+/// A method that reads one component of what rays of these shapes have in common, and leaves others alone.
+const DEPTH: &str = "class Depth : rt_Primitive; scratch vec2 place;
+    void intersect() { if (hit(rt_RayOrigin.z + 2.0)) place.y = rt_RayDirection.y; }
+    void computeNormal() { rt_GeometricNormal = vec3(rt_RayOrigin.z, place.y, 1.0); }";
+
+fn depth() -> Arc<Instance> {
+    let unit = Compiler::default().compile("depth.rtsl", DEPTH).unit.expect("it compiles");
+    Instance::new(unit.class("Depth").unwrap(), []).unwrap()
+}
+
+/// How a call of no rays ends, whose arrays have so many lanes.
+fn call_of_no_rays(
+    program: &Program,
+    lanes: usize,
+    instances: Instances<'_>,
+    call: impl FnOnce(CallArguments<'_>) -> CallStatus,
+) -> CallStatus {
+    call(CallArguments {
+        state: &mut new_state(lanes),
+        scratch: &mut program.new_scratch(lanes),
+        count: 0,
+        mask: None,
+        accepted: Some(&mut LaneMask::new(0)),
+        instances,
+        host: &mut NoHost,
+    })
+}
+
+#[test]
+fn a_call_of_no_rays_does_nothing_in_any_shape() {
+    let instance = depth();
+    for engine in engines(&EngineOptions::default()) {
+        let program = engine.program(&instance);
+        let objects = Arc::new(program.objects([&*instance]));
+        let (block, index) = (program.block(&instance), LaneIndices::new(0));
+        for (shape, lanes, instances) in [
+            (Shape::Packet, 0, Instances::One(&block)),
+            (Shape::CommonOrigin, 0, Instances::One(&block)),
+            (Shape::Stream, 0, Instances::Many(&objects, &index)),
+            // The lane of the ray that objects share.
+            (Shape::Leaf, 1, Instances::Range(&objects, 0)),
+        ] {
+            for method in [Method::Intersect, Method::ComputeNormal] {
+                let kernel = program.kernel(method, shape).unwrap();
+                let packets = program.packet_kernel(method, shape).unwrap();
+                let found = [
+                    call_of_no_rays(&program, lanes, instances, |call| kernel.call(call)),
+                    call_of_no_rays(&program, lanes, instances, |call| {
+                        packets.run(call, u64::MAX).status
+                    }),
+                ];
+                assert_eq!(found, [CallStatus::default(); 2], "{shape:?}, {method:?}");
+            }
+        }
+        let kernel = program.kernel(Method::Intersect, Shape::Leaf).unwrap().for_leaves(objects);
+        let (state, scratch) = (&mut new_state(1), &mut program.new_scratch(1));
+        let tests = &mut [LeafTest::new(0, 0)];
+        tests[0].set_nearest(Some(7));
+        let host = &mut NoHost;
+        let status = kernel.call(LeafArguments { state, scratch, count: 0, tests, host });
+        assert_eq!((status, tests[0].nearest()), (CallStatus::default(), None));
+    }
+}
+
+/// What a method does not touch a call need not bring, of what its rays have in common neither.
+#[test]
+fn arrays_that_a_method_does_not_touch_may_be_missing() {
+    let instance = depth();
+    for engine in engines(&EngineOptions::default()) {
+        let program = engine.program(&instance);
+        let block = program.block(&instance);
+        for shape in [Shape::Packet, Shape::CommonOrigin, Shape::Single] {
+            let kernel = program.kernel(Method::ComputeNormal, shape).unwrap();
+            let components: Vec<u32> = kernel.state_components().iter().collect();
+            assert!(!components.contains(&(component("rt_RayOrigin") as u32)));
+            let mut state = LaneBlock::sparse(state_component_count() as usize, &components, 1);
+            state.floats_mut(component("rt_RayOrigin") + 2)[0] = 5.0;
+            let status = kernel.call(CallArguments {
+                state: &mut state,
+                scratch: &mut program.new_scratch(1),
+                count: 1,
+                mask: None,
+                accepted: None,
+                instances: Instances::One(&block),
+                host: &mut NoHost,
+            });
+            assert_eq!(status, CallStatus::default());
+            assert_eq!(state.floats(component("rt_GeometricNormal")), [5.0], "{shape:?}");
+            // The same with arrays of the host's own.
+            let lanes = engine.width() as usize;
+            let mut arrays = vec![vec![0.0; lanes]; components.len()];
+            let mut state = HostLanes::new(state_component_count() as usize, lanes);
+            for (component, array) in components.iter().zip(&mut arrays) {
+                state.bind(*component as usize, array);
+            }
+            let mut scratch = [vec![0.0; lanes], vec![0.0; lanes]];
+            let mut own = HostLanes::new(2, lanes);
+            scratch.iter_mut().enumerate().for_each(|(array, it)| own.bind(array, it));
+            let status = kernel.call_host(HostArguments {
+                state: &mut state,
+                scratch: &mut own,
+                count: 1,
+                mask: None,
+                accepted: None,
+                instances: Instances::One(&block),
+                host: &mut NoHost,
+            });
+            assert_eq!(status, Ok(CallStatus::default()), "{shape:?}");
+        }
     }
 }
 

@@ -140,7 +140,59 @@ fn calls_that_do_not_fit_are_errors() {
     let short_mask = arrays.call(&program, &variant, (&ball, 5, &[-1; 4]), &mut [0; 8]);
     assert!(matches!(short_mask, Err(CallError::TooFewLanes { .. })));
     let many = arrays.call(&program, &variant, (&ball, usize::MAX, &[-1; 8]), &mut [0; 8]);
-    assert!(matches!(many, Err(CallError::TooFewLanes { .. })));
+    assert_eq!(many, Err(CallError::TooManyRays(usize::MAX)));
     let wrong_width = program.kernel(Method::Intersect, Variant::new(Shape::Packet).with_width(3));
     assert_eq!(wrong_width.unwrap_err().code.as_str(), "E0703");
+}
+
+/// A call of the single shape with arrays of as many lanes as rays, parts of larger ones; and what it changed of those.
+fn single_call(
+    backend: Backend,
+    count: usize,
+    mask: Option<&[i32]>,
+) -> (Result<CallStatus, CallError>, Vec<f32>) {
+    const LANES: usize = 4;
+    let unit = Compiler::default().compile("ball.rtsl", BALL).unit.expect("it compiles");
+    let (engine, _) = Engine::new(EngineOptions { backend, ..Default::default() }).unwrap();
+    let ball = Instance::new(unit.class("Ball").unwrap(), []).unwrap();
+    let program = engine.program(&ball);
+    let kernel = program.kernel(Method::Intersect, Shape::Single).unwrap();
+    let lanes = count.min(LANES);
+    let mut arrays = Arrays::new(LANES);
+    let given = arrays.state.concat();
+    let mut state = HostLanes::new(arrays.state.len(), lanes);
+    for (component, array) in arrays.state.iter_mut().enumerate() {
+        state.bind(component, &mut array[..lanes]);
+    }
+    let mut scratch = HostLanes::new(2, lanes);
+    for (component, array) in arrays.scratch.iter_mut().enumerate() {
+        scratch.bind(component, &mut array[..lanes]);
+    }
+    let status = kernel.call_host(HostArguments {
+        state: &mut state,
+        scratch: &mut scratch,
+        count,
+        mask,
+        accepted: Some(&mut vec![0; lanes]),
+        instances: Instances::One(&program.block(&ball)),
+        host: &mut NoHost,
+    });
+    let found = arrays.state.concat();
+    let changed = found.into_iter().zip(given).filter(|(found, given)| found != given);
+    (status, changed.map(|(found, _)| found).collect())
+}
+
+/// Code of the single shape looks at neither the count nor the mask: it works on the first lane, there or not.
+#[test]
+fn the_single_shape_takes_one_ray_and_no_mask() {
+    for backend in [Backend::Auto, Backend::Interpreter] {
+        let refused = (Err(CallError::NotOneRay), Vec::new());
+        for count in [0, 2, 4, i32::MAX as usize, usize::MAX] {
+            assert_eq!(single_call(backend, count, None), refused, "{backend:?}, {count} rays");
+        }
+        assert_eq!(single_call(backend, 1, Some(&[0])), refused, "{backend:?}, a mask");
+        assert_eq!(single_call(backend, 0, Some(&[])), refused, "{backend:?}, an empty mask");
+        let (status, changed) = single_call(backend, 1, None);
+        assert_eq!((status, changed.len()), (Ok(CallStatus::default()), 0), "the ray misses");
+    }
 }

@@ -193,7 +193,7 @@ static void calls(RtslUnitId unit, RtslEngineId engine)
     FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_LANES, "8 lanes");
     bad = good;
     bad.count = UINT32_MAX;
-    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_LANES, "lanes");
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_LANES, "2^31");
     bad = good;
     bad.state = NULL;
     FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "`state` is null");
@@ -242,6 +242,96 @@ static void calls(RtslUnitId unit, RtslEngineId engine)
     FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ID, "objects");
 }
 
+/* The shape single takes one ray: code of it looks at neither the count nor the mask. */
+static void single(RtslUnitId unit, RtslEngineId engine)
+{
+    RtslInstanceId sphere;
+    RtslKernelId kernel;
+    OK(rtsl_instance_new(unit, "Sphere", &sphere));
+    OK(rtsl_instance_commit(sphere));
+    OK(rtsl_kernel_new(engine, sphere, "intersect", RTSL_SINGLE, 0, &kernel));
+    float words[RTSL_STATE_COMPONENTS] = {0};
+    float *state[RTSL_STATE_COMPONENTS] = {0};
+    RtslMethod method;
+    OK(rtsl_kernel_info(kernel, &method));
+    /* Only what the method touches. */
+    for (uint32_t i = 0; i < method.read_count; i++)
+        state[method.reads[i]] = &words[method.reads[i]];
+    for (uint32_t i = 0; i < method.write_count; i++)
+        state[method.writes[i]] = &words[method.writes[i]];
+    int32_t accepted[1], mask[1] = {-1};
+    RtslArguments good = {.size = sizeof good,
+                          .count = 1,
+                          .lanes = 1,
+                          .state = state,
+                          .state_count = RTSL_STATE_COMPONENTS,
+                          .accepted = accepted,
+                          .instance = sphere};
+    RtslArguments bad = good;
+    OK(rtsl_kernel_call(kernel, &bad));
+    bad.count = 0;
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "one ray");
+    bad.lanes = 0;
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "one ray");
+    bad = good;
+    bad.count = 2;
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "one ray");
+    bad = good;
+    bad.mask = mask;
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "no mask");
+    OK(rtsl_instance_release(sphere));
+}
+
+/* Objects of one class, but of another form than the kernel is made for. */
+static void forms(RtslEngineId engine)
+{
+    RtslUnitId unit;
+    RtslInstanceId mesh;
+    RtslObjectsId whole, elements;
+    RtslKernelId kernel;
+    OK(rtsl_compile("mesh.rtsl",
+                    "class Mesh : rt_Primitive; public float at[]; [[element \"at\"]] public int number;\n"
+                    "private float depth; constructor() { depth = at[number]; }\n"
+                    "void intersect() { hit(depth); }",
+                    &unit));
+    OK(rtsl_instance_new(unit, "Mesh", &mesh));
+    float at[3] = {1.0f, 2.0f, 3.0f};
+    OK(rtsl_instance_set_floats(mesh, "at", at, 3));
+    OK(rtsl_instance_commit(mesh));
+    OK(rtsl_objects_new(engine, &mesh, 1, &whole));
+    OK(rtsl_elements_new(engine, mesh, &elements));
+    float words[RTSL_STATE_COMPONENTS][4] = {{0}};
+    float *state[RTSL_STATE_COMPONENTS];
+    for (int i = 0; i < RTSL_STATE_COMPONENTS; i++)
+        state[i] = words[i];
+    words[RTSL_STATE_HitDistance][0] = 100.0f;
+    RtslArguments arguments = {.size = sizeof arguments,
+                               .count = 1,
+                               .lanes = 4,
+                               .state = state,
+                               .state_count = RTSL_STATE_COMPONENTS};
+    OK(rtsl_kernel_of_objects(elements, "intersect", RTSL_LEAF, 4, &kernel));
+    arguments.objects = elements;
+    OK(rtsl_kernel_call(kernel, &arguments));
+    CHECK(arguments.nearest == 0 && words[RTSL_STATE_HitDistance][0] == 1.0f);
+    arguments.objects = whole;
+    FAILS(rtsl_kernel_call(kernel, &arguments), RTSL_RESULT_INSTANCE, "kernel's class");
+    /* No objects, no hit. */
+    arguments.objects = elements;
+    arguments.count = 0;
+    OK(rtsl_kernel_call(kernel, &arguments));
+    CHECK(arguments.nearest == RTSL_NONE);
+    OK(rtsl_kernel_release(kernel));
+    /* More numbers than lanes are not read. */
+    OK(rtsl_kernel_of_objects(elements, "intersect", RTSL_STREAM, 4, &kernel));
+    uint32_t index[4] = {0};
+    int32_t accepted[4];
+    arguments.index = index;
+    arguments.accepted = accepted;
+    arguments.count = 1u << 30;
+    FAILS(rtsl_kernel_call(kernel, &arguments), RTSL_RESULT_LANES, "lanes");
+}
+
 int main(void)
 {
     RtslUnitId unit;
@@ -253,5 +343,11 @@ int main(void)
     parameters(unit);
     callbacks(unit, engine);
     calls(unit, engine);
+    single(unit, engine);
+    forms(engine);
+    RtslEngineOptions options = {.size = sizeof options, .backend = RTSL_BACKEND_INTERPRETER};
+    OK(rtsl_engine_new(&options, &engine));
+    single(unit, engine);
+    forms(engine);
     return 0;
 }
