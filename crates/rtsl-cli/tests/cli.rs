@@ -596,7 +596,6 @@ fn scenes_named_without_a_folder_find_what_their_shaders_include() {
         folder.run(&[&["bench", scene], &small[..]].concat()).exits(DONE);
     }
     folder.run(&["check", "material.rtsl"]).exits(DONE);
-    folder.run(&["eval", "material.rtsl", "BSDF", "-I", ""]).exits(DONE);
 }
 
 #[test]
