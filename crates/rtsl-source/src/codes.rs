@@ -87,6 +87,7 @@ diagnostics! {
     E0020 INCLUDE_NOT_FOUND "an included file that cannot be found or read";
     E0021 RECURSIVE_INCLUDE "a file that includes itself";
     E0022 INCLUDE_ESCAPES "an include that leads out of the search path";
+    E0026 TEXT_AFTER_DIRECTIVE "text after a directive";
     E0101 UNEXPECTED_TOKEN "something other than the grammar needs here";
     E0102 UNCLOSED_DELIMITER "brackets that do not pair";
     E0103 RESERVED_WORD "a word of GLSL that RTSL does not use";
@@ -97,6 +98,7 @@ diagnostics! {
     E0108 UNSUPPORTED_DECLARATION "a declaration of GLSL that RTSL does not have";
     E0109 KEYWORD_AS_NAME "a keyword where a name is declared";
     E0110 NESTED_CLASS "a class inside a class";
+    E0111 LABEL_WITHOUT_STATEMENT "a `case` or `default` with no statement behind it";
     E0201 UNKNOWN_NAME "a name that nothing here declares";
     E0202 UNKNOWN_TYPE "a type that nothing declares";
     E0203 DECLARED_TWICE "a name declared twice in one scope";
@@ -197,7 +199,6 @@ diagnostics! {
     E0704 NO_DENOISER "a picture that cannot be denoised";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
-    W0025 EXTRA_DIRECTIVE_TEXT "text after a directive";
     W0241 UNINITIALIZED "a variable read before it has a value";
     W0242 UNUSED_VARIABLE "a variable that is never used";
     W0243 MISSING_RETURN "a function that returns a value only on some paths";

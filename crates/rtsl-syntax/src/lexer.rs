@@ -250,7 +250,7 @@ impl Lexer<'_> {
 fn keeps_spelling(kind: TokenKind) -> bool {
     match kind {
         TokenKind::Name | TokenKind::Number | TokenKind::Text => true,
-        TokenKind::Invalid(error) => error == LexicalError::NonAsciiName,
+        TokenKind::Invalid(error) => error != LexicalError::UnterminatedComment,
         TokenKind::Punctuator(_) | TokenKind::End => false,
     }
 }

@@ -6,6 +6,7 @@ use crate::ast::{
     Variable,
 };
 use crate::token::Punctuator;
+use crate::word::Word;
 
 impl Parser<'_> {
     /// Reads declarators, the first one's name having been read, up to what is no `,`.
@@ -89,7 +90,7 @@ impl Parser<'_> {
     ) -> Parse<(Struct, Vec<Variable>)> {
         let structure = self.parse_struct()?;
         let mut variables = Vec::new();
-        if !self.at(Punctuator::Semicolon) && self.at_type_name() && !self.peek().starts_line {
+        if self.at_declarator_of_struct() {
             let ty = TypeName {
                 name: Identifier { name: structure.name.name.clone(), span: structure.name.span },
                 sizes: Vec::new(),
@@ -101,5 +102,19 @@ impl Parser<'_> {
         }
         self.expect_semicolon("the struct")?;
         Ok((structure, variables))
+    }
+
+    /// Whether a variable of the struct that was read begins here. On the next line a name may be the type of the
+    /// next declaration instead, where the struct lacks its `;`.
+    fn at_declarator_of_struct(&self) -> bool {
+        if !self.peek().starts_line {
+            return self.at_type_name();
+        }
+        if self.word_of(self.peek()) != Some(Word::Plain) {
+            return false;
+        }
+        let after = self.tokens[self.after_array_sizes(self.position + 1)];
+        let separators = [Punctuator::Semicolon, Punctuator::Comma, Punctuator::Assign];
+        separators.iter().any(|separator| after.is(*separator))
     }
 }

@@ -188,7 +188,7 @@ impl Parser<'_> {
 
     /// The index just past the `[...]` from `start` on. A look ahead: it ends with the statement,
     /// so that broken text costs no more than its length.
-    fn after_array_sizes(&self, start: usize) -> usize {
+    pub(super) fn after_array_sizes(&self, start: usize) -> usize {
         let mut nesting = 0_usize;
         let mut next = start;
         loop {
@@ -276,6 +276,7 @@ impl Parser<'_> {
         while self.at_label() {
             cases.push(self.parse_case());
         }
+        self.require_statement(&cases);
         self.expect_closing(open, Punctuator::RightBrace)?;
         Ok(StatementKind::Switch { selector, cases })
     }
@@ -293,6 +294,22 @@ impl Parser<'_> {
                 "expected `case` or `default`",
             );
         }
+    }
+
+    /// Reports a last label, read whole, with nothing between it and the end of the `switch`.
+    fn require_statement(&mut self, cases: &[SwitchCase]) {
+        let Some(last) = cases.last() else { return };
+        let whole = self.tokens[self.position - 1].is(Punctuator::Colon);
+        if !last.statements.is_empty() || !whole || !self.at(Punctuator::RightBrace) {
+            return;
+        }
+        let diagnostic = Diagnostic::new(
+            codes::LABEL_WITHOUT_STATEMENT,
+            "no statement between this label and the end of the `switch`",
+        )
+        .at(last.span, "expected a statement behind this")
+        .suggest("write", last.span.after(), " break;");
+        self.diagnostics.push(diagnostic);
     }
 
     fn parse_case(&mut self) -> SwitchCase {
@@ -373,6 +390,11 @@ impl Parser<'_> {
             return Ok(StatementKind::Expression(expression));
         }
         let qualifiers = self.parse_qualifiers();
+        if self.at_keyword(Keyword::Struct) {
+            let (structure, variables) =
+                self.parse_struct_declaration(Vec::new(), 0, qualifiers)?;
+            return Ok(StatementKind::Struct(structure, variables));
+        }
         let start = self.position;
         let ty = self.parse_type("a declaration")?;
         let copied = self.position - start;

@@ -5,6 +5,7 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 use super::Preprocessor;
 use super::files::{Conditional, GroupState};
 use crate::message::shorten;
+use crate::number::{Number, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
 
 const DIRECTIVES: [&str; 14] = [
@@ -96,7 +97,8 @@ impl Preprocessor<'_> {
 
     fn turn_conditional(&mut self, name: Token, rest: &[Token]) {
         let Some(state) = self.check_continues(name, "else") else { return };
-        self.expect_line_end(rest, name);
+        let outer = self.open.last().map_or(0, |file| file.conditions.len().saturating_sub(1));
+        self.expect_end_of_conditional(rest, name, outer);
         self.set_state(match state {
             GroupState::Seeking => GroupState::Reading,
             GroupState::Reading | GroupState::Finished => GroupState::Finished,
@@ -112,7 +114,17 @@ impl Preprocessor<'_> {
         if ended.is_none() {
             self.report_unmatched(name, "endif");
         }
-        self.expect_line_end(rest, name);
+        let outer = self.open.last().map_or(0, |file| file.conditions.len());
+        self.expect_end_of_conditional(rest, name, outer);
+    }
+
+    /// Reports what follows `#else` or `#endif`, unless the first `outer` conditionals skip this one as a whole.
+    fn expect_end_of_conditional(&mut self, rest: &[Token], name: Token, outer: usize) {
+        let innermost = outer.checked_sub(1);
+        let around = innermost.and_then(|index| self.open.last()?.conditions.get(index));
+        if around.is_none_or(|conditional| conditional.state == GroupState::Reading) {
+            self.expect_line_end(rest, name);
+        }
     }
 
     fn set_state(&mut self, state: GroupState) {
@@ -178,12 +190,15 @@ impl Preprocessor<'_> {
             rest.iter().take(5).map(|token| self.text(*token).to_string()).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[..] {
+            ["once"] | ["once", "(", "on", ")"] => {
+                self.once.extend(self.open.last().map(|file| file.file));
+            }
             ["once", "(", "off", ")"] => {
-                if let Some(file) = self.open.last().map(|file| file.file) {
-                    self.repeatable.insert(file);
+                if let Some(file) = self.open.last() {
+                    self.once.remove(&file.file);
                 }
             }
-            ["once"] | ["once", "(", "on", ")"] | [] => {}
+            [] => {}
             ["STDGL" | "optimize" | "debug", ..] => {}
             _ => {
                 let message = format!("unknown pragma `{}`", shorten(&self.line_text(rest)));
@@ -229,34 +244,55 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `#line 12`, with an optional number or name of the file, which has no effect.
+    /// `#line 12`, and `#line 12 3` with the number that `__FILE__` gives from there on. C's name of a file in
+    /// its place has no effect.
     fn obey_line(&mut self, name: Token, rest: &[Token]) {
         let expanded = self.expand_list(rest.to_vec(), 0);
-        let line = match expanded[..] {
-            [line] => Some(line),
-            [line, file] if matches!(file.kind, TokenKind::Number | TokenKind::Text) => Some(line),
+        let numbers = match expanded[..] {
+            [line] => self.number(line).map(|line| (line, None)),
+            [line, file] if file.kind == TokenKind::Text => {
+                self.number(line).map(|line| (line, None))
+            }
+            [line, file] => self.number(line).zip(self.number(file).map(Some)),
             _ => None,
         };
-        let number = line.and_then(|line| self.text(line).parse::<u32>().ok());
-        let Some(number) = number else {
+        let Some((line, number)) = numbers else {
             self.report_malformed(name, rest, "expected `#line number` or `#line number file`");
             return;
         };
         let next_line = i64::from(self.map.line(name.span.file, name.span.start)) + 1;
         if let Some(file) = self.open.last_mut() {
-            file.line_offset = i64::from(number) - next_line;
+            file.line_offset = line - next_line;
+            file.number = number.unwrap_or(file.number);
         }
     }
 
+    /// The integer that a token is.
+    fn number(&self, token: Token) -> Option<i64> {
+        if token.kind != TokenKind::Number {
+            return None;
+        }
+        match parse_number(self.text(token)) {
+            Ok(Number::Int(value)) => Some(i64::from(value as u32)),
+            Ok(Number::Uint(value)) => Some(i64::from(value)),
+            Ok(Number::Float(_)) | Err(_) => None,
+        }
+    }
+
+    /// `#include "file"`, also where a macro gives the text.
     fn obey_include(&mut self, name: Token, rest: &[Token]) {
-        match rest {
+        let line = match rest.first() {
+            Some(first) if first.kind == TokenKind::Name => self.expand_list(rest.to_vec(), 0),
+            _ => rest.to_vec(),
+        };
+        match line[..] {
             [path] if path.kind == TokenKind::Text => {
-                let quoted = self.text(*path);
+                let quoted = self.text(path);
                 let path_text = quoted[1..quoted.len() - 1].to_string();
                 self.include(&path_text, path.span);
             }
             [path, ..] if path.kind == TokenKind::Text => {
-                self.report_malformed(name, &rest[1..], "nothing may follow the file's name");
+                self.report_malformed(name, &line[1..], "nothing may follow the file's name");
             }
             _ => {
                 self.report_malformed(name, rest, "expected `#include \"file\"`");
@@ -284,13 +320,13 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Warns about what follows a complete directive.
+    /// Reports what follows a complete directive.
     pub(super) fn expect_line_end(&mut self, rest: &[Token], directive: Token) {
         if let (Some(first), Some(last)) = (rest.first(), rest.last()) {
             let message = format!("text after `#{}`", self.text(directive));
             self.report(
-                Diagnostic::new(codes::EXTRA_DIRECTIVE_TEXT, message)
-                    .at(first.span.to(last.span), "has no effect")
+                Diagnostic::new(codes::TEXT_AFTER_DIRECTIVE, message)
+                    .at(first.span.to(last.span), "expected the end of the line")
                     .help("make it a comment"),
             );
         }

@@ -234,6 +234,8 @@ impl Preprocessor<'_> {
             let mut piece = match place.flatten() {
                 Some(place) if after_paste || before_paste => arguments[*place].raw.clone(),
                 Some(place) => self.expanded_argument(&mut arguments[*place], invocation, depth)?,
+                // What is no token is shown where the macro's author wrote it.
+                None if matches!(token.kind, TokenKind::Invalid(_)) => vec![*token],
                 None => vec![Token { span: invocation, ..*token }],
             };
             if let Some(first) = piece.first_mut() {

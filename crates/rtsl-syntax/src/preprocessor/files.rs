@@ -14,6 +14,9 @@ use crate::token::{Punctuator, Token};
 const MAX_INCLUDE_DEPTH: usize = 64;
 /// The greatest size in bytes of all included files together.
 const MAX_INCLUDED_BYTES: usize = 64 << 20;
+/// How many tokens of a file that is read again cost as much as one that it gives: those that its guards skip
+/// are looked at only.
+const SKIPPED_FOR_ONE: usize = 16;
 
 /// A file's tokens, read once.
 pub(super) struct LexedFile {
@@ -31,6 +34,8 @@ pub(super) struct OpenFile {
     pub line_offset: i64,
     /// What `__FILE__` gives.
     pub number: i64,
+    /// Whether it was read before, so that what it gives counts as expansion.
+    pub repeated: bool,
     /// The directive that included it.
     pub included_at: Option<Span>,
 }
@@ -79,7 +84,7 @@ impl Preprocessor<'_> {
         });
         let tokens = self.lexed[number].tokens.clone();
         if let (Some(_), Some(place)) = (known, included_at)
-            && !self.spend(tokens.len(), place)
+            && !self.spend(1 + tokens.len() / SKIPPED_FOR_ONE, place)
         {
             return;
         }
@@ -90,6 +95,7 @@ impl Preprocessor<'_> {
             conditions: Vec::new(),
             line_offset: 0,
             number: number as i64,
+            repeated: known.is_some(),
             included_at,
         });
     }
@@ -105,17 +111,22 @@ impl Preprocessor<'_> {
                 self.close();
                 continue;
             };
+            let start = file.position;
+            let counts = file.repeated && !file.skips();
             if token.starts_line && token.is(Punctuator::Hash) {
-                let start = file.position;
                 let end = file.line_end(start);
                 file.position = end;
                 let tokens = file.tokens.clone();
-                self.obey(&tokens[start..end]);
+                if !counts || self.spend(end - start, token.span) {
+                    self.obey(&tokens[start..end]);
+                }
             } else if file.skips() {
-                file.position = file.line_end(file.position);
+                file.position = file.line_end(start);
             } else {
                 file.position += 1;
-                return Some(token);
+                if !counts || self.spend(1, token.span) {
+                    return Some(token);
+                }
             }
         }
     }
@@ -153,21 +164,17 @@ impl Preprocessor<'_> {
             }
         };
         let Some(file) = file else { return };
-        if self.reports_cycle(file, place) {
-            return;
-        }
-        let met = self.lexed.iter().any(|lexed| lexed.file == file);
-        if met && !self.repeatable.contains(&file) {
+        if self.once.contains(&file) {
             return;
         }
         if self.open.len() >= MAX_INCLUDE_DEPTH {
-            self.report(
-                Diagnostic::new(
-                    codes::EXPANSION_LIMIT,
-                    format!("more than {MAX_INCLUDE_DEPTH} files include each other"),
-                )
-                .at(place, "not included"),
+            let cycle = self.cycle(self.open.len(), file, place);
+            let too_deep = Diagnostic::new(
+                codes::EXPANSION_LIMIT,
+                format!("more than {MAX_INCLUDE_DEPTH} files include each other"),
             );
+            self.exhausted |= cycle.is_some();
+            self.report(cycle.unwrap_or_else(|| too_deep.at(place, "not included")));
             return;
         }
         self.open(file, Some(place));
@@ -221,18 +228,26 @@ impl Preprocessor<'_> {
         None
     }
 
-    fn reports_cycle(&mut self, file: FileId, place: Span) -> bool {
-        let Some(start) = self.open.iter().position(|open| open.file == file) else {
-            return false;
-        };
+    /// The error for a cycle of includes: `file` is included at `place` in the last of the first `depth` open
+    /// files, one of which it is.
+    fn cycle(&self, depth: usize, file: FileId, place: Span) -> Option<Diagnostic> {
+        let start = self.open[..depth].iter().rposition(|open| open.file == file)?;
         let name = shorten(&self.map.file(file).name);
         let mut diagnostic =
             Diagnostic::new(codes::RECURSIVE_INCLUDE, format!("`{name}` includes itself"))
                 .at(place, "the cycle closes here");
-        for span in self.open[start + 1..].iter().filter_map(|open| open.included_at) {
+        for span in self.open[start + 1..depth].iter().filter_map(|open| open.included_at) {
             diagnostic = diagnostic.label(span, "by way of this include");
         }
-        self.report(diagnostic);
-        true
+        Some(
+            diagnostic
+                .help("`#pragma once` or a guard ends it; move what both need to a third file"),
+        )
+    }
+
+    /// The error for the innermost cycle among the open files.
+    pub(super) fn open_cycle(&self) -> Option<Diagnostic> {
+        let mut open = self.open.iter().enumerate().rev();
+        open.find_map(|(depth, open)| self.cycle(depth, open.file, open.included_at?))
     }
 }

@@ -7,7 +7,7 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use super::Preprocessor;
 use crate::message::shorten;
 use crate::symbol::Symbol;
-use crate::token::{Punctuator, Token, TokenKind};
+use crate::token::{LexicalError, Punctuator, Token, TokenKind};
 
 /// A macro's definition.
 #[derive(Clone)]
@@ -49,11 +49,11 @@ impl Preprocessor<'_> {
             parameters = Some(list.into());
             rest = after;
         }
-        for token in rest {
-            if let TokenKind::Invalid(error) = token.kind {
-                self.report_invalid(*token, error);
-                return;
-            }
+        // Anything else that is no token is an error where the macro is expanded.
+        let unterminated = TokenKind::Invalid(LexicalError::UnterminatedComment);
+        if let Some(token) = rest.iter().find(|token| token.kind == unterminated) {
+            self.report_invalid(*token, LexicalError::UnterminatedComment);
+            return;
         }
         let mut edges = rest.first().into_iter().chain(rest.last());
         if let Some(paste) = edges.find(|token| token.is(Punctuator::HashHash)) {

@@ -70,8 +70,10 @@ struct Preprocessor<'a> {
     lexed: Vec<LexedFile>,
     /// What an include meant, by including file and path as written.
     includes: BTreeMap<(FileId, String), Option<FileId>>,
-    /// Files that said `#pragma once(off)`.
-    repeatable: HashSet<FileId>,
+    /// Files that said `#pragma once`.
+    once: HashSet<FileId>,
+    /// What was reported as no token, by where it stands: macros may hand it on several times.
+    reported: HashSet<(FileId, u32)>,
     output: Vec<Token>,
     /// Whether the token before was reported as none.
     after_invalid: bool,
@@ -119,7 +121,8 @@ impl<'a> Preprocessor<'a> {
             open: Vec::new(),
             lexed: Vec::new(),
             includes: BTreeMap::new(),
-            repeatable: HashSet::new(),
+            once: HashSet::new(),
+            reported: HashSet::new(),
             output: Vec::new(),
             after_invalid: false,
             budget: BUDGET,
@@ -189,6 +192,9 @@ impl<'a> Preprocessor<'a> {
     }
 
     fn report_invalid(&mut self, token: Token, error: LexicalError) {
+        if !self.reported.insert((token.span.file, token.span.start)) {
+            return;
+        }
         let shown = shorten(self.map.text(token.span));
         let new = |message: String| Diagnostic::new(error.code(), message);
         let diagnostic = match error {
@@ -227,13 +233,14 @@ impl<'a> Preprocessor<'a> {
             }
             None => {
                 self.exhausted = true;
-                self.report(
+                let diagnostic = self.open_cycle().unwrap_or_else(|| {
                     Diagnostic::new(
                         codes::EXPANSION_LIMIT,
                         format!("macros and repeated includes make more than {BUDGET} tokens"),
                     )
-                    .at(place, "the limit is reached here; the rest is not read"),
-                );
+                    .at(place, "the limit is reached here; the rest is not read")
+                });
+                self.report(diagnostic);
                 false
             }
         }
