@@ -283,8 +283,9 @@ pub struct SwitchCase {
     pub body: Vec<Statement>,
 }
 
-/// An expression with its type.
-#[derive(Clone, Debug)]
+/// An expression with its type. Chains of binary operators and commas may be as long as the text: they lean to
+/// the left, and whoever visits them loops over [`Expression::chain`]. Cloning and dropping do.
+#[derive(Debug)]
 pub struct Expression {
     /// What it is.
     pub kind: ExpressionKind,
@@ -292,6 +293,75 @@ pub struct Expression {
     pub ty: Type,
     /// Where.
     pub span: Span,
+}
+
+impl Expression {
+    /// The links of a chain `a + b && c, d`, the innermost first, and what it begins with: the left operand of each
+    /// link is the link before.
+    pub fn chain(&self) -> (&Expression, Vec<&Expression>) {
+        let mut links = Vec::new();
+        let mut first = self;
+        while let Some(left) = first.left_operand() {
+            links.push(first);
+            first = left;
+        }
+        links.reverse();
+        (first, links)
+    }
+
+    fn left_operand(&self) -> Option<&Expression> {
+        match &self.kind {
+            ExpressionKind::Binary(_, left, _)
+            | ExpressionKind::And(left, _)
+            | ExpressionKind::Or(left, _)
+            | ExpressionKind::Sequence(left, _) => Some(left),
+            _ => None,
+        }
+    }
+
+    /// The left operand where it has one itself, which leaves an empty place.
+    fn take_inner_link(&mut self) -> Option<Expression> {
+        let (ExpressionKind::Binary(_, left, _)
+        | ExpressionKind::And(left, _)
+        | ExpressionKind::Or(left, _)
+        | ExpressionKind::Sequence(left, _)) = &mut self.kind
+        else {
+            return None;
+        };
+        left.left_operand()?;
+        let empty = Expression { kind: ExpressionKind::Error, ty: Type::Error, span: left.span };
+        Some(std::mem::replace(left, empty))
+    }
+}
+
+impl Clone for Expression {
+    fn clone(&self) -> Self {
+        let (first, links) = self.chain();
+        let Expression { kind, ty, span } = first;
+        let first = Expression { kind: kind.clone(), ty: ty.clone(), span: *span };
+        links.into_iter().fold(first, |left, link| {
+            let left = Box::new(left);
+            let kind = match &link.kind {
+                ExpressionKind::Binary(operator, _, right) => {
+                    ExpressionKind::Binary(*operator, left, right.clone())
+                }
+                ExpressionKind::And(_, right) => ExpressionKind::And(left, right.clone()),
+                ExpressionKind::Or(_, right) => ExpressionKind::Or(left, right.clone()),
+                ExpressionKind::Sequence(_, right) => ExpressionKind::Sequence(left, right.clone()),
+                other => unreachable!("a chain has no link {other:?}"),
+            };
+            Expression { kind, ty: link.ty.clone(), span: link.span }
+        })
+    }
+}
+
+impl Drop for Expression {
+    fn drop(&mut self) {
+        let mut next = self.take_inner_link();
+        while let Some(mut link) = next {
+            next = link.take_inner_link();
+        }
+    }
 }
 
 /// The expressions. Operands have the types that the operation takes: conversions are written out.

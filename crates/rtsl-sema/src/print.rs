@@ -256,11 +256,10 @@ impl<'m> Printer<'m> {
             ExpressionKind::Unary(operator, operand) => {
                 format!("{}{}", operator.text(), self.expression(operand))
             }
-            ExpressionKind::Binary(operator, left, right) => {
-                self.infix(operator.text(), left, right)
-            }
-            ExpressionKind::And(left, right) => self.infix("&&", left, right),
-            ExpressionKind::Or(left, right) => self.infix("||", left, right),
+            ExpressionKind::Binary(..)
+            | ExpressionKind::And(..)
+            | ExpressionKind::Or(..)
+            | ExpressionKind::Sequence(..) => self.chain(expression),
             ExpressionKind::Assign { target, operator, value } => {
                 let operator = operator.map_or("", |operator| operator.text());
                 self.infix(&format!("{operator}="), target, value)
@@ -272,7 +271,6 @@ impl<'m> Printer<'m> {
                 self.expression(then),
                 self.expression(otherwise)
             ),
-            ExpressionKind::Sequence(first, second) => self.infix(",", first, second),
             ExpressionKind::Call(id, arguments) => {
                 let name = &self.module.functions[id.0 as usize].name;
                 format!("{name}@{}({})", id.0, self.list(arguments))
@@ -291,6 +289,22 @@ impl<'m> Printer<'m> {
             ExpressionKind::Length(array) => format!("{}.length()", self.expression(array)),
             ExpressionKind::Error => "<error>".to_owned(),
         }
+    }
+
+    fn chain(&self, expression: &Expression) -> String {
+        let (first, links) = expression.chain();
+        let mut text = "(".repeat(links.len()) + &self.expression(first);
+        for link in links {
+            let (symbol, right) = match &link.kind {
+                ExpressionKind::Binary(operator, _, right) => (operator.text(), right),
+                ExpressionKind::And(_, right) => ("&&", right),
+                ExpressionKind::Or(_, right) => ("||", right),
+                ExpressionKind::Sequence(_, right) => (",", right),
+                _ => continue,
+            };
+            text += &format!(" {symbol} {})", self.expression(right));
+        }
+        text
     }
 
     fn infix(&self, symbol: &str, left: &Expression, right: &Expression) -> String {

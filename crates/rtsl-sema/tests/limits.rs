@@ -4,7 +4,9 @@ mod support;
 
 use std::fmt::Write;
 
-use support::codes;
+use rtsl_sema::hir::ClassId;
+use rtsl_sema::lower::lower_class;
+use support::{PRELUDE, check, codes};
 
 /// Checks a text on a stack of 2 MB.
 fn on_small_stack(text: String) -> Vec<&'static str> {
@@ -12,12 +14,26 @@ fn on_small_stack(text: String) -> Vec<&'static str> {
     thread.spawn(move || codes(&text)).unwrap().join().unwrap()
 }
 
+/// Checks and lowers a text on such a stack, and drops its tree there.
+fn lowered_on_small_stack(text: String) -> Vec<&'static str> {
+    let lower = move || {
+        let (module, _, mut said) = check(&text);
+        if said.is_empty() {
+            for index in PRELUDE.module().classes.len()..module.classes.len() {
+                said.extend(lower_class(&module, ClassId(index as u32)).err().unwrap_or_default());
+            }
+        }
+        said.iter().map(|diagnostic| diagnostic.code.as_str()).collect()
+    };
+    std::thread::Builder::new().stack_size(2 << 20).spawn(lower).unwrap().join().unwrap()
+}
+
 fn method(body: &str) -> String {
     format!("class C : rt_Texture;\nvoid lookup() {{\n{body}\n}}\n")
 }
 
 /// As deep as the parser lets pass.
-const DEEP: usize = 240;
+const DEEP: usize = 1_000;
 
 fn nested(open: &str, inner: &str, close: &str, depth: usize) -> String {
     open.repeat(depth) + inner + &close.repeat(depth)
@@ -35,18 +51,55 @@ fn deep_expressions_pass() {
         ("true ? 1.0 : ", "0.5", ""),
     ] {
         let text = method(&format!("rt_FloatTextureValue = {};", nested(open, inner, close, DEEP)));
-        assert_eq!(on_small_stack(text), [""; 0], "{open}");
+        assert_eq!(lowered_on_small_stack(text), [""; 0], "{open}");
     }
     let indexed = nested("a[", "0", "]", DEEP);
     let text = method(&format!("int a[1] = {{ 0 }}; rt_FloatTextureValue = float({indexed});"));
-    assert_eq!(on_small_stack(text), [""; 0]);
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
     let calls = nested("f(", "0.0", ")", DEEP);
     let text = "float f(float x) { return x; }\n".to_owned()
         + &method(&format!("rt_FloatTextureValue = {calls};"));
-    assert_eq!(on_small_stack(text), [""; 0]);
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
     let constant = nested("sin(", "0.5", ")", DEEP);
     let text = format!("const float x = {constant};\n") + &method("rt_FloatTextureValue = x;");
-    assert_eq!(on_small_stack(text), [""; 0]);
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
+}
+
+/// Nothing that checks, folds, lowers, copies or drops a chain recurses.
+#[test]
+fn chains_of_operators_have_any_length() {
+    let varying = "rt_TextureUV.x";
+    for (first, link, result) in [
+        (varying, " + 1.0", "float(CHAIN)"),
+        ("int(rt_TextureUV.x)", " + 1 - int(rt_TextureUV.y) * 2", "float(CHAIN)"),
+        ("rt_TextureUV.x > 0.5", " == rt_TextureUV.y > 0.5", "float(CHAIN)"),
+        (
+            "rt_TextureUV.x > 0.5",
+            " && rt_TextureUV.y > 0.5 || rt_TextureUV.x < 0.1",
+            "float(CHAIN)",
+        ),
+        ("rt_TextureUV.x > 0.5", " && rand() > 0.5", "float(CHAIN)"),
+        (varying, ", rt_TextureUV.y", "(CHAIN)"),
+        ("1", " + 1u", "float(CHAIN)"),
+        ("1.0", " * 0.5 + 1.0", "CHAIN"),
+    ] {
+        let chain = first.to_owned() + &link.repeat(5_000);
+        let text = method(&format!("rt_FloatTextureValue = {};", result.replace("CHAIN", &chain)));
+        assert_eq!(lowered_on_small_stack(text), [""; 0], "{link}");
+    }
+    let constant = "1".to_owned() + &" + 1".repeat(20_000);
+    let text = format!("const int n = {constant};\n") + &method("rt_FloatTextureValue = float(n);");
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
+    let wrong = "true".to_owned() + &" + 1".repeat(30_000);
+    assert_eq!(
+        lowered_on_small_stack(method(&format!("rt_FloatTextureValue = {wrong};"))),
+        ["E0205"]
+    );
+    let unknown = "1".to_owned() + &" + 1".repeat(30_000) + " + unknown";
+    assert_eq!(
+        lowered_on_small_stack(method(&format!("rt_FloatTextureValue = {unknown};"))),
+        ["E0201"]
+    );
 }
 
 #[test]

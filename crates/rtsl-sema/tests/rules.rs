@@ -332,6 +332,89 @@ fn wrong_expressions() {
     ]);
 }
 
+/// GLSL 4.60, 4.2.2: the body of a loop is no scope of its own, but a block in it is, and so is the body of `do`.
+#[test]
+fn loops_and_their_bodies_share_their_names() {
+    let sum = "rt_FloatTextureValue += float(i);";
+    let with = |text: &str| texture(&text.replace("SUM", sum));
+    refused([
+        ("E0203", with("for (int i = 0; i < 3; i++) { int i = 5; SUM }")),
+        ("E0203", with("for (int i = 0, j = 1; i < j; i++) { SUM float j = 5.0; }")),
+        ("E0203", with("for (int i = 0; bool j = i < 3; i++) { SUM bool j = true; }")),
+        ("E0203", with("for (int i = 0; i < 3; i++) { SUM struct i { int a; }; }")),
+        ("E0203", with("int i = 0; while (bool b = i < 3) { bool b = true; SUM i++; }")),
+        (
+            "E0203",
+            with("for (struct S { int i; } s = S(0); s.i < 3; s.i++) { int i = 1, s = 2; SUM }"),
+        ),
+    ]);
+    accepted([
+        with("for (int i = 0; i < 3; i++) { { int i = 5; SUM } }"),
+        with("for (int i = 0; i < 3; i++) for (int i = 0; i < 2; i++) { SUM }"),
+        with("for (int i = 0; i < 3; i++) { if (i > 1) { int i = 5; SUM } }"),
+        with("for (int i = 0; i < 3; i++) { int j = i; { int i = j; SUM } }"),
+        with("int i = 0; while (i < 3) { int i = 5; SUM break; }"),
+        with("int i = 0; do { int i = 5; SUM } while (i > 1);"),
+        with("for (struct S { int i; } s = S(0); s.i < 3; s.i++) { int i = s.i; SUM }"),
+    ]);
+}
+
+#[test]
+fn structs_and_their_variables() {
+    let with = |body: &str| {
+        format!(
+            "struct S {{ float a; }};\nfloat outer(S s) {{ return s.a; }}\n\
+             class C : rt_Texture;\nprivate struct T {{ float b; }}\n\nmember;\n\
+             const struct U {{ float c; }}\nc = U(1.0);\nprivate S first;\n\
+             void lookup() {{ {body} rt_FloatTextureValue += member.b + c.c + first.a; }}\n"
+        )
+    };
+    accepted([
+        with(
+            "struct S { vec2 b; }; S s = S(vec2(1.0)); rt_FloatTextureValue = s.b.x + outer(first);",
+        ),
+        with(
+            "struct S { vec2 b; S inner; } s; s.inner = first; rt_FloatTextureValue = outer(s.inner);",
+        ),
+        with(
+            "struct S { vec2 b; }\ns = S(vec2(1.0)), t[2];\nt[0] = s; rt_FloatTextureValue = t[0].b.x;",
+        ),
+        with("S S = S(2.0); rt_FloatTextureValue = outer(S);"),
+        with("{ struct S { vec3 b; }; } S s = S(1.0); rt_FloatTextureValue = outer(s);"),
+    ]);
+    refused([
+        ("E0211", with("struct S { float a; }; rt_FloatTextureValue = outer(S(1.0));")),
+        ("E0204", with("struct S { float a; }; S s = first; rt_FloatTextureValue = s.a;")),
+        (
+            "E0203",
+            with(
+                "struct S { float a; }; struct S { float b; } s; s.a = 1.0; rt_FloatTextureValue = s.a;",
+            ),
+        ),
+        ("E0101", with("struct V { float a; }\nfloat x = 1.0; rt_FloatTextureValue = x;")),
+        ("E0101", with("struct V { float a; }\nS x = first; rt_FloatTextureValue = x.a;")),
+    ]);
+    let two = diagnostics(&with("struct S { float a; }; S s = first; rt_FloatTextureValue = s.a;"));
+    assert!(two.contains("two structs have this name"), "{two}");
+}
+
+/// GLSL 4.60, 6.2.
+#[test]
+fn labels_have_statements() {
+    let with = |cases: &str| texture(&format!("switch (int(rt_TextureUV.x)) {{ {cases} }}"));
+    refused([
+        ("E0111", with("case 1:")),
+        ("E0111", with("case 1: rt_FloatTextureValue = 1.0; default:")),
+        ("E0111", with("case 1: case 2:")),
+    ]);
+    accepted([
+        with(""),
+        with("case 1: ;"),
+        with("case 1: case 2: break;"),
+        with("case 1: rt_FloatTextureValue = 1.0; case 2: default: { }"),
+    ]);
+}
+
 #[test]
 fn independent_errors_are_all_reported() {
     refused([(
@@ -352,6 +435,10 @@ fn functions() {
         ),
         call("float f(int x) { return 1.0; } float f(uint x) { return 2.0; }", "f(1) + f(1u)"),
         call("float f(float, int n) { return float(n); }", "f(1, 2)"),
+        call("float f(in float x); float f(float x) { return x; }", "f(1)"),
+        call("float f(const float x); float f(in const float y) { return y; }", "f(1)"),
+        // What differs in the size of an array is another function; nothing calls the first.
+        call("float f(float x[2]); float f(float x[3]) { return x[0]; }", "f(float[3](1, 2, 3))"),
         call(
             "void f(inout float x, out float y, const in float z) { x += z; y = x; }\nfloat g() { float a = 1.0, b; f(a, b, 2.0); return a + b; }",
             "g()",
@@ -382,6 +469,9 @@ fn functions() {
         ("E0203", call("float f(float x) { return x; } float f(float y) { return y; }", "f(1)")),
         ("E0203", call("float f(float x) { return x; } int f(float y) { return 1; }", "f(1)")),
         ("E0203", call("float f(float x) { float x = 1.0; return x; }", "f(1)")),
+        ("E0203", call("float f(const float x); float f(float x) { return x; }", "f(1)")),
+        ("E0203", call("float f(float x); float f(const float x) { return x; }", "f(1)")),
+        ("E0203", call("float[2] f(); float[3] f() { return float[3](1, 2, 3); }", "f()[0]")),
         ("E0212", call("float f(uint x) { return 1.0; } float f(float x) { return 2.0; }", "f(1)")),
         (
             "E0216",
@@ -396,7 +486,7 @@ fn functions() {
         ("W0243", call("float f(int n) { switch (n) { case 0: return 1.0; } }", "f(1)")),
         ("E0217", call("float f(bool b) { if (b) return; return 1.0; }", "f(true)")),
         ("W0241", call("float f(out float x) { return x; }", "1.0")),
-        ("E0221", call("float f();", "1.0")),
+        ("E0221", call("float f();", "f()")),
         ("E0222", call("float f(const out float x) { x = 1.0; return x; }", "1.0")),
         ("E0225", call("float rt_f() { return 1.0; }", "1.0")),
         ("E0225", call("float a__b() { return 1.0; }", "1.0")),

@@ -1,13 +1,13 @@
 //! The syntax tree: the text's structure, with a span on everything that a diagnostic may name.
 //!
 //! Names are as written; nothing is resolved. Trees are bounded in depth by the parser (see
-//! [`MAX_DEPTH`]), so that recursive visitors are safe on ordinary stacks.
+//! [`MAX_DEPTH`]), so that recursive visitors are safe on a [deep stack](crate::deep_stack).
 
 use rtsl_source::Span;
 
-/// The greatest nesting of expressions and statements, counted together; a long chain of binary
-/// operators counts its length. Deeper text is an error.
-pub const MAX_DEPTH: usize = 256;
+/// The greatest nesting of expressions and statements, counted together; a chain of binary operators counts one,
+/// however long it is. Deeper text is an error.
+pub const MAX_DEPTH: usize = 1024;
 
 /// A name and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -288,13 +288,80 @@ pub struct SwitchCase {
     pub statements: Vec<Statement>,
 }
 
-/// An expression.
-#[derive(Clone, Debug)]
+/// An expression. Chains of binary operators and commas may be as long as the text: they lean to the left, and
+/// whoever visits them loops over [`Expression::chain`]. Cloning and dropping do.
+#[derive(Debug)]
 pub struct Expression {
     /// What it is.
     pub kind: ExpressionKind,
     /// The whole, parentheses excluded.
     pub span: Span,
+}
+
+impl Expression {
+    /// The links of a chain `a + b * c + d`, the innermost first, and what it begins with: each link is a binary
+    /// operation or sequence whose left operand is the link before.
+    pub fn chain(&self) -> (&Expression, Vec<&Expression>) {
+        let mut links = Vec::new();
+        let mut first = self;
+        while let Some(left) = first.left_operand() {
+            links.push(first);
+            first = left;
+        }
+        links.reverse();
+        (first, links)
+    }
+
+    /// Whether this is no link, so that a chain with it as its left operand begins with it.
+    pub(crate) fn chain_begins(&self) -> bool {
+        self.left_operand().is_none()
+    }
+
+    fn left_operand(&self) -> Option<&Expression> {
+        match &self.kind {
+            ExpressionKind::Binary(_, left, _) | ExpressionKind::Sequence(left, _) => Some(left),
+            _ => None,
+        }
+    }
+
+    /// The left operand where it has one itself, which leaves an empty place.
+    fn take_inner_link(&mut self) -> Option<Expression> {
+        let (ExpressionKind::Binary(_, left, _) | ExpressionKind::Sequence(left, _)) =
+            &mut self.kind
+        else {
+            return None;
+        };
+        left.left_operand()?;
+        let empty = Expression { kind: ExpressionKind::Error, span: left.span };
+        Some(std::mem::replace(left, empty))
+    }
+}
+
+impl Clone for Expression {
+    fn clone(&self) -> Self {
+        let (first, links) = self.chain();
+        let first = Expression { kind: first.kind.clone(), span: first.span };
+        links.into_iter().fold(first, |left, link| {
+            let left = Box::new(left);
+            let kind = match &link.kind {
+                ExpressionKind::Binary(operator, _, right) => {
+                    ExpressionKind::Binary(*operator, left, right.clone())
+                }
+                ExpressionKind::Sequence(_, right) => ExpressionKind::Sequence(left, right.clone()),
+                other => unreachable!("a chain has no link {other:?}"),
+            };
+            Expression { kind, span: link.span }
+        })
+    }
+}
+
+impl Drop for Expression {
+    fn drop(&mut self) {
+        let mut next = self.take_inner_link();
+        while let Some(mut link) = next {
+            next = link.take_inner_link();
+        }
+    }
 }
 
 /// The expressions of GLSL.

@@ -5,6 +5,7 @@
 //! included files come from the caller's [`IncludeLoader`].
 
 pub mod ast;
+pub mod deep_stack;
 mod include;
 mod lexer;
 mod message;
@@ -29,5 +30,5 @@ pub fn parse(
 ) -> ast::TranslationUnit {
     let mut symbols = symbol::Interner::default();
     let tokens = preprocessor::preprocess(source_map, file, loader, &mut symbols, diagnostics);
-    parser::parse_tokens(tokens, source_map, &symbols, diagnostics)
+    deep_stack::run(|| parser::parse_tokens(tokens, source_map, &symbols, diagnostics))
 }

@@ -10,14 +10,17 @@ use crate::ast::{
     ExpressionKind, Function, Initializer, Item, Parameter, Qualifier, Qualifiers, Statement,
     StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
 };
+use crate::deep_stack;
 
 /// The text of `unit`.
 pub fn print(unit: &TranslationUnit) -> String {
-    let mut printer = Printer { text: String::new(), depth: 0 };
-    for item in &unit.items {
-        printer.item(item);
-    }
-    printer.text
+    deep_stack::run(|| {
+        let mut printer = Printer { text: String::new(), depth: 0 };
+        for item in &unit.items {
+            printer.item(item);
+        }
+        printer.text
+    })
 }
 
 struct Printer {
@@ -305,49 +308,58 @@ impl fmt::Display for Show<'_, Condition> {
 
 impl fmt::Display for Show<'_, Expression> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0.kind {
-            ExpressionKind::Error => f.write_str("<error>"),
-            ExpressionKind::Int(value) => write!(f, "{value}"),
-            ExpressionKind::Uint(value) => write!(f, "{value}u"),
-            ExpressionKind::Float(value) => write!(f, "{value:?}"),
-            ExpressionKind::Bool(value) => write!(f, "{value}"),
-            ExpressionKind::Name(name) => f.write_str(name),
-            ExpressionKind::Sequence(first, second) => {
-                write!(f, "({}, {})", Show(&**first), Show(&**second))
+        let (first, links) = self.0.chain();
+        (0..links.len()).try_for_each(|_| f.write_str("("))?;
+        show_operand(first, f)?;
+        links.into_iter().try_for_each(|link| match &link.kind {
+            ExpressionKind::Binary(operator, _, right) => {
+                write!(f, " {} {})", operator.text(), Show(&**right))
             }
-            ExpressionKind::Unary(operator, operand) => {
-                write!(f, "({}{})", operator.text(), Show(&**operand))
-            }
-            ExpressionKind::Step { target, by, prefix } => {
-                let text = match by {
-                    StepOperator::Increment => "++",
-                    StepOperator::Decrement => "--",
-                };
-                let target = Show(&**target);
-                if *prefix { write!(f, "({text}{target})") } else { write!(f, "({target}{text})") }
-            }
-            ExpressionKind::Binary(operator, left, right) => {
-                write!(f, "({} {} {})", Show(&**left), operator.text(), Show(&**right))
-            }
-            ExpressionKind::Assign { target, operator, value } => {
-                let operator = operator.map_or("", BinaryOperator::text);
-                write!(f, "({} {operator}= {})", Show(&**target), Show(&**value))
-            }
-            ExpressionKind::Conditional(condition, then, otherwise) => {
-                let (then, otherwise) = (Show(&**then), Show(&**otherwise));
-                write!(f, "({} ? {then} : {otherwise})", Show(&**condition))
-            }
-            ExpressionKind::Index(base, Some(index)) => {
-                write!(f, "{}[{}]", Show(&**base), Show(&**index))
-            }
-            ExpressionKind::Index(base, None) => write!(f, "{}[]", Show(&**base)),
-            ExpressionKind::Member(base, name) => write!(f, "{}.{}", Show(&**base), name.name),
-            ExpressionKind::Call { callee, arguments } => {
-                write!(f, "{}({})", Show(&**callee), List(arguments))
-            }
-            ExpressionKind::MethodCall { receiver, method, arguments } => {
-                write!(f, "{}.{}({})", Show(&**receiver), method.name, List(arguments))
-            }
+            ExpressionKind::Sequence(_, right) => write!(f, ", {})", Show(&**right)),
+            _ => Ok(()),
+        })
+    }
+}
+
+/// Shows what is no link of a chain.
+fn show_operand(expression: &Expression, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match &expression.kind {
+        ExpressionKind::Error => f.write_str("<error>"),
+        ExpressionKind::Int(value) => write!(f, "{value}"),
+        ExpressionKind::Uint(value) => write!(f, "{value}u"),
+        ExpressionKind::Float(value) => write!(f, "{value:?}"),
+        ExpressionKind::Bool(value) => write!(f, "{value}"),
+        ExpressionKind::Name(name) => f.write_str(name),
+        ExpressionKind::Sequence(..) | ExpressionKind::Binary(..) => Ok(()),
+        ExpressionKind::Unary(operator, operand) => {
+            write!(f, "({}{})", operator.text(), Show(&**operand))
+        }
+        ExpressionKind::Step { target, by, prefix } => {
+            let text = match by {
+                StepOperator::Increment => "++",
+                StepOperator::Decrement => "--",
+            };
+            let target = Show(&**target);
+            if *prefix { write!(f, "({text}{target})") } else { write!(f, "({target}{text})") }
+        }
+        ExpressionKind::Assign { target, operator, value } => {
+            let operator = operator.map_or("", BinaryOperator::text);
+            write!(f, "({} {operator}= {})", Show(&**target), Show(&**value))
+        }
+        ExpressionKind::Conditional(condition, then, otherwise) => {
+            let (then, otherwise) = (Show(&**then), Show(&**otherwise));
+            write!(f, "({} ? {then} : {otherwise})", Show(&**condition))
+        }
+        ExpressionKind::Index(base, Some(index)) => {
+            write!(f, "{}[{}]", Show(&**base), Show(&**index))
+        }
+        ExpressionKind::Index(base, None) => write!(f, "{}[]", Show(&**base)),
+        ExpressionKind::Member(base, name) => write!(f, "{}.{}", Show(&**base), name.name),
+        ExpressionKind::Call { callee, arguments } => {
+            write!(f, "{}({})", Show(&**callee), List(arguments))
+        }
+        ExpressionKind::MethodCall { receiver, method, arguments } => {
+            write!(f, "{}.{}({})", Show(&**receiver), method.name, List(arguments))
         }
     }
 }

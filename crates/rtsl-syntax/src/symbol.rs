@@ -1,7 +1,7 @@
 //! Interned spellings.
 
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::word::{Word, classify};
 
@@ -12,8 +12,8 @@ pub(crate) struct Symbol(u32);
 /// All spellings of a translation unit, each once.
 #[derive(Default)]
 pub(crate) struct Interner {
-    symbols: HashMap<Rc<str>, Symbol>,
-    entries: Vec<(Rc<str>, Word)>,
+    symbols: HashMap<Arc<str>, Symbol>,
+    entries: Vec<(Arc<str>, Word)>,
 }
 
 impl Interner {
@@ -23,7 +23,7 @@ impl Interner {
             return *symbol;
         }
         let symbol = Symbol(self.entries.len() as u32);
-        let shared: Rc<str> = text.into();
+        let shared: Arc<str> = text.into();
         self.entries.push((shared.clone(), classify(text)));
         self.symbols.insert(shared, symbol);
         symbol

@@ -1,7 +1,7 @@
 //! No text makes the parser panic, hang, overflow a small stack or use memory out of proportion.
 
 use rtsl_source::{Diagnostics, SourceMap, diagnostic_codes as codes};
-use rtsl_syntax::{NoIncludes, parse, print};
+use rtsl_syntax::{MemoryLoader, NoIncludes, parse, print};
 
 /// Parses `text` on a stack of 2 MB. Gives the printed tree and the codes of the diagnostics.
 fn parse_small(text: String) -> (String, Vec<&'static str>) {
@@ -26,9 +26,17 @@ fn deep_nesting_is_one_error() {
     let deep = |open: &str, close: &str| {
         format!("float f() {{ x = {}1{}; }}", open.repeat(10_000), close.repeat(10_000))
     };
-    for (open, close) in
-        [("(", ")"), ("-", ""), ("a[", "]"), ("f(", ")"), ("a ? b : ", ""), ("1 + ", ""), ("!", "")]
-    {
+    for (open, close) in [
+        ("(", ")"),
+        ("-", ""),
+        ("a[", "]"),
+        ("f(", ")"),
+        ("a ? b : ", ""),
+        ("1 + (", ")"),
+        ("(1 * ", " + 1)"),
+        ("a = ", ""),
+        ("!", ""),
+    ] {
         only_code(deep(open, close), codes::NESTED_TOO_DEEPLY);
     }
     for statement in
@@ -51,12 +59,41 @@ fn deep_nesting_is_one_error() {
 
 #[test]
 fn nesting_within_the_limit_is_fine() {
-    let text = format!("float f() {{ return {}1{}; }}", "(".repeat(200), ")".repeat(200));
+    for (open, close) in [
+        ("(", ")"),
+        ("-", ""),
+        ("a[", "]"),
+        ("f(", ")"),
+        ("a ? b : ", ""),
+        ("1 + (", ")"),
+        ("(1 * ", " + 1)"),
+        ("a = ", ""),
+    ] {
+        let (open, close) = (open.repeat(1_000), close.repeat(1_000));
+        let text = format!("float f() {{ return {open}1{close}; }}");
+        assert_eq!(parse_small(text).1, [""; 0], "{open}");
+    }
+    let text = format!("void f() {{ {} ; }}", "if (a) ; else ".repeat(1_000));
     assert_eq!(parse_small(text).1, [""; 0]);
-    let text = format!("float f() {{ return {}1; }}", "1 + ".repeat(200));
+    let text = format!("void f() {{ {} {} }}", "{".repeat(1_000), "}".repeat(1_000));
     assert_eq!(parse_small(text).1, [""; 0]);
-    let text = format!("void f() {{ {} ; }}", "if (a) ; else ".repeat(200));
+}
+
+/// Chains do not nest, however long they are: nothing that reads, copies, prints or drops them recurses.
+#[test]
+fn chains_have_any_length() {
+    for (link, printed) in [(" + 1", " + 1)"), (" == b", " == b)"), (", b", ", b)")] {
+        let text = format!("float f() {{ return (a{}); }}", link.repeat(30_000));
+        let (tree, codes) = parse_small(text);
+        assert_eq!(codes, [""; 0], "{link}");
+        let expected = format!("return {}a{}\n", "(".repeat(30_000), printed.repeat(30_000));
+        assert!(tree.contains(&expected), "{link}");
+    }
+    // The size is copied for each declarator.
+    let text = format!("float[1{}] a, b;", " + 1".repeat(30_000));
     assert_eq!(parse_small(text).1, [""; 0]);
+    let compared = "a < 1 && b >= 2 || ".repeat(20_000);
+    assert_eq!(parse_small(format!("bool f() {{ return {compared} c; }}")).1, [""; 0]);
 }
 
 #[test]
@@ -92,6 +129,48 @@ fn copies_of_long_types_are_limited() {
     let size = format!("f({})", "1,".repeat(10_000) + "1");
     let text = format!("float[{size}] {} a;", "a, ".repeat(10_000));
     only_code(text, codes::NESTED_TOO_DEEPLY);
+}
+
+/// The codes of a text that includes files.
+fn codes_with(text: &str, files: impl IntoIterator<Item = (String, String)>) -> Vec<&'static str> {
+    let mut map = SourceMap::new();
+    let file = map.add("test.rtsl", text);
+    let mut diagnostics = Diagnostics::new();
+    let mut loader = MemoryLoader { files: files.into_iter().collect() };
+    parse(&mut map, file, &mut loader, &mut diagnostics);
+    diagnostics.iter().map(|each| each.code.as_str()).collect()
+}
+
+#[test]
+fn includes_have_a_budget() {
+    let file = |name: &str, text: String| (name.to_owned(), text);
+    let long = "float f(float x) { return x; }\n".repeat(10_000);
+    let include = "#include \"a\"\n";
+    // A cycle is one however long its files are, and however often they include each other.
+    for text in [
+        include.to_owned(),
+        include.repeat(2),
+        format!("{long}{include}"),
+        format!("#ifdef NEVER\n{long}#endif\n{}", include.repeat(10)),
+    ] {
+        assert_eq!(codes_with(include, [file("a", text)]), ["E0021"]);
+    }
+    let doubling = (0..40).map(|level| {
+        let next = format!("#include \"{}\"\n", level + 1);
+        file(&level.to_string(), next.repeat(2))
+    });
+    let doubling = doubling.chain([file("40", "int a;\n".to_owned())]);
+    assert_eq!(codes_with("#include \"0\"", doubling), ["E0019"]);
+    let chain =
+        (0..100).map(|level| file(&level.to_string(), format!("#include \"{}\"\n", level + 1)));
+    assert_eq!(codes_with("#include \"0\"", chain), ["E0019"]);
+    // What guards skip costs little, and `#pragma once` nothing.
+    let guarded = format!("#ifndef A\n#define A\n{}#endif\n", &long[..31 * 500]);
+    assert_eq!(codes_with(&include.repeat(2_000), [file("a", guarded)]), [""; 0]);
+    let once = format!("#pragma once\n{long}");
+    assert_eq!(codes_with(&include.repeat(5_000), [file("a", once)]), [""; 0]);
+    let again = codes_with(&include.repeat(20), [file("a", long)]);
+    assert_eq!(again, ["E0019"]);
 }
 
 #[test]

@@ -26,9 +26,10 @@ use rtsl_packet::{DataLocation, Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
 use rtsl_sema::lower::lower_class;
-use rtsl_source::Diagnostic;
+use rtsl_source::{Diagnostic, Diagnostics};
 use rtsl_spec::{Method, lookup_state};
-use rtsl_syntax::IncludeLoader;
+use rtsl_syntax::ast::TranslationUnit;
+use rtsl_syntax::{IncludeLoader, deep_stack};
 
 use crate::Engine;
 use crate::callback::Callback;
@@ -40,7 +41,7 @@ use crate::kernel::Kernel;
 use crate::link::{self, Linked};
 use crate::options::{EngineOptions, Math};
 use crate::packet_kernel::PacketKernel;
-use crate::prelude::prelude;
+use crate::prelude::{Prelude, prelude};
 use crate::touched::state_components;
 use crate::tree::ClassTree;
 use crate::unit::{Compilation, Unit};
@@ -63,19 +64,31 @@ pub(crate) fn compile(
     if diagnostics.has_errors() {
         return Compilation { unit: None, diagnostics, sources };
     }
-    let module = check_unit(&tree, Some(&prelude.checked), &mut diagnostics);
-    if diagnostics.has_errors() {
-        return Compilation { unit: None, diagnostics, sources };
-    }
+    // The trees end there too, since what nests deeply is dropped deeply.
+    let classes = deep_stack::run(|| classes_of(tree, prelude, options, &mut diagnostics));
+    let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
+    Compilation { unit, diagnostics, sources }
+}
+
+/// The classes of a syntax tree; where there are errors, those that have none.
+fn classes_of(
+    tree: TranslationUnit,
+    prelude: &Prelude,
+    options: &CompilerOptions,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Arc<Class>> {
+    let module = check_unit(&tree, Some(&prelude.checked), diagnostics);
     let mut classes = Vec::new();
+    if diagnostics.has_errors() {
+        return classes;
+    }
     for index in prelude.checked.module().classes.len()..module.classes.len() {
         match lower_class(&module, ClassId(index as u32)) {
             Ok(class) => classes.push(Arc::new(with_budget(class, options))),
             Err(problems) => diagnostics.extend(problems),
         }
     }
-    let unit = (!diagnostics.has_errors()).then_some(Unit { classes });
-    Compilation { unit, diagnostics, sources }
+    classes
 }
 
 /// Bounds what runs when an instance is made; methods are bounded when they are linked.

@@ -4,7 +4,7 @@ use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 
 use super::Checker;
-use super::expressions::{convert, error_expression};
+use super::expressions::{at, convert, error_expression};
 use super::types::{FLOAT, MAX_LEAVES, VEC3, component_count, converts};
 use crate::hir::{Expression, ExpressionKind, Type};
 
@@ -53,7 +53,7 @@ impl Checker<'_> {
             );
         };
         match argument.ty {
-            Type::Scalar(_) => Expression { span, ..convert(argument, &ty) },
+            Type::Scalar(_) => at(convert(argument, &ty), span),
             Type::Vector(..) | Type::Matrix(..) => {
                 Expression { kind: ExpressionKind::Construct(vec![argument]), ty, span }
             }

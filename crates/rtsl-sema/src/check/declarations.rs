@@ -179,7 +179,7 @@ impl<'a> Checker<'a> {
             return Entity::Error;
         }
         match self.evaluate_constant(&value, "the value of a constant") {
-            Some(values) => Entity::Constant(value.ty, values),
+            Some(values) => Entity::Constant(value.ty.clone(), values),
             None => Entity::Error,
         }
     }

@@ -166,22 +166,17 @@ impl<'m> Evaluator<'m> {
             ExpressionKind::Convert(operand) => self.convert(ty, operand, frame),
             ExpressionKind::Construct(arguments) => self.construct(ty, arguments, span, frame),
             ExpressionKind::Unary(operator, operand) => self.unary(*operator, operand, frame),
-            ExpressionKind::Binary(operator, left, right) => {
-                self.binary(*operator, left, right, frame)
-            }
-            ExpressionKind::And(left, right) => self.lazy(left, right, true, frame),
-            ExpressionKind::Or(left, right) => self.lazy(left, right, false, frame),
+            ExpressionKind::Binary(..)
+            | ExpressionKind::And(..)
+            | ExpressionKind::Or(..)
+            | ExpressionKind::Sequence(..) => self.chain(expression, frame),
             ExpressionKind::Assign { target, operator, value } => {
                 self.assign(target, *operator, value, frame)
             }
             ExpressionKind::Step { target, by, prefix } => self.step(target, *by, *prefix, frame),
             ExpressionKind::Conditional(condition, then, otherwise) => {
-                let chosen = if self.truth(condition, frame)? { then } else { otherwise };
+                let chosen = if self.is_met(condition, frame)? { then } else { otherwise };
                 self.expression(chosen, frame)
-            }
-            ExpressionKind::Sequence(first, second) => {
-                self.expression(first, frame)?;
-                self.expression(second, frame)
             }
             ExpressionKind::Call(id, arguments) => self.call(*id, arguments, span, frame),
             ExpressionKind::Builtin(call) => self.builtin(ty, call, span, frame),
@@ -194,8 +189,8 @@ impl<'m> Evaluator<'m> {
         }
     }
 
-    fn truth(&mut self, condition: &Expression, frame: &mut Frame) -> Evaluated<bool> {
-        Ok(self.expression(condition, frame)?.first().is_some_and(|value| value.bits() != 0))
+    fn is_met(&mut self, condition: &Expression, frame: &mut Frame) -> Evaluated<bool> {
+        Ok(is_true(&self.expression(condition, frame)?))
     }
 
     /// The leaves of a local that a place stands for; `None` for parts of other values.
@@ -337,28 +332,28 @@ impl<'m> Evaluator<'m> {
         value.into_iter().map(|each| apply_unary(op, each)).collect()
     }
 
-    fn binary(
-        &mut self,
-        operator: BinaryOperator,
-        left: &Expression,
-        right: &Expression,
-        frame: &mut Frame,
-    ) -> Evaluated<Value> {
-        let a = self.expression(left, frame)?;
-        let b = self.expression(right, frame)?;
-        self.spend(left.span, a.len() + b.len())?;
-        combine(operator, &left.ty, &a, &right.ty, &b)
-    }
-
-    fn lazy(
-        &mut self,
-        left: &Expression,
-        right: &Expression,
-        and: bool,
-        frame: &mut Frame,
-    ) -> Evaluated<Value> {
-        let result = if self.truth(left, frame)? == and { self.truth(right, frame)? } else { !and };
-        Ok(vec![Constant::Bool(result)])
+    fn chain(&mut self, expression: &Expression, frame: &mut Frame) -> Evaluated<Value> {
+        let (first, links) = expression.chain();
+        let mut value = self.expression(first, frame)?;
+        for link in links {
+            self.spend(link.span, 1)?;
+            value = match &link.kind {
+                ExpressionKind::Binary(operator, left, right) => {
+                    let other = self.expression(right, frame)?;
+                    self.spend(left.span, value.len() + other.len())?;
+                    combine(*operator, &left.ty, &value, &right.ty, &other)?
+                }
+                ExpressionKind::And(_, right) if is_true(&value) => {
+                    self.expression(right, frame)?
+                }
+                ExpressionKind::Or(_, right) if !is_true(&value) => {
+                    self.expression(right, frame)?
+                }
+                ExpressionKind::Sequence(_, right) => self.expression(right, frame)?,
+                _ => value,
+            };
+        }
+        Ok(value)
     }
 
     fn assign(
@@ -477,7 +472,7 @@ impl<'m> Evaluator<'m> {
             }
             StatementKind::Block(body) => return self.statements(body, frame),
             StatementKind::If { condition, then, otherwise } => {
-                let chosen = if self.truth(condition, frame)? { then } else { otherwise };
+                let chosen = if self.is_met(condition, frame)? { then } else { otherwise };
                 return self.statements(chosen, frame);
             }
             StatementKind::Switch { selector, cases } => {
@@ -608,6 +603,10 @@ impl<'m> Evaluator<'m> {
         }
         Ok(results.into_iter().flat_map(|(result, _)| result).collect())
     }
+}
+
+fn is_true(value: &[Constant]) -> bool {
+    value.first().is_some_and(|value| value.bits() != 0)
 }
 
 /// The index as an element's number, clamped as at run time.

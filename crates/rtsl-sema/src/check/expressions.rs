@@ -22,10 +22,9 @@ impl Checker<'_> {
             Ast::Name(_) | Ast::Index(..) | Ast::Member(..) => {
                 self.check_value_of_place(expression)
             }
-            Ast::Sequence(first, second) => self.check_sequence(first, second, span),
+            Ast::Sequence(..) | Ast::Binary(..) => self.check_chain(expression),
             Ast::Unary(operator, operand) => self.check_unary(*operator, operand, span),
             Ast::Step { target, by, prefix } => self.check_step(target, *by, *prefix, span),
-            Ast::Binary(operator, left, right) => self.check_binary(*operator, left, right, span),
             Ast::Assign { target, operator, value } => {
                 self.check_assign(target, *operator, value, span)
             }
@@ -70,16 +69,25 @@ impl Checker<'_> {
         error_expression(span)
     }
 
-    fn check_sequence(
-        &mut self,
-        first: &ast::Expression,
-        second: &ast::Expression,
-        span: Span,
-    ) -> Expression {
-        let first = Box::new(self.check_expression(first));
-        let second = Box::new(self.check_expression(second));
-        let ty = second.ty.clone();
-        Expression { kind: ExpressionKind::Sequence(first, second), ty, span }
+    /// `a + b * c, d`: a chain may be as long as the text.
+    fn check_chain(&mut self, expression: &ast::Expression) -> Expression {
+        let (first, links) = expression.chain();
+        let mut left = self.check_expression(first);
+        for link in links {
+            left = match &link.kind {
+                Ast::Binary(operator, _, right) => {
+                    self.check_binary(*operator, left, right, link.span)
+                }
+                Ast::Sequence(_, right) => {
+                    let right = self.check_expression(right);
+                    let ty = right.ty.clone();
+                    let kind = ExpressionKind::Sequence(Box::new(left), Box::new(right));
+                    Expression { kind, ty, span: link.span }
+                }
+                _ => left,
+            };
+        }
+        left
     }
 
     fn check_conditional(
@@ -162,6 +170,9 @@ impl Checker<'_> {
         if let Some(help) = to.and_then(|to| self.conversion_help(&found.ty, to)) {
             diagnostic = diagnostic.help(help);
         }
+        if to.is_some() && expected == format!("`{shown}`") {
+            diagnostic = diagnostic.note("two structs have this name, one in an inner scope");
+        }
         self.report(diagnostic);
     }
 
@@ -188,9 +199,20 @@ impl Checker<'_> {
     }
 }
 
+/// The expression with another place in the text.
+pub(super) fn at(mut expression: Expression, span: Span) -> Expression {
+    expression.span = span;
+    expression
+}
+
 /// What stands for an expression that was reported.
 pub(super) fn error_expression(span: Span) -> Expression {
     Expression { kind: ExpressionKind::Error, ty: Type::Error, span }
+}
+
+/// The same, of a type that is known all the same.
+pub(super) fn error_of_type(ty: Type, span: Span) -> Expression {
+    Expression { kind: ExpressionKind::Error, ty, span }
 }
 
 /// A constant of one component.

@@ -63,5 +63,6 @@ impl Checker<'_> {
     pub(super) fn note_call(&mut self, callee: FunctionId, span: Span) {
         let lit = self.function.illuminance_depth > 0;
         self.function.facts.calls.push(Call { callee, span, lit });
+        self.function_info[callee.0 as usize].called.get_or_insert(span);
     }
 }

@@ -26,6 +26,10 @@ pub(super) struct FunctionInfo {
     pub(super) is_implied: bool,
     /// Another function has taken its place in its class.
     pub(super) replaced: bool,
+    /// Which parameters are `const`.
+    pub(super) constant_parameters: Vec<bool>,
+    /// Where it is called first.
+    pub(super) called: Option<Span>,
     /// From which ancestor of its class it comes; 0 for the class's own.
     pub(super) generation: usize,
 }
@@ -343,6 +347,7 @@ impl Checker<'_> {
         }));
         self.function_info.push(FunctionInfo {
             has_body: function.body.is_some(),
+            constant_parameters: constant_parameters(function),
             generation,
             ..FunctionInfo::default()
         });
@@ -373,7 +378,11 @@ impl Checker<'_> {
         signature: &Signature,
     ) -> Option<FunctionId> {
         let previous = Arc::clone(self.function(id));
-        if previous.result != signature.result || previous.parameters != signature.parameters {
+        let constant = &self.function_info[id.0 as usize].constant_parameters;
+        if previous.result != signature.result
+            || previous.parameters != signature.parameters
+            || *constant != constant_parameters(function)
+        {
             self.report(
                 Diagnostic::new(
                     codes::DECLARED_TWICE,
@@ -382,6 +391,8 @@ impl Checker<'_> {
                 .at(function.span, "same parameter types, but another result or other qualifiers")
                 .label(previous.span, "declared here first"),
             );
+            // It was meant to define it.
+            self.function_info[id.0 as usize].has_body |= function.body.is_some();
             return None;
         }
         let info = &mut self.function_info[id.0 as usize];
@@ -447,23 +458,33 @@ impl Checker<'_> {
         }
     }
 
-    /// Reports prototypes that nothing in the file defines.
+    /// Reports prototypes that nothing in the file defines, where something calls them: the text, or hosts.
     pub(super) fn check_all_functions_defined(&mut self) {
         let inherited = self.prelude.map_or(0, |prelude| prelude.module.functions.len());
         for index in inherited..self.module.functions.len() {
-            if self.function_info[index].has_body || self.function_info[index].replaced {
+            let function = Arc::clone(&self.module.functions[index]);
+            let info = &self.function_info[index];
+            let wanted = info.called.is_some() || function.method.is_some();
+            if info.has_body || info.replaced || !wanted {
                 continue;
             }
-            let function = Arc::clone(&self.module.functions[index]);
-            self.report(
-                Diagnostic::new(
-                    codes::MISSING_BODY,
-                    format!("`{}` is declared, but never defined", function.name),
-                )
-                .at(function.span, "has no body anywhere in this file"),
-            );
+            let diagnostic = Diagnostic::new(
+                codes::MISSING_BODY,
+                format!("`{}` is declared, but never defined", function.name),
+            )
+            .at(function.span, "has no body anywhere in this file");
+            let called = info.called;
+            self.report(match called {
+                Some(call) => diagnostic.label(call, "called here"),
+                None => diagnostic,
+            });
         }
     }
+}
+
+fn constant_parameters(function: &ast::Function) -> Vec<bool> {
+    let constant = |parameter: &ast::Parameter| parameter.qualifiers.find(Qualifier::Const);
+    function.parameters.iter().map(|parameter| constant(parameter).is_some()).collect()
 }
 
 enum Existing {

@@ -55,7 +55,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_source::{Code, Diagnostic, Diagnostics, Span};
-use rtsl_syntax::ast;
+use rtsl_syntax::{ast, deep_stack};
 
 use crate::hir::Module;
 use classes::{ClassContext, ClassDeclaration};
@@ -108,15 +108,17 @@ pub fn check_unit(
     prelude: Option<&Prelude>,
     diagnostics: &mut Diagnostics,
 ) -> Module {
-    let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
-    for item in &unit.items {
-        checker.check_file_item(item);
-    }
-    checker.check_all_functions_defined();
-    checker.check_call_graph();
-    checker.check_roles();
-    *diagnostics = checker.diagnostics;
-    checker.module
+    deep_stack::run(|| {
+        let mut checker = Checker::new(prelude, std::mem::take(diagnostics));
+        for item in &unit.items {
+            checker.check_file_item(item);
+        }
+        checker.check_all_functions_defined();
+        checker.check_call_graph();
+        checker.check_roles();
+        *diagnostics = checker.diagnostics;
+        checker.module
+    })
 }
 
 /// All that is known while a unit is checked.

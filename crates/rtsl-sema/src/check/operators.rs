@@ -5,7 +5,7 @@ use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast;
 
 use super::Checker;
-use super::expressions::{convert, error_expression};
+use super::expressions::{at, convert, error_expression};
 use super::types::{BOOL, FLOAT, converts, with_scalar};
 use crate::hir::{BinaryOperator, Expression, ExpressionKind, Type, UnaryOperator};
 
@@ -202,7 +202,7 @@ impl Checker<'_> {
         }
         let ty = operand.ty.clone();
         let kind = match operator {
-            UnaryOperator::Plus => return Expression { span, ..operand },
+            UnaryOperator::Plus => return at(operand, span),
             UnaryOperator::Negate | UnaryOperator::Not | UnaryOperator::BitNot => {
                 ExpressionKind::Unary(operator, Box::new(operand))
             }
@@ -223,15 +223,15 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// `a + b`, `a && b` and their like.
+    /// `a + b`, `a && b` and their like, the left operand having been checked.
     pub(super) fn check_binary(
         &mut self,
         operator: BinaryOperator,
-        left: &ast::Expression,
+        left: Expression,
         right: &ast::Expression,
         span: Span,
     ) -> Expression {
-        let left = Box::new(self.check_expression(left));
+        let left = Box::new(left);
         let lazy = matches!(operator, BinaryOperator::And | BinaryOperator::Or);
         let right = Box::new(if lazy {
             self.conditionally(|checker| checker.check_expression(right))

@@ -115,18 +115,30 @@ fn names_of_initializer<'a>(initializer: &'a Initializer, names: &mut Vec<&'a st
 }
 
 fn names_of<'a>(expression: &'a Expression, names: &mut Vec<&'a str>) {
+    let (first, links) = expression.chain();
+    names_of_operand(first, names);
+    for link in links {
+        if let ExpressionKind::Binary(_, _, right) | ExpressionKind::Sequence(_, right) = &link.kind
+        {
+            names_of(right, names);
+        }
+    }
+}
+
+/// Of what is no link of a chain.
+fn names_of_operand<'a>(expression: &'a Expression, names: &mut Vec<&'a str>) {
     match &expression.kind {
         ExpressionKind::Error
+        | ExpressionKind::Sequence(..)
+        | ExpressionKind::Binary(..)
         | ExpressionKind::Int(_)
         | ExpressionKind::Uint(_)
         | ExpressionKind::Float(_)
         | ExpressionKind::Bool(_) => {}
         ExpressionKind::Name(name) => names.push(name),
-        ExpressionKind::Sequence(first, second)
-        | ExpressionKind::Binary(_, first, second)
-        | ExpressionKind::Assign { target: first, value: second, .. } => {
-            names_of(first, names);
-            names_of(second, names);
+        ExpressionKind::Assign { target, value, .. } => {
+            names_of(target, names);
+            names_of(value, names);
         }
         ExpressionKind::Unary(_, operand)
         | ExpressionKind::Step { target: operand, .. }

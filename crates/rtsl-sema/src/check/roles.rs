@@ -17,7 +17,7 @@ use rtsl_spec::builtins::{Builtin, Lowering, ReferenceMethod, Special, Usable};
 use rtsl_spec::{Direction, Method, Role, StateVariable, state_variables};
 
 use super::Checker;
-use super::expressions::error_expression;
+use super::expressions::error_of_type;
 use super::facts::{Facts, Use, UseKind};
 use super::functions::Kind;
 use super::references::quoted_list;
@@ -74,11 +74,11 @@ impl Checker<'_> {
                 .at(span, "state is for the methods of classes")
                 .note(reason),
             );
-            return Expression { ty: from_state(variable.ty), ..error_expression(span) };
+            return error_of_type(from_state(variable.ty), span);
         }
         if !self.class_has_state(variable.name) {
             self.report_state_of_other_role(variable, span);
-            return Expression { ty: from_state(variable.ty), ..error_expression(span) };
+            return error_of_type(from_state(variable.ty), span);
         }
         let kind = ExpressionKind::State(StateId(variable.index));
         Expression { kind, ty: from_state(variable.ty), span }

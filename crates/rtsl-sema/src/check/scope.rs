@@ -60,6 +60,8 @@ pub(super) type Level = BTreeMap<String, Named>;
 #[derive(Debug, Default)]
 pub(super) struct Scopes {
     levels: Vec<Level>,
+    /// How many of them there are where the body of a loop has begun, the innermost last.
+    bodies: Vec<usize>,
 }
 
 impl Scopes {
@@ -68,9 +70,26 @@ impl Scopes {
         self.levels.push(Level::new());
     }
 
+    /// Opens the scope of a loop's body: its names differ from those that the innermost scope, that of the loop,
+    /// has already.
+    pub(super) fn push_body(&mut self) {
+        self.push();
+        self.bodies.push(self.levels.len());
+    }
+
     /// Closes the innermost scope and gives its names.
     pub(super) fn pop(&mut self) -> Level {
+        if self.bodies.last() == Some(&self.levels.len()) {
+            self.bodies.pop();
+        }
         self.levels.pop().unwrap_or_default()
+    }
+
+    /// What the header of the loop whose body is the innermost scope declares as `name`.
+    fn in_header(&self, name: &str) -> Option<&Named> {
+        let depth = self.levels.len();
+        let is_body = depth >= 2 && self.bodies.last() == Some(&depth);
+        if is_body { self.levels[depth - 2].get(name) } else { None }
     }
 
     /// All names in reach, the innermost first.
@@ -107,8 +126,8 @@ impl Checker<'_> {
     pub(super) fn declare(&mut self, name: &ast::Identifier, entity: Entity) {
         self.check_name_free_to_use(name);
         let named = Named { entity, span: name.span };
-        if let Some(previous) = self.innermost().get(&name.name) {
-            let previous = previous.clone();
+        let in_header = self.scopes.in_header(&name.name).cloned();
+        if let Some(previous) = in_header.or_else(|| self.innermost().get(&name.name).cloned()) {
             self.report_duplicate(name, &previous);
         } else {
             self.innermost().insert(name.name.clone(), named);

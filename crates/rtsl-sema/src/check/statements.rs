@@ -141,6 +141,17 @@ impl Checker<'_> {
     /// A statement that stands where a block could: in a scope of its own.
     fn check_body(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
         self.scopes.push();
+        self.check_body_in_scope(body)
+    }
+
+    /// The body of a `for` or `while`, which cannot declare again what the loop's header declares.
+    fn check_loop_body(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
+        self.scopes.push_body();
+        self.check_body_in_scope(body)
+    }
+
+    /// The same in the innermost scope, which ends with it.
+    fn check_body_in_scope(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
         let mut statements = Vec::new();
         let falls_through = match &body.kind {
             Ast::Block(block) => {
@@ -271,7 +282,7 @@ impl Checker<'_> {
         self.check_statement_into(initializer, &mut statements);
         let checked = self.repeatedly(|checker| {
             let (declaration, condition) = checker.check_loop_condition(condition);
-            let (body, _) = checker.check_body(body);
+            let (body, _) = checker.check_loop_body(body);
             let step = step.map(|step| checker.check_expression(step));
             Loop { initializer: statements, declaration, condition, step, body, test_last: false }
         });
@@ -283,7 +294,7 @@ impl Checker<'_> {
         self.scopes.push();
         let checked = self.repeatedly(|checker| {
             let (declaration, condition) = checker.check_loop_condition(Some(condition));
-            let (body, _) = checker.check_body(body);
+            let (body, _) = checker.check_loop_body(body);
             let initializer = Vec::new();
             Loop { initializer, declaration, condition, step: None, body, test_last: false }
         });

@@ -274,7 +274,7 @@ impl<'m> Lowering<'m> {
     pub fn enter(&mut self, span: Span) -> Lowered<()> {
         self.visits += 1;
         self.depth += 1;
-        if self.depth > limits::NESTED_VISITS {
+        if self.depth > limits::nested_visits() {
             return Err(limits::nested_too_deeply(span));
         }
         let size = self.builder.value_count().max(self.cells.len() / 4);

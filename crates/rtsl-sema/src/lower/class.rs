@@ -7,6 +7,7 @@ use rtsl_ir::class::{self, Reference};
 use rtsl_ir::{Builder, Function, Place, PlaceKind};
 use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
+use rtsl_syntax::deep_stack;
 
 use super::access::Access;
 use super::calls::{Frame, implicit_functions};
@@ -26,16 +27,18 @@ use crate::hir::{Class, ClassId, Expression, FunctionId, LocalId, Member, Module
 /// Where a limit on the size of types or functions is passed; one diagnostic for each function
 /// that does.
 pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<Diagnostic>> {
-    let layouts = Layouts::new(module);
-    let class = &module.classes[class.0 as usize];
-    let maker = Maker {
-        module,
-        class,
-        layouts: &layouts,
-        facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
-        tables: &RefCell::default(),
-    };
-    maker.make()
+    deep_stack::run(|| {
+        let layouts = Layouts::new(module);
+        let class = &module.classes[class.0 as usize];
+        let maker = Maker {
+            module,
+            class,
+            layouts: &layouts,
+            facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
+            tables: &RefCell::default(),
+        };
+        maker.make()
+    })
 }
 
 /// The constructor, the methods, and what they may call without saying so.

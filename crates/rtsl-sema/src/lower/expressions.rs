@@ -34,18 +34,15 @@ impl<'m> Lowering<'m> {
                 self.lower_construct(&expression.ty, parts, expression.span)
             }
             ExpressionKind::Unary(operator, value) => self.lower_unary(*operator, value),
-            ExpressionKind::Binary(operator, a, b) => self.lower_binary(*operator, a, b),
-            ExpressionKind::And(a, b) => self.lower_logical(false, a, b),
-            ExpressionKind::Or(a, b) => self.lower_logical(true, a, b),
+            ExpressionKind::Binary(..)
+            | ExpressionKind::And(..)
+            | ExpressionKind::Or(..)
+            | ExpressionKind::Sequence(..) => self.lower_chain(expression),
             ExpressionKind::Assign { target, operator, value } => {
                 self.lower_assign(target, *operator, value)
             }
             ExpressionKind::Step { target, by, prefix } => self.lower_step(target, *by, *prefix),
             ExpressionKind::Conditional(condition, a, b) => self.lower_conditional(condition, a, b),
-            ExpressionKind::Sequence(a, b) => {
-                self.lower_expression(a)?;
-                self.lower_expression(b)
-            }
             ExpressionKind::Call(function, arguments) => {
                 self.lower_call(*function, arguments, expression.span)
             }
@@ -202,25 +199,29 @@ impl<'m> Lowering<'m> {
         Ok(values.into_iter().map(|value| self.builder.unary(op, value)).collect())
     }
 
-    fn lower_binary(
-        &mut self,
-        operator: BinaryOperator,
-        a: &'m Expression,
-        b: &'m Expression,
-    ) -> Lowered<Vec<Value>> {
-        let left = self.lower_expression(a)?;
-        let right = self.lower_expression(b)?;
-        Ok(self.binary(operator, (&a.ty, &left), (&b.ty, &right)))
+    /// Operations whose left operands are one another, the innermost first.
+    fn lower_chain(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
+        let (first, links) = expression.chain();
+        let mut values = self.lower_expression(first)?;
+        for link in links {
+            self.enter(link.span)?;
+            values = match &link.kind {
+                ExpressionKind::Binary(operator, a, b) => {
+                    let right = self.lower_expression(b)?;
+                    self.binary(*operator, (&a.ty, &values), (&b.ty, &right))
+                }
+                ExpressionKind::And(_, b) => self.lower_logical(false, values[0], b)?,
+                ExpressionKind::Or(_, b) => self.lower_logical(true, values[0], b)?,
+                ExpressionKind::Sequence(_, b) => self.lower_expression(b)?,
+                _ => values,
+            };
+            self.leave();
+        }
+        Ok(values)
     }
 
-    /// `a || b` where `or`, else `a && b`.
-    fn lower_logical(
-        &mut self,
-        or: bool,
-        a: &'m Expression,
-        b: &'m Expression,
-    ) -> Lowered<Vec<Value>> {
-        let first = self.lower_scalar(a)?;
+    /// `first || b` where `or`, else `first && b`.
+    fn lower_logical(&mut self, or: bool, first: Value, b: &'m Expression) -> Lowered<Vec<Value>> {
         if self.builder.known(first).is_none() && is_cheap(b) {
             let second = self.lower_scalar(b)?;
             return Ok(vec![if or {

@@ -4,6 +4,7 @@
 //! time and memory in proportion, and the compiler's own stack bounded.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes};
+use rtsl_syntax::deep_stack;
 
 /// What lowering gives, or the one error that ended it.
 pub(super) type Lowered<T> = Result<T, Box<Diagnostic>>;
@@ -19,7 +20,9 @@ pub(super) const VISITS_OF_A_FUNCTION: u32 = 1_000_000;
 pub(super) const NESTED_REGIONS: usize = 200;
 
 /// Statements and expressions in one another, through inlined calls; bounds the stack.
-pub(super) const NESTED_VISITS: u32 = 400;
+pub(super) fn nested_visits() -> u32 {
+    2 * deep_stack::depth() as u32
+}
 
 /// Scalars of one type.
 pub(super) const SCALARS_OF_A_TYPE: u64 = 65_536;

@@ -13,7 +13,7 @@ use crate::word::{Keyword, Reading, Word};
 /// An expression being built.
 struct Built {
     expression: Expression,
-    /// The height of its tree.
+    /// The height of its tree, chains of binary operators counted as one level.
     height: usize,
     /// Where it stands, parentheses included.
     extent: Span,
@@ -42,16 +42,20 @@ impl Parser<'_> {
 
     /// Reads operators that bind at least as tightly as `binding`.
     fn parse_binding(&mut self, binding: Binding) -> Parse<Built> {
-        self.nested(|this| {
-            let mut left = this.parse_prefix()?;
-            while let TokenKind::Punctuator(punctuator) = this.peek().kind {
-                match this.parse_infix(left, punctuator, binding)? {
-                    Infix::Joined(joined) => left = joined,
-                    Infix::Done(done) => return Ok(done),
-                }
+        self.nested(|this| this.parse_chain(binding))
+    }
+
+    /// The same at the depth of what is around it: as the right operand of a link, whose operators bind more tightly,
+    /// so that this goes no deeper than there are precedences.
+    fn parse_chain(&mut self, binding: Binding) -> Parse<Built> {
+        let mut left = self.parse_prefix()?;
+        while let TokenKind::Punctuator(punctuator) = self.peek().kind {
+            match self.parse_infix(left, punctuator, binding)? {
+                Infix::Joined(joined) => left = joined,
+                Infix::Done(done) => return Ok(done),
             }
-            Ok(left)
-        })
+        }
+        Ok(left)
     }
 
     /// Joins `left` with what follows, if `punctuator` is an operator that binds tightly enough.
@@ -66,9 +70,9 @@ impl Parser<'_> {
                 return Ok(Infix::Done(left));
             }
             self.bump();
-            let right = self.parse_binding(own + 1)?;
+            let right = self.parse_chain(own + 1)?;
             return self
-                .join(left, right, |left, right| ExpressionKind::Binary(operator, left, right));
+                .link(left, right, |left, right| ExpressionKind::Binary(operator, left, right));
         }
         if let Some(operator) = operators::assignment(punctuator) {
             if ASSIGNMENT < binding {
@@ -86,8 +90,8 @@ impl Parser<'_> {
             Punctuator::Question if binding <= CONDITIONAL => self.parse_conditional(left),
             Punctuator::Comma if binding <= SEQUENCE => {
                 self.bump();
-                let right = self.parse_binding(ASSIGNMENT)?;
-                self.join(left, right, ExpressionKind::Sequence)
+                let right = self.parse_chain(ASSIGNMENT)?;
+                self.link(left, right, ExpressionKind::Sequence)
             }
             _ => Ok(Infix::Done(left)),
         }
@@ -106,14 +110,36 @@ impl Parser<'_> {
         })
     }
 
+    /// Adds a link to a chain, whose length does not count.
+    fn link(
+        &mut self,
+        left: Built,
+        right: Built,
+        kind: impl FnOnce(Box<Expression>, Box<Expression>) -> ExpressionKind,
+    ) -> Parse<Infix> {
+        let own = usize::from(left.expression.chain_begins());
+        let height = (left.height + own).max(right.height + 1);
+        self.join_to(height, left, right, kind)
+    }
+
     fn join(
         &mut self,
         left: Built,
         right: Built,
         kind: impl FnOnce(Box<Expression>, Box<Expression>) -> ExpressionKind,
     ) -> Parse<Infix> {
-        let extent = left.extent.to(right.extent);
         let height = 1 + left.height.max(right.height);
+        self.join_to(height, left, right, kind)
+    }
+
+    fn join_to(
+        &mut self,
+        height: usize,
+        left: Built,
+        right: Built,
+        kind: impl FnOnce(Box<Expression>, Box<Expression>) -> ExpressionKind,
+    ) -> Parse<Infix> {
+        let extent = left.extent.to(right.extent);
         self.check_depth(height)?;
         let expression = Expression { kind: kind(left.boxed(), right.boxed()), span: extent };
         Ok(Infix::Joined(Built { expression, height, extent }))

@@ -3,8 +3,9 @@
 //! A `parse_x` function reads an `x` and fails with [`Reported`] where it can't: the error is
 //! reported by then, and the caller either passes it on or recovers at a place that text after an
 //! error most likely reaches: the next `;`, the closing brace, the next class. Depth is counted
-//! on the way down and, for chains of operators, on the way up, so that no tree is deeper than
-//! [`MAX_DEPTH`] and no text makes the parser's own recursion deeper.
+//! on the way down and, for what follows an operand, on the way up, so that no tree is deeper than
+//! [`deep_stack::depth`] says and no text makes the parser's own recursion deeper. Chains of binary operators are read by
+//! a loop, and their length does not count.
 
 mod declarations;
 mod documentation;
@@ -16,7 +17,8 @@ mod types;
 
 use rtsl_source::{Code, Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
 
-use crate::ast::{Identifier, MAX_DEPTH, TranslationUnit};
+use crate::ast::{Identifier, TranslationUnit};
+use crate::deep_stack;
 use crate::message::shorten;
 use crate::symbol::Interner;
 use crate::token::{Punctuator, Token, TokenKind};
@@ -39,6 +41,7 @@ pub(crate) fn parse_tokens(
         symbols,
         diagnostics,
         depth: 0,
+        max_depth: deep_stack::depth(),
         reported_at: None,
         copied: 0,
         unnamed_structs: 0,
@@ -60,6 +63,8 @@ struct Parser<'a> {
     diagnostics: &'a mut Diagnostics,
     /// How deep the parser stands in the tree.
     depth: usize,
+    /// How deep it may stand there.
+    max_depth: usize,
     /// The place of the last error; a second one there would say the same in other words. All
     /// that a macro made has one place.
     reported_at: Option<Span>,
@@ -308,15 +313,15 @@ impl Parser<'_> {
     /// Fails where a tree of this height would be too deep here. The rest of the text is given
     /// up, since every way out of the nesting would be another error.
     fn check_depth(&mut self, height: usize) -> Parse<()> {
-        if self.depth + height <= MAX_DEPTH {
+        if self.depth + height <= self.max_depth {
             return Ok(());
         }
         let place = self.peek().span;
-        let diagnostic =
-            Diagnostic::new(codes::NESTED_TOO_DEEPLY, format!("nested more than {MAX_DEPTH} deep"))
-                .at(place, "too deep here; the rest is not read")
-                .note("parentheses, operators in a chain, blocks and `else if` count together")
-                .help("name parts in variables or functions of their own; loop over an array");
+        let message = format!("nested more than {} deep", self.max_depth);
+        let diagnostic = Diagnostic::new(codes::NESTED_TOO_DEEPLY, message)
+            .at(place, "too deep here; the rest is not read")
+            .note("parentheses, prefix operators, `?:`, blocks and `else if` count together")
+            .help("name parts in variables or functions of their own; loop over an array");
         let reported = self.report(diagnostic);
         self.position = self.tokens.len() - 1;
         self.reported_at = Some(self.peek().span);
