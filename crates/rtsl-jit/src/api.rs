@@ -1,6 +1,6 @@
 //! The functions of LLVM's C API that are used, loaded from a library.
 //!
-//! Only functions that are the same from LLVM 17 to 22 stand here.
+//! Only functions that are the same from LLVM 17 to 23 stand here.
 
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
 

@@ -10,16 +10,10 @@ use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::object::Object;
+use crate::passes::Work;
 use crate::runtime;
 use crate::target::{Target, c_string};
 use crate::worker;
-
-/// Without what works across paths: see `OptLevel::passes`.
-macro_rules! redundancy_elimination {
-    () => {
-        "gvn<no-pre;no-load-pre;no-split-backedge-load-pre>"
-    };
-}
 
 /// How much work goes into the code; the result is the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -36,45 +30,6 @@ pub enum OptLevel {
 }
 
 impl OptLevel {
-    /// The passes, in LLVM's notation. The single-ray IR comes here folded, numbered and with
-    /// invariants hoisted, so that what is left is the mess of packet lowering: slots to
-    /// values, equal masks, blocks that fall together, equal loads in different blocks.
-    ///
-    /// `O2` was chosen by leaving passes away, over all methods of the standard library and the
-    /// races, and comparing the code: `licm`, `adce` and a second `simplifycfg` change nothing (one
-    /// method of 77 becomes longer with `licm`); `gvn` takes 5 % of the largest `intersect`, but
-    /// its redundancy elimination across paths makes as much code as it saves, for a third of
-    /// its time. `instcombine` makes code 3 % longer, since it sees through the form in which masks
-    /// cross blocks, and takes as long as all others. `always-inline` is for one function, that of a
-    /// leaf's test, which goes into the loop over tests. Vectorisers and unrolling never run: the
-    /// code is vectors already.
-    fn passes(self) -> Option<&'static str> {
-        match self {
-            OptLevel::O0 => None,
-            OptLevel::O1 => Some("always-inline,function(sroa,early-cse,simplifycfg)"),
-            OptLevel::O2 => Some(concat!(
-                "always-inline,function(sroa,early-cse<memssa>,simplifycfg,",
-                redundancy_elimination!(),
-                ")"
-            )),
-            OptLevel::O3 => Some("default<O3>"),
-        }
-    }
-
-    /// The passes for a function of one ray. Its branches are the ray's own and are mostly foreseen, so none is made
-    /// a select, and a condition that is known on the way to a branch is not tested again; `instcombine` and `gvn` are
-    /// what knows it, and no masks stand in its way. Single rays under Embree are 1 percent faster for it.
-    fn passes_of_one_ray(self) -> Option<&'static str> {
-        match self {
-            OptLevel::O2 => Some(concat!(
-                "function(sroa,early-cse<memssa>,instcombine<no-verify-fixpoint>,",
-                redundancy_elimination!(),
-                ",jump-threading,simplifycfg<no-speculate-blocks>)"
-            )),
-            OptLevel::O0 | OptLevel::O1 | OptLevel::O3 => self.passes(),
-        }
-    }
-
     /// `LLVMCodeGenOptLevel`.
     fn code_generation(self) -> c_int {
         match self {
@@ -104,7 +59,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Module, JitError> {
-        self.compile_by(module, target, level, level.passes())
+        self.compile_by(module, target, level, Work::Packets)
     }
 
     /// The same for a module that does one ray at a time.
@@ -114,7 +69,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Module, JitError> {
-        self.compile_by(module, target, level, level.passes_of_one_ray())
+        self.compile_by(module, target, level, Work::OneRay)
     }
 
     fn compile_by(
@@ -122,12 +77,12 @@ impl Llvm {
         module: &str,
         target: &Target,
         level: OptLevel,
-        passes: Option<&'static str>,
+        work: Work,
     ) -> Result<Module, JitError> {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
-        Module::load(&self.emit(module, target, level, passes, Output::Object)?)
+        Module::load(&self.emit(module, target, level, work, Output::Object)?)
     }
 
     /// The module after LLVM's passes, as text.
@@ -140,7 +95,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, level.passes(), Output::Text).map(lossy)
+        self.emit(module, target, level, Work::Packets, Output::Text).map(lossy)
     }
 
     /// The module as assembly text of `target`.
@@ -153,7 +108,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, level.passes(), Output::Assembly).map(lossy)
+        self.emit(module, target, level, Work::Packets, Output::Assembly).map(lossy)
     }
 
     /// The module as an object file (ELF) of `target`. It refers to nothing outside but what the runtime has, all of which
@@ -167,7 +122,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Vec<u8>, JitError> {
-        let object = self.emit(module, target, level, level.passes(), Output::Object)?;
+        let object = self.emit(module, target, level, Work::Packets, Output::Object)?;
         Object::parse(&object)?.check_outside_symbols(|name| runtime::address(name).is_some())?;
         Ok(object)
     }
@@ -177,7 +132,7 @@ impl Llvm {
         module: &str,
         target: &Target,
         level: OptLevel,
-        passes: Option<&'static str>,
+        work: Work,
         output: Output,
     ) -> Result<Vec<u8>, JitError> {
         let (llvm, module, target) = (self.clone(), c_string(module), target.clone());
@@ -187,7 +142,10 @@ impl Llvm {
             let module = context.parse(&module)?;
             module.set_target(&machine, &target);
             module.verify()?;
-            module.run_passes(&machine, passes)?;
+            let accepts = |text: &str| context.accepts_passes(&machine, text);
+            if let Some(passes) = llvm.passes.text(level, work, accepts) {
+                module.run_passes(&machine, passes)?;
+            }
             let bytes = match output {
                 Output::Text => module.print().into_bytes(),
                 Output::Assembly => module.generate(&machine, api::ASSEMBLY_FILE)?,
@@ -198,6 +156,16 @@ impl Llvm {
             Ok(bytes)
         })
     }
+}
+
+/// Whether the library knows the passes.
+#[cfg(test)]
+pub fn accepts_passes(llvm: &Arc<Llvm>, passes: &str) -> Result<bool, JitError> {
+    let (llvm, passes) = (llvm.clone(), passes.to_owned());
+    worker::run(move || {
+        let machine = Machine::take(&llvm, llvm.host(), OptLevel::O2)?;
+        Ok(Context::new(&llvm.api).accepts_passes(&machine, &passes))
+    })
 }
 
 fn lossy(bytes: Vec<u8>) -> String {
@@ -317,6 +285,13 @@ impl<'a> Context<'a> {
         Ok(ParsedModule { context: self, raw: module })
     }
 
+    /// Whether this LLVM knows the passes, found by running them on a module without functions.
+    fn accepts_passes(&self, machine: &Machine, passes: &str) -> bool {
+        self.parse(&CString::default())
+            .and_then(|module| module.run_passes(machine, passes))
+            .is_ok()
+    }
+
     /// The errors that the diagnostic handler heard of.
     fn check(&self) -> Result<(), JitError> {
         let errors = self.reported.errors.borrow();
@@ -379,8 +354,7 @@ impl ParsedModule<'_, '_> {
         if failed { Err(JitError::InvalidModule(message)) } else { Ok(()) }
     }
 
-    fn run_passes(&self, machine: &Machine, passes: Option<&str>) -> Result<(), JitError> {
-        let Some(passes) = passes else { return Ok(()) };
+    fn run_passes(&self, machine: &Machine, passes: &str) -> Result<(), JitError> {
         let (api, passes) = (self.api(), c_string(passes));
         // Safety: options are made and freed here; an error is consumed by asking its message.
         let message = unsafe {

@@ -1,6 +1,5 @@
 //! A loaded LLVM.
 
-use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -8,7 +7,9 @@ use libloading::Library;
 
 use crate::api::{self, Api};
 use crate::error::{LlvmError, LlvmVersion};
+use crate::library;
 use crate::library_pages::LibraryPages;
+use crate::passes::Passes;
 use crate::search::{self, Candidates};
 use crate::target::Target;
 use crate::worker;
@@ -24,6 +25,7 @@ pub struct Llvm {
     version: LlvmVersion,
     path: PathBuf,
     host: Target,
+    pub(crate) passes: Passes,
 }
 
 static LOADED: OnceLock<Result<Arc<Llvm>, LlvmError>> = OnceLock::new();
@@ -69,10 +71,7 @@ impl Llvm {
 
     fn open(path: &Path) -> Result<Llvm, String> {
         check_named_version(path)?;
-        // Safety: loading runs LLVM's constructors of globals, which do not touch ours.
-        let library = unsafe { Library::new(path) }.map_err(|error| plain(&error))?;
-        // A library that was looked at stays: unloading runs destructors that others may need.
-        let library = ManuallyDrop::new(library);
+        let library = library::open(path)?;
         let version = supported_version(&library)?;
         let api = Api::resolve(&library)
             .map_err(|name| format!("LLVM {version} without the function {name}"))?;
@@ -83,7 +82,7 @@ impl Llvm {
         // What loading reads, tables of relocations and constructors of globals, is not read again: without this the
         // first compilation ends with 52 MB of the library in memory, with it 36 MB (LLVM 19).
         pages.release();
-        Ok(Llvm { api, pages, version, path: path.to_owned(), host })
+        Ok(Llvm { api, pages, version, path: path.to_owned(), host, passes: Passes::default() })
     }
 }
 
@@ -138,15 +137,6 @@ fn supported_version(library: &Library) -> Result<LlvmVersion, String> {
 
 fn too_old(version: &str) -> String {
     format!("version {version} is too old, {OLDEST_MAJOR} is the oldest that serves")
-}
-
-/// The loader's words on one line.
-fn plain(error: &libloading::Error) -> String {
-    let mut text = error.to_string();
-    if let Some(source) = std::error::Error::source(error) {
-        text = source.to_string();
-    }
-    text.replace('\n', " ")
 }
 
 fn host_target(api: &Api) -> Target {

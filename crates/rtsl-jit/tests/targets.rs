@@ -3,7 +3,7 @@
 
 use rtsl_ir::PlaceKind;
 use rtsl_ir::generate::seeded_function;
-use rtsl_jit::{Llvm, OptLevel, Target};
+use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
 
@@ -20,6 +20,11 @@ fn called(assembly: &str) -> impl Iterator<Item = &str> {
     // Not through registers and memory, nor to labels of the function.
     let symbols = calls.map(str::trim).filter(|target| !target.starts_with(['*', '.', '#']));
     symbols.map(|symbol| symbol.trim_matches('"'))
+}
+
+fn is_of_host(llvm: &Llvm, target: &Target) -> bool {
+    let (architecture, _) = target.triple().split_once('-').unwrap();
+    llvm.host().triple().starts_with(architecture)
 }
 
 #[test]
@@ -44,7 +49,15 @@ fn no_target_calls_a_library() {
         }
         let kernels = kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel));
         let text = rtsl_llvm::emit(kernels, &features);
-        let assembly = llvm.assembly(&text, &target, OptLevel::O2).unwrap();
+        let assembly = match llvm.assembly(&text, &target, OptLevel::O2) {
+            Ok(assembly) => assembly,
+            // Packages of LLVM for one architecture leave the others out.
+            Err(JitError::UnknownTarget { .. }) if !is_of_host(&llvm, &target) => {
+                println!("{llvm:?} makes no code for {name}");
+                continue;
+            }
+            Err(error) => panic!("{name}: {error}"),
+        };
         // Calls are found at all: the one target without fma calls what emulates it.
         let emulates = called(&assembly).any(|symbol| symbol.starts_with("rtsl.fma"));
         assert_eq!(emulates, name == "x86-64-v2", "{name}");

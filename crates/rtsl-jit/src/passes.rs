@@ -1,0 +1,199 @@
+//! The LLVM passes of each level, in words that the loaded library knows.
+//!
+//! LLVM renames parameters of passes between versions: what disables redundancy elimination across paths is `no-pre` up
+//! to version 22 and `no-scalar-pre` from 23 on, and `instcombine` has `no-verify-fixpoint` from 18 on. A pass therefore
+//! has several texts, and the library is asked which it accepts, by running them on an empty module. Versions are not
+//! compared, so a library that is newer than this text serves as well.
+//!
+//! A pass whose texts are all refused is left out: code without it is slower and computes the same.
+
+use std::sync::OnceLock;
+
+use crate::compile::OptLevel;
+
+/// One pass, by the texts that versions of LLVM have for it; the first that the library accepts is used.
+type Pass = &'static [&'static str];
+
+const ALWAYS_INLINE: Pass = &["always-inline"];
+const SROA: Pass = &["sroa"];
+const EARLY_CSE: Pass = &["early-cse"];
+const EARLY_CSE_OF_MEMORY: Pass = &["early-cse<memssa>", "early-cse"];
+const SIMPLIFY_CFG: Pass = &["simplifycfg"];
+const SIMPLIFY_CFG_KEEPING_BRANCHES: Pass = &["simplifycfg<no-speculate-blocks>", "simplifycfg"];
+const INSTCOMBINE: Pass = &["instcombine<no-verify-fixpoint>", "instcombine"];
+const JUMP_THREADING: Pass = &["jump-threading"];
+const OPTIMIZE_FULLY: Pass = &["default<O3>"];
+/// Without what works across paths: see [`ORDINARY`].
+const GVN: Pass = &[
+    "gvn<no-pre;no-load-pre;no-split-backedge-load-pre>",
+    "gvn<no-scalar-pre;no-load-pre;no-split-backedge-load-pre>",
+    "gvn",
+];
+
+/// Passes over the module, then passes over each of its functions.
+struct Pipeline {
+    module: &'static [Pass],
+    function: &'static [Pass],
+}
+
+/// `OptLevel::O1`.
+const CHEAP: Pipeline =
+    Pipeline { module: &[ALWAYS_INLINE], function: &[SROA, EARLY_CSE, SIMPLIFY_CFG] };
+
+/// `OptLevel::O2`. The single-ray IR comes here folded, numbered and with invariants hoisted, so that what is left is the
+/// mess of packet lowering: slots to values, equal masks, blocks that fall together, equal loads in different blocks.
+///
+/// The passes were chosen by leaving passes away, over all methods of the standard library and the
+/// races, and comparing the code: `licm`, `adce` and a second `simplifycfg` change nothing (one
+/// method of 77 becomes longer with `licm`); `gvn` takes 5 % of the largest `intersect`, but
+/// its redundancy elimination across paths makes as much code as it saves, for a third of
+/// its time. `instcombine` makes code 3 % longer, since it sees through the form in which masks
+/// cross blocks, and takes as long as all others. `always-inline` is for one function, that of a
+/// leaf's test, which goes into the loop over tests. Vectorisers and unrolling never run: the
+/// code is vectors already.
+const ORDINARY: Pipeline = Pipeline {
+    module: &[ALWAYS_INLINE],
+    function: &[SROA, EARLY_CSE_OF_MEMORY, SIMPLIFY_CFG, GVN],
+};
+
+/// `OptLevel::O2` for a function of one ray. Its branches are the ray's own and are mostly foreseen, so none is made
+/// a select, and a condition that is known on the way to a branch is not tested again; `instcombine` and `gvn` are
+/// what knows it, and no masks stand in its way. Single rays under Embree are 1 percent faster for it.
+const OF_ONE_RAY: Pipeline = Pipeline {
+    module: &[],
+    function: &[
+        SROA,
+        EARLY_CSE_OF_MEMORY,
+        INSTCOMBINE,
+        GVN,
+        JUMP_THREADING,
+        SIMPLIFY_CFG_KEEPING_BRANCHES,
+    ],
+};
+
+/// `OptLevel::O3`.
+const FULL: Pipeline = Pipeline { module: &[OPTIMIZE_FULLY], function: &[] };
+
+/// What a module's functions work on, which decides about their branches.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    Packets,
+    OneRay,
+}
+
+/// The pipelines of one loaded library, each spelled at its first use.
+#[derive(Default)]
+pub struct Passes {
+    cheap: OnceLock<String>,
+    ordinary: OnceLock<String>,
+    of_one_ray: OnceLock<String>,
+    full: OnceLock<String>,
+}
+
+impl Passes {
+    /// The passes of a level in LLVM's notation, or none. `accepts` says whether the library knows a text.
+    pub fn text(
+        &self,
+        level: OptLevel,
+        work: Work,
+        accepts: impl Fn(&str) -> bool,
+    ) -> Option<&str> {
+        let (text, pipeline) = match (level, work) {
+            (OptLevel::O0, _) => return None,
+            (OptLevel::O1, _) => (&self.cheap, &CHEAP),
+            (OptLevel::O2, Work::Packets) => (&self.ordinary, &ORDINARY),
+            (OptLevel::O2, Work::OneRay) => (&self.of_one_ray, &OF_ONE_RAY),
+            (OptLevel::O3, _) => (&self.full, &FULL),
+        };
+        let text = text.get_or_init(|| pipeline.spell(accepts));
+        (!text.is_empty()).then_some(text)
+    }
+}
+
+impl Pipeline {
+    /// The first texts of all passes together are tried first, since most libraries accept them.
+    fn spell(&self, accepts: impl Fn(&str) -> bool) -> String {
+        let preferred = self.text(|pass| pass.first().copied());
+        if accepts(&preferred) {
+            return preferred;
+        }
+        self.text(|pass| pass.iter().copied().find(|text| accepts(text)))
+    }
+
+    fn text(&self, choose: impl Fn(Pass) -> Option<&'static str>) -> String {
+        let chosen = |passes: &'static [Pass]| -> Vec<&str> {
+            passes.iter().filter_map(|pass| choose(pass)).collect()
+        };
+        let mut parts = chosen(self.module);
+        let function = chosen(self.function);
+        let function = format!("function({})", function.join(","));
+        if function != "function()" {
+            parts.push(&function);
+        }
+        parts.join(",")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Llvm;
+    use crate::compile::accepts_passes;
+
+    const LEVELS: [OptLevel; 3] = [OptLevel::O1, OptLevel::O2, OptLevel::O3];
+
+    /// The passes for one ray where the library refuses texts that contain one of `unknown`.
+    fn of_one_ray(unknown: &[&str]) -> String {
+        let accepts = |text: &str| !unknown.iter().any(|word| text.contains(word));
+        let passes = Passes::default();
+        passes.text(OptLevel::O2, Work::OneRay, accepts).unwrap().to_owned()
+    }
+
+    #[test]
+    fn parameters_follow_what_the_library_accepts() {
+        let gvn =
+            |text: &str| text[text.find("gvn").unwrap()..].split(',').next().unwrap().to_owned();
+        assert_eq!(
+            of_one_ray(&[]),
+            "function(sroa,early-cse<memssa>,instcombine<no-verify-fixpoint>,\
+             gvn<no-pre;no-load-pre;no-split-backedge-load-pre>,jump-threading,\
+             simplifycfg<no-speculate-blocks>)"
+        );
+        let renamed = of_one_ray(&["no-pre"]);
+        assert_eq!(gvn(&renamed), "gvn<no-scalar-pre;no-load-pre;no-split-backedge-load-pre>");
+        assert!(renamed.contains("instcombine<no-verify-fixpoint>"), "{renamed}");
+        assert_eq!(gvn(&of_one_ray(&["no-pre", "no-scalar-pre"])), "gvn");
+        assert!(of_one_ray(&["no-verify"]).contains(",instcombine,"));
+    }
+
+    #[test]
+    fn a_pass_that_is_gone_is_left_out() {
+        assert_eq!(
+            of_one_ray(&["gvn", "jump-threading", "instcombine"]),
+            "function(sroa,early-cse<memssa>,simplifycfg<no-speculate-blocks>)"
+        );
+        assert_eq!(Passes::default().text(OptLevel::O2, Work::OneRay, |_| false), None);
+    }
+
+    /// A pass that is left out costs speed in silence, so each library that tests run with must know all.
+    #[test]
+    fn the_loaded_library_knows_every_pass() {
+        let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
+        for pipeline in [&CHEAP, &ORDINARY, &OF_ONE_RAY, &FULL] {
+            for pass in pipeline.module.iter().chain(pipeline.function) {
+                // The last of several `gvn` texts has lost its parameters.
+                let wanted = if *pass == GVN { &pass[..pass.len() - 1] } else { pass };
+                let known = wanted.iter().any(|text| accepts_passes(&llvm, text).unwrap());
+                assert!(known, "{llvm:?} knows none of {wanted:?}");
+            }
+        }
+        assert!(!accepts_passes(&llvm, "no-such-pass").unwrap());
+        for level in LEVELS {
+            for work in [Work::Packets, Work::OneRay] {
+                let accepts = |text: &str| accepts_passes(&llvm, text).unwrap();
+                let text = Passes::default().text(level, work, accepts).unwrap().to_owned();
+                assert!(accepts_passes(&llvm, &text).unwrap(), "{llvm:?} refuses {text}");
+            }
+        }
+    }
+}
