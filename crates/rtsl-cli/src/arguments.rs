@@ -7,6 +7,9 @@ use rtsl::{Backend, EngineOptions, Math, Outputs, Shape, StateVariable, Variant}
 
 use crate::names::find_state;
 
+/// The loop iterations of one ray in one call, or of one constructor, past which a command takes a loop for endless.
+pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
+
 /// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
 #[derive(Debug, Parser)]
 #[command(name = "rtsl", version, disable_help_subcommand = true)]

@@ -230,6 +230,67 @@ fn missing_parameters_and_endless_loops_are_errors() {
     }
 }
 
+const ENDLESS: &str = "class A : rt_Texture;
+void lookup() { float x = 0.0; while (x >= 0.0) x += 0.5; rt_FloatTextureValue = x; }
+";
+
+/// Without a word about budgets, whatever has the loop: a method, the constructor, an initial value.
+#[test]
+fn endless_loops_end_without_a_budget() {
+    let folder = Folder::new("endless");
+    folder.write("method.rtsl", ENDLESS);
+    let constructor = "class A : rt_Texture; private float x;
+        constructor() { while (x >= 0.0) x += 0.5; }
+        void lookup() { rt_FloatTextureValue = x; }";
+    folder.write("constructor.rtsl", constructor);
+    let initial = "float endless() { float x = 0.0; while (x >= 0.0) x += 0.5; return x; }
+        class A : rt_Texture; public float x = endless();
+        void lookup() { rt_FloatTextureValue = x; }";
+    folder.write("initial.rtsl", initial);
+    folder.run(&["eval", "method.rtsl", "lookup"]).fails_with("E0619");
+    folder.run(&["eval", "constructor.rtsl", "lookup"]).fails_with("E0619");
+    folder.run(&["test", "constructor.rtsl"]).fails_with("E0619");
+    folder.run(&["build", "initial.rtsl", "--emit", "layout"]).fails_with("E0619");
+    let request = serde_json::json!({ "source": ENDLESS, "method": "lookup" }).to_string();
+    let answer = folder.run_with(&["eval", "--stdin"], &request).exits(DONE).output();
+    assert!(answer.contains("E0619"), "{answer}");
+}
+
+/// A library's hosts bound its constructors, if anybody does: its code is that of the text.
+#[test]
+fn libraries_have_no_budget_of_the_command() {
+    let folder = Folder::new("library-budget");
+    let text = "class A : rt_Texture; public int n = 3; private float x;
+        constructor() { for (int i = 0; i < n; i++) x += 0.5; }
+        void lookup() { rt_FloatTextureValue = x; }";
+    folder.write("a.rtsl", text);
+    let library = folder.run(&["build", "a.rtsl", "--emit", "cpp"]).exits(DONE).output();
+    assert!(library.contains("for (") || library.contains("while ("), "{library}");
+    assert!(!library.contains("16777216"), "{library}");
+}
+
+/// The greatest budget takes minutes; the signal of Ctrl-C ends it at once.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_an_evaluation_at_once() {
+    let folder = Folder::new("interrupt");
+    folder.write("endless.rtsl", ENDLESS);
+    let started = std::time::Instant::now();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
+        .args(["eval", "endless.rtsl", "lookup", "--backend", "interp", "--budget", "1073741824"])
+        .current_dir(&folder.0)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "it runs until it is interrupted");
+    let interrupt = format!("kill -INT {}", child.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), None, "the signal ended it");
+    assert!(started.elapsed().as_secs() < 20, "at once");
+}
+
 #[test]
 fn requests_are_answered_in_order() {
     let folder = Folder::new("stdin");

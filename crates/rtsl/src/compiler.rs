@@ -25,7 +25,8 @@ use crate::unit::Compilation;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CompilerOptions {
     /// The greatest number of loop iterations of a constructor, all loops taken together;
-    /// unlimited where `None`. That of methods is the engine's.
+    /// unlimited where `None`. That of methods is the engine's. Initial values of members have this budget too, and one of
+    /// 16,777,216 where it is `None`.
     pub loop_budget: Option<u32>,
     /// The folders in which `#include` looks after that of the including file.
     pub search_path: Vec<PathBuf>,

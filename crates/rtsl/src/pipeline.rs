@@ -91,11 +91,16 @@ fn classes_of(
     classes
 }
 
+/// The loop iterations of the initial values of a class where the host sets no budget. They are computed for everyone
+/// who asks for a default or makes a library, as constants are, so they always come to an end.
+const INITIAL_VALUES_BUDGET: u32 = 1 << 24;
+
 /// Bounds what runs when an instance is made; methods are bounded when they are linked.
 fn with_budget(mut class: Class, options: &CompilerOptions) -> Class {
-    if let Some(budget) = options.loop_budget {
-        let made = std::iter::once(&mut class.initializer).chain(&mut class.constructor);
-        made.for_each(|function| rtsl_opt::budget::run(function, budget));
+    let budget = options.loop_budget.unwrap_or(INITIAL_VALUES_BUDGET);
+    rtsl_opt::budget::run(&mut class.initializer, budget);
+    if let (Some(budget), Some(constructor)) = (options.loop_budget, &mut class.constructor) {
+        rtsl_opt::budget::run(constructor, budget);
     }
     class
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use clap::Args;
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
-use rtsl::{Class, Compiler, Engine, Outputs, Shape, library, unknown_class};
+use rtsl::{Class, Compiler, CompilerOptions, Engine, Outputs, Shape, library, unknown_class};
 
 use super::build::{BuildArguments, standard_class};
-use super::{Failure, compiler, unit_of};
+use super::{Failure, unit_of};
 use crate::layout_json::layout_json;
 use crate::report::Reporter;
 
@@ -91,7 +91,9 @@ fn make_library(
             "a library serves instances of any members: `--specialise` is for one method's forms";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let compiler = compiler(&arguments.search_path);
+    // The library's hosts run the constructors, not this command.
+    let search_path = arguments.search_path.search_path.clone();
+    let compiler = Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() });
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;
     let options = AheadOptions {

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::Value as JsonValue;
 
 use super::{CommandResult, Failure, Outcome};
-use crate::arguments::{BackendName, EngineArguments, MathName, SearchPath};
+use crate::arguments::{BackendName, DEFAULT_LOOP_BUDGET, EngineArguments, MathName, SearchPath};
 use crate::eval::{Answer, Evaluation, Request, Session, answer_lines};
 use crate::files::write_result;
 use crate::json::Json;
@@ -34,9 +34,10 @@ pub struct EvalArguments {
     /// A scratch member before the call; may be repeated.
     #[arg(long = "scratch", value_name = "NAME=VALUE", value_parser = parse_setting)]
     scratch: Vec<(String, JsonValue)>,
-    /// The greatest number of loop iterations of one ray.
-    #[arg(long)]
-    budget: Option<u32>,
+    /// The greatest number of loop iterations of one ray, all loops taken together, and of the constructor; at most
+    /// 1073741824. A request of `--stdin` names its own.
+    #[arg(long, value_name = "ITERATIONS", default_value_t = DEFAULT_LOOP_BUDGET)]
+    budget: u32,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
@@ -99,7 +100,7 @@ fn request(arguments: &EvalArguments) -> Request {
         backend: Some(backend.to_owned()),
         width: arguments.engine.width,
         math: Some(math.to_owned()),
-        budget: arguments.budget,
+        budget: Some(arguments.budget),
         ..Request::default()
     }
 }

@@ -21,7 +21,7 @@ use rtsl::{
 };
 use serde_json::Value as JsonValue;
 
-use crate::arguments::SearchPath;
+use crate::arguments::{DEFAULT_LOOP_BUDGET, SearchPath};
 use crate::eval::{ValueError, make_instance};
 use crate::report::Reporter;
 
@@ -54,10 +54,10 @@ impl From<Diagnostic> for Failure {
 /// What a command gives.
 pub type CommandResult = Result<Outcome, Failure>;
 
-/// A compiler that looks for includes where the command line says.
+/// A compiler that looks for includes where the command line says. Constructors of its classes end.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
     let search_path = search_path.search_path.clone();
-    Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() })
+    Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })
 }
 
 /// Compiles a file and reports; `None` if there are errors.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as JsonValue;
 
+use crate::arguments::DEFAULT_LOOP_BUDGET;
 use crate::json::Json;
 use crate::report::JsonDiagnostic;
 
@@ -47,11 +48,18 @@ pub struct Request {
     pub width: Option<u32>,
     /// `contract`, `strict` or `fast`.
     pub math: Option<String>,
-    /// The greatest number of loop iterations of one ray.
+    /// The greatest number of loop iterations of one ray; [`DEFAULT_LOOP_BUDGET`] if not given.
     pub budget: Option<u32>,
     /// What the renderer answers.
     #[serde(default)]
     pub host: HostRequest,
+}
+
+impl Request {
+    /// The greatest number of loop iterations of one ray.
+    pub fn budget(&self) -> u32 {
+        self.budget.unwrap_or(DEFAULT_LOOP_BUDGET)
+    }
 }
 
 /// What the renderer answers to a shader's questions.

@@ -85,7 +85,7 @@ pub fn run(
     let answer = &mut evaluation.answer;
     if status.budget_exhausted {
         answer.ok = false;
-        evaluation.problems.push(budget_exhausted(class, method));
+        evaluation.problems.push(budget_exhausted(class, method, request.budget()));
     }
     let written = linked.writes.iter().map(|variable| show_state(variable, &state));
     answer.state = Some(written.collect());
@@ -235,10 +235,11 @@ fn lanes_of(lanes: Vec<Json>) -> Json {
     Json::Object(vec![("lanes".to_owned(), Json::List(lanes))])
 }
 
-fn budget_exhausted(class: &Class, method: Method) -> Diagnostic {
+fn budget_exhausted(class: &Class, method: Method, budget: u32) -> Diagnostic {
+    let (class, method) = (&class.name, method.name());
     Diagnostic::new(
         codes::BUDGET_EXHAUSTED,
-        format!("`{}` of `{}` used up its budget of loop iterations", method.name(), class.name),
+        format!("`{method}` of `{class}` used up its budget of {budget} loop iterations"),
     )
     .help("its loop may never end; `--budget` sets the limit")
 }

@@ -40,7 +40,7 @@ pub struct Evaluation {
 /// A compiled text.
 struct KeptText {
     source: String,
-    budget: Option<u32>,
+    budget: u32,
     compilation: Arc<Compilation>,
     /// Kept alive with their kernels.
     programs: Vec<Arc<Program>>,
@@ -125,7 +125,7 @@ impl Session {
 
     fn compile(&mut self, request: &Request) -> Result<Arc<Compilation>, Refusal> {
         let compiler = Compiler::new(CompilerOptions {
-            loop_budget: request.budget,
+            loop_budget: Some(request.budget()),
             search_path: self.search_path.clone(),
         });
         let source = match (&request.source, &request.file) {
@@ -137,7 +137,7 @@ impl Session {
                 return Err(Refusal::Request(message.to_owned()));
             }
         };
-        let is_kept = |kept: &KeptText| kept.budget == request.budget && kept.source == *source;
+        let is_kept = |kept: &KeptText| kept.budget == request.budget() && kept.source == *source;
         if let Some(index) = self.texts.iter().position(is_kept) {
             let kept = self.texts.remove(index);
             let compilation = kept.compilation.clone();
@@ -150,7 +150,7 @@ impl Session {
         }
         self.texts.push(KeptText {
             source: source.clone(),
-            budget: request.budget,
+            budget: request.budget(),
             compilation: compilation.clone(),
             programs: Vec::new(),
         });
@@ -202,7 +202,7 @@ fn engine_options(request: &Request) -> Result<EngineOptions, Refusal> {
         width: request.width,
         interleave: None,
         math,
-        loop_budget: request.budget,
+        loop_budget: Some(request.budget()),
         // Most code here runs once; the results are the same.
         optimization: OptLevel::O1,
     })
