@@ -68,6 +68,11 @@ impl ProgressLine {
         self.bar.finish_and_clear();
     }
 
+    /// Takes the bar away while something else is written.
+    pub fn suspend(&self, write: impl FnOnce()) {
+        self.bar.suspend(write);
+    }
+
     fn begin(&self, step: String) {
         self.set_style(STEP);
         self.bar.set_message(step);

@@ -18,7 +18,7 @@ pub mod mesh;
 pub mod messages;
 pub mod progress;
 pub mod reader;
-mod replacement;
+pub mod replacement;
 pub mod request;
 pub mod sampling;
 pub mod scene;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, diagnostic_codes as codes};
 
 use crate::batch::{self, BatchOptions, BatchScene, Checkpoints, is_feature};
-use crate::checkpoint::Fingerprint;
+use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, DENOISER_AOVS, Image};
 use crate::interactive::{self, RenderOptions};
@@ -73,6 +73,8 @@ pub struct RenderRequest<'a> {
     pub general_kernels_only: bool,
     /// Is told what the render is at, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+    /// Is told before the render begins what its user should know by then.
+    pub early_warnings: Option<&'a (dyn Fn(&Messages) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
 }
@@ -152,7 +154,29 @@ pub fn render_scene_from(
                 resume: checkpoint.resume,
                 fingerprint: fingerprint(request, &loaded, &files),
             });
+            if let Some(checkpoints) = &checkpoints {
+                check_place(request, checkpoints)?;
+            }
             render_paths(request, loaded, checkpoints.as_ref(), start)
+        }
+    }
+}
+
+/// Finds before the work whether its checkpoint could be written. One that is written only where the render ends early
+/// may not be needed: then its user is warned.
+fn check_place(request: &RenderRequest<'_>, checkpoints: &Checkpoints) -> Result<(), Messages> {
+    // What a render goes on from is checked, and all of it, where it is read.
+    if checkpoints.resume && checkpoints.path.exists() {
+        return Ok(());
+    }
+    match Checkpoint::check_place(&checkpoints.path, &checkpoints.fingerprint) {
+        Ok(()) => Ok(()),
+        Err(error) if checkpoints.every.is_some() => Err(Messages::one(error.diagnostic())),
+        Err(error) => {
+            if let Some(listener) = request.early_warnings {
+                listener(&Messages::one(error.early_warning()));
+            }
+            Ok(())
         }
     }
 }

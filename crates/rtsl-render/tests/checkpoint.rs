@@ -136,6 +136,44 @@ fn memory_is_taken_for_no_more_than_the_file_holds() {
     assert_eq!(Checkpoint::from_bytes(&claims), Err(Damage::Malformed(message)));
 }
 
+/// Names the checkpoint that a process of [`writer_process`] writes.
+const WRITTEN: &str = "RTSL_TEST_WRITES_CHECKPOINT";
+
+/// Where it is named, writes a checkpoint again and again; a test that starts such processes is below.
+#[test]
+fn writer_process() {
+    let Some(path) = std::env::var_os(WRITTEN) else { return };
+    let sums = vec![0.5; 3000];
+    let checkpoint =
+        Checkpoint { fingerprint: fingerprint(3), sections: vec![Section::f64("sums", &sums)] };
+    let end = std::time::Instant::now() + std::time::Duration::from_secs(2);
+    while std::time::Instant::now() < end {
+        checkpoint.write(Path::new(&path)).unwrap();
+    }
+}
+
+/// A process that opened the file of another before that took its place must not write into it.
+#[test]
+fn processes_that_write_one_checkpoint_leave_it_whole() {
+    let place = Place::new("processes");
+    let writer = || {
+        let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+        command.args(["writer_process", "--exact"]).env(WRITTEN, &place.0);
+        command.stdout(std::process::Stdio::null()).spawn().unwrap()
+    };
+    let mut writers = [writer(), writer(), writer()];
+    let mut read = 0;
+    while writers.iter_mut().any(|writer| writer.try_wait().unwrap().is_none()) {
+        match Checkpoint::read_for(&place.0, &fingerprint(3)) {
+            Ok(_) => read += 1,
+            Err(error) => assert!(!place.0.exists() || read == 0, "after {read} reads: {error}"),
+        }
+    }
+    assert!(read > 0);
+    assert!(writers.into_iter().all(|mut writer| writer.wait().unwrap().success()));
+    assert!(Checkpoint::read_for(&place.0, &fingerprint(3)).is_ok());
+}
+
 #[test]
 fn the_format_is_pinned() {
     let digest = Digest::of(&small());

@@ -193,6 +193,7 @@ diagnostics! {
     E0622 FOREIGN_CHECKPOINT "a checkpoint of another render";
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that the renderer does not make";
+    E0640 OCCUPIED_CHECKPOINT "a checkpoint whose place holds another file";
     E0701 NO_LLVM "machine code is asked for and there is no LLVM";
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";
@@ -211,5 +212,6 @@ diagnostics! {
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
+    W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
 }

@@ -170,6 +170,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     let interrupted = interrupts();
     let bar = ProgressLine::new(reporter);
     let progress = |progress: Progress| bar.show(progress);
+    let early_warnings = |messages: &Messages| bar.suspend(|| report(messages, reporter));
     let request = RenderRequest {
         scene: arguments.scene.clone(),
         renderer: arguments.renderer.map(Renderer::from),
@@ -187,6 +188,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         noise_target: arguments.noise,
         checkpoint: Some(checkpoint(arguments)),
         progress: Some(&progress),
+        early_warnings: Some(&early_warnings),
         cancel: Some(interrupted),
     };
     let rendered = render_scene(&request);

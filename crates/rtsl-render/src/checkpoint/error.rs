@@ -41,6 +41,25 @@ pub enum CheckpointError {
         /// The first difference.
         difference: Difference,
     },
+    /// Its place holds something else, which is kept.
+    #[error("`{}` is not overwritten: {occupant}", path.display())]
+    Occupied {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        occupant: Occupant,
+    },
+}
+
+/// What stands where a checkpoint should be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Occupant {
+    /// No checkpoint, or none that can be told.
+    #[error("{0}")]
+    Unknown(Damage),
+    /// The checkpoint of another render.
+    #[error("it is the checkpoint of another render: {0}")]
+    OtherRender(Difference),
 }
 
 impl CheckpointError {
@@ -52,12 +71,30 @@ impl CheckpointError {
             CheckpointError::Unwritable { .. } => Diagnostic::new(codes::UNWRITABLE_FILE, message)
                 .note("what stood there before is as it was"),
             CheckpointError::Damaged { .. } => Diagnostic::new(codes::BAD_CHECKPOINT, message)
-                .help("render without it; the new checkpoint takes its place"),
+                .help("delete it, then render without `--resume`"),
             CheckpointError::Foreign { .. } => Diagnostic::new(codes::FOREIGN_CHECKPOINT, message)
                 .help("restore what differs, or give this render a checkpoint of its own"),
+            CheckpointError::Occupied { .. } => {
+                Diagnostic::new(codes::OCCUPIED_CHECKPOINT, message).help(OCCUPIED_REMEDY)
+            }
+        }
+    }
+
+    /// The same before the render begins, where nothing is lost yet.
+    pub fn early_warning(&self) -> Diagnostic {
+        let diagnostic = Diagnostic::new(codes::NO_CHECKPOINT, self.to_string())
+            .note("a render that ends early leaves no checkpoint then");
+        match self {
+            CheckpointError::Occupied { .. } => diagnostic.help(OCCUPIED_REMEDY),
+            CheckpointError::Unreadable { .. }
+            | CheckpointError::Unwritable { .. }
+            | CheckpointError::Damaged { .. }
+            | CheckpointError::Foreign { .. } => diagnostic,
         }
     }
 }
+
+const OCCUPIED_REMEDY: &str = "delete it, or name another file with `--checkpoint`";
 
 /// What is wrong with the bytes of a checkpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -2,7 +2,8 @@
 //!
 //! A checkpoint holds a [`Fingerprint`] of all that the image depends on and sections of numbers, which mean
 //! something to the renderer alone. It is written beside its place and renamed, so that an end at any moment
-//! leaves the earlier one; reading refuses what is damaged, and says why.
+//! leaves the earlier one; reading refuses what is damaged, and says why. Writing replaces nothing but checkpoints of the
+//! same render.
 
 mod container;
 mod error;
@@ -10,12 +11,12 @@ mod fingerprint;
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
-use crate::replacement::replace_file;
+use crate::replacement::Replacement;
 
-pub use error::{CheckpointError, Damage};
+pub use error::{CheckpointError, Damage, Occupant};
 pub use fingerprint::{Difference, Digest, Fingerprint, FingerprintValue};
 
 /// What is kept of a render.
@@ -65,20 +66,26 @@ impl<'a> Section<'a> {
 }
 
 impl Checkpoint<'_> {
-    /// Writes it to the disk in the place of an earlier one.
+    /// Writes it to the disk in the place of an earlier one of the same render.
     ///
     /// # Errors
-    /// The system refuses; an earlier checkpoint is then as it was.
+    /// The system refuses, or the place holds anything else; what stood there is then as it was.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
-        let written = replace_file(path, |file| {
+        let replacement = begin_replacement(path, &self.fingerprint)?;
+        let written = replacement.finish(|file| {
             let mut buffered = BufWriter::new(file);
             self.write_to(&mut buffered)?;
             buffered.flush()
         });
-        written.map_err(|error| CheckpointError::Unwritable {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        })
+        written.map_err(|error| unwritable(path, &error))
+    }
+
+    /// Whether a checkpoint of this fingerprint could be written there.
+    ///
+    /// # Errors
+    /// As for [`Checkpoint::write`].
+    pub fn check_place(path: &Path, fingerprint: &Fingerprint) -> Result<(), CheckpointError> {
+        begin_replacement(path, fingerprint).map(drop)
     }
 
     /// Its bytes.
@@ -157,4 +164,39 @@ impl Checkpoint<'static> {
         let length = bytes.len() as u64;
         container::read(&mut bytes, length)
     }
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> CheckpointError {
+    CheckpointError::Unwritable { path: path.to_owned(), reason: error.to_string() }
+}
+
+/// Begins to replace the checkpoint of the render that has this fingerprint. What stands there is looked at under the
+/// lock of the replacement, so that no other render writes between the look and the end.
+fn begin_replacement(
+    path: &Path,
+    fingerprint: &Fingerprint,
+) -> Result<Replacement, CheckpointError> {
+    let replacement = Replacement::begin(path).map_err(|error| unwritable(path, &error))?;
+    match occupant(replacement.place(), fingerprint).map_err(|error| unwritable(path, &error))? {
+        None => Ok(replacement),
+        Some(occupant) => Err(CheckpointError::Occupied { path: path.to_owned(), occupant }),
+    }
+}
+
+/// What stands in a place besides checkpoints of the render. A file without any bytes is nothing: tools make such files
+/// to have a name.
+fn occupant(place: &Path, fingerprint: &Fingerprint) -> std::io::Result<Option<Occupant>> {
+    let file = match File::open(place) {
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let length = file.metadata()?.len();
+    if length == 0 {
+        return Ok(None);
+    }
+    Ok(match container::read_fingerprint(&mut BufReader::new(file), length) {
+        Ok(found) => found.difference(fingerprint).map(Occupant::OtherRender),
+        Err(damage) => Some(Occupant::Unknown(damage)),
+    })
 }

@@ -3,13 +3,14 @@
 //! Channels have the names by which other programs know them: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the
 //! distance. They are the same in one part and in several, whose parts are named as the images.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, Text, Vec2, WritableImage, f16,
 };
+
+use crate::replacement::Output;
 
 use super::{AovImage, Image, ImageMetadata};
 
@@ -39,7 +40,7 @@ pub fn write_exr(
     aovs: &[AovImage],
     options: ExrOptions,
     metadata: &ImageMetadata,
-    file: &mut File,
+    file: &mut dyn Output,
 ) -> io::Result<()> {
     let size = Vec2(image.width, image.height);
     let color = Part {

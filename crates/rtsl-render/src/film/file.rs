@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
-use crate::replacement::{check_replaceable, replace_file};
+use crate::replacement::{Output, check_replaceable, replace_file};
 
 use super::exr_file::write_exr;
 use super::png_file::write_png;
@@ -125,7 +125,7 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 
 fn replace(
     path: &Path,
-    write: impl FnOnce(&mut std::fs::File) -> std::io::Result<()>,
+    write: impl FnOnce(&mut dyn Output) -> std::io::Result<()>,
 ) -> Result<(), ImageError> {
     replace_file(path, write).map_err(|error| unwritable(path, &error))
 }

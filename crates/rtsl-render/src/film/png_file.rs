@@ -1,7 +1,8 @@
 //! PNG: 8 bits a channel.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
+
+use crate::replacement::Output;
 
 use super::{ImageMetadata, ViewTransform};
 
@@ -11,7 +12,7 @@ pub fn write_png(
     bytes: &[u8],
     view: ViewTransform,
     metadata: &ImageMetadata,
-    file: &mut File,
+    file: &mut dyn Output,
 ) -> io::Result<()> {
     let mut buffered = BufWriter::new(file);
     let mut encoder = png::Encoder::new(&mut buffered, width as u32, height as u32);
