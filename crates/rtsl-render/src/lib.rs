@@ -14,6 +14,7 @@ pub mod interactive;
 pub(crate) mod lanes;
 pub mod math;
 pub mod measure;
+pub mod memory;
 pub mod mesh;
 pub mod messages;
 pub mod progress;

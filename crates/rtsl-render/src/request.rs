@@ -6,16 +6,18 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, diagnostic_codes as codes};
 
-use crate::batch::{self, BatchOptions, BatchScene, Checkpoints, is_feature};
+use crate::batch::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
 use crate::film::{Aov, AovImage, DENOISER_AOVS, Image};
 use crate::interactive::{self, RenderOptions};
+use crate::memory::{Amount, Need, check_render};
 use crate::messages::Messages;
 use crate::progress::{Progress, TilesDone};
 use crate::reader::{DiskFiles, FileSource, RecordedFiles};
 use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{Statistics, peak_memory_bytes};
+use crate::tiles::RenderThreads;
 
 /// The renderers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +147,11 @@ pub fn render_scene_from(
         }
         LoadedScene::new(request, &files)
     })?;
-    match loaded.choose_renderer() {
+    let renderer = loaded.choose_renderer();
+    let Settings { width, height, .. } = loaded.scene.settings;
+    let need = need(request, renderer, (width, height));
+    check_render((width, height), need).map_err(Messages::one)?;
+    match renderer {
         Renderer::Interactive => render_interactively(request, loaded, start),
         Renderer::Batch => {
             let checkpoints = request.checkpoint.as_ref().map(|checkpoint| Checkpoints {
@@ -160,6 +166,32 @@ pub fn render_scene_from(
             render_paths(request, loaded, checkpoints.as_ref(), start)
         }
     }
+}
+
+/// What a render holds at once, at most, besides the scene: the film and all images while they are made, or these and
+/// what is written of them.
+fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -> Need {
+    let aovs = match renderer {
+        Renderer::Batch => request.batch_aovs(),
+        Renderer::Interactive => request.aovs.clone(),
+    };
+    let image = Amount::of::<[f32; 3]>(size.0.saturating_mul(size.1));
+    let images = image.times(1 + aovs.len());
+    let film = match renderer {
+        Renderer::Batch => {
+            let with_features = aovs.iter().any(|aov| is_feature(*aov));
+            let keeps =
+                request.checkpoint.as_ref().is_some_and(|it| it.resume || it.every.is_some());
+            let checkpoint =
+                if keeps { Checkpoints::memory(size, with_features) } else { Amount::default() };
+            BatchFilm::memory(size, with_features) + checkpoint.max(images)
+        }
+        Renderer::Interactive => images,
+    };
+    let denoised = if request.for_denoiser { image.times(DENOISER_AOVS.len() + 1) } else { image };
+    // An encoder has its numbers in another order, all of them for an EXR.
+    let written = images + images.max(denoised);
+    Need { bytes: film.max(written), addresses: RenderThreads::stacks(request.threads) }
 }
 
 /// Finds before the work whether its checkpoint could be written. One that is written only where the render ends early

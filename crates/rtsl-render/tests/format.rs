@@ -204,7 +204,7 @@ impl Drop for Folder {
 fn images_are_read_for_textures_and_skies() {
     let folder = Folder(std::env::temp_dir().join(format!("rtsl-images-{}", std::process::id())));
     std::fs::create_dir_all(&folder.0).unwrap();
-    let mut image = Image::new(4, 2);
+    let mut image = Image::new(4, 2).unwrap();
     image.pixels[0] = [1.0, 0.0, 0.0];
     image.pixels[7] = [0.0, 0.0, 0.5];
     for name in ["image.exr", "image.png"] {

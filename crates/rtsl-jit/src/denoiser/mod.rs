@@ -193,7 +193,12 @@ impl<'a> Device<'a> {
         images: &[(&CStr, &[[f32; 3]])],
         flags: &[&CStr],
     ) -> Result<Vec<[f32; 3]>, DenoiserError> {
-        let mut output = vec![[0.0; 3]; width * height];
+        let pixels = width.saturating_mul(height);
+        let mut output = Vec::new();
+        output.try_reserve_exact(pixels).map_err(|_| {
+            DenoiserError::Failed(format!("there is no memory for {pixels} pixels"))
+        })?;
+        output.resize(pixels, [0.0; 3]);
         let filter = Filter::new(self)?;
         let set = |name: &CStr, pixels: *mut c_void| {
             // Safety: the pixels are `width` times `height` triples of floats without gaps, as the caller checked, and

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use crate::acceleration::LANES;
 use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
+use crate::memory::{Amount, OutOfMemory, reserved};
+use crate::tiles::TILE;
 
 use super::features::FeatureSums;
 use super::film::{BatchFilm, TileRecord};
@@ -21,6 +23,14 @@ pub struct Checkpoints {
     pub resume: bool,
     /// What the image depends on.
     pub fingerprint: Fingerprint,
+}
+
+impl Checkpoints {
+    /// The memory that writing or reading one takes, besides the film's.
+    pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
+        let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
+        FilmNumbers::memory(tiles, with_features)
+    }
 }
 
 /// The same while rendering.
@@ -78,7 +88,11 @@ struct FilmNumbers {
 }
 
 fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointError> {
-    let mut numbers = FilmNumbers::default();
+    let no_memory = |error: OutOfMemory| CheckpointError::Unwritable {
+        path: checkpoints.path.clone(),
+        reason: error.to_string(),
+    };
+    let mut numbers = FilmNumbers::with_room_for(film).map_err(no_memory)?;
     for tile in 0..film.tiles().len() {
         // A tile at a time: each is what it is after some of its samples, and that is enough.
         numbers.add(&film.record(tile));
@@ -110,6 +124,34 @@ fn malformed(path: &Path, what: String) -> CheckpointError {
 }
 
 impl FilmNumbers {
+    /// The memory of the numbers of a film.
+    fn memory(tiles: usize, with_features: bool) -> Amount {
+        let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1);
+        let of_features = Amount::of::<f64>(7) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
+        let of_pixel = Amount::of::<f64>(4) + if with_features { of_features } else { Amount(0) };
+        (of_tile + of_pixel.times(LANES)).times(tiles)
+    }
+
+    /// None yet, with memory for all of a film.
+    fn with_room_for(film: &BatchFilm) -> Result<Self, OutOfMemory> {
+        let tiles = film.tiles().len();
+        let pixels = tiles * LANES;
+        let featured = if has_features(film) { pixels } else { 0 };
+        Ok(FilmNumbers {
+            taken: reserved(tiles)?,
+            done: reserved(tiles)?,
+            dropped: reserved(tiles)?,
+            seconds: reserved(tiles)?,
+            sums: reserved(3 * pixels)?,
+            squares: reserved(pixels)?,
+            albedo: reserved(3 * featured)?,
+            normals: reserved(3 * featured)?,
+            distances: reserved(featured)?,
+            hits: reserved(featured)?,
+            objects: reserved(featured)?,
+        })
+    }
+
     fn add(&mut self, record: &TileRecord) {
         self.taken.push(record.taken);
         self.done.push(u32::from(record.is_done));
@@ -174,8 +216,7 @@ impl FilmNumbers {
     fn check(&self, film: &BatchFilm) -> Result<(), String> {
         let tiles = film.tiles().len();
         let pixels = tiles * LANES;
-        let with_features = tiles > 0 && film.record(0).features.is_some();
-        let featured = if with_features { pixels } else { 0 };
+        let featured = if has_features(film) { pixels } else { 0 };
         let lengths = [
             ("taken", self.taken.len(), tiles),
             ("done", self.done.len(), tiles),
@@ -219,6 +260,10 @@ impl FilmNumbers {
             object[lane] = self.objects[pixel];
         }
     }
+}
+
+fn has_features(film: &BatchFilm) -> bool {
+    !film.tiles().is_empty() && film.record(0).features.is_some()
 }
 
 fn vector(numbers: &[f64], pixel: usize) -> [f64; 3] {

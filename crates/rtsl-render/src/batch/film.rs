@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::{Aov, AovImage, Image};
-use crate::tiles::{Tile, tiles_of};
+use crate::memory::{Amount, OutOfMemory, reserved};
+use crate::tiles::{TILE, Tile, tiles_of};
 
 use super::features::{FeatureSums, PathFeatures};
 use super::wave::{SAMPLES_IN_WAVE, Wave};
@@ -119,15 +120,32 @@ fn luminance([red, green, blue]: [f64; 3]) -> f64 {
 }
 
 impl BatchFilm {
+    /// The memory that a film takes.
+    pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
+        let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
+        let features = if with_features { tiles } else { 0 };
+        Amount::of::<Tile>(tiles)
+            + Amount::of::<Mutex<TileRecord>>(tiles)
+            + Amount::of::<FeatureSums>(features)
+    }
+
     /// A black film, with room for features if any is asked for.
+    ///
+    /// # Errors
+    /// There is no memory for it.
     pub fn new(
         (width, height): (usize, usize),
         with_features: bool,
         noise_target: Option<f32>,
-    ) -> Self {
+    ) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
-        let records = tiles.iter().map(|_| Mutex::new(TileRecord::new(with_features))).collect();
-        BatchFilm { width, height, tiles, records, noise_target }
+        let record = |_: &Tile| Mutex::new(TileRecord::new(with_features));
+        // Features lie in boxes of their own: that there is room for all of them is known by this.
+        let features = reserved::<FeatureSums>(if with_features { tiles.len() } else { 0 })?;
+        let mut records = reserved(tiles.len())?;
+        drop(features);
+        records.extend(tiles.iter().map(record));
+        Ok(BatchFilm { width, height, tiles, records, noise_target })
     }
 
     /// Its tiles.
@@ -166,21 +184,27 @@ impl BatchFilm {
     }
 
     /// The means of the samples; black where there is none.
-    pub fn image(&self) -> Image {
-        let mut image = Image::new(self.width, self.height);
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn image(&self) -> Result<Image, OutOfMemory> {
+        let mut image = Image::new(self.width, self.height)?;
         self.for_each_pixel(|record, lane, index| {
             image.pixels[index] = record.mean(lane).map(|channel| channel as f32);
         });
-        image
+        Ok(image)
     }
 
     /// An image of something else; `classes` are the numbers of objects' classes.
-    pub fn aov(&self, aov: Aov, classes: &[f32]) -> AovImage {
-        let mut image = AovImage::new(aov, self.width, self.height);
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn aov(&self, aov: Aov, classes: &[f32]) -> Result<AovImage, OutOfMemory> {
+        let mut image = AovImage::new(aov, self.width, self.height)?;
         self.for_each_pixel(|record, lane, index| {
             image.pixels[index] = value(aov, record, lane, classes);
         });
-        image
+        Ok(image)
     }
 
     fn for_each_pixel(&self, mut visit: impl FnMut(&TileRecord, usize, usize)) {
@@ -245,27 +269,34 @@ mod tests {
 
     #[test]
     fn samples_are_summed_in_their_order() {
-        let film = BatchFilm::new((8, 8), false, None);
+        let film = BatchFilm::new((8, 8), false, None).unwrap();
         film.add(0, 2, &wave([1.0, 1.0]), Duration::ZERO);
-        assert_eq!((film.taken(0), film.image().pixels[0]), (Some(0), [0.0; 3]));
+        assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
         film.add(0, 0, &wave([0.5, 0.5]), Duration::ZERO);
-        assert_eq!((film.taken(0), film.image().pixels[0]), (Some(4), [0.75; 3]));
-        assert_eq!(film.aov(Aov::Samples, &[]).pixels[3][0], 4.0);
+        assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
+        assert_eq!(film.aov(Aov::Samples, &[]).unwrap().pixels[3][0], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
-        let variance = film.aov(Aov::Variance, &[]).pixels[3][0];
+        let variance = film.aov(Aov::Variance, &[]).unwrap().pixels[3][0];
         assert!((variance - 1.0 / 48.0).abs() < 1e-7, "{variance}");
     }
 
     #[test]
+    fn a_film_takes_what_it_says() {
+        let size = |with_features| BatchFilm::memory((17, 8), with_features).0 / 3 / 64;
+        assert_eq!([false, true].map(size), [33, 97], "bytes for each of the 64 pixels of 3 tiles");
+        assert!(BatchFilm::memory((usize::MAX, usize::MAX), true) == Amount(u64::MAX));
+    }
+
+    #[test]
     fn what_is_not_finite_is_dropped() {
-        let film = BatchFilm::new((8, 8), false, None);
+        let film = BatchFilm::new((8, 8), false, None).unwrap();
         film.add(0, 0, &wave([f32::NAN, 1.0]), Duration::ZERO);
-        assert_eq!((film.dropped(), film.image().pixels[0]), (64, [0.5; 3]));
+        assert_eq!((film.dropped(), film.image().unwrap().pixels[0]), (64, [0.5; 3]));
     }
 
     #[test]
     fn tiles_that_are_exact_take_no_more() {
-        let film = BatchFilm::new((8, 8), false, Some(0.1));
+        let film = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         let mut first = 0;
         while film.taken(0).is_some() {
             film.add(0, first, &wave([0.9, 1.1]), Duration::ZERO);
@@ -274,7 +305,7 @@ mod tests {
         assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
         film.add(0, first, &wave([9.0, 9.0]), Duration::ZERO);
         assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
-        let noisy = BatchFilm::new((8, 8), false, Some(0.1));
+        let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
     }

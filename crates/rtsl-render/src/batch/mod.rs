@@ -44,6 +44,7 @@ mod wave;
 
 pub use checkpoints::Checkpoints;
 pub(crate) use features::is_feature;
+pub(crate) use film::BatchFilm;
 pub use render::{BatchOptions, BatchRendered, render};
 pub use scene::BatchScene;
 pub(crate) use scene::has_shade;

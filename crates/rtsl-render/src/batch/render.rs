@@ -7,6 +7,7 @@ use crate::checkpoint::CheckpointError;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::film::{Aov, AovImage, Image};
+use crate::memory::OutOfMemory;
 use crate::messages::Messages;
 use crate::progress::TilesDone;
 use crate::request::Renderer;
@@ -109,7 +110,8 @@ impl<'a> Job<'a> {
         let settings = &scene.compiled.settings;
         let with_features = options.aovs.iter().any(|aov| is_feature(*aov));
         let size = (settings.width, settings.height);
-        let film = BatchFilm::new(size, with_features, options.noise_target);
+        let film = BatchFilm::new(size, with_features, options.noise_target)
+            .map_err(|error| Messages::one(error.diagnostic()))?;
         if let Some(checkpoints) = options.checkpoints.filter(|it| it.resume) {
             restore(&film, checkpoints).map_err(|error| Messages::one(error.diagnostic()))?;
         }
@@ -203,9 +205,11 @@ impl<'a> Job<'a> {
             writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
         let classes = ObjectClasses::of(scene);
         let numbers: Vec<f32> = scene.objects.iter().map(|it| classes.number(it)).collect();
+        let aovs = options.aovs.iter().map(|aov| film.aov(*aov, &numbers));
+        let no_memory = |error: OutOfMemory| Messages::one(error.diagnostic());
         Ok(BatchRendered {
-            image: film.image(),
-            aovs: options.aovs.iter().map(|aov| film.aov(*aov, &numbers)).collect(),
+            image: film.image().map_err(no_memory)?,
+            aovs: aovs.collect::<Result<_, _>>().map_err(no_memory)?,
             object_classes: classes.names,
             mean_samples: film.mean_samples(),
             rays,

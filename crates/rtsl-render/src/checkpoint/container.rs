@@ -15,6 +15,8 @@
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
 
+use crate::memory::{filled, reserved};
+
 use super::fingerprint::{Digest, Fingerprint, FingerprintValue};
 use super::{Checkpoint, Damage, Numbers, Section};
 
@@ -214,7 +216,8 @@ impl Input<'_> {
             let message = format!("`{name}` has {count} numbers, more than the file holds");
             return Err(Damage::Malformed(message));
         };
-        let mut numbers = Vec::with_capacity((bytes / SIZE as u64) as usize);
+        let mut numbers = reserved((bytes / SIZE as u64) as usize)
+            .map_err(|error| Damage::Unreadable(error.to_string()))?;
         let mut chunk = vec![0; SIZE * CHUNK];
         let mut left = bytes as usize;
         while left > 0 {
@@ -233,7 +236,8 @@ impl Input<'_> {
                 "a text has {length} bytes, more than the file"
             )));
         }
-        let mut bytes = vec![0; length as usize];
+        let mut bytes =
+            filled(length as usize, 0).map_err(|error| Damage::Unreadable(error.to_string()))?;
         self.take(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| Damage::Malformed("a text is not UTF-8".to_owned()))
     }

@@ -3,6 +3,8 @@
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
+use crate::memory::{OutOfMemory, collected, filled};
+
 use super::{HeatScale, SrgbEncoder, logarithm};
 
 /// What is known of a pixel besides its colour.
@@ -123,47 +125,58 @@ pub struct AovImage {
 
 impl AovImage {
     /// An image of zeros.
-    pub fn new(aov: Aov, width: usize, height: usize) -> Self {
-        AovImage { aov, width, height, pixels: vec![[0.0; 3]; width * height] }
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn new(aov: Aov, width: usize, height: usize) -> Result<Self, OutOfMemory> {
+        let pixels = filled(width.saturating_mul(height), [0.0; 3])?;
+        Ok(AovImage { aov, width, height, pixels })
     }
 
     /// What people look at, as bytes of sRGB: albedo as it is; what can be of any size on the heat scale, by their
     /// logarithms; parts of lanes on the whole of it; normals as colours of their components; numbers in
     /// colours that differ.
-    pub fn to_srgb(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn to_srgb(&self) -> Result<Vec<u8>, OutOfMemory> {
+        let count = 3 * self.pixels.len();
         match self.aov {
             Aov::Albedo => {
                 let encoder = SrgbEncoder::new();
-                self.pixels.iter().flatten().map(|x| encoder.encode(*x)).collect()
+                collected(count, self.pixels.iter().flatten().map(|x| encoder.encode(*x)))
             }
             Aov::Distance | Aov::Samples | Aov::Variance | Aov::Time | Aov::Nodes => self.heat(),
             Aov::Lanes => {
                 let scale = HeatScale::new();
-                self.pixels.iter().flat_map(|pixel| scale.color(pixel[0])).collect()
+                collected(count, self.pixels.iter().flat_map(|pixel| scale.color(pixel[0])))
             }
             Aov::Normal => {
                 let encoder = SrgbEncoder::new();
                 let shown = self.pixels.iter().flatten().map(|x| encoder.encode(0.5 * x + 0.5));
-                shown.collect()
+                collected(count, shown)
             }
-            Aov::Object | Aov::Class => self.pixels.iter().flat_map(|it| color_of(it[0])).collect(),
+            Aov::Object | Aov::Class => {
+                collected(count, self.pixels.iter().flat_map(|it| color_of(it[0])))
+            }
         }
     }
 
     /// The heat scale over all values but a hundredth at each end, which may lie far out.
-    fn heat(&self) -> Vec<u8> {
+    fn heat(&self) -> Result<Vec<u8>, OutOfMemory> {
         let finite = self.pixels.iter().map(|it| it[0]).filter(|value| value.is_finite());
-        let mut sorted: Vec<f32> = finite.map(logarithm).collect();
-        sorted.sort_by(f32::total_cmp);
+        let mut sorted: Vec<f32> = collected(self.pixels.len(), finite.map(logarithm))?;
+        // In place: equal numbers are the same.
+        sorted.sort_unstable_by(f32::total_cmp);
         let spare = sorted.len() / 100;
         let (Some(least), Some(greatest)) = (sorted.get(spare), sorted.iter().nth_back(spare))
         else {
-            return vec![0; 3 * self.pixels.len()];
+            return filled(3 * self.pixels.len(), 0);
         };
         let scale = HeatScale::new();
         let width = (greatest - least).max(f32::MIN_POSITIVE);
         let color = |pixel: &[f32; 3]| scale.color((logarithm(pixel[0]) - least) / width);
-        self.pixels.iter().flat_map(color).collect()
+        collected(3 * self.pixels.len(), self.pixels.iter().flat_map(color))
     }
 }
 
@@ -194,7 +207,7 @@ mod tests {
     fn the_heat_scale_spans_what_is_finite() {
         let image = |aov: Aov, values: &[f32]| {
             let pixels = values.iter().map(|value| [*value, 0.0, 0.0]).collect();
-            AovImage { aov, width: values.len(), height: 1, pixels }.to_srgb()
+            AovImage { aov, width: values.len(), height: 1, pixels }.to_srgb().unwrap()
         };
         let scale = HeatScale::new();
         let shown = image(Aov::Distance, &[0.5, f32::INFINITY, 8.0, 2.0]);
@@ -213,7 +226,7 @@ mod tests {
         pixels.extend([[4.0, 0.0, 0.0]; 149]);
         pixels.push([1e30, 0.0, 0.0]);
         let image = AovImage { aov: Aov::Distance, width: 300, height: 1, pixels };
-        assert_eq!(image.to_srgb()[3 * 200..3 * 201], HeatScale::new().color(1.0));
+        assert_eq!(image.to_srgb().unwrap()[3 * 200..3 * 201], HeatScale::new().color(1.0));
     }
 
     #[test]

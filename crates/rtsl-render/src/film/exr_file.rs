@@ -10,6 +10,7 @@ use exr::prelude::{
     LayerAttributes, Text, Vec2, WritableImage, f16,
 };
 
+use crate::memory::{OutOfMemory, collected};
 use crate::replacement::Output;
 
 use super::{AovImage, Image, ImageMetadata};
@@ -45,14 +46,15 @@ pub fn write_exr(
     let size = Vec2(image.width, image.height);
     let color = Part {
         name: "color",
-        channels: channels(&["R", "G", "B"], &image.pixels, options.precision),
+        channels: channels(&["R", "G", "B"], &image.pixels, options.precision)?,
     };
     let others = aovs.iter().map(|aov| {
         let precision = if aov.aov.is_color() { options.precision } else { ExrPrecision::Float };
-        let channels = channels(aov.aov.channels(), &aov.pixels, precision);
-        Part { name: aov.aov.name(), channels }
+        let channels = channels(aov.aov.channels(), &aov.pixels, precision)?;
+        Ok(Part { name: aov.aov.name(), channels })
     });
-    let parts: Vec<Part> = std::iter::once(color).chain(others).collect();
+    let parts: Vec<Part> =
+        std::iter::once(Ok(color)).chain(others).collect::<Result<_, OutOfMemory>>()?;
     let layer = |name: Option<&str>, channels: Vec<AnyChannel<FlatSamples>>| {
         let attributes = LayerAttributes {
             layer_name: name.map(Text::from),
@@ -91,14 +93,14 @@ fn channels(
     names: &[&str],
     pixels: &[[f32; 3]],
     precision: ExrPrecision,
-) -> Vec<AnyChannel<FlatSamples>> {
+) -> Result<Vec<AnyChannel<FlatSamples>>, OutOfMemory> {
     let channel = |(component, name): (usize, &&str)| {
         let values = pixels.iter().map(|pixel| pixel[component]);
         let samples = match precision {
-            ExrPrecision::Float => FlatSamples::F32(values.collect()),
-            ExrPrecision::Half => FlatSamples::F16(values.map(half).collect()),
+            ExrPrecision::Float => FlatSamples::F32(collected(pixels.len(), values)?),
+            ExrPrecision::Half => FlatSamples::F16(collected(pixels.len(), values.map(half))?),
         };
-        AnyChannel::new(*name, samples)
+        Ok(AnyChannel::new(*name, samples))
     };
     names.iter().enumerate().map(channel).collect()
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
+use crate::memory::collected;
 use crate::replacement::{Output, check_replaceable, replace_file};
 
 use super::exr_file::write_exr;
@@ -95,12 +96,14 @@ pub fn write_image_with(
         }
         ImageFormat::Png => {
             let view = options.view;
-            let shown = image.to_view(view, options.exposure);
-            let picture = replace(path, |file| write_png(size, &shown, view, metadata, file));
+            let picture = replace(path, |file| {
+                let shown = image.to_view(view, options.exposure)?;
+                write_png(size, &shown, view, metadata, file)
+            });
             let others = aovs.iter().map(|aov| {
                 let path = path.with_extension(format!("{}.png", aov.aov.name()));
-                let (shown, view) = (aov.to_srgb(), ViewTransform::Standard);
-                replace(&path, |file| write_png(size, &shown, view, metadata, file))
+                let view = ViewTransform::Standard;
+                replace(&path, |file| write_png(size, &aov.to_srgb()?, view, metadata, file))
             });
             // All of them before the first error.
             std::iter::once(picture).chain(others).fold(Ok(()), Result::and)
@@ -111,10 +114,11 @@ pub fn write_image_with(
 /// Writes pixels as a screen shows them, `0x00RRGGBB`, of which `width` make a row, as PNG.
 pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), ImageError> {
     let bytes = pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
-    let bytes: Vec<u8> = bytes.collect();
     let size = (width, pixels.len().checked_div(width).unwrap_or(0));
     let (view, metadata) = (ViewTransform::Standard, ImageMetadata::default());
-    replace(path, |file| write_png(size, &bytes, view, &metadata, file))
+    replace(path, |file| {
+        write_png(size, &collected(3 * pixels.len(), bytes)?, view, &metadata, file)
+    })
 }
 
 /// Whether an image could be written: found before hours of work, not after.

@@ -24,6 +24,7 @@ pub use srgb::{SrgbEncoder, decode as srgb_decode};
 pub use view_transform::{ViewEncoder, ViewTransform};
 
 use crate::math::power_of_two;
+use crate::memory::{OutOfMemory, collected, filled};
 
 /// An image of linear RGB colours, rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,19 +39,29 @@ pub struct Image {
 
 impl Image {
     /// A black image.
-    pub fn new(width: usize, height: usize) -> Self {
-        Image { width, height, pixels: vec![[0.0; 3]; width * height] }
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn new(width: usize, height: usize) -> Result<Self, OutOfMemory> {
+        Ok(Image { width, height, pixels: filled(width.saturating_mul(height), [0.0; 3])? })
     }
 
     /// The image as bytes of sRGB after a multiplication by `2^exposure`.
-    pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn to_srgb(&self, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
         self.to_view(ViewTransform::Standard, exposure)
     }
 
     /// The image as bytes that a screen shows, after a multiplication by `2^exposure`.
-    pub fn to_view(&self, view: ViewTransform, exposure: f32) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn to_view(&self, view: ViewTransform, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
         let encoder = ViewEncoder::new(view, exposure);
-        self.pixels.iter().flat_map(|color| encoder.encode(*color)).collect()
+        let bytes = self.pixels.iter().flat_map(|color| encoder.encode(*color));
+        collected(3 * self.pixels.len(), bytes)
     }
 }
 

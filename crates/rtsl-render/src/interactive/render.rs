@@ -12,6 +12,7 @@ use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
 use crate::film::{Aov, AovImage, Image};
+use crate::memory::OutOfMemory;
 use crate::messages::Messages;
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::Tile;
@@ -79,7 +80,7 @@ pub struct Rendered {
 pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
     Aov::refuse_others(options.aovs, &AOVS, "interactive").map_err(Messages::one)?;
     let threads = RenderThreads::new(options.threads)?;
-    let job = Job::new(scene, options);
+    let job = Job::new(scene, options).map_err(|error| Messages::one(error.diagnostic()))?;
     let start = Instant::now();
     let rays = job.run(&threads, start);
     job.finish(start.elapsed(), rays, threads.count())
@@ -105,11 +106,12 @@ struct Images {
 }
 
 impl<'a> Job<'a> {
-    fn new(scene: &'a CompiledScene, options: RenderOptions<'a>) -> Self {
+    fn new(scene: &'a CompiledScene, options: RenderOptions<'a>) -> Result<Self, OutOfMemory> {
         let (width, height) = (scene.settings.width, scene.settings.height);
         let aovs = options.aovs.iter().map(|aov| AovImage::new(*aov, width, height));
-        let images = Images { image: Image::new(width, height), aovs: aovs.collect() };
-        Job {
+        let image = Image::new(width, height)?;
+        let images = Images { image, aovs: aovs.collect::<Result<_, _>>()? };
+        Ok(Job {
             scene,
             options,
             tiles: tiles_of(width, height),
@@ -119,7 +121,7 @@ impl<'a> Job<'a> {
             done: AtomicUsize::new(0),
             dropped: AtomicU64::new(0),
             stopped: AtomicBool::new(false),
-        }
+        })
     }
 
     fn run(&self, threads: &RenderThreads, start: Instant) -> RayCounts {

@@ -6,8 +6,9 @@ use std::time::Duration;
 use crate::acceleration::{LANES, lanes_of};
 use crate::film::Image;
 use crate::interactive::{TileSample, TileSums};
+use crate::memory::{Amount, OutOfMemory, reserved};
 use crate::statistics::LaneUse;
-use crate::tiles::{Tile, tiles_of};
+use crate::tiles::{TILE, Tile, tiles_of};
 
 use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};
@@ -87,11 +88,21 @@ impl Record {
 }
 
 impl Film {
+    /// The memory that a film takes.
+    pub fn memory(width: usize, height: usize) -> Amount {
+        let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
+        Amount::of::<Tile>(tiles) + Amount::of::<Mutex<Record>>(tiles)
+    }
+
     /// A black film.
-    pub fn new(width: usize, height: usize) -> Self {
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn new(width: usize, height: usize) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
-        let records = tiles.iter().map(|_| Mutex::new(Record::EMPTY)).collect();
-        Film { width, height, tiles, records }
+        let mut records = reserved(tiles.len())?;
+        records.extend(tiles.iter().map(|_| Mutex::new(Record::EMPTY)));
+        Ok(Film { width, height, tiles, records })
     }
 
     /// Columns and rows.
@@ -191,8 +202,11 @@ impl Film {
     }
 
     /// The averages of the samples; black where there is none.
-    pub fn image(&self) -> Image {
-        let mut image = Image::new(self.width, self.height);
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn image(&self) -> Result<Image, OutOfMemory> {
+        let mut image = Image::new(self.width, self.height)?;
         for (index, tile) in self.tiles.iter().enumerate() {
             let record = self.record(index);
             for lane in lanes_of(tile.lanes(self.width, self.height)) {
@@ -202,7 +216,7 @@ impl Film {
                 }
             }
         }
-        image
+        Ok(image)
     }
 
     fn record(&self, index: usize) -> MutexGuard<'_, Record> {
@@ -223,17 +237,17 @@ mod tests {
     #[test]
     fn samples_are_averaged_and_shown() {
         let display = Display::new(ViewMode::Image, 1.0);
-        let mut film = Film::new(10, 9);
+        let mut film = Film::new(10, 9).unwrap();
         assert_eq!(film.tiles().len(), 4);
         film.add(1, &sample(&film, 1, 0.0), &SampleWork::NONE, &display);
         film.add(1, &sample(&film, 1, 1.0), &SampleWork::NONE, &display);
-        let image = film.image();
+        let image = film.image().unwrap();
         assert_eq!((image.pixels[8], image.pixels[7]), ([0.5; 3], [0.0; 3]));
         let mut pixels = vec![7; 12 * 9];
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[7..12], [0, 0x00BC_BCBC, 0x00BC_BCBC, 7, 7]);
         film.clear();
-        assert_eq!(film.image().pixels[8], [0.0; 3]);
+        assert_eq!(film.image().unwrap().pixels[8], [0.0; 3]);
         film.copy_to(&mut pixels, 12);
         assert_eq!(pixels[8], 0x00BC_BCBC, "what is shown stays");
     }
@@ -241,7 +255,7 @@ mod tests {
     #[test]
     fn a_smaller_film_is_enlarged() {
         let display = Display::new(ViewMode::Image, 1.0);
-        let (small, film) = (Film::new(2, 1), Film::new(20, 10));
+        let (small, film) = (Film::new(2, 1).unwrap(), Film::new(20, 10).unwrap());
         small.add(0, &sample(&small, 0, 1.0), &SampleWork::NONE, &display);
         film.show_scaled(&small);
         let mut pixels = vec![0; 200];

@@ -14,10 +14,13 @@ use crate::compiled::work_counts::WorkCounts;
 use crate::film::exposure_scale;
 use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
 use crate::math::Transform;
+use crate::memory::{Amount, Need, check_render};
 use crate::messages::Messages;
 use crate::reader::DiskFiles;
 use crate::sampling::hash;
-use crate::scene::{EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource};
+use crate::scene::{
+    EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource, Settings,
+};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 
@@ -92,7 +95,7 @@ impl Session {
         let mut source = SceneSource::read(path, &DiskFiles, &LoadOptions { defines, search_path });
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
-        check_size(&scene)?;
+        check_size(&scene, options.threads)?;
         let (engine, engine_warnings) =
             Engine::new(options.engine_for(&scene.settings)).map_err(Messages::one)?;
         warnings.push(SourceMap::new(), engine_warnings);
@@ -108,8 +111,8 @@ impl Session {
                 reduction: 1,
                 ..Status::default()
             },
-            film: Film::new(settings.width, settings.height),
-            frame: Film::new(1, 1),
+            film: film(settings.width, settings.height)?,
+            frame: film(1, 1)?,
             display: Display::new(ViewMode::Image, exposure),
             camera_to_world: scene.camera_to_world,
             problems: Problems::default(),
@@ -195,18 +198,19 @@ impl Session {
         self.compiled.camera_to_world = self.camera_to_world.affine();
     }
 
-    /// Changes columns and rows. Sizes that no image may have are ignored.
+    /// Changes columns and rows. Sizes that no image may have, or that there is no memory for, are ignored.
     pub fn resize(&mut self, width: usize, height: usize) {
         let mut scene = Scene { ..self.scene.clone() };
         (scene.settings.width, scene.settings.height) = (width, height);
-        if (width, height) == self.film.size() || width * height == 0 || check_size(&scene).is_err()
-        {
+        let is_possible =
+            width > 0 && height > 0 && check_size(&scene, self.options.threads).is_ok();
+        if (width, height) == self.film.size() || !is_possible {
             return;
         }
+        let Ok(film) = Film::new(width, height) else { return };
         self.options.size = Some((width, height));
         self.scene = scene;
         (self.compiled.settings.width, self.compiled.settings.height) = (width, height);
-        let film = Film::new(width, height);
         film.show_scaled(&self.film);
         self.film = film;
         self.restart();
@@ -348,7 +352,7 @@ impl Session {
     fn take_over(&mut self, loaded: Loaded) -> Result<Reloaded, Messages> {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
-        check_size(&scene)?;
+        check_size(&scene, self.options.threads)?;
         let same_settings = scene.settings == self.scene.settings;
         let same_shapes = same_settings && scene.has_same_shapes(&self.scene);
         if same_shapes && scene.has_same_shading(&self.scene) {
@@ -366,14 +370,14 @@ impl Session {
                 self.compiled.with_moved_shapes(scene.clone(), engine, messages)?
             };
         }
-        self.adopt(scene, origins);
+        self.adopt(scene, origins)?;
         Ok(Reloaded { changed: true, warnings })
     }
 
-    fn adopt(&mut self, scene: Scene, origins: Origins) {
+    fn adopt(&mut self, scene: Scene, origins: Origins) -> Result<(), Messages> {
         let size = (scene.settings.width, scene.settings.height);
         if size != self.film.size() {
-            let film = Film::new(size.0, size.1);
+            let film = film(size.0, size.1)?;
             film.show_scaled(&self.film);
             self.film = film;
         }
@@ -386,6 +390,7 @@ impl Session {
         self.origins = origins;
         self.place_camera();
         self.restart();
+        Ok(())
     }
 
     fn restart(&mut self) {
@@ -403,7 +408,14 @@ impl Session {
         let (width, height) = self.film.size();
         let size = (width.div_ceil(reduction), height.div_ceil(reduction));
         if self.frame.size() != size {
-            self.frame = Film::new(size.0, size.1);
+            match film(size.0, size.1) {
+                Ok(film) => self.frame = film,
+                Err(problem) => {
+                    self.status.problem = Some(problem.to_text(false));
+                    self.phase = Phase::Stopped;
+                    return RayCounts::default();
+                }
+            }
         }
         self.frame.clear();
         let settings = &mut self.compiled.settings;
@@ -544,11 +556,20 @@ fn lock(lane_use: &Mutex<LaneUse>) -> MutexGuard<'_, LaneUse> {
     lane_use.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn check_size(scene: &Scene) -> Result<(), Messages> {
-    match scene.settings.size_problem() {
-        Some(problem) => Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem))),
-        None => Ok(()),
+/// A film, or the error for people that there is no memory for it.
+fn film(width: usize, height: usize) -> Result<Film, Messages> {
+    Film::new(width, height).map_err(|error| Messages::one(error.diagnostic()))
+}
+
+fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {
+    let Settings { width, height, .. } = scene.settings;
+    if let Some(problem) = scene.settings.size_problem() {
+        return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
     }
+    // What is shown, a frame in the making, and its pixels here and on their way to the screen.
+    let bytes = Film::memory(width, height).times(2) + Amount::of::<[u32; 3]>(width * height);
+    let need = Need { bytes, addresses: RenderThreads::stacks(threads) };
+    check_render((width, height), need).map_err(Messages::one)
 }
 
 #[cfg(test)]

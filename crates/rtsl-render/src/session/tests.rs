@@ -76,7 +76,7 @@ impl Drop for Folder {
 fn finish(session: &mut Session) -> Image {
     while session.advance(SLICE) {}
     assert_eq!(session.status().problem, None);
-    session.film().image()
+    session.film().image().unwrap()
 }
 
 fn shown(session: &Session) -> Vec<u32> {
@@ -121,7 +121,7 @@ fn slices_of_any_length_make_the_same_image() {
     let folder = Folder::new("slices");
     let mut session = folder.open();
     while session.advance(Duration::from_micros(1)) {}
-    assert_eq!(session.film().image(), folder.render(&[]));
+    assert_eq!(session.film().image().unwrap(), folder.render(&[]));
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn only_the_camera_of_the_scene_moves() {
 
 /// What people see of an image.
 fn bytes(image: &Image) -> Vec<u8> {
-    image.to_srgb(0.0)
+    image.to_srgb(0.0).unwrap()
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn a_value_out_of_range_changes_nothing() {
     assert!(messages.to_text(false).contains("width"), "{}", messages.to_text(false));
     assert!(!session.is_busy());
     assert_eq!(session.controls(pattern)[0].values, [0.5]);
-    assert_eq!(session.film().image(), first);
+    assert_eq!(session.film().image().unwrap(), first);
     assert!(session.set_control(pattern, "nothing", &[9.0]).is_err());
 }
 
@@ -256,7 +256,7 @@ fn an_error_is_told_and_the_scene_stays() {
     let messages = session.reload().unwrap_err().to_text(false);
     assert!(messages.contains("frac") && messages.contains("stripes.rtsl"), "{messages}");
     assert!(!session.is_busy());
-    assert_eq!(session.film().image(), first);
+    assert_eq!(session.film().image().unwrap(), first);
     // Meanwhile the rest goes on working.
     let lamp = find(&session, "lamp");
     session.set_control(lamp, "intensity", &[20.0, 20.0, 20.0]).unwrap();

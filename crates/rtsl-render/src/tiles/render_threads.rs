@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
+use crate::memory::Amount;
 use crate::messages::Messages;
 
 /// Each level of `trace` takes some of the host's stack, in debug builds most.
@@ -24,14 +25,18 @@ impl RenderThreads {
     /// # Errors
     /// If they can't be had.
     pub fn new(threads: Option<usize>) -> Result<Self, Messages> {
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = threads.unwrap_or(processors).clamp(1, MOST_THREADS);
+        let threads = wanted(threads);
         let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
         let pool = pool.map_err(|error| {
             let message = format!("cannot start {threads} threads: {error}");
             Messages::one(Diagnostic::new(codes::SCENE_LIMIT, message))
         })?;
         Ok(RenderThreads { pool })
+    }
+
+    /// The addresses that the stacks of so many threads take.
+    pub fn stacks(threads: Option<usize>) -> Amount {
+        Amount(STACK_BYTES as u64).times(wanted(threads))
     }
 
     /// How many there are.
@@ -63,4 +68,10 @@ impl RenderThreads {
         let memories = self.pool.broadcast(|_| work());
         (next.into_inner().min(count), memories)
     }
+}
+
+/// How many threads are meant.
+fn wanted(threads: Option<usize>) -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    threads.unwrap_or(processors).clamp(1, MOST_THREADS)
 }

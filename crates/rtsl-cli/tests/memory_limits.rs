@@ -1,0 +1,93 @@
+//! Memory that cannot be had is an error with a code, never an end by a signal: child processes under `ulimit -v`.
+#![cfg(target_os = "linux")]
+
+use std::path::PathBuf;
+use std::process::Command;
+
+/// A folder that goes with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("rtsl-memory-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder for the test");
+        Folder(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), contents).expect("a file for the test");
+    }
+
+    /// Runs `rtsl` with these words in this folder, where addresses end after so many MiB. Returns the exit code, which
+    /// there is none of after a signal, and what was said.
+    fn run(&self, mebibytes: u64, words: &[&str]) -> (Option<i32>, String) {
+        let mut command = Command::new("sh");
+        let script = format!("ulimit -v {} && exec \"$@\"", mebibytes << 10);
+        command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_rtsl")]).args(words);
+        // A thread of the allocator takes 64 MiB of addresses else.
+        command.current_dir(&self.0).env("MALLOC_ARENA_MAX", "1");
+        let output = command.output().expect("it runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What is left behind is the system's to clear.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+const SCENE: &str = "Camera \"Pinhole\"\nWorldBegin\nShape \"Sphere\"\n";
+
+fn render<'a>(words: &[&'a str]) -> Vec<&'a str> {
+    let common = ["render", "scene.pbrt", "-o", "a.exr", "--threads", "1", "--backend", "interp"];
+    [&common, words].concat()
+}
+
+#[test]
+fn a_picture_too_large_for_the_memory_is_refused_before_the_work() {
+    let folder = Folder::new("size");
+    folder.write("scene.pbrt", SCENE);
+    for (limit, words, takes) in [
+        (7812, &["--renderer", "batch", "--size", "16384x16384"][..], "11."),
+        (5000, &["--renderer", "interactive", "--size", "16384x16384"], "6."),
+        (6000, &["--renderer", "batch", "--size", "8192x8192", "--aov", "albedo,normal"], "8."),
+        (3000, &["--renderer", "interactive", "--size", "8192x8192", "--aov", "normal"], "3."),
+    ] {
+        let (code, said) = folder.run(limit, &render(words));
+        assert_eq!(code, Some(1), "{said}");
+        let size = words[3].replace('x', " by ");
+        let expected = format!("error[E0641]: an image of {size} pixels takes about {takes}");
+        assert!(said.starts_with(&expected), "expected {expected:?} in\n{said}");
+        assert!(
+            said.contains("(`ulimit -v`) gives no more") && said.contains("`--size`"),
+            "{said}"
+        );
+        assert!(!folder.path("a.exr").exists());
+    }
+}
+
+#[test]
+fn a_window_too_large_for_the_memory_is_refused() {
+    let folder = Folder::new("window");
+    folder.write("scene.pbrt", SCENE);
+    let words = ["view", "scene.pbrt", "--size", "16384x16384", "--threads", "1"];
+    let (code, said) = folder.run(5000, &words);
+    assert!(code == Some(1) && said.starts_with("error[E0641]"), "{said}");
+}
+
+#[test]
+fn what_there_is_memory_for_is_rendered() {
+    let folder = Folder::new("enough");
+    folder.write("scene.pbrt", SCENE);
+    for renderer in ["batch", "interactive"] {
+        let words = ["--renderer", renderer, "--size", "64x64", "--spp", "1"];
+        let (code, said) = folder.run(1500, &render(&words));
+        assert_eq!((code, said), (Some(0), String::new()), "{renderer}");
+    }
+}
