@@ -239,3 +239,13 @@ fn a_file_that_is_no_image_is_an_error() {
         );
     }
 }
+
+#[test]
+fn a_texture_for_a_number_is_refused_with_advice() {
+    let text = "Texture \"holes\" \"float\" \"Checker\"\n\
+        Material \"Principled\" \"texture roughness\" \"holes\"\n";
+    let messages = load(text).unwrap_err().to_text(false);
+    assert!(messages.contains("error[E0607]: `roughness` is of type `float`, found a texture"));
+    let advice = "help: give a value; a class takes textures by members of type `rt_Texture`";
+    assert!(messages.contains(advice), "{messages}");
+}

@@ -225,3 +225,118 @@ fn names_of_glsl() {
         "#]],
     );
 }
+
+#[test]
+fn functions_of_other_languages() {
+    let calls = [
+        "frac(x)",
+        "lerp(x, x, x)",
+        "rsqrt(x)",
+        "atan2(x, x)",
+        "saturate(x)",
+        "mul(m, x)",
+        "log10(x)",
+        "fmod(x, x)",
+        "ddx(x)",
+        "fabs(x)",
+        "sqrtf(x)",
+        "printf(x)",
+        "tex2D(x, x)",
+        "half4(x)",
+        "float3x3(x)",
+    ];
+    let mut helps = String::new();
+    for call in calls {
+        let text = format!(
+            "class A : rt_Texture;\nvoid lookup() {{ float x = rt_TextureUV.x; mat2 m = mat2(x); float y = {call}; rt_FloatTextureValue = m[0].x; }}\n"
+        );
+        let said = support::diagnostics(&text);
+        assert_eq!(support::codes(&text), ["E0201"], "{said}");
+        let help = said.lines().find(|line| line.contains("help")).unwrap_or("nothing");
+        helps += &format!("{call}: {}\n", help.trim());
+    }
+    expect![[r#"
+        frac(x): = help: write instead: `fract`
+        lerp(x, x, x): = help: write instead: `mix`
+        rsqrt(x): = help: write instead: `inversesqrt`
+        atan2(x, x): = help: write instead: `atan`
+        saturate(x): = help: write `clamp(x, 0.0, 1.0)`
+        mul(m, x): = help: write `a * b`, which multiplies matrices and vectors
+        log10(x): = help: write `log(x) / log(10.0)`
+        fmod(x, x): = help: write `x - y * trunc(x / y)`; `mod(x, y)` differs where x is negative
+        ddx(x): = help: rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter
+        fabs(x): = help: write instead: `abs`
+        sqrtf(x): = help: write instead: `sqrt`
+        printf(x): = help: shaders print nothing; `rtsl eval` shows what a method computes for chosen rays
+        tex2D(x, x): = help: textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member
+        half4(x): = help: write instead: `vec4`
+        float3x3(x): = help: write instead: `mat3`
+    "#]].assert_eq(&helps);
+}
+
+#[test]
+fn types_of_other_languages() {
+    let mut helps = String::new();
+    for ty in [
+        "float3", "half4", "int2", "bool1", "float4x4", "float3x4", "Vec3f", "vector", "point",
+        "normal", "string", "Spectrum", "vec3f", "flaot",
+    ] {
+        let text = format!("class A : rt_Texture;\nvoid lookup() {{ {ty} x; x = {ty}(1.0); }}\n");
+        let said = support::diagnostics(&text);
+        assert_eq!(support::codes(&text)[0], "E0202", "{said}");
+        let help = said.lines().find(|line| line.contains("help")).unwrap_or("nothing");
+        helps += &format!("{ty}: {}\n", help.trim());
+    }
+    expect![[r#"
+        float3: = help: write instead: `vec3`
+        half4: = help: write instead: `vec4`
+        int2: = help: write instead: `ivec2`
+        bool1: = help: write instead: `bool`
+        float4x4: = help: write instead: `mat4`
+        float3x4: = help: write instead: `mat4x3`
+        Vec3f: = help: write instead: `vec3`
+        vector: = help: write instead: `vec3`
+        point: = help: write instead: `vec3`
+        normal: = help: write instead: `vec3`
+        string: = help: there is no type for text; an `int` or a `bool` can choose between variants
+        Spectrum: = help: write instead: `color`
+        vec3f: = help: write instead: `vec3`
+        flaot: = help: did you mean: `float`
+    "#]]
+    .assert_eq(&helps);
+}
+
+#[test]
+fn texts_and_printing() {
+    check(
+        "class A : rt_Texture;\nvoid lookup() { printf(\"%f\", rt_TextureUV.x); }\n",
+        &expect![[r#"
+            error[E0106]: expected an expression, found double-quoted text
+              ┌─ shader.rtsl:2:24
+              │
+            2 │ void lookup() { printf("%f", rt_TextureUV.x); }
+              │                        ^^^^ expected an expression
+              │
+              = note: shaders have no texts; they stand in directives and annotations alone
+              = help: shaders print nothing; `rtsl eval` shows what a method computes for chosen rays
+
+        "#]],
+    );
+}
+
+#[test]
+fn assignment_as_condition() {
+    check(
+        "class A : rt_Texture;\nvoid lookup() { float x = 1.0; if (x = 2.0) x = 3.0; rt_FloatTextureValue = x; }\n",
+        &expect![[r#"
+            error[E0204]: a condition is `bool`, and this assignment is `float`
+              ┌─ shader.rtsl:2:36
+              │
+            2 │ void lookup() { float x = 1.0; if (x = 2.0) x = 3.0; rt_FloatTextureValue = x; }
+              │                                    ^^^^^^^ expected `bool`, found `float`
+              │
+              = help: `=` assigns; to compare, write `==`
+
+        "#]],
+    );
+}

@@ -28,7 +28,13 @@ fn every_overload_finds_its_function() {
             }
             let names: Vec<String> =
                 (0..overload.parameters.len()).map(|index| format!("a{index}")).collect();
-            text += &format!("    {}({});\n}}\n", builtin.name, names.join(", "));
+            let result = overload.result;
+            let kept = if result.to_string() == "void" {
+                String::new()
+            } else {
+                format!("{result} _result = ")
+            };
+            text += &format!("    {kept}{}({});\n}}\n", builtin.name, names.join(", "));
             let (module, _, _) = support::check(&text);
             let report = support::diagnostics(&text);
             let tree = format!("{:?}", module.functions.last());

@@ -84,7 +84,7 @@ fn expressions_of_glsl() {
             "b.xxyy.w",
             "f > 0.5 ? 1 : 2.0",
             "(t.x ? a : a.yx).x",
-            "(f, 2.0)",
+            "(f++, 2.0)",
             "a[0]",
             "b[i.x]",
             "m[1][0]",

@@ -1,4 +1,5 @@
-//! The shaders of the standard library check without a word.
+//! The project's shaders: those of the standard library check without a word, and no others are warned of mistakes that they
+//! do not make.
 
 mod support;
 
@@ -23,4 +24,37 @@ fn the_standard_library_checks() {
         }
     }
     assert!(report.is_empty(), "{report}");
+}
+
+/// Warnings of mistakes that compile.
+const WARNINGS: [&str; 6] = ["W0245", "W0246", "W0335", "W0336", "W0337", "W0338"];
+
+/// Texts that have such statements on purpose.
+const MEANT: [&str; 1] = ["tests/syntax/expressions.rtsl"];
+
+#[test]
+fn right_shaders_are_not_warned_about() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut folders = ["bench", "crates", "integrations", "scenes", "shaders", "tests"]
+        .map(|folder| root.join(folder))
+        .to_vec();
+    let (mut report, mut checked) = (String::new(), 0);
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|it| it == "rtsl")
+                && !MEANT.iter().any(|meant| path.ends_with(meant))
+            {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let codes = support::codes(&text);
+                if codes.iter().any(|code| WARNINGS.contains(code)) {
+                    report += &format!("{}:\n{}\n", path.display(), support::diagnostics(&text));
+                }
+                checked += 1;
+            }
+        }
+    }
+    assert!(report.is_empty() && checked > 100, "{checked} texts\n{report}");
 }

@@ -205,10 +205,16 @@ diagnostics! {
     W0242 UNUSED_VARIABLE "a variable that is never used";
     W0243 MISSING_RETURN "a function that returns a value only on some paths";
     W0244 UNREACHABLE "statements that are never reached";
+    W0245 NO_EFFECT "a statement without effect";
+    W0246 NOT_A_NUMBER "a constant that is not a number";
     W0331 INSTANCE_WRITE "a write to a member of the instance that is lost";
     W0332 UNKNOWN_ANNOTATION "an annotation that hosts do not know";
     W0333 STATE_WITHOUT_VALUE "a state variable read where nobody sets it";
     W0334 MISSPELLED_METHOD "a function that looks like a misspelled interface method";
+    W0335 LOST_STATE "a state variable that is written and lost";
+    W0336 NEVER_HITS "a primitive that no ray can meet";
+    W0337 NAMED_LIKE_CLASS "a function with the name of its class";
+    W0338 ANGLE_IN_DEGREES "an angle that is more than a full turn";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";

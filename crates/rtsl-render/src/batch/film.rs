@@ -313,7 +313,7 @@ mod tests {
     /// What ends early and goes on later ends where it would have.
     #[test]
     fn noise_is_looked_at_between_waves_alone() {
-        let film = BatchFilm::new((8, 8), false, Some(0.17));
+        let film = BatchFilm::new((8, 8), false, Some(0.17)).unwrap();
         // The standard error sinks below it at 36 samples, where no wave ends.
         (0..23).for_each(|pass| film.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
         assert_eq!(film.taken(0), Some(46));

@@ -253,6 +253,15 @@ fn unknown_parameter(class: &Class, parameter: &Parameter) -> Box<Diagnostic> {
 }
 
 fn mismatch(parameter: &Parameter, ty: &ClassType) -> Box<Diagnostic> {
+    if let ParameterType::Reference(kind) = parameter.kind {
+        let (name, ty, kind) = (&parameter.name, type_name(ty), kind.word());
+        let message = format!("`{name}` is of type `{ty}`, found a {kind}");
+        let help = match kind {
+            "texture" => "give a value; a class takes textures by members of type `rt_Texture`",
+            _ => "give a value",
+        };
+        return Box::new(wrong(parameter, message).help(help));
+    }
     let message = format!(
         "`{}` is of type `{}`, found {}",
         parameter.name,

@@ -9,10 +9,11 @@ use super::Checker;
 use super::candidates::{Candidate, Choice, choose};
 use super::expressions::{convert, error_expression};
 use super::facts::UseKind;
+use super::foreign::{advise, counterpart, type_counterpart};
 use super::functions::Kind;
-use super::lvalues::Access;
+use super::lvalues::{Access, root};
 use super::scope::Entity;
-use super::suggestions::{counterpart, suggest};
+use super::suggestions::suggest;
 use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
 
@@ -163,7 +164,7 @@ impl Checker<'_> {
         span: Span,
     ) -> Expression {
         if arguments.iter().any(|argument| argument.ty == Type::Error) {
-            self.note_argument_reads(&arguments);
+            self.note_unknown_uses(&arguments);
             if !self.is_function(name) {
                 self.report_unknown_function(name, name_span);
             }
@@ -179,7 +180,7 @@ impl Checker<'_> {
             Ok(Target::Function(id)) => self.call_function(id, arguments, span),
             Ok(Target::Builtin(overload)) => self.call_builtin(overload, arguments, span),
             Err(diagnostic) => {
-                self.note_argument_reads(&arguments);
+                self.note_unknown_uses(&arguments);
                 match diagnostic {
                     Some(diagnostic) => self.report(diagnostic.at(span, "")),
                     None => self.report_unknown_function(name, name_span),
@@ -189,9 +190,13 @@ impl Checker<'_> {
         }
     }
 
-    fn note_argument_reads(&mut self, arguments: &[Expression]) {
+    /// The arguments of a call that is in error: the function that is meant may read them or set them.
+    fn note_unknown_uses(&mut self, arguments: &[Expression]) {
         for argument in arguments {
-            self.note_access(argument, Access::Read);
+            match root(argument).kind {
+                ExpressionKind::Local(id) => self.note_local_write(id),
+                _ => self.note_access(argument, Access::Read),
+            }
         }
     }
 
@@ -340,8 +345,8 @@ impl Checker<'_> {
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_NAME, format!("there is no function `{name}`"))
                 .at(span, "unknown function");
-        let diagnostic = match counterpart(name) {
-            Some(help) => diagnostic.help(help),
+        let diagnostic = match counterpart(name).or_else(|| type_counterpart(name)) {
+            Some(counterpart) => advise(diagnostic, span, counterpart),
             None => {
                 let similar = self.similar_function(name);
                 suggest(diagnostic, span, similar)
@@ -402,9 +407,12 @@ impl Checker<'_> {
             self.note_call(id, span);
         }
         let name = builtin.name;
-        self.finish_call(arguments, &parameters, from_spec(overload.result), span, |arguments| {
+        let result = from_spec(overload.result);
+        let call = self.finish_call(arguments, &parameters, result, span, |arguments| {
             ExpressionKind::Builtin(BuiltinCall { name, prelude, componentwise, arguments })
-        })
+        });
+        self.check_not_nan(&call);
+        call
     }
 
     /// Notes a call that only some methods may make; reports it where there is no method at all.

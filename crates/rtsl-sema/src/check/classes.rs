@@ -64,7 +64,7 @@ impl<'a> Checker<'a> {
         functions.extend(self.declare_constructors(&items));
         self.check_elements();
         self.check_bodies(&functions);
-        self.check_misspelled_methods(&functions);
+        self.check_uncalled_functions(&functions);
         self.add_implied_methods(class);
         self.close_class(class);
     }
@@ -204,14 +204,17 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A function like an interface method, with nearly the name of one, that nothing calls: hosts
-    /// will not call it either.
-    fn check_misspelled_methods(&mut self, functions: &[Pending<'a>]) {
+    /// Functions that nothing calls, hosts included, though their names say that they should: one like an
+    /// interface method, with nearly the name of one, and one of the class's own name.
+    fn check_uncalled_functions(&mut self, functions: &[Pending<'a>]) {
         let facts = functions.iter().map(|each| &self.function_info[each.id.0 as usize].facts);
         let called: BTreeSet<FunctionId> =
             facts.flat_map(|facts| facts.calls.iter().map(|call| call.callee)).collect();
         for Pending { ast: function, id, generation } in functions {
             let name = &function.name;
+            if !called.contains(id) && *generation == 0 {
+                self.check_cpp_constructor(function);
+            }
             let is_method = Method::from_name(&name.name).is_some() || name.name == CONSTRUCTOR;
             if is_method || !has_interface_signature(function) || called.contains(id) {
                 continue;
@@ -228,6 +231,24 @@ impl<'a> Checker<'a> {
                 self.for_item(*generation, |checker| checker.report(diagnostic));
             }
         }
+    }
+
+    /// A function of the class's own name, which C++ takes for a constructor.
+    fn check_cpp_constructor(&mut self, function: &ast::Function) {
+        let name = &function.name;
+        if self.class.as_ref().is_none_or(|class| class.name != name.name) {
+            return;
+        }
+        let start = function.result.as_ref().map_or(name.span, |result| result.span);
+        let header = start.to(name.span);
+        self.report(
+            Diagnostic::new(
+                codes::NAMED_LIKE_CLASS,
+                format!("`{}` is a function like any other, and nothing calls it", name.name),
+            )
+            .at(name.span, "the name of the class means nothing here")
+            .suggest("what makes an instance ready is called", header, CONSTRUCTOR),
+        );
     }
 
     fn add_implied_methods(&mut self, class: &ast::Class) {

@@ -40,17 +40,21 @@ impl Checker<'_> {
         expression: &Expression,
         calls: bool,
     ) -> Result<Vec<Constant>, Stop> {
+        let evaluator = self.evaluator(self.evaluation_fuel);
+        let evaluator = if calls { evaluator } else { evaluator.without_calls() };
+        let (value, spent) = evaluator.evaluate(expression);
+        self.evaluation_fuel -= spent;
+        value
+    }
+
+    /// What evaluates constant expressions here, with at most `fuel` operations.
+    pub(super) fn evaluator(&self, fuel: u32) -> Evaluator<'_> {
         let callable = match self.prelude {
             Some(prelude) => prelude.module.functions.len(),
             None if self.in_prelude => self.module.functions.len(),
             None => 0,
         };
-        let evaluator =
-            Evaluator::new(&self.module, &self.struct_info, callable, self.evaluation_fuel);
-        let evaluator = if calls { evaluator } else { evaluator.without_calls() };
-        let (value, spent) = evaluator.evaluate(expression);
-        self.evaluation_fuel -= spent;
-        value
+        Evaluator::new(&self.module, &self.struct_info, callable, fuel)
     }
 
     fn report_not_constant(&mut self, stop: Stop, what: &str) {

@@ -79,6 +79,7 @@ impl Checker<'_> {
                     self.check_binary(*operator, left, right, link.span)
                 }
                 Ast::Sequence(_, right) => {
+                    self.check_effect(last_of_sequence(&left));
                     let right = self.check_expression(right);
                     let ty = right.ty.clone();
                     let kind = ExpressionKind::Sequence(Box::new(left), Box::new(right));
@@ -238,4 +239,12 @@ pub(super) fn convert(expression: Expression, ty: &Type) -> Expression {
         };
     }
     Expression { kind: ExpressionKind::Convert(Box::new(expression)), ty: ty.clone(), span }
+}
+
+/// The expression whose value a sequence has; those before it were judged when they were joined.
+fn last_of_sequence(expression: &Expression) -> &Expression {
+    match &expression.kind {
+        ExpressionKind::Sequence(_, last) => last,
+        _ => expression,
+    }
 }

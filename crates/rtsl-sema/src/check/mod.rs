@@ -30,17 +30,21 @@ mod constants;
 mod constructors;
 mod control;
 mod declarations;
+mod effects;
 mod elements;
 mod evaluator;
 mod expressions;
 mod facts;
 mod folding;
+mod foreign;
 mod functions;
 mod implied;
 mod inheritance;
 mod initializers;
+mod lost_state;
 mod lvalues;
 mod members;
+mod nan;
 mod operators;
 mod order;
 mod places;
@@ -128,6 +132,8 @@ struct Checker<'a> {
     reported: BTreeSet<(Code, Span)>,
     /// Warnings about an inherited body have been given for the base.
     silent: bool,
+    /// How many errors were found, repeated ones included.
+    errors: usize,
     /// The text checked is the prelude: names starting with `rt_` may be declared, intrinsics called.
     in_prelude: bool,
     prelude: Option<&'a Prelude>,
@@ -150,6 +156,8 @@ struct Checker<'a> {
     comparisons: usize,
     /// How many more operations constant expressions may take.
     evaluation_fuel: u32,
+    /// How many more operations the search for constants that are not numbers may take.
+    nan_fuel: u32,
     /// How many more bytes of inherited text may be checked again.
     inheritable: usize,
 }
@@ -160,6 +168,7 @@ impl<'a> Checker<'a> {
             diagnostics,
             reported: BTreeSet::new(),
             silent: false,
+            errors: 0,
             in_prelude: false,
             prelude,
             module: prelude.map(|prelude| prelude.module.clone()).unwrap_or_default(),
@@ -172,12 +181,14 @@ impl<'a> Checker<'a> {
             classes: Vec::new(),
             comparisons: suggestions::COMPARISON_LIMIT,
             evaluation_fuel: evaluator::UNIT_FUEL,
+            nan_fuel: nan::UNIT_FUEL,
             inheritable: inheritance::INHERITED_TEXT_LIMIT,
         }
     }
 
     /// Adds a diagnostic, unless it says again what was said of the same place.
     fn report(&mut self, diagnostic: Diagnostic) {
+        self.errors += usize::from(diagnostic.is_error());
         if self.silent && !diagnostic.is_error() {
             return;
         }

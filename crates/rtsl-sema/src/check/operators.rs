@@ -238,7 +238,11 @@ impl Checker<'_> {
         } else {
             self.check_expression(right)
         });
-        self.binary(operator, left, right, span)
+        let checked = self.binary(operator, left, right, span);
+        if operator == BinaryOperator::Divide {
+            self.check_not_nan(&checked);
+        }
+        checked
     }
 
     fn binary(

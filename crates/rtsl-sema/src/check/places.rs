@@ -10,8 +10,9 @@ use rtsl_syntax::ast::{self, ExpressionKind as Ast};
 
 use super::Checker;
 use super::expressions::error_expression;
+use super::foreign::{advise, counterpart};
 use super::scope::Entity;
-use super::suggestions::{counterpart, suggest};
+use super::suggestions::suggest;
 use super::types::{builtin_type, leaf_count};
 use crate::hir::{Expression, ExpressionKind, LocalId, MemberId, StructId, Type};
 
@@ -76,7 +77,7 @@ impl Checker<'_> {
         let diagnostic = Diagnostic::new(codes::UNKNOWN_NAME, format!("there is no `{name}` here"))
             .at(span, "unknown name");
         let diagnostic = match counterpart(name) {
-            Some(help) => diagnostic.help(help),
+            Some(counterpart) => advise(diagnostic, span, counterpart),
             None => {
                 let similar = self.similar_name(name);
                 suggest(diagnostic, span, similar)

@@ -20,28 +20,30 @@ use super::Checker;
 use super::expressions::error_of_type;
 use super::facts::{Facts, Use, UseKind};
 use super::functions::Kind;
+use super::lost_state::LostWrites;
 use super::references::quoted_list;
 use super::types::from_state;
 use crate::hir::{ClassId, Expression, ExpressionKind, FunctionId, MemberId, StateId, Storage};
 
 /// A method or constructor of a class, whose reach is being checked.
-struct Root {
-    class: ClassId,
-    function: FunctionId,
+#[derive(Clone)]
+pub(super) struct Root {
+    pub(super) class: ClassId,
+    pub(super) function: FunctionId,
     /// `None` for the constructor.
-    method: Option<Method>,
+    pub(super) method: Option<Method>,
     /// The roles of the class that the method belongs to.
-    roles: Vec<Role>,
+    pub(super) roles: Vec<Role>,
     /// The state variables that something in reach writes.
-    written: BTreeSet<StateId>,
+    pub(super) written: BTreeSet<StateId>,
 }
 
 /// Something done in the reach of a root.
 #[derive(Clone, Copy)]
-struct Reached {
+pub(super) struct Reached {
     /// The function that does it.
-    function: FunctionId,
-    done: Use,
+    pub(super) function: FunctionId,
+    pub(super) done: Use,
     /// In the body of an `illuminance`, perhaps of a caller.
     lit: bool,
 }
@@ -109,9 +111,11 @@ impl Checker<'_> {
     /// Judges all that the methods of all classes reach.
     pub(super) fn check_roles(&mut self) {
         for index in 0..self.module.classes.len() {
+            let mut lost = LostWrites::default();
             for root in self.roots(ClassId(index as u32)) {
-                self.check_root(root);
+                self.check_root(root, &mut lost);
             }
+            self.report_lost_writes(lost);
         }
     }
 
@@ -132,7 +136,7 @@ impl Checker<'_> {
             .collect()
     }
 
-    fn check_root(&mut self, mut root: Root) {
+    fn check_root(&mut self, mut root: Root, lost: &mut LostWrites) {
         let reached = self.reach(root.function);
         root.written = reached
             .iter()
@@ -144,6 +148,8 @@ impl Checker<'_> {
         for each in &reached {
             self.check_use(&root, each);
         }
+        self.check_hits(&root, &reached);
+        self.note_lost_writes(&root, &reached, lost);
     }
 
     /// Everything that `start` and the functions that it calls do.
@@ -231,7 +237,7 @@ impl Checker<'_> {
     }
 
     /// Whether a base of the class is unknown, so that its roles are too.
-    fn class_is_uncertain(&self, id: ClassId) -> bool {
+    pub(super) fn class_is_uncertain(&self, id: ClassId) -> bool {
         self.classes.get(id.0 as usize).is_some_and(|class| class.roles_unknown)
     }
 
@@ -322,7 +328,12 @@ impl Checker<'_> {
     }
 
     /// Reports, and says how the method comes to a helper.
-    fn report_with_path(&mut self, root: &Root, reached: &Reached, diagnostic: Diagnostic) {
+    pub(super) fn report_with_path(
+        &mut self,
+        root: &Root,
+        reached: &Reached,
+        diagnostic: Diagnostic,
+    ) {
         let diagnostic = if reached.function == root.function {
             diagnostic
         } else {

@@ -14,6 +14,9 @@ use crate::hir::{
     Expression, Illuminance, LocalId, Loop, Statement, StatementKind, SwitchCase, Type,
 };
 
+/// A full turn, with something to spare for rounded constants.
+const LARGEST_ANGLE: f32 = 6.3;
+
 /// A statement's tree, `None` where it comes to nothing, and whether control goes on after it.
 struct Checked {
     kind: Option<StatementKind>,
@@ -43,6 +46,7 @@ impl Checker<'_> {
         let mut checked = Vec::new();
         let mut jump: Option<Span> = None;
         let mut warned = false;
+        self.check_stray_semicolons(statements);
         for statement in statements {
             if let Some(jump) = jump
                 && !warned
@@ -116,8 +120,9 @@ impl Checker<'_> {
     }
 
     fn check_expression_statement(&mut self, expression: &ast::Expression) -> Checked {
-        let expression = self.check_expression(expression);
-        Checked::plain(StatementKind::Expression(expression))
+        let checked = self.check_expression(expression);
+        self.check_statement_effect(expression, &checked);
+        Checked::plain(StatementKind::Expression(checked))
     }
 
     fn check_nested_function(&mut self, function: &ast::Function) -> Checked {
@@ -168,6 +173,11 @@ impl Checker<'_> {
     /// A condition: a bool.
     pub(super) fn check_condition(&mut self, condition: &ast::Expression) -> Expression {
         let checked = self.check_expression(condition);
+        if let ast::ExpressionKind::Assign { operator: None, .. } = condition.kind
+            && !matches!(checked.ty, BOOL | Type::Error)
+        {
+            return self.report_assignment_as_condition(&checked);
+        }
         self.expect_type(checked, &BOOL, "a condition")
     }
 
@@ -178,6 +188,9 @@ impl Checker<'_> {
         otherwise: Option<&ast::Statement>,
     ) -> Checked {
         let condition = self.check_condition(condition);
+        if otherwise.is_none() {
+            self.check_if_body(&condition, then);
+        }
         let (then, then_falls) = self.conditionally(|checker| checker.check_body(then));
         let (otherwise, otherwise_falls) = match otherwise {
             Some(body) => self.conditionally(|checker| checker.check_body(body)),
@@ -283,10 +296,15 @@ impl Checker<'_> {
         let checked = self.repeatedly(|checker| {
             let (declaration, condition) = checker.check_loop_condition(condition);
             let (body, _) = checker.check_loop_body(body);
-            let step = step.map(|step| checker.check_expression(step));
+            let step = step.map(|step| {
+                let checked = checker.check_expression(step);
+                checker.check_statement_effect(step, &checked);
+                checked
+            });
             Loop { initializer: statements, declaration, condition, step, body, test_last: false }
         });
         self.close_scope();
+        self.check_loop_effect(&checked, body);
         self.loop_statement(checked)
     }
 
@@ -299,6 +317,7 @@ impl Checker<'_> {
             Loop { initializer, declaration, condition, step: None, body, test_last: false }
         });
         self.close_scope();
+        self.check_loop_effect(&checked, body);
         self.loop_statement(checked)
     }
 
@@ -415,8 +434,29 @@ impl Checker<'_> {
             let argument = self.check_expression(argument);
             checked.push(self.expect_type(argument, ty, "an argument of `illuminance`"));
         }
+        if let [_, _, angle] = checked.as_slice() {
+            self.check_angle(angle);
+        }
         let mut checked = checked.into_iter();
         (checked.next(), checked.next().zip(checked.next()))
+    }
+
+    /// Warns about a constant angle that is none in radians.
+    fn check_angle(&mut self, angle: &Expression) {
+        let value = match self.constant_scalar(angle) {
+            Some(Constant::F32(value)) if value > LARGEST_ANGLE => value,
+            _ => return,
+        };
+        self.report(
+            Diagnostic::new(
+                codes::ANGLE_IN_DEGREES,
+                format!(
+                    "`illuminance` takes an angle in radians, and {value} is more than a full turn"
+                ),
+            )
+            .at(angle.span, "every light is within this angle")
+            .suggest("if degrees are meant", angle.span, format!("radians({value:?})")),
+        );
     }
 
     fn check_return(&mut self, value: Option<&ast::Expression>, span: Span) -> Checked {

@@ -20,35 +20,6 @@ pub(super) fn suggest(diagnostic: Diagnostic, span: Span, similar: Option<String
     }
 }
 
-/// What takes the place of a name that GLSL authors expect.
-pub(super) fn counterpart(name: &str) -> Option<&'static str> {
-    let is = |names: &[&str]| names.contains(&name);
-    if name.starts_with("gl_") {
-        return Some(
-            "what GLSL passes in `gl_` variables, RTSL passes in the state variables of roles",
-        );
-    }
-    if name.starts_with("texture") || name.starts_with("texel") || name.starts_with("image") {
-        return Some(
-            "textures are other shaders: call `lookup(uv)` of a `public rt_Texture` member",
-        );
-    }
-    if is(&["dFdx", "dFdy", "fwidth"]) || name.starts_with("dFd") || name.starts_with("fwidth") {
-        return Some(
-            "rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter",
-        );
-    }
-    if is(&["iTime", "time"]) {
-        return Some(
-            "`rt_TimeSeed` is the time within the shutter; other times are parameters, `public` members",
-        );
-    }
-    if is(&["main", "mainImage"]) {
-        return Some("hosts call the interface methods of a class");
-    }
-    None
-}
-
 impl Checker<'_> {
     /// The value (variable, constant, state variable) or function that was probably meant.
     pub(super) fn similar_name(&mut self, name: &str) -> Option<String> {

@@ -9,6 +9,7 @@ use rtsl_spec::{COLOR_COMPONENTS, Role, StateType};
 use rtsl_syntax::ast;
 
 use super::Checker;
+use super::foreign::{advise, type_counterpart};
 use super::scope::Entity;
 use super::suggestions::suggest;
 use crate::hir::{StructId, Type};
@@ -318,8 +319,14 @@ impl Checker<'_> {
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_TYPE, format!("there is no type `{}`", name.name))
                 .at(name.span, "unknown type");
-        let similar = self.similar_type(&name.name);
-        self.report(suggest(diagnostic, name.span, similar));
+        let diagnostic = match type_counterpart(&name.name) {
+            Some(counterpart) => advise(diagnostic, name.span, counterpart),
+            None => {
+                let similar = self.similar_type(&name.name);
+                suggest(diagnostic, name.span, similar)
+            }
+        };
+        self.report(diagnostic);
     }
 
     fn check_type_place(&mut self, ty: Type, span: Span, place: TypePlace) -> Type {

@@ -56,6 +56,7 @@ impl Parser<'_> {
             }
         };
         let mut items = Vec::new();
+        self.class = Some(name.name.clone());
         match form {
             ClassForm::Header => self.parse_items(Scope::HeaderClass, &mut items),
             ClassForm::Block => {
@@ -65,6 +66,7 @@ impl Parser<'_> {
                 }
             }
         }
+        self.class = None;
         let span = keyword.span.to(header_end.span);
         Ok(Class { name, bases, form, items, documentation, span })
     }
@@ -223,8 +225,13 @@ impl Parser<'_> {
                 codes::UNEXPECTED_TOKEN,
                 format!("function `{}` has no result type", crate::message::shorten(&ty.name.name)),
             )
-            .at(ty.span, "expected a type before the name")
-            .suggest("for a function without result", ty.span.before(), "void ");
+            .at(ty.span, "expected a type before the name");
+            // What C++ takes for a constructor.
+            let diagnostic = if self.class.as_ref() == Some(&ty.name.name) {
+                diagnostic.suggest("what makes an instance ready is called", ty.span, "constructor")
+            } else {
+                diagnostic.suggest("for a function without result", ty.span.before(), "void ")
+            };
             return Err(self.report(diagnostic));
         }
         self.expect_identifier("the declaration's name")

@@ -45,6 +45,7 @@ pub(crate) fn parse_tokens(
         reported_at: None,
         copied: 0,
         unnamed_structs: 0,
+        class: None,
     };
     parser.parse_translation_unit()
 }
@@ -71,6 +72,8 @@ struct Parser<'a> {
     /// Tokens copied so far, see [`MAX_COPIED_TOKENS`].
     copied: usize,
     unnamed_structs: u32,
+    /// The name of the class being read.
+    class: Option<String>,
 }
 
 // The cursor.
@@ -192,9 +195,26 @@ impl Parser<'_> {
             TokenKind::Text => codes::MISPLACED_TEXT,
             _ => codes::UNEXPECTED_TOKEN,
         };
-        let diagnostic = Diagnostic::new(code, format!("expected {expected}, found {found}"))
+        let mut diagnostic = Diagnostic::new(code, format!("expected {expected}, found {found}"))
             .at(token.span, format!("expected {expected}"));
+        if token.kind == TokenKind::Text {
+            diagnostic = diagnostic
+                .note("shaders have no texts; they stand in directives and annotations alone");
+            if self.begins_arguments_of(&["printf", "print", "fprintf"]) {
+                diagnostic = diagnostic.help(
+                    "shaders print nothing; `rtsl eval` shows what a method computes for chosen rays",
+                );
+            }
+        }
         self.report(diagnostic)
+    }
+
+    /// Whether the next token is the first argument of a call of one of these functions.
+    fn begins_arguments_of(&self, functions: &[&str]) -> bool {
+        let [.., name, parenthesis] = &self.tokens[..self.position] else { return false };
+        parenthesis.is(Punctuator::LeftParenthesis)
+            && name.kind == TokenKind::Name
+            && functions.contains(&self.text(*name))
     }
 
     fn complain_reserved(&mut self, token: Token, reserved: Reserved) {
