@@ -340,3 +340,20 @@ fn assignment_as_condition() {
         "#]],
     );
 }
+
+#[test]
+fn initial_values_of_scratch() {
+    check(
+        "class A : rt_Texture;\nscratch float x = 5.0;\nvoid lookup() { rt_FloatTextureValue = x; x = 1.0; }\n",
+        &expect![[r#"
+            error[E0215]: scratch members have no initial value
+              ┌─ shader.rtsl:2:15
+              │
+            2 │ scratch float x = 5.0;
+              │               ^^^^^^^ belongs to a ray, and begins with zero
+              │
+              = help: assign it in the method that runs first, or make it `private` or `const`
+
+        "#]],
+    );
+}

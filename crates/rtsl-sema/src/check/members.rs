@@ -54,7 +54,7 @@ impl Checker<'_> {
     pub(super) fn declare_member(&mut self, variable: &ast::Variable) {
         let storage = self.check_storage(&variable.qualifiers);
         let written = self.resolve_type(&variable.ty, TypePlace::Member);
-        let initializer = self.check_member_initializer(&written, variable);
+        let initializer = self.check_member_initializer(&written, storage, variable);
         let annotations = self.check_annotations(&variable.annotations);
         let ty = match &initializer {
             // An open size that the initial value gives makes a table, not a buffer.
@@ -111,9 +111,20 @@ impl Checker<'_> {
     fn check_member_initializer(
         &mut self,
         ty: &Type,
+        storage: Storage,
         variable: &ast::Variable,
     ) -> Option<Expression> {
         let initializer = variable.initializer.as_ref()?;
+        if storage == Storage::Scratch {
+            self.report(
+                Diagnostic::new(codes::BAD_INITIALIZER, "scratch members have no initial value")
+                    .at(variable.span, "belongs to a ray, and begins with zero")
+                    .help(
+                        "assign it in the method that runs first, or make it `private` or `const`",
+                    ),
+            );
+            return None;
+        }
         if matches!(ty, Type::Reference(_)) {
             self.report(
                 Diagnostic::new(codes::BAD_INITIALIZER, "references have no initial value")
