@@ -357,3 +357,47 @@ fn initial_values_of_scratch() {
         "#]],
     );
 }
+
+/// What follows from an error is not told too: a variable that the broken statement would have named or set.
+#[test]
+fn errors_bring_no_warnings_about_variables() {
+    check(
+        "class A : rt_Texture;\nvoid lookup() {\n    float unused = frac(rt_TextureUV.x);\n    float set; split(rt_TextureUV, set);\n    vec3 other = 1;\n    float used = 2.0; { float inner = used.q; }\n    rt_FloatTextureValue = set;\n}\nfloat fine(float x) { float unused = x; return x; }\n",
+        &expect![[r#"
+            error[E0201]: there is no function `frac`
+              ┌─ shader.rtsl:3:20
+              │
+            3 │     float unused = frac(rt_TextureUV.x);
+              │                    ^^^^ unknown function
+              │
+              = help: write instead: `fract`
+
+            error[E0201]: there is no function `split`
+              ┌─ shader.rtsl:4:16
+              │
+            4 │     float set; split(rt_TextureUV, set);
+              │                ^^^^^ unknown function
+
+            error[E0204]: the initial value is `vec3`, and this is `int`
+              ┌─ shader.rtsl:5:18
+              │
+            5 │     vec3 other = 1;
+              │                  ^ expected `vec3`, found `int`
+              │
+              = help: convert it with `vec3(...)`
+
+            error[E0207]: a `float` has no component `q`
+              ┌─ shader.rtsl:6:44
+              │
+            6 │     float used = 2.0; { float inner = used.q; }
+              │                                            ^ its components are `s`
+
+            warning[W0242]: `unused` is never used
+              ┌─ shader.rtsl:9:29
+              │
+            9 │ float fine(float x) { float unused = x; return x; }
+              │                             ^^^^^^ declared here, named nowhere else
+
+        "#]],
+    );
+}

@@ -83,16 +83,23 @@ impl Checker<'_> {
         result
     }
 
-    /// Closes the innermost scope; variables that nothing named are warned about.
+    /// Closes the innermost scope, and notes its variables that nothing named.
     pub(super) fn close_scope(&mut self) {
         for (name, named) in self.scopes.pop() {
             let Entity::Local(id) = named.entity else { continue };
             if !self.function.local_info[id.0 as usize].used && !name.starts_with('_') {
-                self.report(
-                    Diagnostic::new(codes::UNUSED_VARIABLE, format!("`{name}` is never used"))
-                        .at(named.span, "declared here, named nowhere else"),
-                );
+                self.function.unused.push((name, named.span));
             }
+        }
+    }
+
+    /// Warns about the variables of the function that nothing named.
+    pub(super) fn report_unused_variables(&mut self) {
+        for (name, span) in std::mem::take(&mut self.function.unused) {
+            self.report(
+                Diagnostic::new(codes::UNUSED_VARIABLE, format!("`{name}` is never used"))
+                    .at(span, "declared here, named nowhere else"),
+            );
         }
     }
 

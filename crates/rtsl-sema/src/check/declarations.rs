@@ -232,8 +232,7 @@ impl<'a> Checker<'a> {
             span: variable.name.span,
             read_only,
             assigned,
-            // What is in error may have lost its uses.
-            used: ty == Type::Error,
+            used: false,
             loop_depth: self.function.loop_depth,
         };
         let local = Local {

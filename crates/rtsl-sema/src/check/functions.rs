@@ -67,6 +67,8 @@ pub(super) struct FunctionContext {
     pub(super) illuminance_depth: u32,
     /// A `return` with a value was seen.
     pub(super) returns_value: bool,
+    /// Variables of closed scopes that nothing named.
+    pub(super) unused: Vec<(String, Span)>,
     /// Reads that may turn out to be of uninitialized variables.
     pub(super) flow: Flow,
     /// Collected for the end.
@@ -105,6 +107,7 @@ impl FunctionContext {
             switch_depth: 0,
             illuminance_depth: 0,
             returns_value: false,
+            unused: Vec::new(),
             flow: Flow::default(),
             facts: Facts::default(),
         }
@@ -420,12 +423,17 @@ impl Checker<'_> {
         let mut context = FunctionContext::new(kind, declared.result.clone());
         context.is_constructor = self.function_info[id.0 as usize].is_constructor;
         let outer = std::mem::replace(&mut self.function, context);
+        let errors = self.errors;
         self.scopes.push();
         self.declare_parameters(function, &declared);
         let (statements, falls_through) = self.check_statements(&body.statements);
         self.close_scope();
         if falls_through {
             self.check_end_of_function(function, &declared.result);
+        }
+        // What is in error may have lost uses of variables.
+        if self.errors == errors {
+            self.report_unused_variables();
         }
         let context = std::mem::replace(&mut self.function, outer);
         let finished = Function {
