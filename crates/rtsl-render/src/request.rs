@@ -16,7 +16,7 @@ use crate::messages::Messages;
 use crate::progress::{Progress, TilesDone};
 use crate::reader::{DiskFiles, FileSource, RecordedFiles};
 use crate::scene::{LoadOptions, Scene, Settings, load_scene};
-use crate::statistics::{Statistics, peak_memory_bytes};
+use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
 
 /// The renderers.
@@ -249,7 +249,7 @@ fn render_interactively(
     loaded: LoadedScene,
     start: Instant,
 ) -> Result<RenderResult, Messages> {
-    let Prepared { scene, statistics, warnings, .. } = Prepared::for_shading(request, loaded)?;
+    let Prepared { scene, statistics, mut warnings, .. } = Prepared::for_shading(request, loaded)?;
     Engine::cool_down();
     let cold_start_seconds = start.elapsed().as_secs_f64();
     let tiles_done =
@@ -269,12 +269,14 @@ fn render_interactively(
         cold_start_seconds,
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
+        not_finite: rendered.not_finite,
         object_classes: rendered.object_classes,
         threads: rendered.threads,
         cancelled: rendered.cancelled,
         ..of_scene(statistics, &scene)
     };
     statistics.set_render_time(rendered.time);
+    warn_of_dropped(&statistics, &mut warnings);
     let settings = scene.settings;
     Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
 }
@@ -308,6 +310,7 @@ fn render_paths(
         cold_start_seconds,
         rays: rendered.rays,
         dropped_samples: rendered.dropped_samples,
+        not_finite: rendered.not_finite,
         object_classes: rendered.object_classes,
         mean_samples: Some(rendered.mean_samples),
         threads: rendered.threads,
@@ -315,8 +318,27 @@ fn render_paths(
         ..of_scene(statistics, &scene.compiled)
     };
     statistics.set_render_time(rendered.time);
+    warn_of_dropped(&statistics, &mut warnings);
     let settings = scene.compiled.settings;
     Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
+}
+
+/// Says how many samples count as black since they are not finite, and whose values made them so.
+fn warn_of_dropped(statistics: &Statistics, warnings: &mut Messages) {
+    let message = match statistics.dropped_samples {
+        0 => return,
+        1 => "1 sample is not finite and counts as black".to_owned(),
+        count => format!("{count} samples are not finite and count as black"),
+    };
+    let mut warning = Diagnostic::new(codes::DROPPED_SAMPLES, message);
+    for NotFinite { class, method, count } in &statistics.not_finite {
+        let values =
+            if *count == 1 { "1 value that is" } else { &format!("{count} values that are") };
+        warning = warning.note(format!("`{method}` of `{class}` gave {values} not finite"));
+    }
+    warnings.push_one(warning.help(
+        "look there, textures included, for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",
+    ));
 }
 
 /// Figures of the scene and the process besides.

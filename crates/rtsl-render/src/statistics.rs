@@ -26,6 +26,8 @@ pub struct Statistics {
     pub rays_per_second: f64,
     /// Samples that were not finite and were counted as black.
     pub dropped_samples: u64,
+    /// The methods whose values were not finite.
+    pub not_finite: Vec<NotFinite>,
     /// The most memory that the process held, in bytes; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
     /// Columns and rows of the image.
@@ -48,6 +50,17 @@ pub struct Statistics {
     pub llvm: Option<String>,
     /// Whether the render was stopped before its end.
     pub cancelled: bool,
+}
+
+/// Values of a method that were not finite.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NotFinite {
+    /// The class that was called.
+    pub class: String,
+    /// Its method.
+    pub method: &'static str,
+    /// How many values.
+    pub count: u64,
 }
 
 /// Rays by kind.

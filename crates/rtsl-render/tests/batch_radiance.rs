@@ -46,7 +46,9 @@ fn compiled(text: &str, how: How) -> BatchScene {
 fn rendered(text: &str, how: How) -> BatchRendered {
     let scene = compiled(text, how);
     let options = BatchOptions { threads: Some(how.threads), ..BatchOptions::default() };
-    render(&scene, options).unwrap_or_else(|messages| fail(messages))
+    let rendered = render(&scene, options).unwrap_or_else(|messages| fail(messages));
+    assert_eq!((rendered.dropped_samples, &*rendered.not_finite), (0, [].as_slice()));
+    rendered
 }
 
 /// A scene of 16 by 16 pixels that a narrow camera sees.

@@ -219,6 +219,7 @@ diagnostics! {
     W0601 IGNORED_SETTING "a setting that has no effect here";
     W0602 UNFINISHED_PICTURE "a picture with fewer samples than it should have";
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
+    W0630 DROPPED_SAMPLES "samples that are not finite";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
     W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
 }

@@ -127,6 +127,8 @@ pub struct ChunkCall<'a> {
 
 /// Samples of lights for the points of a chunk.
 pub struct LightRows {
+    /// The lanes to which light is scattered, if nothing is in its way.
+    pub lanes: ChunkLanes,
     /// Unit vectors towards them, in world space.
     pub direction: Rows,
     /// Their distances.
@@ -142,6 +144,8 @@ pub struct LightRows {
 pub struct OnwardRows {
     /// Which of them go on.
     pub lanes: ChunkLanes,
+    /// Which of them would bring back what is not finite.
+    pub lost: ChunkLanes,
     /// The directions.
     pub direction: Rows,
     /// What radiance along the rays is multiplied with.
@@ -165,6 +169,11 @@ impl ChunkLanes {
     #[inline(always)]
     pub fn set_eight(&mut self, start: usize, bits: u8) {
         self.0[start / 8] = bits;
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(|bits| *bits == 0)
     }
 
     /// Those of the first `count` lanes.
@@ -203,6 +212,7 @@ impl Chunk {
             side: NONE,
             light_density: NONE,
             light: LightRows {
+                lanes: ChunkLanes::NONE,
                 direction: [NONE; 3],
                 distance: NONE,
                 color: [NONE; 3],
@@ -210,6 +220,7 @@ impl Chunk {
             },
             onward: OnwardRows {
                 lanes: ChunkLanes::NONE,
+                lost: ChunkLanes::NONE,
                 direction: [NONE; 3],
                 throughput: [NONE; 3],
                 density: NONE,
@@ -325,6 +336,12 @@ pub fn set(rows: &mut Rows, lane: usize, [x, y, z]: [f32; 3]) {
 #[inline(always)]
 pub fn get(rows: &Rows, lane: usize) -> [f32; 3] {
     [rows[0][lane], rows[1][lane], rows[2][lane]]
+}
+
+/// Whether all components of a vector are finite.
+#[inline(always)]
+pub fn are_finite(vector: &[f32; 3]) -> bool {
+    vector.iter().all(|component| component.is_finite())
 }
 
 /// Whose kernel is called, for messages.

@@ -10,7 +10,7 @@ use rtsl::{Kernel, Method};
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, eights_of};
 
-use super::chunk::{CHUNK, Callee, Chunk, Row, Rows, get, set};
+use super::chunk::{CHUNK, Callee, Chunk, Row, Rows, are_finite, get, set};
 use super::lights::Sky;
 use super::material::MaterialSource;
 use super::surface_group::SurfaceGroup;
@@ -33,7 +33,8 @@ impl PathTracer<'_> {
     pub fn add_emission(&self, group: &SurfaceGroup, chunk: &mut Chunk, paths: &mut [Path]) {
         if let Some(kernel) = &group.material.emission {
             self.call_material(group, Method::Emission, kernel, chunk);
-            add(chunk, paths, &[1.0; CHUNK]);
+            let lost = add(chunk, paths, &[1.0; CHUNK]);
+            self.report_lost(self.material_name(group), Method::Emission, lost);
         }
         let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
             return;
@@ -45,7 +46,25 @@ impl PathTracer<'_> {
         let Chunk { count, state, scratch, emitters: of_lanes, numbers, .. } = chunk;
         let instances = of.instances(&emitters.objects, of_lanes);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
-        add(chunk, paths, &weights);
+        let lost = add(chunk, paths, &weights);
+        self.report_lost(name, Method::Emission, lost);
+    }
+
+    /// The class whose methods the materials of a group are.
+    pub fn material_name(&self, group: &SurfaceGroup) -> &str {
+        match group.key.material.0 {
+            MaterialSource::Own => &self.scene.compiled.classes[group.key.class as usize].name,
+            MaterialSource::Class(class) => {
+                &self.scene.materials.classes[class as usize].program.class().name
+            }
+        }
+    }
+
+    /// Says how many paths a method of a class gave what is not finite.
+    pub fn report_lost(&self, class: &str, method: Method, lost: u64) {
+        if lost > 0 {
+            self.problems.report_not_finite(class, method, lost);
+        }
     }
 
     /// Calls a method of the chunk's materials.
@@ -58,17 +77,15 @@ impl PathTracer<'_> {
     ) {
         let Chunk { count, state, kept_scratch, scratch, objects, materials, numbers, .. } = chunk;
         let (source, of) = group.key.material;
+        let callee = Callee { class: self.material_name(group), method, problems: self.problems };
         match source {
             MaterialSource::Own => {
                 let class = &self.scene.compiled.classes[group.key.class as usize];
-                let callee = Callee { class: &class.name, method, problems: self.problems };
                 let instances = of.instances(&class.objects, objects);
                 callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
             }
             MaterialSource::Class(class) => {
                 let class = &self.scene.materials.classes[class as usize];
-                let name = &class.program.class().name;
-                let callee = Callee { class: name, method, problems: self.problems };
                 for array in 0..group.material_scratch {
                     scratch.words_mut(array).fill(0);
                 }
@@ -108,7 +125,8 @@ impl PathTracer<'_> {
                 let weights = self.weights_of_sky(sky, chunk);
                 dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, chunk));
                 self.call_sky(sky, Method::Emission, &sky.emission, chunk);
-                add(chunk, paths, &weights);
+                let lost = add(chunk, paths, &weights);
+                self.report_lost(&sky.program.class().name, Method::Emission, lost);
             }
         }
     }
@@ -154,6 +172,10 @@ impl PathTracer<'_> {
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
             set_weights(eight, &chunk.density, &chunk.light_density, &mut weights);
         });
+        let densities = chunk.light_density[..chunk.count].iter().zip(&mut weights);
+        let lost =
+            densities.filter(|(density, _)| density.is_nan()).map(|(_, weight)| *weight = f32::NAN);
+        self.report_lost(&sky.program.class().name, Method::EvaluatePdf, lost.count() as u64);
         weights
     }
 
@@ -188,9 +210,11 @@ fn set_weights<S: Simd>(eight: Eight<S>, density: &Row, light_density: &Row, wei
     eight.blend(is_weighed.select(weight(density, light_density), one), weights);
 }
 
-/// Adds the emission in the state, weighted, to what the paths bring back.
-fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) {
+/// Adds the emission in the state, weighted, to what the paths bring back. Returns how many paths bring back what is not
+/// finite for it, and not for their weights.
+fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) -> u64 {
     let v = variables();
+    let mut lost = 0;
     let color = [0, 1, 2].map(|channel: usize| chunk.state.floats(v.emission_color + channel));
     for lane in 0..chunk.count {
         let path = &mut paths[chunk.hits[lane].path as usize];
@@ -198,7 +222,12 @@ fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) {
         for (radiance, (throughput, color)) in path.radiance.iter_mut().zip(arriving) {
             *radiance += throughput * color[lane] * weights[lane];
         }
+        if !are_finite(&path.radiance) && !path.is_blamed {
+            path.is_blamed = true;
+            lost += u64::from(!weights[lane].is_nan());
+        }
     }
+    lost
 }
 
 impl Chunk {

@@ -11,7 +11,7 @@ use crate::memory::OutOfMemory;
 use crate::messages::Messages;
 use crate::progress::TilesDone;
 use crate::request::Renderer;
-use crate::statistics::RayCounts;
+use crate::statistics::{NotFinite, RayCounts};
 use crate::tiles::{RenderThreads, TILE};
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
@@ -69,6 +69,8 @@ pub struct BatchRendered {
     pub rays: RayCounts,
     /// Samples that were not finite.
     pub dropped_samples: u64,
+    /// The methods whose values were not finite.
+    pub not_finite: Vec<NotFinite>,
     /// The time.
     pub time: Duration,
     /// How many threads there were.
@@ -214,6 +216,7 @@ impl<'a> Job<'a> {
             mean_samples: film.mean_samples(),
             rays,
             dropped_samples: film.dropped(),
+            not_finite: problems.not_finite(),
             time,
             threads,
             cancelled,

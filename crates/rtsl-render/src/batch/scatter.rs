@@ -5,11 +5,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::Method;
 
-use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_lit, scaled};
+use crate::compiled::variables::{variables, vector};
+use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
 use crate::math::dot;
 
-use super::chunk::{CHUNK, Chunk, ChunkLanes, get};
+use super::chunk::{CHUNK, Chunk, ChunkLanes, LightRows, are_finite, get, set};
 use super::emission::weight;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
@@ -60,9 +60,10 @@ impl PathTracer<'_> {
             if let Some(evaluate) = &scattering.evaluate
                 && !self.scene.lights.is_empty()
             {
-                self.gather_light(group, evaluate, chunk, light, shadow_rays);
+                self.gather_light(group, evaluate, chunk, light, &mut wave.paths);
+                shadow_rays.extend(shadow_rays_of(chunk));
             }
-            self.choose_directions(group, scattering, chunk);
+            self.choose_directions(group, scattering, chunk, &mut wave.paths);
             if depth == 0 && self.with_features {
                 note_albedo(chunk, wave);
             }
@@ -70,14 +71,14 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Samples a light for each lane, and adds a ray towards it where the material scatters its light.
+    /// Samples a light for each lane, and finds what the material scatters of it.
     fn gather_light(
         &self,
         group: &SurfaceGroup,
         evaluate: &EvaluationKernels,
         chunk: &mut Chunk,
         light: &mut LightMemory,
-        shadow_rays: &mut Vec<ShadowRay>,
+        paths: &mut [Path],
     ) {
         self.sample_lights(chunk, light);
         let v = variables();
@@ -87,22 +88,59 @@ impl PathTracer<'_> {
         });
         self.call_material(group, Method::Bsdf, &evaluate.bsdf, chunk);
         self.call_material(group, Method::EvaluatePdf, &evaluate.density, chunk);
-        let mut lit = ChunkLanes::NONE;
+        let mut lost = ChunkLanes::NONE;
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
-            let (color, is_lit) = scattered_light(eight, chunk);
+            let Scattered { color, is_lit, is_lost } = scattered_light(eight, chunk);
+            // Until it is known whose fault it is.
+            let color = select(is_lost, &eight.vectors(&chunk.light.color), &color);
             eight.blend_vectors(&color, &mut chunk.light.color);
-            lit.set_eight(eight.start(), is_lit.to_bitmask() as u8);
+            lost.set_eight(eight.start(), is_lost.to_bitmask() as u8);
+            chunk.light.lanes.set_eight(eight.start(), (is_lit | is_lost).to_bitmask() as u8);
         });
-        shadow_rays.extend(lit.among(chunk.count).map(|lane| ShadowRay {
-            origin: get(&chunk.point, lane),
-            direction: get(&chunk.light.direction, lane),
-            distance: chunk.light.distance[lane],
-            time: chunk.time[lane],
-            color: get(&chunk.light.color, lane),
-            path: chunk.hits[lane].path,
-            key: chunk.keys[lane],
-            sample: chunk.samples[lane],
-        }));
+        self.blame(&lost, chunk, paths, |lane| self.whose_light(group, chunk, light, lane));
+        for lane in lost.among(chunk.count) {
+            // Where something is in the way of the light, it spoils nothing.
+            set(&mut chunk.light.color, lane, [f32::NAN; 3]);
+        }
+    }
+
+    /// Whose value it is that makes a lane's light not finite.
+    fn whose_light(
+        &self,
+        group: &SurfaceGroup,
+        chunk: &Chunk,
+        light: &LightMemory,
+        lane: usize,
+    ) -> (&str, Method) {
+        let v = variables();
+        let LightRows { color, direction, .. } = &chunk.light;
+        if !are_finite(&get(color, lane)) || !are_finite(&get(direction, lane)) {
+            return self.scene.lights.sampled_method(light.chosen(lane), &self.scene.materials);
+        }
+        let is_density = are_finite(&vector(&chunk.state, v.bsdf_value, lane))
+            && chunk.state.floats(v.pdf)[lane].is_nan();
+        let method = if is_density { Method::EvaluatePdf } else { Method::Bsdf };
+        (self.material_name(group), method)
+    }
+
+    /// Says whose values are not finite in what the paths of `lanes` bring back, once for each path.
+    fn blame<'a>(
+        &self,
+        lanes: &ChunkLanes,
+        chunk: &Chunk,
+        paths: &mut [Path],
+        whose: impl Fn(usize) -> (&'a str, Method),
+    ) {
+        if lanes.is_empty() {
+            return;
+        }
+        for lane in lanes.among(chunk.count) {
+            let path = &mut paths[chunk.hits[lane].path as usize];
+            if !std::mem::replace(&mut path.is_blamed, true) {
+                let (class, method) = whose(lane);
+                self.report_lost(class, method, 1);
+            }
+        }
     }
 
     /// Has the material choose a direction for each lane.
@@ -111,6 +149,7 @@ impl PathTracer<'_> {
         group: &SurfaceGroup,
         scattering: &ScatteringKernels,
         chunk: &mut Chunk,
+        paths: &mut [Path],
     ) {
         let Chunk { numbers, keys, count, state, lobe_seeds, .. } = chunk;
         let [first, second, third] = state.vectors_mut(variables().bsdf_seed);
@@ -118,9 +157,15 @@ impl PathTracer<'_> {
         third.copy_from_slice(lobe_seeds);
         self.call_material(group, Method::SampleBsdf, &scattering.sample, chunk);
         dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
-            let goes_on = take_directions(eight, chunk).to_bitmask();
-            chunk.onward.lanes.set_eight(eight.start(), goes_on as u8);
+            let (goes_on, is_lost) = take_directions(eight, chunk);
+            chunk.onward.lanes.set_eight(eight.start(), goes_on.to_bitmask() as u8);
+            chunk.onward.lost.set_eight(eight.start(), is_lost.to_bitmask() as u8);
         });
+        let name = self.material_name(group);
+        self.blame(&chunk.onward.lost, chunk, paths, |_| (name, Method::SampleBsdf));
+        for lane in chunk.onward.lost.among(chunk.count) {
+            paths[chunk.hits[lane].path as usize].radiance = [f32::NAN; 3];
+        }
         let Chunk { keys, count, onward, .. } = chunk;
         derive_keys(keys, NUMBERS_OF_NEXT_VERTEX, *count, &mut onward.keys);
     }
@@ -161,6 +206,20 @@ impl PathTracer<'_> {
     }
 }
 
+/// Rays towards the samples of lights that are lit.
+fn shadow_rays_of(chunk: &Chunk) -> impl Iterator<Item = ShadowRay> {
+    chunk.light.lanes.among(chunk.count).map(|lane| ShadowRay {
+        origin: get(&chunk.point, lane),
+        direction: get(&chunk.light.direction, lane),
+        distance: chunk.light.distance[lane],
+        time: chunk.time[lane],
+        color: get(&chunk.light.color, lane),
+        path: chunk.hits[lane].path,
+        key: chunk.keys[lane],
+        sample: chunk.samples[lane],
+    })
+}
+
 /// How much wider rays become after a unit of length that did so by `before`: at least a part of the cones that directions
 /// of this density per solid angle stand for. Mirrors keep what their rays have.
 #[inline(always)]
@@ -199,10 +258,18 @@ fn note_albedo(chunk: &Chunk, wave: &mut Wave) {
     }
 }
 
-/// The light that the material scatters of the lights' samples, and where there is any. What its
-/// directions find too, it is weighted by.
+/// What materials scatter of samples of lights.
+struct Scattered<S: Simd> {
+    color: Vectors<S>,
+    /// Where there is any.
+    is_lit: mask32x8<S>,
+    /// Where it is not finite.
+    is_lost: mask32x8<S>,
+}
+
+/// The light that the material scatters of the lights' samples. What its directions find too, it is weighted by.
 #[inline(always)]
-fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> (Vectors<S>, mask32x8<S>) {
+fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> Scattered<S> {
     let v = variables();
     let direction = eight.vectors(&chunk.light.direction);
     let (cosine, is_consistent) = cosines(eight, chunk, &direction);
@@ -211,23 +278,31 @@ fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> (Vectors<S>, mask
     let is_weighed = light_density.simd_gt(0.0);
     let part = weight(light_density, eight.load(&chunk.state, v.pdf));
     let factor = is_weighed.select(part, eight.splat(1.0)) * cosine;
-    let color = eight.vectors(&chunk.light.color);
+    let light = eight.vectors(&chunk.light.color);
     let throughput = eight.vectors(&chunk.throughput);
-    let scattered: Vectors<S> = std::array::from_fn(|channel| {
-        throughput[channel] * value[channel] * color[channel] * factor
+    let color: Vectors<S> = std::array::from_fn(|channel| {
+        throughput[channel] * value[channel] * light[channel] * factor
     });
-    let is_lit = is_lit(&scattered) & is_finite(eight, &scattered) & is_consistent;
-    (scattered, is_lit)
+    let is_finite_color = is_finite(&color);
+    // A light that is black, behind the surface or not scattered adds nothing whatever it is multiplied with.
+    let is_scattered = is_lit(&light) & is_lit(&value);
+    let counts = is_scattered & (is_consistent | !is_finite(&direction));
+    Scattered {
+        is_lit: is_lit(&color) & is_finite_color & is_consistent,
+        is_lost: counts & !is_finite_color,
+        color,
+    }
 }
 
-/// Takes the directions that the material chose; where paths go on.
+/// Takes the directions that the material chose; where paths go on, and where what they would bring back is not finite.
 #[inline(always)]
-fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> mask32x8<S> {
+fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> (mask32x8<S>, mask32x8<S>) {
     let v = variables();
     let direction = eight.load_vectors(&chunk.state, v.light_direction);
     let (cosine, is_consistent) = cosines(eight, chunk, &direction);
     let value = eight.load_vectors(&chunk.state, v.bsdf_value);
     let density = eight.load(&chunk.state, v.pdf);
+    let is_number = density.simd_eq(density);
     let has_density = density.simd_gt(0.0);
     let factor = has_density.select(cosine / density, eight.splat(1.0));
     let weight = scaled(&value, factor);
@@ -241,10 +316,11 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> mask32x8<S> {
     eight.blend_vectors(&throughput, &mut onward.throughput);
     eight.blend(density, &mut onward.density);
     eight.blend(spread, &mut onward.spread);
-    is_lit(&throughput)
-        & is_finite(eight, &throughput)
-        & is_finite(eight, &direction)
-        & is_consistent
+    let is_direction = is_finite(&direction);
+    let is_usable = is_finite(&throughput) & is_direction & is_number;
+    let goes_on = is_lit(&throughput) & is_usable & is_consistent;
+    // Black is no direction, and one to the wrong side is none either.
+    (goes_on, is_lit(&value) & !is_usable & (is_consistent | !is_direction))
 }
 
 /// The cosines between directions and the normals for shading, without sign, and whether both normals agree
@@ -259,10 +335,4 @@ fn cosines<S: Simd>(
     let geometric = dots(direction, &eight.vectors(&chunk.geometric_normal));
     let shading = dots(direction, &eight.vectors(&chunk.shading_normal));
     (shading.abs(), (geometric * shading).simd_gt(0.0))
-}
-
-#[inline(always)]
-fn is_finite<S: Simd>(eight: Eight<S>, v: &Vectors<S>) -> mask32x8<S> {
-    let limit = eight.splat(f32::INFINITY);
-    v[0].abs().simd_lt(limit) & v[1].abs().simd_lt(limit) & v[2].abs().simd_lt(limit)
 }

@@ -1,12 +1,14 @@
 //! A wave of paths on its way through the scene.
 
-use crate::acceleration::{LANES, RayPacket, lanes_of};
+use rtsl::Method;
+
+use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::problems::Problems;
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 
-use super::chunk::Chunk;
+use super::chunk::{Chunk, are_finite};
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
@@ -117,10 +119,26 @@ impl PathTracer<'_> {
                 ..Path::from_ray(rays, lane, context.streams.keys()[lane], sample)
             }));
             camera_memory.keep(camera);
+            self.give_up_by_camera(&mut wave.paths[begun as usize..], lanes);
         }
         if self.with_features {
             wave.features.resize(wave.paths.len(), PathFeatures::NONE);
         }
+    }
+
+    /// Gives up those of a sample's paths whose weights are not finite.
+    fn give_up_by_camera(&self, paths: &mut [Path], lanes: LaneMask) {
+        let mut lost = 0;
+        for lane in lanes_of(lanes) {
+            let path = &mut paths[lane];
+            if !are_finite(&path.throughput) {
+                (path.radiance, path.is_blamed) = ([f32::NAN; 3], true);
+                lost += 1;
+            }
+        }
+        let scene = &self.scene.compiled;
+        let camera = &scene.shader(&scene.camera).program.class().name;
+        self.report_lost(camera, Method::GenerateRay, lost);
     }
 
     /// Traces the shadow rays of a wave and adds what they are for.

@@ -40,6 +40,8 @@ pub struct Path {
     pub geometric_normal: [f32; 3],
     /// The one for shading.
     pub shading_normal: [f32; 3],
+    /// Whether it was said already whose values are not finite in what it brings back.
+    pub is_blamed: bool,
 }
 
 impl Path {
@@ -60,6 +62,7 @@ impl Path {
         shading_normal: [0.0, 0.0, 1.0],
         key: 0,
         sample: 0,
+        is_blamed: false,
     };
 }
 

@@ -7,6 +7,7 @@ use rtsl::{
 };
 
 use crate::acceleration::{LANES, LaneMask};
+use crate::lanes::eight::{eights, is_finite};
 use crate::lanes::mask_bits::{bits, set_bits};
 
 use super::compiled_scene::{CompiledScene, ShaderInstance};
@@ -95,6 +96,17 @@ impl CallBlocks {
     }
 }
 
+impl CallBlocks {
+    /// The lanes of `lanes` whose colour at component `first` of the state is not finite.
+    pub fn not_finite(&self, first: usize, lanes: LaneMask) -> LaneMask {
+        dispatch!(SimdLevel::new(), simd => {
+            let lost = eights(simd, lanes)
+                .map(|eight| eight.lanes(!is_finite(&eight.load_vectors(&self.state, first))));
+            lost.fold(0, |all, lost| all | lost)
+        })
+    }
+}
+
 /// A kernel, whose it is, and where its problems go.
 pub struct KernelCall<'a> {
     /// The kernel.
@@ -112,6 +124,14 @@ pub struct KernelCall<'a> {
 }
 
 impl KernelCall<'_> {
+    /// Says that the call's values for these lanes are not finite.
+    pub fn report_not_finite(&self, lanes: LaneMask) {
+        if lanes != 0 {
+            let count = u64::from(lanes.count_ones());
+            self.problems.report_not_finite(self.class, self.method, count);
+        }
+    }
+
     /// Whether the kernel reads or writes a component of the state.
     pub fn touches(&self, component: usize) -> bool {
         self.kernel.state_components().contains(component as u32)

@@ -1,24 +1,29 @@
 //! What goes wrong while rendering.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rtsl::{Diagnostic, Method, diagnostic_codes as codes};
 
 use crate::messages::Messages;
+use crate::statistics::NotFinite;
 
 use super::compiled_scene::CompiledScene;
 
-/// What went wrong while rendering: a shader ran past its budget.
+/// What went wrong while rendering: a shader ran past its budget, which ends the render; or it gave values that are not
+/// finite.
 #[derive(Debug, Default)]
 pub struct Problems {
     any: AtomicBool,
     /// Class and method.
     exhausted: Mutex<Vec<(String, Method)>>,
+    /// How many values of a class's method were not finite.
+    not_finite: Mutex<BTreeMap<(String, Method), u64>>,
 }
 
 impl Problems {
-    /// Whether there is any.
+    /// Whether there is any that ends the render.
     pub fn any(&self) -> bool {
         self.any.load(Ordering::Relaxed)
     }
@@ -40,6 +45,25 @@ impl Problems {
                 list.push(entry);
             }
         }
+    }
+}
+
+impl Problems {
+    /// A method of a class gave so many values that are not finite.
+    #[cold]
+    pub fn report_not_finite(&self, class: &str, method: Method, count: u64) {
+        if let Ok(mut counts) = self.not_finite.lock() {
+            *counts.entry((class.to_owned(), method)).or_default() += count;
+        }
+    }
+
+    /// The methods that gave values which are not finite, in a fixed order.
+    pub fn not_finite(&self) -> Vec<NotFinite> {
+        let counts = self.not_finite.lock().map(|counts| counts.clone()).unwrap_or_default();
+        let entries = counts.into_iter();
+        entries
+            .map(|((class, method), count)| NotFinite { class, method: method.name(), count })
+            .collect()
     }
 }
 

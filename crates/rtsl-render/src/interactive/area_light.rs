@@ -22,7 +22,7 @@ use crate::compiled::area_light::AreaLight;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit};
+use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit, not_finite};
 use crate::tiles::LaneContext;
 
 use super::light_samples::LightSamples;
@@ -187,6 +187,9 @@ impl Lamp<'_> {
             lit |= eight.lanes(is_lit(&color) & (sampled * seen).simd_ge(0.0));
         }
         context.streams = own.streams;
+        let lost = not_finite(&samples.color, lit);
+        call.report_not_finite(lost);
+        context.take_not_finite(lost);
         lit
     }
 }

@@ -15,7 +15,7 @@ use crate::acceleration::{LANES, LaneMask, RayPacket};
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{dots, eights_alone, is_lit};
+use crate::lanes::eight::{dots, eights_alone, is_lit, not_finite, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use crate::tiles::LaneContext;
 
@@ -81,6 +81,7 @@ impl Host for ShadingHost<'_> {
         let depth = self.depth + 1;
         let (tracer, workspace) = (self.tracer, &mut *self.workspace);
         let traced = self.spawned.radiance(tracer, workspace, &rays, lanes, &mut context, depth);
+        self.context.take_not_finite(not_finite(&traced, lanes));
         for request in requests {
             for (channel, color) in request.radiance.iter_mut().enumerate() {
                 from_packet(request.lanes, &traced[channel], color);
@@ -172,7 +173,12 @@ impl ShadingHost<'_> {
         blocks.call(&call, samples.lanes, None, self.context);
         let lit = read_samples(simd, light, &blocks.state, samples, scene.epsilon);
         let reaching = samples.within_cones(simd, lit);
-        reaching & !self.shadow(&samples.rays, reaching)
+        let reaching = reaching & !self.shadow(&samples.rays, reaching);
+        let lost =
+            not_finite(&samples.color, reaching) | not_finite(&samples.rays.direction, reaching);
+        call.report_not_finite(lost);
+        self.context.take_not_finite(lost);
+        reaching
     }
 
     /// Sets what `illumination` reads.
@@ -227,11 +233,15 @@ fn read_samples<S: Simd>(
             direction = eight.normalized_or(&world, &direction);
         }
         let color = eight.load_vectors(state, v.light_color);
+        let density = eight.load(state, v.pdf);
+        // A density that is NaN makes the sample so: nobody takes it for a delta.
+        let nan = eight.splat_vector([f32::NAN; 3]);
+        let color = select(density.simd_eq(density), &color, &nan);
         eight.blend_vectors(&direction, &mut samples.rays.direction);
         eight.blend(distance - epsilon, &mut samples.rays.limit);
         eight.blend(distance, &mut samples.distance);
         eight.blend_vectors(&color, &mut samples.color);
-        eight.blend(eight.load(state, v.pdf), &mut samples.pdf);
+        eight.blend(density, &mut samples.pdf);
         lit |= eight.lanes(is_lit(&color));
     }
     lit

@@ -14,7 +14,7 @@ use crate::compiled::work_counts::WorkCounts;
 use crate::film::{Aov, AovImage, Image};
 use crate::memory::OutOfMemory;
 use crate::messages::Messages;
-use crate::statistics::{LaneUse, RayCounts};
+use crate::statistics::{LaneUse, NotFinite, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
 
@@ -65,6 +65,8 @@ pub struct Rendered {
     pub rays: RayCounts,
     /// Samples that were not finite.
     pub dropped_samples: u64,
+    /// The methods whose values were not finite.
+    pub not_finite: Vec<NotFinite>,
     /// The time.
     pub time: Duration,
     /// How many threads there were.
@@ -227,6 +229,7 @@ impl<'a> Job<'a> {
             object_classes: self.object_classes.names,
             rays,
             dropped_samples: self.dropped.into_inner(),
+            not_finite: self.problems.not_finite(),
             time,
             threads,
             cancelled: self.stopped.into_inner(),

@@ -104,6 +104,7 @@ fn add_sky(
         let Some(call) = call else { continue };
         dispatch!(SimdLevel::new(), simd => set_directions(simd, light, rays, lanes, blocks));
         blocks.call(&call, lanes, None, context);
+        call.report_not_finite(blocks.not_finite(v.emission_color, lanes));
         add_colors(&blocks.state, v.emission_color, lanes, colors);
     }
 }
@@ -238,5 +239,7 @@ fn shade(
             blocks.call(&call, shading.lanes, None, host)
         }
     };
+    let not_finite = blocks.not_finite(result, shading.lanes);
+    call.report_not_finite(host.context.lit_by_finite(not_finite));
     add_colors(&blocks.state, result, shading.lanes, colors);
 }

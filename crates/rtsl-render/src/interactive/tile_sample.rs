@@ -1,8 +1,11 @@
 //! One sample of every pixel of a tile, and the sums of such samples: what a batch render and an
 //! interactive session have in common.
 
+use rtsl::Method;
+
 use crate::acceleration::{LANES, LaneMask, lanes_of};
 use crate::compiled::tracer::Tracer;
+use crate::lanes::eight::not_finite;
 use crate::tiles::{CameraRays, Tile, camera_rays};
 
 use super::shading::{PacketColors, ShadedRays, SpawnedRays};
@@ -30,8 +33,15 @@ pub fn sample_tile(
     let CameraRays { rays, context, weights, .. } = &mut *camera;
     workspace.rays.camera += u64::from(lanes.count_ones());
     let mut colors = ShadedRays.radiance(tracer, workspace, rays, lanes, context, 0);
+    let finite = lanes & !not_finite(&colors, lanes);
     for (channel, weights) in colors.iter_mut().zip(weights) {
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
+    }
+    let by_camera = not_finite(&colors, finite);
+    if let Some(call) =
+        tracer.scene.call(&tracer.scene.camera, Method::GenerateRay, tracer.problems)
+    {
+        call.report_not_finite(by_camera);
     }
     workspace.camera.keep(camera);
     TileSample { lanes, colors }

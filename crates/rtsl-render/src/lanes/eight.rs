@@ -6,7 +6,7 @@
 //! so that the bits are the same.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::LaneBlock;
 
 use crate::acceleration::{LaneMask, Lanes, lanes_of};
@@ -312,9 +312,23 @@ pub fn is_lit<S: Simd>(color: &Vectors<S>) -> mask32x8<S> {
     !is_dark
 }
 
+/// Whether all components of each vector are finite.
+#[inline(always)]
+pub fn is_finite<S: Simd>(v: &Vectors<S>) -> mask32x8<S> {
+    let is_finite = |x: f32x8<S>| x.abs().simd_lt(f32::INFINITY);
+    is_finite(v[0]) & is_finite(v[1]) & is_finite(v[2])
+}
+
+/// The lanes of `lanes` of which not all components are finite.
+pub fn not_finite(vectors: &LaneVectors, lanes: LaneMask) -> LaneMask {
+    dispatch!(Level::new(), simd => {
+        let lost = eights(simd, lanes).map(|eight| eight.lanes(!is_finite(&eight.vectors(vectors))));
+        lost.fold(0, |all, lost| all | lost)
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
     use proptest::prelude::*;
 
     use crate::acceleration::LANES;

@@ -108,8 +108,7 @@ fn fill<S: Simd>(
         _ => CameraNumbers::new::<ANY_COUNT>(settings, tile, sample),
     };
     let CameraRays { rays, context, weights, .. } = camera;
-    context.streams = LaneStreams::new(numbers.stream_keys, sample);
-    context.time = numbers.time;
+    context.begin(LaneStreams::new(numbers.stream_keys, sample), numbers.time);
     numbers.set(scene, &mut blocks.state);
     if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) {
         blocks.call(&call, lanes, None, context);

@@ -23,6 +23,8 @@ pub struct LaneContext {
     shading_normals: LaneVectors,
     /// The lanes whose rays met the surface from where its normal does not point.
     behind: LaneMask,
+    /// The lanes to which light came that is not finite.
+    not_finite: LaneMask,
 }
 
 impl LaneContext {
@@ -36,7 +38,23 @@ impl LaneContext {
             geometric_normals: [[0.0; LANES]; 3],
             shading_normals: [[0.0; LANES]; 3],
             behind: 0,
+            not_finite: 0,
         }
+    }
+
+    /// Begins with other rays, of these streams and times.
+    pub fn begin(&mut self, streams: LaneStreams, time: Lanes) {
+        (self.streams, self.time, self.not_finite) = (streams, time, 0);
+    }
+
+    /// Notes that light came to these lanes that is not finite. Who gave it has been told of.
+    pub fn take_not_finite(&mut self, lanes: LaneMask) {
+        self.not_finite |= lanes;
+    }
+
+    /// Those of `lanes` to which no such light came: what is not finite there is their own.
+    pub fn lit_by_finite(&self, lanes: LaneMask) -> LaneMask {
+        lanes & !self.not_finite
     }
 
     /// The context of rays that those of `lanes` spawn, of whose radiance they take so much.

@@ -128,6 +128,23 @@ impl Lights {
         self.selection.probability(entry, point)
     }
 
+    /// The class and method whose value the colour of a sample of this light is.
+    pub fn sampled_method<'a>(
+        &'a self,
+        entry: u32,
+        emitters: &'a InstanceClasses,
+    ) -> (&'a str, Method) {
+        let class = self.entries[entry as usize].class as usize;
+        match self.classes.get(class) {
+            Some(class) => (&class.program.class().name, Method::Illumination),
+            None => {
+                let (emitter, _) = self.shapes[class - self.classes.len()].emitter;
+                let program = &emitters.classes[emitter as usize].program;
+                (&program.class().name, Method::Emission)
+            }
+        }
+    }
+
     /// The entry of what a ray hit, if that is sampled.
     pub fn entry_of(&self, hit: &PathHit) -> Option<u32> {
         let first = self.first_of_object.get(&(hit.object, hit.instance))?;

@@ -122,11 +122,18 @@ impl LightMemory {
         for eight in eights_of(simd, self.lanes.count()) {
             let (own, part) = (eight.numbers(&self.density), eight.numbers(&self.part));
             let density = own * part;
-            let scale = 1.0 / own.simd_gt(0.0).select(density, part);
+            // A density that is NaN makes the sample so; it is no delta for it.
+            let is_delta = own.simd_le(0.0);
+            let scale = 1.0 / is_delta.select(part, density);
             let color = scaled(&eight.vectors(&self.color), scale);
             eight.blend_vectors(&color, &mut self.color);
             eight.blend(density, &mut self.density);
         }
+    }
+
+    /// The light that is chosen for a lane of the chunk.
+    pub fn chosen(&self, lane: usize) -> u32 {
+        self.chosen[lane]
     }
 
     /// Gives the chunk what was sampled.
