@@ -45,7 +45,8 @@ pub enum Instances<'a> {
     Many(&'a Objects, &'a LaneIndices),
     /// Objects in a row, the first with this number, a multiple of
     /// [`OBJECTS_IN_BLOCK`](rtsl_packet::abi::OBJECTS_IN_BLOCK): for the leaf shape. The ray is lane 0 of state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
-    /// other methods leave in lane `i` what they gave for the `i`th object.
+    /// other methods leave in lane `i` what they gave for the `i`th object: all that their text sets, also where that is
+    /// what the ray's lane had.
     Range(&'a Objects, u32),
 }
 

@@ -1,10 +1,36 @@
 //! Outputs that leave a place as it was are no outputs: the caller need not store what it has there.
 //!
 //! A camera that does not touch the ray's greatest distance, say, is lowered to yield what it loaded.
+//!
+//! This holds where a kernel stores to the lane that it reads. Where all lanes read what one has and store to their own,
+//! it does not: there [`restore`] makes them outputs again, so that what is stored does not depend on what the passes
+//! found out.
 
 use std::collections::HashSet;
 
-use rtsl_ir::{Function, Index, OpKind, Output, PlaceKind, Value};
+use rtsl_ir::{Function, Index, OpKind, Output, Place, PlaceKind, Value};
+
+/// A scalar of a place: an output of a function, whatever the numbers of its places are.
+pub type PlaceScalar = (Place, u32);
+
+/// The outputs of a function.
+pub fn outputs(function: &Function) -> impl Iterator<Item = PlaceScalar> {
+    function.outputs.iter().map(|it| (function.place(it.place).clone(), it.component))
+}
+
+/// Makes scalars of places outputs that yield what is in them.
+pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'a PlaceScalar>) {
+    let mut loads = Vec::new();
+    for (place, component) in scalars {
+        let (scalar, component) = (place.scalar, *component);
+        let place = function.intern_place(place.clone());
+        let load = OpKind::Load(place, Index::Constant(component));
+        let value = function.push(&mut loads, scalar, load);
+        function.outputs.push(Output { place, component });
+        function.body.yields.push(value);
+    }
+    function.body.ops.splice(0..0, loads);
+}
 
 /// Removes such outputs of state and scratch.
 pub fn run(function: &mut Function) {
@@ -45,6 +71,24 @@ mod tests {
             return scratch:f@1 = %0, scratch:f@2 = %1, member:m@0 = %2
         "#]]
         .assert_eq(&transformed(text, super::run));
+    }
+
+    #[test]
+    fn what_went_is_restored() {
+        let text = "
+            %a: f32 = load scratch:f@0 %m: f32 = load member:m@0
+            return scratch:f@0 = %a, scratch:f@1 = %m";
+        expect![[r#"
+            %1: f32 = load member:m@0
+            return scratch:f@1 = %1, scratch:f@0 = %0
+        "#]]
+        .assert_eq(&transformed(text, |function| {
+            let set: Vec<_> = super::outputs(function).collect();
+            super::run(function);
+            crate::dead::run(function);
+            let left: Vec<_> = super::outputs(function).collect();
+            super::restore(function, set.iter().filter(|it| !left.contains(it)));
+        }));
     }
 
     #[test]

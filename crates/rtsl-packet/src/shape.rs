@@ -64,6 +64,17 @@ impl Shape {
         }
     }
 
+    /// Whether a kernel stores what it sets of `place`, state or scratch, to the lane that it reads there. Where it does
+    /// not, to store what was read changes other lanes. `accepts`: the method accepts hits.
+    pub fn stores_where_it_reads(self, place: &Place, accepts: bool) -> bool {
+        match self {
+            Shape::Packet | Shape::CommonOrigin | Shape::Stream => self.varies(place, false),
+            // The lane of the one ray; in the other methods of the leaf shape, those of the objects.
+            Shape::Single => true,
+            Shape::Leaf => accepts,
+        }
+    }
+
     /// Whether there are many objects in a call.
     pub const fn has_many_objects(self) -> bool {
         match self {

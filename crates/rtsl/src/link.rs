@@ -14,6 +14,7 @@ use rtsl_ir::{
     CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Place, PlaceId,
     PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
 };
+use rtsl_opt::unchanged::PlaceScalar;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
@@ -30,6 +31,8 @@ const UNROLLED_SLOT: u32 = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Linked {
     pub function: Function,
+    /// What the method sets and leaves as it was, which optimisation has found out.
+    pub unchanged: Vec<PlaceScalar>,
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -127,7 +130,7 @@ impl Linker {
 
     fn finish(self) -> Linked {
         let warnings = self.warnings.into_iter().map(unset_warning).collect();
-        Linked { function: self.out, warnings }
+        Linked { function: self.out, unchanged: Vec::new(), warnings }
     }
 
     fn root(&mut self, tree: &ClassTree, function: &Function) -> Linking<()> {

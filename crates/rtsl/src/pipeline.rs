@@ -22,6 +22,7 @@ use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
 use rtsl_jit::{BufferEntry, CompiledCallback, CompiledKernel, OptLevel, Signature, Target};
 use rtsl_llvm::TargetFeatures;
+use rtsl_opt::unchanged::{self, PlaceScalar};
 use rtsl_packet::{DataLocation, Layout, Shape, interleave};
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
@@ -113,7 +114,10 @@ pub(crate) fn link(
 ) -> Result<Linked, Diagnostic> {
     let linked = link::link(tree, method);
     let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
+    let set: Vec<PlaceScalar> = unchanged::outputs(&linked.function).collect();
     rtsl_opt::optimize(&mut linked.function, &passes(options));
+    let left: Vec<PlaceScalar> = unchanged::outputs(&linked.function).collect();
+    linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
     Ok(linked)
 }
 

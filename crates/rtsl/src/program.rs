@@ -1,14 +1,16 @@
 //! A class linked with those it refers to, and its kernels.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Place, PlaceId, PlaceKind, Region, Value};
+use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region, Value};
 use rtsl_jit::{CompiledCallback, InstanceBlock, LaneBlock, Objects};
 use rtsl_opt::placed::PLACEMENT_SCALARS;
+use rtsl_opt::unchanged::{self, PlaceScalar};
 use rtsl_packet::description::KernelDescription;
-use rtsl_packet::{Layout, ObjectForm};
+use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
@@ -17,6 +19,7 @@ use crate::elements::ElementMaker;
 use crate::engine::{KernelRequest, Shared};
 use crate::kernel::Kernel;
 use crate::kernel_cache::KernelCache;
+use crate::link::Linked;
 use crate::options::Math;
 use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
@@ -81,6 +84,8 @@ pub struct LinkedMethod {
     pub reads_scratch: bool,
     /// Whether it sets scratch.
     pub sets_scratch: bool,
+    /// What it sets and leaves as it was.
+    unchanged: Vec<PlaceScalar>,
 }
 
 impl Program {
@@ -299,7 +304,7 @@ impl Program {
         };
         cell.get_or_init(|| {
             let linked = pipeline::link(&self.tree, method, &self.shared.options)?;
-            Ok(Arc::new(LinkedMethod::new(linked.function, linked.warnings)))
+            Ok(Arc::new(LinkedMethod::new(linked)))
         })
         .clone()
     }
@@ -377,13 +382,15 @@ impl Program {
 
     /// The function of a variant.
     pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
+        let method = method.in_shape(variant.shape);
         pipeline::specialise(&method.function, variant, &self.layout, &self.shared.options)
     }
 
     /// The variant without what makes no difference to the method, so that equal kernels are
     /// made once.
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
-        let outputs = variant.stored().of_method(method);
+        let method = method.in_shape(variant.shape);
+        let outputs = variant.stored().of_method(&method);
         let known = variant.known.of_function(&method.function, &self.layout);
         let unit_directions = variant.unit_directions
             && self.shared.options.math == Math::Fast
@@ -466,7 +473,23 @@ impl LinkedMethod {
         left.map(|(_, value)| *value).all(is_zero)
     }
 
-    fn new(function: Function, warnings: Vec<Diagnostic>) -> LinkedMethod {
+    /// The method as kernels of a shape have it: where lanes store elsewhere than they read, what it leaves as it was is
+    /// stored, too.
+    pub(crate) fn in_shape(&self, shape: Shape) -> Cow<'_, LinkedMethod> {
+        let kind = |output: &Output| self.function.place(output.place).kind;
+        let accepts = self.function.outputs.iter().any(|it| kind(it) == PlaceKind::Accepted);
+        let moves = |(place, _): &&PlaceScalar| !shape.stores_where_it_reads(place, accepts);
+        let mut moved = self.unchanged.iter().filter(moves).peekable();
+        if moved.peek().is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut function = Function::clone(&self.function);
+        unchanged::restore(&mut function, moved);
+        let (warnings, unchanged) = (self.warnings.clone(), Vec::new());
+        Cow::Owned(LinkedMethod::new(Linked { function, unchanged, warnings }))
+    }
+
+    fn new(Linked { function, unchanged, warnings }: Linked) -> LinkedMethod {
         let reads = state_places(&function, |function, place| is_loaded(&function.body, place));
         let writes = state_places(&function, |function, place| {
             function.outputs.iter().any(|output| output.place == place)
@@ -477,7 +500,7 @@ impl LinkedMethod {
         let reads_scratch =
             places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
         let function = Arc::new(function);
-        LinkedMethod { function, warnings, reads, writes, reads_scratch, sets_scratch }
+        LinkedMethod { function, warnings, reads, writes, reads_scratch, sets_scratch, unchanged }
     }
 }
 

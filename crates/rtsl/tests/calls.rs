@@ -9,8 +9,8 @@ use rtsl::host::{Host, LaneFloats, LaneSet, NoHost, RayLanes};
 use rtsl::{
     Backend, CallArguments, CallStatus, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions,
     HostArguments, HostLanes, Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask,
-    LeafArguments, LeafTest, Method, Program, Shape, Target, lookup_state, new_state,
-    state_component_count,
+    LeafArguments, LeafTest, Method, OptLevel, Outputs, Program, Shape, Target, Variant,
+    lookup_state, new_state, state_component_count,
 };
 
 use crate::common::class;
@@ -147,6 +147,55 @@ fn endless_loops_end_with_their_budget() {
             Call { class: &class, method: Method::Shade, count: 5, mask: None, host: &mut NoHost };
         let (status, _) = call(&engine, arguments);
         assert!(status.budget_exhausted);
+    }
+}
+
+/// Engines at all levels of optimisation, on both backends.
+fn engines_of_all_levels() -> Vec<Engine> {
+    let levels = [OptLevel::O0, OptLevel::O1, OptLevel::O2, OptLevel::O3];
+    let engines = levels.into_iter().flat_map(|optimization| {
+        engines(&EngineOptions { optimization, ..EngineOptions::default() })
+    });
+    engines.collect()
+}
+
+/// In the leaf shape all objects read what the ray's lane has, and each stores to its own: what a method sets is
+/// stored there, also where it is what was read.
+#[test]
+fn what_a_method_leaves_as_it_was_reaches_the_lanes_of_objects_at_every_level() {
+    let text = "class Keeps : rt_Primitive; scratch float kept; scratch float other;
+        void intersect() { hit(1.0); }
+        void computeNormal() {
+            float old = kept;
+            if (rt_HitPoint.x > 5.0) kept = old;
+            rt_GeometricNormal = vec3(1.0);
+        }";
+    let unit = Compiler::default().compile("keeps.rtsl", text).unit.expect("it compiles");
+    let instance = Instance::new(unit.class("Keeps").unwrap(), []).unwrap();
+    for engine in engines_of_all_levels() {
+        let program = engine.program(&instance);
+        let objects = program.objects([&*instance; 4]);
+        let read = Outputs::NONE.with_scratch();
+        for variant in [Variant::new(Shape::Leaf), Variant::new(Shape::Leaf).reading(read)] {
+            let kernel = program.kernel(Method::ComputeNormal, variant).unwrap();
+            let mut scratch = program.new_scratch(4);
+            for array in 0..2 {
+                scratch.floats_mut(array).copy_from_slice(&[10.0, 11.0, 12.0, 13.0]);
+            }
+            let status = kernel.call(CallArguments {
+                state: &mut new_state(4),
+                scratch: &mut scratch,
+                count: 4,
+                mask: None,
+                accepted: None,
+                instances: Instances::Range(&objects, 0),
+                host: &mut NoHost,
+            });
+            assert_eq!(status, CallStatus::default());
+            let level = engine.options().optimization;
+            assert_eq!(scratch.floats(0), [10.0; 4], "{level:?}");
+            assert_eq!(scratch.floats(1), [10.0, 11.0, 12.0, 13.0], "{level:?}");
+        }
     }
 }
 

@@ -81,6 +81,7 @@ pub(crate) fn describe_kernel(
     width: u32,
     symbol: String,
 ) -> KernelDescription {
+    let linked = linked.in_shape(variant.shape);
     let components = |variable: &&StateVariable| {
         variable.first_component..variable.first_component + variable.ty.components()
     };
