@@ -5,7 +5,8 @@
 //! once, as it always does. At its end the function then reports that the budget was used up. So
 //! the work of a call is bounded, and results up to the budget are what they are without one.
 //!
-//! Loops that other passes have removed or unrolled do not count.
+//! Loops that other passes have removed or unrolled do not count. Those passes therefore run whenever there is a budget, at
+//! every level of optimisation: whether a budget ran out is a part of the result, and the same for all.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Place, PlaceId,

@@ -50,9 +50,9 @@ pub struct Options {
     /// optimised. Results then differ from machine to machine.
     pub approximate: bool,
     /// The loop iterations of a ray in a call, at most [`budget::MAX_BUDGET`]; unlimited where
-    /// `None`.
+    /// `None`. Which loops count does not depend on `optimize`: see [`mod@budget`].
     pub budget: Option<u32>,
-    /// Run the passes that only make the function faster.
+    /// Run the passes that only make the function faster. With a budget they run whatever this says.
     pub optimize: bool,
     /// One of them, [`mod@select`]: packets want it, code of one ray does not.
     pub select: bool,
@@ -96,10 +96,11 @@ pub fn optimize(function: &mut Function, options: &Options) {
     run("promote", function, promote::run);
     run("dead", function, dead::run);
     run("weigh", function, weigh::run);
-    if options.optimize {
+    // What a budget ends, and so what such a function gives, follows from the loops that are left.
+    if options.optimize || options.budget.is_some() {
         run("fold", function, fold::run);
         run("number", function, number::run);
-        if options.approximate {
+        if options.approximate && options.optimize {
             run("approximate", function, approximate::run);
             run("number", function, number::run);
         }

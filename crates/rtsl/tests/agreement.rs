@@ -293,7 +293,7 @@ fn only(outputs: rtsl::Outputs, expected: Outputs, inputs: &Inputs, class: &Clas
 }
 
 /// Machine code and the interpreter at all levels of optimisation, for a method of the class.
-fn engines_of_all_levels() -> Vec<Engine> {
+fn engines_of_all_levels(budget: Option<u32>) -> Vec<Engine> {
     let engines = [
         (Backend::Interpreter, 1, OptLevel::O2),
         (Backend::Interpreter, 8, OptLevel::O0),
@@ -302,7 +302,10 @@ fn engines_of_all_levels() -> Vec<Engine> {
         (Backend::Jit, 8, OptLevel::O2),
         (Backend::Jit, 4, OptLevel::O3),
     ];
-    let options = engines.map(|(backend, width, level)| options(backend, width, level));
+    let options = engines.map(|(backend, width, level)| EngineOptions {
+        loop_budget: budget,
+        ..options(backend, width, level)
+    });
     options.into_iter().filter_map(engine_of).collect()
 }
 
@@ -363,7 +366,7 @@ fn without_hits(mut function: Function) -> Function {
 /// How much is optimised never shows, in lanes that store what another lane has neither.
 #[test]
 fn results_do_not_depend_on_the_level() {
-    let engines = engines_of_all_levels();
+    let engines = engines_of_all_levels(None);
     for seed in 500..506 {
         let function = seeded_function(seed, 150);
         let classes =
@@ -374,6 +377,24 @@ fn results_do_not_depend_on_the_level() {
             check_all(&engines, &inputs, &seed);
         }
     }
+}
+
+/// Where loops are cut short, and whether that is told, is the same for all engines and variants.
+#[test]
+fn budgets_run_out_for_all_alike() {
+    let mut told = [0, 0];
+    for budget in [0, 1, 4, 30] {
+        let engines = engines_of_all_levels(Some(budget));
+        let first = 600 + u64::from(budget) * 10;
+        for seed in first..first + 4 {
+            let class = class_of(seeded_function(seed, 200));
+            let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 16);
+            let inputs = Inputs::random(&class, &mut Entropy::new(&bytes));
+            let outputs = check_all(&engines, &inputs, &(seed, budget));
+            outputs.iter().for_each(|it| told[usize::from(it.budget_exhausted)] += 1);
+        }
+    }
+    assert!(told[0] > 3 && told[1] > 3, "both are tested: {told:?}");
 }
 
 /// Callers that read a part, and objects of known members.

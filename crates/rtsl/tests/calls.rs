@@ -151,12 +151,49 @@ fn endless_loops_end_with_their_budget() {
 }
 
 /// Engines at all levels of optimisation, on both backends.
-fn engines_of_all_levels() -> Vec<Engine> {
+fn engines_of_all_levels(loop_budget: Option<u32>) -> Vec<Engine> {
     let levels = [OptLevel::O0, OptLevel::O1, OptLevel::O2, OptLevel::O3];
     let engines = levels.into_iter().flat_map(|optimization| {
-        engines(&EngineOptions { optimization, ..EngineOptions::default() })
+        engines(&EngineOptions { optimization, loop_budget, ..EngineOptions::default() })
     });
     engines.collect()
+}
+
+/// A loop of a known number of rounds is unrolled, and does not count; that is so at every level.
+#[test]
+fn budgets_run_out_alike_at_every_level() {
+    let text = "class Sums : rt_Texture;
+        void lookup() {
+            float sum = 0.0;
+            for (int i = 0; i < 4; i++) sum += rt_TextureUV.x;
+            for (int i = 0; i < int(rt_TextureUV.y); i++) sum += 1.0;
+            rt_FloatTextureValue = sum;
+        }";
+    let unit = Compiler::default().compile("sums.rtsl", text).unit.expect("it compiles");
+    let instance = Instance::new(unit.class("Sums").unwrap(), []).unwrap();
+    for engine in engines_of_all_levels(Some(2)) {
+        let program = engine.program(&instance);
+        let block = program.block(&instance);
+        for (rounds, sum, exhausted) in [(1.0, 9.0, false), (2.0, 10.0, false), (9.0, 11.0, true)] {
+            for shape in [Shape::Packet, Shape::CommonOrigin, Shape::Single] {
+                let mut state = new_state(1);
+                state.floats_mut(component("rt_TextureUV"))[0] = 2.0;
+                state.floats_mut(component("rt_TextureUV") + 1)[0] = rounds;
+                let status = program.kernel(Method::Lookup, shape).unwrap().call(CallArguments {
+                    state: &mut state,
+                    scratch: &mut program.new_scratch(1),
+                    count: 1,
+                    mask: None,
+                    accepted: None,
+                    instances: Instances::One(&block),
+                    host: &mut NoHost,
+                });
+                let found = state.floats(component("rt_FloatTextureValue"))[0];
+                let level = engine.options().optimization;
+                assert_eq!((found, status.budget_exhausted), (sum, exhausted), "{level:?}");
+            }
+        }
+    }
 }
 
 /// In the leaf shape all objects read what the ray's lane has, and each stores to its own: what a method sets is
@@ -172,7 +209,7 @@ fn what_a_method_leaves_as_it_was_reaches_the_lanes_of_objects_at_every_level() 
         }";
     let unit = Compiler::default().compile("keeps.rtsl", text).unit.expect("it compiles");
     let instance = Instance::new(unit.class("Keeps").unwrap(), []).unwrap();
-    for engine in engines_of_all_levels() {
+    for engine in engines_of_all_levels(None) {
         let program = engine.program(&instance);
         let objects = program.objects([&*instance; 4]);
         let read = Outputs::NONE.with_scratch();
