@@ -161,6 +161,23 @@ fn large_values_are_refused() {
     assert_eq!(codes(&(text + "void lookup() { }")), ["E0404"]);
 }
 
+/// Of an array that nothing but its size is asked of nothing is kept, so that the limits on variables do not count.
+#[test]
+fn sizes_of_large_arrays_are_known() {
+    let text = method(
+        "float a[40][40][40]; mat4 b[900][70]; float c[300][300];
+        rt_FloatTextureValue = float(a.length() * a[0].length() + b[0].length() + c[1].length());
+        float d[b[0].length() - 60]; d[0] = 1.0; rt_FloatTextureValue += d[0];",
+    );
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
+    let text = "struct A { vec4 m[512][512]; };\nconst int N = A[1](A(vec4[512][512](".to_owned();
+    let row = format!("vec4[512]({})", vec!["vec4(1)"; 512].join(", "));
+    let rows = vec!["r"; 512].join(", ");
+    let text = format!("const vec4 r[512] = {row};\n{text}{rows}))).length();\n");
+    let text = text + &method("rt_FloatTextureValue = float(N);");
+    assert_eq!(lowered_on_small_stack(text), [""; 0]);
+}
+
 #[test]
 fn large_tables_used_often_are_shared() {
     let mut text =

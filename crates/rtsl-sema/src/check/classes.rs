@@ -19,7 +19,7 @@ use crate::hir::{
 };
 
 /// The most scalars that the members of one class may come to.
-const MAX_CLASS_LEAVES: u32 = 1 << 18;
+const MAX_CLASS_LEAVES: u32 = 1 << 22;
 
 /// A class of the unit.
 #[derive(Debug)]

@@ -17,7 +17,7 @@ use crate::hir::{
     Module, Passing, Statement, StatementKind, StepOperator, SwitchCase, Type, UnaryOperator,
 };
 
-/// How many operations one constant expression may take.
+/// How many operations one constant expression may take, those not counted that the text spells out.
 const EXPRESSION_FUEL: u32 = 200_000;
 
 /// How many operations all constant expressions of a unit may take.
@@ -47,6 +47,8 @@ pub(super) struct Evaluator<'m> {
     callable: usize,
     fuel: u32,
     calls: bool,
+    /// Calls around what is evaluated.
+    depth: u32,
 }
 
 /// The locals of the function being evaluated; none outside of functions.
@@ -108,7 +110,8 @@ impl<'m> Evaluator<'m> {
         callable: usize,
         fuel: u32,
     ) -> Self {
-        Evaluator { module, structs, callable, fuel: fuel.min(EXPRESSION_FUEL), calls: true }
+        let fuel = fuel.min(EXPRESSION_FUEL);
+        Evaluator { module, structs, callable, fuel, calls: true, depth: 0 }
     }
 
     /// Takes calls of functions as not constant: where no constant is asked for, the effort is
@@ -134,6 +137,12 @@ impl<'m> Evaluator<'m> {
         }
     }
 
+    /// Spends what a part of the expression costs that is there once: nothing outside of functions, where all that
+    /// is evaluated stands in the text.
+    fn spend_in_function(&mut self, span: Span, amount: usize) -> Evaluated<()> {
+        if self.depth == 0 { Ok(()) } else { self.spend(span, amount) }
+    }
+
     fn zero(&self, ty: &Type) -> Value {
         match ty {
             Type::Struct(id) => {
@@ -153,10 +162,13 @@ impl<'m> Evaluator<'m> {
 
     fn expression(&mut self, expression: &Expression, frame: &mut Frame) -> Evaluated<Value> {
         let (ty, span) = (&expression.ty, expression.span);
-        self.spend(span, 1)?;
+        self.spend_in_function(span, 1)?;
         match &expression.kind {
             ExpressionKind::Constant(values) => {
-                self.spend(span, values.len())?;
+                // Others may be named constants, of any size.
+                if values.len() > 1 {
+                    self.spend(span, values.len())?;
+                }
                 Ok(values.to_vec())
             }
             ExpressionKind::Local(_)
@@ -300,7 +312,7 @@ impl<'m> Evaluator<'m> {
         for argument in arguments {
             leaves.extend(self.expression(argument, frame)?);
         }
-        self.spend(span, leaves.len())?;
+        self.spend_in_function(span, leaves.len())?;
         let Some(scalar) = component_scalar(ty) else { return Ok(leaves) };
         let leaves: Value = leaves.into_iter().map(|each| converted(each, scalar)).collect();
         let count = leaf_count(self.structs, ty) as usize;
@@ -336,7 +348,7 @@ impl<'m> Evaluator<'m> {
         let (first, links) = expression.chain();
         let mut value = self.expression(first, frame)?;
         for link in links {
-            self.spend(link.span, 1)?;
+            self.spend_in_function(link.span, 1)?;
             value = match &link.kind {
                 ExpressionKind::Binary(operator, left, right) => {
                     let other = self.expression(right, frame)?;
@@ -440,7 +452,9 @@ impl<'m> Evaluator<'m> {
         }
         let result = self.zero(&function.result);
         let mut frame = Frame { locals, result };
+        self.depth += 1;
         self.statements(&function.body, &mut frame)?;
+        self.depth -= 1;
         Ok((frame.result, frame.locals))
     }
 

@@ -15,7 +15,7 @@ use super::suggestions::suggest;
 use crate::hir::{StructId, Type};
 
 /// The most scalars that a value may have.
-pub(super) const MAX_LEAVES: u32 = 65_536;
+pub(super) const MAX_LEAVES: u32 = 1 << 20;
 
 /// The deepest nesting of arrays and structs in a type.
 const MAX_TYPE_DEPTH: u32 = 16;

@@ -135,8 +135,13 @@ impl<'m> Maker<'m> {
             }
         }
         let scalars = places.iter().map(|place| u64::from(place.len)).sum();
-        if kind != PlaceKind::Buffer && scalars > limits::SCALARS_OF_AN_INSTANCE {
-            return Err(limits::too_many_members(self.class.span, kind.name(), scalars));
+        let allowed = match kind {
+            PlaceKind::Buffer => u64::MAX,
+            PlaceKind::Scratch => limits::SCALARS_OF_SCRATCH,
+            _ => limits::SCALARS_OF_AN_INSTANCE,
+        };
+        if scalars > allowed {
+            return Err(limits::too_many_members(self.class.span, kind.name(), scalars, allowed));
         }
         Ok(places)
     }

@@ -28,6 +28,8 @@ pub(super) struct Facts {
     pub writes: BTreeSet<Root>,
     /// Its parameters and variables that it writes; declarations do not count.
     pub written_locals: BTreeSet<LocalId>,
+    /// Its parameters and variables that an expression names; of the others at most the size counts.
+    pub named_locals: BTreeSet<LocalId>,
     /// Its own variables, and members in it and all that it calls, that are indexed
     /// dynamically so that they want memory.
     pub indexed: BTreeSet<Root>,
@@ -105,6 +107,9 @@ impl FactTable {
             }
             if let Node::Expression(expression) = node {
                 facts.indexed.extend(indexed_root(expression));
+                if let ExpressionKind::Local(local) = expression.kind {
+                    facts.named_locals.insert(local);
+                }
             }
         });
         facts.precise = self.precise_locals(module, id);

@@ -25,10 +25,13 @@ pub(super) fn nested_visits() -> u32 {
 }
 
 /// Scalars of one type.
-pub(super) const SCALARS_OF_A_TYPE: u64 = 65_536;
+pub(super) const SCALARS_OF_A_TYPE: u64 = 1 << 20;
 
-/// Scalars of all members of a kind of one class.
-pub(super) const SCALARS_OF_AN_INSTANCE: u64 = 65_536;
+/// Scalars of the data of an instance: its members, and the tables of constants that its class indexes.
+pub(super) const SCALARS_OF_AN_INSTANCE: u64 = 1 << 20;
+
+/// Scalars of the scratch of one ray and object.
+pub(super) const SCALARS_OF_SCRATCH: u64 = 65_536;
 
 /// Scalars of all arrays with dynamic indices that live at the same time in a function: they are on the
 /// stack, for all rays of a packet.
@@ -44,11 +47,16 @@ pub(super) fn too_large(span: Span, scalars: u64) -> Box<Diagnostic> {
     )
 }
 
-pub(super) fn too_many_members(span: Span, kind: &str, scalars: u64) -> Box<Diagnostic> {
+pub(super) fn too_many_members(
+    span: Span,
+    kind: &str,
+    scalars: u64,
+    allowed: u64,
+) -> Box<Diagnostic> {
     Box::new(
         Diagnostic::new(
             diagnostic_codes::TOO_MUCH_DATA,
-            format!("{scalars} scalars of {kind}, where {SCALARS_OF_AN_INSTANCE} are allowed"),
+            format!("{scalars} scalars of {kind}, where {allowed} are allowed"),
         )
         .at(span, "this class is too large")
         .help("a buffer, `float table[]`, takes data of any size"),

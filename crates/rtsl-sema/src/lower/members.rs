@@ -32,8 +32,11 @@ pub(super) struct ConstantTable {
 impl ConstantTables {
     /// The name of the table with these values.
     fn intern(&mut self, ty: &Type, values: &Arc<[Constant]>) -> String {
-        let same = |table: &&ConstantTable| table.ty == *ty && table.values == *values;
-        if let Some(table) = self.tables.iter().find(same) {
+        // A constant that the text names is one and the same each time, and may be large.
+        let known = |table: &&ConstantTable| Arc::ptr_eq(&table.values, values) && table.ty == *ty;
+        let same = |table: &&ConstantTable| table.values == *values && table.ty == *ty;
+        let tables = &self.tables;
+        if let Some(table) = tables.iter().find(known).or_else(|| tables.iter().find(same)) {
             return table.name.clone();
         }
         let name = format!("table__{}", self.tables.len());

@@ -165,6 +165,10 @@ impl<'m> Lowering<'m> {
         value: Option<&'m Expression>,
         statement: &Statement,
     ) -> Lowered<()> {
+        let function = self.frame.id.filter(|_| value.is_none());
+        if function.is_some_and(|id| !self.facts.of(id).named_locals.contains(&local)) {
+            return Ok(());
+        }
         if let Some(table) = self.table_for(local, value)? {
             self.frame.locals[local.0 as usize] = Some(table);
             return Ok(());

@@ -70,8 +70,15 @@ fn deep_but_allowed_nesting_fits_the_stack() {
 
 #[test]
 fn large_members() {
-    let text = "class T : rt_Texture; private float a[60000]; private float b[60000];
+    let text = "class T : rt_Texture; private float a[600000]; private float b[600000];
         void lookup() { rt_FloatTextureValue = a[1] + b[2]; }";
+    check(text, "E0453");
+}
+
+#[test]
+fn large_scratch() {
+    let text = "class T : rt_Texture; scratch float a[40000]; scratch float b[40000];
+        void lookup() { rt_FloatTextureValue = a[3] + b[4]; }";
     check(text, "E0453");
 }
 
