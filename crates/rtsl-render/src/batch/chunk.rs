@@ -61,6 +61,8 @@ pub struct Chunk {
     pub samples: [u32; CHUNK],
     /// The points that were hit, in world space.
     pub point: Rows,
+    /// How far off them rays begin that leave the surfaces.
+    pub offset: Row,
     /// The surfaces' normals, of unit length, in world space.
     pub geometric_normal: Rows,
     /// The normals for shading.
@@ -131,7 +133,9 @@ pub struct LightRows {
     pub lanes: ChunkLanes,
     /// Unit vectors towards them, in world space.
     pub direction: Rows,
-    /// Their distances.
+    /// Where rays towards them begin: off the surfaces.
+    pub origin: Rows,
+    /// Where those rays end, if nothing lies between.
     pub distance: Row,
     /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, that of choosing the light
     /// included. Black where there is no sample. In the end what the surfaces scatter of it along the paths.
@@ -148,6 +152,8 @@ pub struct OnwardRows {
     pub lost: ChunkLanes,
     /// The directions.
     pub direction: Rows,
+    /// Where their rays begin: off the surfaces.
+    pub origin: Rows,
     /// What radiance along the rays is multiplied with.
     pub throughput: Rows,
     /// The densities of the directions; 0 for deltas.
@@ -207,6 +213,7 @@ impl Chunk {
             keys: [0; CHUNK],
             samples: [0; CHUNK],
             point: [NONE; 3],
+            offset: NONE,
             geometric_normal: [NONE; 3],
             shading_normal: [NONE; 3],
             side: NONE,
@@ -214,6 +221,7 @@ impl Chunk {
             light: LightRows {
                 lanes: ChunkLanes::NONE,
                 direction: [NONE; 3],
+                origin: [NONE; 3],
                 distance: NONE,
                 color: [NONE; 3],
                 density: NONE,
@@ -222,6 +230,7 @@ impl Chunk {
                 lanes: ChunkLanes::NONE,
                 lost: ChunkLanes::NONE,
                 direction: [NONE; 3],
+                origin: [NONE; 3],
                 throughput: [NONE; 3],
                 density: NONE,
                 spread: NONE,

@@ -6,7 +6,9 @@ use fearless_simd::{Simd, f32x8};
 use crate::compiled::CompiledScene;
 use crate::compiled::compiled_scene::Object;
 use crate::lanes::eight::{Eight, Vectors, scaled};
+use crate::lanes::fours::fours;
 use crate::lanes::lane_maps::LaneMaps;
+use crate::lanes::surface_offset::sums;
 use crate::math::Affine;
 
 use super::chunk::{CHUNK, Row};
@@ -103,6 +105,48 @@ impl<'a> Places<'a> {
             Some(object) => LaneMaps::same(eight, &object.forward),
             None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).forward),
         }
+    }
+
+    /// The sizes of what points on the objects come from, in the world, given those of the rays that find them: on the way to the objects'
+    /// spaces, and back.
+    #[inline(always)]
+    pub fn sizes_of_points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        lanes: Whereabouts<'_>,
+        of_rays: &Vectors<S>,
+    ) -> Vectors<S> {
+        let (hits, _) = lanes;
+        let [x, y, z, _] = fours(eight.simd(), |lane| {
+            let PathHit { object, element, .. } = hits[eight.start() + lane];
+            let [x, y, z] = self.scene.extents.lengths(object, element);
+            [x, y, z, 0.0]
+        });
+        let extents = [x, y, z];
+        if self.is_in_world {
+            return self.sizes_in_group(eight, lanes, &sums(of_rays, &extents));
+        }
+        let in_group = self.group_inverses(eight, lanes).of_sizes().points(of_rays);
+        let in_group = self.sizes_in_group(eight, lanes, &sums(&in_group, &extents));
+        sums(of_rays, &self.group_maps(eight, lanes).of_sizes().vectors(&in_group))
+    }
+
+    /// The sizes of what comes from numbers of these sizes in the objects' spaces, and of these.
+    #[inline(always)]
+    fn sizes_in_group<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        (hits, _): Whereabouts<'_>,
+        sizes: &Vectors<S>,
+    ) -> Vectors<S> {
+        if !self.is_placed {
+            return *sizes;
+        }
+        let maps = match self.object {
+            Some(object) => LaneMaps::same(eight, &object.sizes),
+            None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).sizes),
+        };
+        sums(sizes, &maps.points(sizes))
     }
 
     /// Points of the world in the objects' spaces.

@@ -7,6 +7,7 @@ use rtsl::Method;
 
 use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
+use crate::lanes::surface_offset::off_surfaces;
 use crate::math::dot;
 
 use super::chunk::{CHUNK, Chunk, ChunkLanes, LightRows, are_finite, get, set};
@@ -94,6 +95,8 @@ impl PathTracer<'_> {
             // Until it is known whose fault it is.
             let color = select(is_lost, &eight.vectors(&chunk.light.color), &color);
             eight.blend_vectors(&color, &mut chunk.light.color);
+            let origin = origins(eight, chunk, &eight.vectors(&chunk.light.direction));
+            eight.blend_vectors(&origin, &mut chunk.light.origin);
             lost.set_eight(eight.start(), is_lost.to_bitmask() as u8);
             chunk.light.lanes.set_eight(eight.start(), (is_lit | is_lost).to_bitmask() as u8);
         });
@@ -189,7 +192,7 @@ impl PathTracer<'_> {
             }
             let side = chunk.side[lane];
             let seen = |normal: [f32; 3]| normal.map(|component| component * side);
-            path.origin = get(&chunk.point, lane);
+            path.origin = get(&onward.origin, lane);
             path.direction = get(&onward.direction, lane);
             path.epsilon = scene.epsilon;
             path.distance = f32::INFINITY;
@@ -209,7 +212,7 @@ impl PathTracer<'_> {
 /// Rays towards the samples of lights that are lit.
 fn shadow_rays_of(chunk: &Chunk) -> impl Iterator<Item = ShadowRay> {
     chunk.light.lanes.among(chunk.count).map(|lane| ShadowRay {
-        origin: get(&chunk.point, lane),
+        origin: get(&chunk.light.origin, lane),
         direction: get(&chunk.light.direction, lane),
         distance: chunk.light.distance[lane],
         time: chunk.time[lane],
@@ -311,8 +314,10 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> (mask32x8<S>,
         std::array::from_fn(|channel| throughput[channel] * weight[channel]);
     let density = has_density.select(density, eight.splat(0.0));
     let spread = spreads(eight, eight.numbers(&chunk.spread), density);
+    let origin = origins(eight, chunk, &direction);
     let onward = &mut chunk.onward;
     eight.blend_vectors(&direction, &mut onward.direction);
+    eight.blend_vectors(&origin, &mut onward.origin);
     eight.blend_vectors(&throughput, &mut onward.throughput);
     eight.blend(density, &mut onward.density);
     eight.blend(spread, &mut onward.spread);
@@ -321,6 +326,13 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> (mask32x8<S>,
     let goes_on = is_lit(&throughput) & is_usable & is_consistent;
     // Black is no direction, and one to the wrong side is none either.
     (goes_on, is_lit(&value) & !is_usable & (is_consistent | !is_direction))
+}
+
+/// Where rays begin that leave the surfaces in these directions.
+#[inline(always)]
+fn origins<S: Simd>(eight: Eight<S>, chunk: &Chunk, direction: &Vectors<S>) -> Vectors<S> {
+    let (point, normal) = (eight.vectors(&chunk.point), eight.vectors(&chunk.geometric_normal));
+    off_surfaces(&point, &normal, direction, eight.numbers(&chunk.offset))
 }
 
 /// The cosines between directions and the normals for shading, without sign, and whether both normals agree

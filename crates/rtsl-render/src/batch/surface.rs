@@ -7,6 +7,7 @@ use rtsl::{Kernel, Method};
 
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, dots, eights_of, points_on_rays};
+use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
 use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
@@ -170,7 +171,8 @@ impl<'a> ChunkSurfaces<'a> {
         for eight in eights_of(simd, chunk.count) {
             let (origin, direction) =
                 (eight.vectors(&chunk.origin), eight.vectors(&chunk.direction));
-            let point = points_on_rays(&origin, &direction, eight.numbers(&chunk.distance));
+            let distance = eight.numbers(&chunk.distance);
+            let point = points_on_rays(&origin, &direction, distance);
             eight.blend_vectors(&point, &mut chunk.point);
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
             let geometric = eight.load_vectors(&chunk.state, v.geometric_normal);
@@ -179,6 +181,9 @@ impl<'a> ChunkSurfaces<'a> {
                 self.places.normals(eight, chunk.whereabouts(), [geometric, shading]);
             let geometric = eight.normalized_or(&geometric, &up);
             let shading = eight.normalized_or(&shading, &geometric);
+            let sizes = sizes_on_rays(&origin, &direction, distance);
+            let sizes = self.places.sizes_of_points(eight, chunk.whereabouts(), &sizes);
+            eight.blend(surface_offsets(eight, &geometric, &sizes), &mut chunk.offset);
             let is_behind = dots(&direction, &geometric).simd_gt(0.0);
             eight.blend(is_behind.select(eight.splat(-1.0), eight.splat(1.0)), &mut chunk.side);
             eight.blend_vectors(&geometric, &mut chunk.geometric_normal);

@@ -18,6 +18,7 @@ use crate::scene::{Scene, SceneObject, Settings};
 
 use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
+use super::extents::Extents;
 use super::object_class::ObjectClass;
 use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::Placement;
@@ -42,6 +43,8 @@ pub struct Object {
     pub forward: Affine,
     /// From its group's space to its own.
     pub inverse: Affine,
+    /// From sizes of its group's space to those of what its own space makes of them, back in its group's.
+    pub sizes: Affine,
     /// How much larger a volume of its own space is in its group's; positive.
     pub volume_scale: f32,
     /// The index of its material; `None` where the shape is its own.
@@ -115,7 +118,12 @@ pub struct CompiledScene {
     /// From a group's space to the world's, for the instances of the geometry; of those that move, when
     /// the shutter opens.
     pub instance_transforms: Vec<Affine>,
-    /// The least distance of a hit.
+    /// How long the boxes of its objects are.
+    pub extents: Arc<Extents>,
+    /// What `camera_epsilon` gives where the scene's settings say nothing.
+    usual_camera_epsilon: f32,
+    /// The least distance of the hits of all other rays: these begin off the surfaces that they leave, so that it is 0 unless
+    /// the scene wants more.
     pub epsilon: f32,
     /// The greatest number of scratch arrays of a shader.
     pub scratch_arrays: usize,
@@ -269,6 +277,11 @@ impl CompiledScene {
         Ok(compiled)
     }
 
+    /// The least distance of a camera ray's hit, unless the camera says otherwise.
+    pub fn camera_epsilon(&self) -> f32 {
+        self.settings.epsilon.unwrap_or(self.usual_camera_epsilon)
+    }
+
     /// The shader of an instance.
     pub fn shader(&self, instance: &ShaderInstance) -> &Shader {
         &self.shaders[instance.shader]
@@ -324,15 +337,18 @@ impl Builder<'_> {
     fn build(&self, scene: Scene, shapes: &Shapes<'_>) -> Result<CompiledScene, Diagnostic> {
         let objects: Vec<Object> = scene.objects.iter().map(|it| self.object(it)).collect();
         let placed = PlacedObjects::new(&scene, &objects);
-        let (geometry, epsilon) = match shapes {
-            Shapes::Same(earlier) => (earlier.geometry.clone(), earlier.epsilon),
+        let (geometry, extents, usual_camera_epsilon) = match shapes {
+            Shapes::Same(earlier) => {
+                (earlier.geometry.clone(), earlier.extents.clone(), earlier.usual_camera_epsilon)
+            }
             Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {
                 // The compiler works while the trees are built.
                 scope.spawn(|| placed.prepare_classes(&scene, &objects, self.shaders));
                 let bounds = self.bounds(&scene)?;
-                let epsilon =
-                    scene.settings.epsilon.unwrap_or_else(|| epsilon(&scene.objects, &bounds));
-                Ok((Arc::new(placed.geometry(&bounds, shapes.earlier())), epsilon))
+                let camera_epsilon = usual_camera_epsilon(&scene.objects, &bounds);
+                let extents = Arc::new(Extents::new(&bounds));
+                let geometry = placed.geometry(&bounds, shapes.earlier());
+                Ok((Arc::new(geometry), extents, camera_epsilon))
             })?,
         };
         let classes = placed.classes(&geometry, &scene, &objects, self.shaders)?;
@@ -340,7 +356,9 @@ impl Builder<'_> {
         let scratch = self.shaders.iter().map(|it| it.program.layout().scratch_arrays as usize);
         let area_lights = self.area_lights(&scene, &items);
         Ok(CompiledScene {
-            epsilon,
+            usual_camera_epsilon,
+            epsilon: scene.settings.epsilon.unwrap_or(0.0),
+            extents,
             settings: scene.settings.clone(),
             shaders: Vec::new(),
             camera: self.table.instance(&scene.camera),
@@ -411,10 +429,13 @@ impl Builder<'_> {
     }
 
     fn object(&self, object: &SceneObject) -> Object {
+        let forward = object.fixed_transform().affine();
+        let inverse = inverse(object.fixed_transform());
         Object {
             primitive: self.table.instance(&object.primitive),
-            forward: object.fixed_transform().affine(),
-            inverse: inverse(object.fixed_transform()),
+            forward,
+            inverse,
+            sizes: forward.of_sizes().after(&inverse.of_sizes()),
             volume_scale: object.fixed_transform().volume_scale() as f32,
             material: (!is_own_material(object)).then_some(object.material),
             emitter: object.emitter,
@@ -464,10 +485,10 @@ pub fn inverse(transform: Transform) -> Affine {
     transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
 }
 
-/// The least distance of a hit: 1e-4 of the scene's scale. The scale is the median diagonal of
-/// the objects' boxes, so that one large floor does not blur small things; but at least a hundredth
-/// of the diagonal of all, so that a fine mesh does not fall below the rounding of coordinates.
-fn epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
+/// The least distance of a camera ray's hit: 1e-4 of the scene's scale. The scale is the median diagonal of
+/// the objects' boxes, so that one large floor does not hide small things near the camera; but at least a hundredth
+/// of the diagonal of all.
+fn usual_camera_epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
     let placed = objects.iter().zip(own_bounds).flat_map(|(object, bounds)| {
         let bounds = bounds.iter().flatten();
         bounds.filter_map(|own| match object.motion {

@@ -5,6 +5,7 @@ pub(crate) mod area_light;
 mod bounds;
 pub(crate) mod calls;
 pub(crate) mod compiled_scene;
+pub(crate) mod extents;
 mod intersection;
 pub(crate) mod object_class;
 pub(crate) mod object_class_numbers;

@@ -58,6 +58,37 @@ impl<'a> Placement<'a> {
         }
     }
 
+    /// The sizes of what points of these sizes become in the group's space.
+    #[inline(always)]
+    pub fn sizes_to_group<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        sizes: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.point(&self.instance.inverse.of_sizes(), sizes),
+            Some(motion) => eight
+                .each(sizes, |lane, sizes| motion.inverse_at(time[lane]).of_sizes().point(sizes)),
+        }
+    }
+
+    /// The sizes of what vectors of these sizes of the group's space become in the world's.
+    #[inline(always)]
+    pub fn sizes_to_world<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        sizes: &Vectors<S>,
+        time: &Lanes,
+    ) -> Vectors<S> {
+        match &self.instance.motion {
+            None => eight.vector(&self.forward.of_sizes(), sizes),
+            Some(motion) => {
+                eight.each(sizes, |lane, sizes| motion.map_at(time[lane]).of_sizes().vector(sizes))
+            }
+        }
+    }
+
     /// Vectors of the group's space in the world's, each at its time.
     #[inline(always)]
     pub fn vectors_to_world<S: Simd>(

@@ -17,7 +17,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
 
-use crate::acceleration::{Hits, LANES, LaneMask, lanes_of};
+use crate::acceleration::{Hits, LANES, LaneMask, Lanes, lanes_of};
 use crate::compiled::area_light::AreaLight;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::tracer::Tracer;
@@ -68,8 +68,9 @@ impl Lamp<'_> {
             return 0;
         }
         workspace.rays.shadow += u64::from(reaching.count_ones());
+        context.leave_surfaces(&mut samples.rays, reaching);
         let hits = self.tracer.nearest(&mut workspace.search, &samples.rays, reaching);
-        let found = self.found(&hits, samples, reaching);
+        let found = self.found(&hits, samples, context.offsets(), reaching);
         if found == 0 {
             return 0;
         }
@@ -126,7 +127,8 @@ impl Lamp<'_> {
             let nowhere = eight.splat_vector([0.0; 3]);
             eight.blend_vectors(&eight.normalized_or(&way, &nowhere), &mut samples.rays.direction);
             eight.blend(distance, &mut samples.distance);
-            eight.blend(distance * (1.0 + TOLERANCE), &mut samples.rays.limit);
+            let offset = eight.numbers(context.offsets());
+            eight.blend(distance * (1.0 + TOLERANCE) + offset, &mut samples.rays.limit);
             eight.blend(dots(&local_way, &local_way), &mut local_squares);
         }
         let density = state.floats(v.pdf);
@@ -145,10 +147,16 @@ impl Lamp<'_> {
     }
 
     /// The lanes whose rays found the light itself, at the sample's distance.
-    fn found(&self, hits: &Hits, samples: &LightSamples, lanes: LaneMask) -> LaneMask {
+    fn found(
+        &self,
+        hits: &Hits,
+        samples: &LightSamples,
+        offsets: &Lanes,
+        lanes: LaneMask,
+    ) -> LaneMask {
         let is_found = |lane: &usize| {
-            hits.id[*lane] == self.light.id
-                && hits.distance[*lane] >= samples.distance[*lane] * (1.0 - TOLERANCE)
+            let least = samples.distance[*lane] * (1.0 - TOLERANCE) - offsets[*lane];
+            hits.id[*lane] == self.light.id && hits.distance[*lane] >= least
         };
         lanes_of(lanes).filter(is_found).fold(0, |found, lane| found | 1 << lane)
     }

@@ -11,12 +11,13 @@ use rtsl::host::{
 };
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, RayPacket};
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{dots, eights_alone, is_lit, not_finite, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
+use crate::lanes::surface_offset::distance_to_light;
 use crate::tiles::LaneContext;
 
 use super::area_light::sample;
@@ -142,6 +143,7 @@ impl ShadingHost<'_> {
             }
             to_packet(lanes, &rays.limit, &mut packet.limit);
         }
+        self.context.leave_surfaces(&mut packet, asking);
         (packet, asking)
     }
 
@@ -171,8 +173,9 @@ impl ShadingHost<'_> {
         self.set_points(simd, light, samples, reads_normals);
         let blocks = &mut self.workspace.light;
         blocks.call(&call, samples.lanes, None, self.context);
-        let lit = read_samples(simd, light, &blocks.state, samples, scene.epsilon);
+        let lit = read_samples(simd, light, &blocks.state, samples, self.context.offsets());
         let reaching = samples.within_cones(simd, lit);
+        self.context.leave_surfaces(&mut samples.rays, reaching);
         let reaching = reaching & !self.shadow(&samples.rays, reaching);
         let lost =
             not_finite(&samples.color, reaching) | not_finite(&samples.rays.direction, reaching);
@@ -219,7 +222,7 @@ fn read_samples<S: Simd>(
     light: &Light,
     state: &LaneBlock,
     samples: &mut LightSamples,
-    epsilon: f32,
+    offsets: &Lanes,
 ) -> LaneMask {
     let v = variables();
     let is_placed = !light.forward.is_identity();
@@ -238,7 +241,8 @@ fn read_samples<S: Simd>(
         let nan = eight.splat_vector([f32::NAN; 3]);
         let color = select(density.simd_eq(density), &color, &nan);
         eight.blend_vectors(&direction, &mut samples.rays.direction);
-        eight.blend(distance - epsilon, &mut samples.rays.limit);
+        let limit = distance_to_light(eight, distance, eight.numbers(offsets));
+        eight.blend(limit, &mut samples.rays.limit);
         eight.blend(distance, &mut samples.distance);
         eight.blend_vectors(&color, &mut samples.color);
         eight.blend(density, &mut samples.pdf);

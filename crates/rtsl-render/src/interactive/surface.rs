@@ -4,7 +4,7 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
-use crate::acceleration::{HitId, Hits, LaneMask, RayPacket, lanes_of};
+use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::calls::KernelCall;
 use crate::compiled::compiled_scene::{CompiledScene, Object};
 use crate::compiled::object_class::ObjectClass;
@@ -13,7 +13,8 @@ use crate::compiled::placement::Placement;
 use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
+use crate::lanes::eight::{Eight, LaneVectors, Vectors, eights, points_on_rays};
+use crate::lanes::surface_offset::{sizes_on_rays, sums, surface_offsets};
 use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
@@ -91,6 +92,21 @@ impl Run<'_> {
                 numbers[lane] = number.unwrap_or(numbers[lane]);
             }
         }
+    }
+
+    /// The lengths of the boxes of what was hit.
+    fn extents(&self, scene: &CompiledScene, hits: &Hits) -> LaneVectors {
+        let own = scene.extents.lengths(self.index, self.hit.element);
+        let mut extents = own.map(|length| [length; LANES]);
+        if self.class.has_elements() {
+            for lane in lanes_of(self.lanes) {
+                let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
+                let element = hit.map_or(0, |hit| hit.element);
+                let lengths = scene.extents.lengths(self.index, element);
+                (0..3).for_each(|axis| extents[axis][lane] = lengths[axis]);
+            }
+        }
+        extents
     }
 
     /// What kernels that take the objects of hits are called for.
@@ -254,6 +270,7 @@ impl SurfaceOfRun<'_> {
         let SurfaceOfRun { run, rays, hits, .. } = *self;
         let v = variables();
         let is_elsewhere = run.placement.is_some() || !run.object.inverse.is_identity();
+        let extents = run.extents(self.tracer.scene, hits);
         for eight in eights(simd, run.lanes) {
             let world = eight_rays(eight, rays);
             let EightRays { origin, direction, .. } = world;
@@ -262,9 +279,10 @@ impl SurfaceOfRun<'_> {
                 if needs.inverse_directions {
                     set_inverse_directions(eight, state, &direction);
                 }
-                let point = points_on_rays(&origin, &direction, eight.numbers(&hits.distance));
-                eight.store_vectors(state, v.hit_point, &point);
             }
+            let distance = eight.numbers(&hits.distance);
+            let point = points_on_rays(&origin, &direction, distance);
+            eight.store_vectors(state, v.hit_point, &point);
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
             let geometric = eight.load_vectors(state, v.geometric_normal);
             let shading = eight.load_vectors(state, v.shading_normal);
@@ -273,9 +291,34 @@ impl SurfaceOfRun<'_> {
             eight.store_vectors(state, v.geometric_normal, &geometric);
             eight.store_vectors(state, v.shading_normal, &shading);
             context.set_normals(eight, &geometric, &shading, &direction);
+            let sizes = sizes_on_rays(&origin, &direction, distance);
+            let sizes = self.sizes_of_points(eight, &sizes, &eight.vectors(&extents));
+            context.set_points(eight, &point, surface_offsets(eight, &geometric, &sizes));
             if has_tangents {
                 self.tangents_to_world(eight, state);
             }
+        }
+    }
+
+    /// The sizes of what points in the world come from, given those of the rays that found them and the lengths of what they
+    /// lie on: on the way to the object's space, and back.
+    #[inline(always)]
+    fn sizes_of_points<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        of_rays: &Vectors<S>,
+        extents: &Vectors<S>,
+    ) -> Vectors<S> {
+        let SurfaceOfRun { run, rays, .. } = *self;
+        let placement = run.placement.as_ref();
+        let in_group = placement.map(|it| it.sizes_to_group(eight, of_rays, &rays.time));
+        let mut sizes = sums(in_group.as_ref().unwrap_or(of_rays), extents);
+        if !run.object.inverse.is_identity() {
+            sizes = sums(&sizes, &eight.point(&run.object.sizes, &sizes));
+        }
+        match placement {
+            None => sizes,
+            Some(placement) => sums(of_rays, &placement.sizes_to_world(eight, &sizes, &rays.time)),
         }
     }
 

@@ -6,6 +6,7 @@ use crate::math::Affine;
 
 use super::eight::{Eight, Vectors};
 use super::fours::fours;
+use super::surface_offset::sizes;
 
 /// A map for each of eight lanes. What they do is what [`Affine`] does, in the same order of operations.
 #[derive(Clone, Copy)]
@@ -45,6 +46,12 @@ impl<S: Simd> LaneMaps<S> {
             [z[2], origin[0], origin[1], origin[2]]
         });
         LaneMaps { columns: [[a, b, c], [d, e, f], [g, h, i], [j, k, l]] }
+    }
+
+    /// The maps of sizes: [`Affine::of_sizes`].
+    #[inline(always)]
+    pub fn of_sizes(&self) -> Self {
+        LaneMaps { columns: self.columns.map(|column| sizes(&column)) }
     }
 
     /// The points that `p` become.

@@ -7,4 +7,5 @@ pub mod lane_streams;
 pub mod mask_bits;
 pub mod request_lanes;
 pub mod sequences;
+pub mod surface_offset;
 pub mod surface_state;

@@ -181,6 +181,17 @@ impl Affine {
         [row(0), row(1), row(2)]
     }
 
+    /// The map of sizes: what those of its results are computed from, given the sizes of what it maps.
+    pub fn of_sizes(&self) -> Self {
+        Affine { columns: self.columns.map(|column| column.map(f32::abs)) }
+    }
+
+    /// This after `first`, in binary32.
+    pub fn after(&self, first: &Affine) -> Self {
+        let [x, y, z, origin] = &first.columns;
+        Affine { columns: [self.vector(*x), self.vector(*y), self.vector(*z), self.point(*origin)] }
+    }
+
     /// How much larger volumes become; positive.
     pub fn volume_scale(&self) -> f64 {
         let [x, y, z, _] = self.columns.map(|column| DVec3::from_array(column.map(f64::from)));

@@ -38,8 +38,9 @@ impl RaySets {
         }
         let world = tracer.scene.geometry.groups.first().and_then(|world| world.bounds());
         if let Some(world) = world {
-            sets.random =
-                (0..count).map(|index| random(world, tracer.scene.epsilon, index)).collect();
+            sets.random = (0..count)
+                .map(|index| random(world, tracer.scene.camera_epsilon(), index))
+                .collect();
         }
         sets
     }
@@ -69,6 +70,9 @@ impl RaySets {
         self.shadow.extend(shadow.filter(|packet| packet.lanes != 0));
     }
 }
+
+/// How far before lights rays towards them end, relative to their distance.
+const BEFORE_LIGHT: f32 = 1e-3;
 
 /// What the rays of a packet hit.
 struct Surface<'a> {
@@ -102,6 +106,7 @@ impl Surface<'_> {
             rays.limit[lane] = f32::INFINITY;
             rays.time[lane] = self.rays.time[lane];
         }
+        context.leave_surfaces(&mut rays, self.lanes);
         Packet { rays, lanes: self.lanes }
     }
 
@@ -128,11 +133,12 @@ impl Surface<'_> {
                 if dot(self.normal(host.context, from), to) > 0.0 {
                     packet.rays.set(from, self.point(from), to);
                     packet.rays.epsilon[from] = tracer.scene.epsilon;
-                    packet.rays.limit[from] = samples.distance[lane] - tracer.scene.epsilon;
+                    packet.rays.limit[from] = samples.distance[lane] * (1.0 - BEFORE_LIGHT);
                     packet.lanes |= 1 << from;
                 }
             }
         }
+        host.context.leave_surfaces(&mut packet.rays, packet.lanes);
         Some(packet)
     }
 

@@ -256,7 +256,7 @@ impl CameraNumbers {
         let [du, dv] = self.pixel_size;
         let far = f32::INFINITY;
         for (component, value) in
-            [(v.du, du), (v.dv, dv), (v.epsilon, scene.epsilon), (v.hit_distance, far)]
+            [(v.du, du), (v.dv, dv), (v.epsilon, scene.camera_epsilon()), (v.hit_distance, far)]
         {
             state.floats_mut(component).fill(value);
         }

@@ -1,12 +1,13 @@
 //! What belongs to each ray of a packet besides the ray itself.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 
-use crate::acceleration::{LANES, LaneMask, Lanes};
-use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, select};
+use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
+use crate::lanes::eight::{Eight, LaneVectors, Vectors, difference, dots, eights_alone, select};
 use crate::lanes::lane_streams::LaneStreams;
+use crate::lanes::surface_offset::off_surfaces;
 use crate::sampling::Sampler;
 
 /// What belongs to each ray of a packet besides the ray itself.
@@ -19,6 +20,10 @@ pub struct LaneContext {
     pub time: Lanes,
     /// How much of each ray's radiance arrives in its pixel at most, as far as shaders tell: 1 for camera rays.
     importance: Lanes,
+    /// The points that the rays hit.
+    points: LaneVectors,
+    /// How far off these points rays begin that leave the surfaces.
+    offsets: Lanes,
     geometric_normals: LaneVectors,
     shading_normals: LaneVectors,
     /// The lanes whose rays met the surface from where its normal does not point.
@@ -35,6 +40,8 @@ impl LaneContext {
             streams,
             time,
             importance: [1.0; LANES],
+            points: [[0.0; LANES]; 3],
+            offsets: [0.0; LANES],
             geometric_normals: [[0.0; LANES]; 3],
             shading_normals: [[0.0; LANES]; 3],
             behind: 0,
@@ -95,6 +102,37 @@ impl LaneContext {
         let all = eight.lanes(eight.mask(LaneMask::MAX));
         let behind = eight.lanes(dots(direction, geometric).simd_gt(0.0));
         self.behind = self.behind & !all | behind;
+    }
+
+    /// Sets the points that rays hit, and how far off these the rays begin that leave the surfaces.
+    #[inline(always)]
+    pub fn set_points<S: Simd>(&mut self, eight: Eight<S>, points: &Vectors<S>, offsets: f32x8<S>) {
+        eight.blend_vectors(points, &mut self.points);
+        eight.blend(offsets, &mut self.offsets);
+    }
+
+    /// How far off the points that were hit rays begin that leave the surfaces.
+    pub fn offsets(&self) -> &Lanes {
+        &self.offsets
+    }
+
+    /// Takes the origins of rays that begin on the surfaces which the lanes hit, as well as rounding can tell, off these to the side
+    /// that the rays lead to. Shaders may have moved them along the surface. What begins elsewhere stays there.
+    pub fn leave_surfaces(&self, rays: &mut RayPacket, lanes: LaneMask) {
+        dispatch!(Level::new(), simd => self.leave_in_vectors(simd, rays, lanes));
+    }
+
+    #[inline(always)]
+    fn leave_in_vectors<S: Simd>(&self, simd: S, rays: &mut RayPacket, lanes: LaneMask) {
+        for eight in eights_alone(simd, lanes) {
+            let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
+            let normal = eight.vectors(&self.geometric_normals);
+            let offset = eight.numbers(&self.offsets);
+            let height = dots(&difference(&origin, &eight.vectors(&self.points)), &normal);
+            let moved = off_surfaces(&origin, &normal, &direction, offset);
+            let origin = select(height.abs().simd_le(offset), &moved, &origin);
+            eight.blend_vectors(&origin, &mut rays.origin);
+        }
     }
 
     /// The geometric normals.

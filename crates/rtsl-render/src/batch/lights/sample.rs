@@ -7,6 +7,7 @@ use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
+use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
 use crate::sampling::Sampler;
 
 use super::super::chunk::{CHUNK, Callee, Chunk, LightRows, Row, Rows, get, set, set_numbers};
@@ -18,7 +19,7 @@ use super::super::wave::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 
-/// How far before a sample of a shape, relative to its distance, shadow rays end: rounding of silhouettes.
+/// How far before a sample of a shape, relative to its distance, shadow rays end at most: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;
 
 /// The memory of one thread for samples of lights: lanes of points that are lit by lights of one class.
@@ -34,6 +35,8 @@ pub struct LightMemory {
     hits: [PathHit; CHUNK],
     /// Points in world space.
     point: Rows,
+    /// How far off them rays begin that leave the surfaces.
+    offset: Row,
     time: Row,
     geometric_normal: Rows,
     shading_normal: Rows,
@@ -61,6 +64,7 @@ impl LightMemory {
             part: NONE,
             hits: [PathHit::default(); CHUNK],
             point: [NONE; 3],
+            offset: NONE,
             time: NONE,
             geometric_normal: [NONE; 3],
             shading_normal: [NONE; 3],
@@ -80,11 +84,22 @@ impl LightMemory {
 
     /// Takes the points of the lanes that are lit.
     fn load(&mut self, chunk: &Chunk) {
-        let LightMemory { lanes, point, time, keys, samples, numbers, part, probability, .. } =
-            self;
+        let LightMemory {
+            lanes,
+            point,
+            offset,
+            time,
+            keys,
+            samples,
+            numbers,
+            part,
+            probability,
+            ..
+        } = self;
         for (from, to) in chunk.point.iter().zip(point) {
             lanes.gather(from, to);
         }
+        lanes.gather(&chunk.offset, offset);
         lanes.gather(&chunk.time, time);
         lanes.gather(&chunk.keys, keys);
         lanes.gather(&chunk.samples, samples);
@@ -284,7 +299,8 @@ impl PathTracer<'_> {
                 direction = eight.normalized_or(&world, &direction);
             }
             eight.blend_vectors(&direction, &mut memory.direction);
-            eight.blend(distance - self.scene.compiled.epsilon, &mut memory.distance);
+            let end = distance_to_light(eight, distance, eight.numbers(&memory.offset));
+            eight.blend(end, &mut memory.distance);
             eight.blend_vectors(&eight.load_vectors(state, v.light_color), &mut memory.color);
             eight.blend(eight.load(state, v.pdf), &mut memory.density);
         }
@@ -385,7 +401,14 @@ impl SampledShapes<'_> {
             let density = is_usable.select(density, eight.splat(0.0));
             eight.blend(density, &mut memory.density);
             eight.blend_vectors(&direction, &mut memory.direction);
-            eight.blend(distance * (1.0 - TOLERANCE), &mut memory.distance);
+            let sizes = sums(&sizes(&origin), &sizes(&way));
+            let sizes = self.places.sizes_of_points(eight, lanes, &sizes);
+            let height = surface_offsets(eight, &normal, &sizes) + eight.numbers(&memory.offset);
+            // The ray is as far off the light's surface as its ends may be, so that it ends the earlier the flatter it comes.
+            let margin = height / dots(&normal, &direction).abs();
+            let most = distance * TOLERANCE;
+            let margin = margin.simd_lt(most).select(margin, most);
+            eight.blend(distance - margin, &mut memory.distance);
             let state = &mut memory.state;
             eight.store_vectors(state, v.ray_origin, &origin);
             eight.store_vectors(state, v.ray_direction, &direction);
