@@ -75,6 +75,8 @@ pub enum Contract {
     SameBits,
     /// No method runs past its budget of loop iterations.
     Budget,
+    /// Rays bring back what samples of a density are, and samples can be weighed against them.
+    LightMeeting,
 }
 
 impl Contract {
@@ -128,6 +130,7 @@ impl Contract {
             Contract::TextureFilter => "wide filters tend to the mean",
             Contract::SameBits => "results have the same bits at every width",
             Contract::Budget => "every call comes to its end",
+            Contract::LightMeeting => "rays find what samples with a density are",
         }
     }
 
@@ -215,6 +218,9 @@ impl Contract {
                 "nothing in the class: this is a mistake of the compiler, please report it"
             }
             Contract::Budget => "the condition of a loop, above all for NaN and infinity",
+            Contract::LightMeeting => {
+                "a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near"
+            }
         }
     }
 }

@@ -28,6 +28,7 @@ mod camera;
 mod contract;
 mod distribution;
 mod light;
+mod light_meeting;
 mod material;
 mod options;
 mod partition;
@@ -75,7 +76,10 @@ pub fn check(
             Role::Primitive => primitive::check(&subject),
             Role::Camera => camera::check(&subject),
             Role::Texture => texture::check(&subject),
-            Role::Light => light::check(&subject),
+            Role::Light => light::check(&subject).and_then(|mut found| {
+                found.push(light_meeting::check(&subject)?);
+                Ok(found)
+            }),
         };
         match found {
             Ok(found) => findings.extend(found),

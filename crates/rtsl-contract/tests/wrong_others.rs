@@ -100,6 +100,69 @@ fn a_lamp_whose_direction_is_not_scaled() {
     );
 }
 
+/// A rectangle that gives light, with what rays meet of it.
+fn panel(others: &str) -> String {
+    format!(
+        "class Panel : rt_Light;
+        public vec3 corner = vec3(-1.0, 3.0, -1.0);
+        void illumination() {{
+            vec3 d = corner + vec3(2.0 * rand(), 0.0, 2.0 * rand()) - rt_HitPoint;
+            rt_LightDistance = length(d);
+            rt_LightDirection = d / rt_LightDistance;
+            if (d.y <= 0.0) return;
+            rt_LightColor = color(10.0);
+            rt_PDF = dot(d, d) / (rt_LightDirection.y * 4.0);
+        }}
+        {others}"
+    )
+}
+
+#[test]
+fn a_panel_that_no_ray_meets() {
+    finds(
+        &panel(""),
+        expect![[r#"
+            keeps all
+        "#]],
+    );
+}
+
+#[test]
+fn a_panel_near_by_that_rays_meet_everywhere() {
+    finds(
+        &panel("void emission() { rt_EmissionColor = color(2.0); }"),
+        expect![[r#"
+        breaks
+          BROKEN  rays find what samples with a density are
+                  illumination gives [10, 10, 10] at distance 2.6828434; a ray towards [-0.40747878, 0.6709299, 0.6195272] goes on beyond, and emission says [2, 2, 2] of it
+                  (12288 of 12288 tests)
+                  inputs of illumination: rt_HitPoint=0.4,1.2,-1.5
+                  look at: a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near
+    "#]],
+    );
+}
+
+#[test]
+fn a_sky_that_nobody_can_weigh() {
+    let sky = "class Sky : rt_Light;
+        void illumination() {
+            rt_LightDirection = sampleUniformSphere(vec2(rand(), rand()));
+            rt_LightColor = color(1.0);
+            rt_PDF = 0.25 / 3.14159265;
+        }
+        void emission() { rt_EmissionColor = color(1.0); }";
+    finds(
+        sky,
+        expect![[r#"
+        breaks
+          BROKEN  rays find what samples with a density are
+                  illumination gives a sample of density 0.07957747, and rays meet the light, but the class has no evaluatePDF to weigh the two by
+                  (12288 of 12288 tests)
+                  look at: a light that rays meet has emission and evaluatePDF, and lies infinitely far away; leave out emission where no ray meets it, and let a shape emit what is near
+    "#]],
+    );
+}
+
 #[test]
 fn a_camera_whose_rays_end_at_the_edge() {
     let fish_eye = "class FishEye : rt_Camera;

@@ -174,6 +174,9 @@ impl ShadingHost<'_> {
         let blocks = &mut self.workspace.light;
         blocks.call(&call, samples.lanes, None, self.context);
         let lit = read_samples(simd, light, &blocks.state, samples, self.context.offsets());
+        if !scene.shader(&light.instance).program.has(Method::Emission) {
+            samples.hide_from_rays(simd);
+        }
         let reaching = samples.within_cones(simd, lit);
         self.context.leave_surfaces(&mut samples.rays, reaching);
         let reaching = reaching & !self.shadow(&samples.rays, reaching);

@@ -1,0 +1,95 @@
+//! What rays meet of a light: whoever finds it by a ray must find what its samples gave.
+//!
+//! Materials divide the light between samples of lights, which they weigh by `rt_PDF`, and rays that they trace. So a sample with
+//! a density is one that a ray in its direction brings back too. A light without `emission` is met by no ray, and
+//! renderers hand on its samples as those of a light without extent; of one with `emission` they need `evaluatePDF`, to
+//! weigh what both ways find.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use rtsl::{Method, Role};
+
+use crate::random::Stream;
+use crate::rays::Rays;
+use crate::stop::Stop;
+use crate::subject::{Subject, batches};
+use crate::tally::Tally;
+use crate::values::is_close;
+use crate::{Contract, Finding};
+
+/// Samples for each point: each is compared by itself, so that few tell enough.
+const SAMPLES: u64 = 4096;
+
+/// Points to be lit, around the origin and away from it.
+const POINTS: [Vec3; 3] =
+    [Vec3::new(0.4, 1.2, -1.5), Vec3::new(-0.2, -0.8, 0.3), Vec3::new(12.0, 2.0, 7.0)];
+
+/// Checks what rays meet of a light.
+///
+/// # Errors
+/// If a method has no code, or does not end.
+pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
+    let mut tally = Tally::new(Contract::LightMeeting);
+    if !subject.has(Method::Illumination) {
+        return Ok(tally.finish("the class has no illumination"));
+    }
+    if !subject.has(Method::Emission) {
+        return Ok(tally.finish(
+            "the class has no emission: no ray meets it, and renderers divide its samples by their densities",
+        ));
+    }
+    for (index, point) in POINTS.into_iter().enumerate() {
+        let stream = subject.stream(Contract::LightMeeting).at(index as u64);
+        for numbers in batches(SAMPLES) {
+            let mut samples = rays_at(subject, point, stream, numbers);
+            subject.call(Method::Illumination, &mut samples)?;
+            check_samples(subject, point, &samples, &mut tally)?;
+        }
+    }
+    Ok(tally.finish("no sample has a density"))
+}
+
+/// Compares samples that have a density with what rays in their directions bring back.
+fn check_samples(
+    subject: &Subject<'_>,
+    point: Vec3,
+    samples: &Rays,
+    tally: &mut Tally,
+) -> Result<(), Stop> {
+    let directions = samples.vectors("rt_LightDirection");
+    let mut leaving = rays_at(subject, point, Stream::new(0), 0..directions.len() as u64);
+    leaving.set_vectors("rt_RayDirection", directions.iter().copied());
+    subject.call(Method::Emission, &mut leaving)?;
+    let has_density = subject.has(Method::EvaluatePdf);
+    let (colors, emitted) = (samples.vectors("rt_LightColor"), leaving.vectors("rt_EmissionColor"));
+    let distances = samples.floats("rt_LightDistance");
+    for (ray, density) in samples.floats("rt_PDF").iter().enumerate().filter(|(_, it)| **it > 0.0) {
+        let (color, distance) = (colors[ray], distances[ray]);
+        // Those infinitely far away are compared by `LightEmission`.
+        let is_met = distance == f32::INFINITY || is_close(color, emitted[ray]);
+        let message = || {
+            if is_met {
+                return format!(
+                    "illumination gives a sample of density {density}, and rays meet the light, but the class has no evaluatePDF to weigh the two by"
+                );
+            }
+            format!(
+                "illumination gives {color} at distance {distance}; a ray towards {} goes on beyond, and emission says {} of it",
+                directions[ray], emitted[ray]
+            )
+        };
+        if tally.test(is_met && has_density, message) {
+            tally.set_inputs(subject.inputs(Method::Illumination, samples, ray)?);
+        }
+    }
+    Ok(())
+}
+
+fn rays_at(subject: &Subject<'_>, point: Vec3, stream: Stream, numbers: Range<u64>) -> Rays {
+    let mut rays = subject.rays(Role::Light, stream, numbers);
+    rays.fill_vector("rt_HitPoint", point);
+    rays.fill_vector("rt_GeometricNormal", Vec3::Y);
+    rays.fill_vector("rt_ShadingNormal", Vec3::Y);
+    rays
+}
