@@ -33,6 +33,12 @@ typedef enum {
     RTSL_RESULT_CODE_GENERATION = 9,
     // A mistake in RTSL itself; please report it.
     RTSL_RESULT_INTERNAL = 10,
+    // A constructor ran past its budget of loop iterations.
+    RTSL_RESULT_BUDGET = 11,
+    // This process was forked while a call was under way in its parent: what the thread of that call held stays locked here.
+    RTSL_RESULT_FORKED = 12,
+    // The process is ending, and nothing is compiled any more.
+    RTSL_RESULT_ENDING = 13,
 } RtslResult;
 
 // What runs kernels.
@@ -92,6 +98,19 @@ typedef struct {
     // The number.
     uint64_t id;
 } RtslUnitId;
+
+// How a text is compiled. All zeros but for the size are the defaults.
+typedef struct {
+    // `sizeof(RtslCompilerOptions)`: later versions may add fields at the end.
+    uint32_t size;
+    // The greatest number of loop iterations of a constructor, all loops taken together; 0 for no limit. A commit that
+    // passes it is `RTSL_RESULT_BUDGET`. That of methods is the engine's.
+    uint32_t loop_budget;
+    // The folders in which `#include` looks after that of the including file, so many texts.
+    const char *const *search_path;
+    // How many.
+    size_t search_path_count;
+} RtslCompilerOptions;
 
 // One `key value`.
 typedef struct {
@@ -310,7 +329,8 @@ uint32_t rtsl_abi(void);
 const char *rtsl_version(void);
 
 // What went wrong in the last call of this thread, for people: with places and excerpts where a text is at fault. Empty if
-// it went well. Good until the thread's next call.
+// it went well. Good until the thread's next call. In handlers of `exit` and in destructors there is no message but that
+// the thread is ending: results are there as always.
 const char *rtsl_last_error(void);
 
 // How many diagnostics the last call of this thread had: errors where it failed, warnings where it went well.
@@ -337,6 +357,22 @@ RtslResult rtsl_compile_file(const char *path,
                              const char *const *search_path,
                              size_t search_path_count,
                              RtslUnitId *unit);
+
+// Compiles a text as the options say. Of texts that a host does not know they bound what a constructor does.
+//
+// # Safety
+// As for `rtsl_compile`; `options` is null, for the defaults, or leads to so many bytes as its size says, with a
+// `search_path` of so many texts.
+RtslResult rtsl_compile_with(const char *name,
+                             const char *source,
+                             const RtslCompilerOptions *options,
+                             RtslUnitId *unit);
+
+// Compiles a file as the options say.
+//
+// # Safety
+// As for `rtsl_compile_with`.
+RtslResult rtsl_compile_file_with(const char *path, const RtslCompilerOptions *options, RtslUnitId *unit);
 
 // The unit of the standard library that has a class: "Sphere".
 //

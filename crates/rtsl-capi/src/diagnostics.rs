@@ -51,7 +51,8 @@ pub fn keep(sources: &SourceMap, diagnostics: &Diagnostics) -> Vec<KeptDiagnosti
 
 /// Replaces those of the thread's last call.
 pub fn set_last(diagnostics: Vec<KeptDiagnostic>) {
-    LAST.set(diagnostics);
+    // A thread that is ending keeps none.
+    let _ = LAST.try_with(|last| last.replace(diagnostics));
 }
 
 impl KeptDiagnostic {
@@ -91,7 +92,7 @@ impl KeptDiagnostic {
 /// How many diagnostics the last call of this thread had: errors where it failed, warnings where it went well.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtsl_last_diagnostic_count() -> usize {
-    LAST.with_borrow(Vec::len)
+    LAST.try_with(|last| last.borrow().len()).unwrap_or(0)
 }
 
 /// One of the diagnostics of the last call of this thread. It leaves them as they are.
@@ -108,13 +109,14 @@ pub unsafe extern "C" fn rtsl_last_diagnostic(
     let Ok(diagnostic) = (unsafe { place(diagnostic, "diagnostic") }) else {
         return RtslResult::Argument;
     };
-    LAST.with_borrow(|last| match last.get(index) {
+    let given = LAST.try_with(|last| match last.borrow().get(index) {
         Some(kept) => {
             *diagnostic = kept.as_c();
             RtslResult::Ok
         }
         None => RtslResult::Argument,
-    })
+    });
+    given.unwrap_or(RtslResult::Argument)
 }
 
 impl From<&Diagnostic> for Error {

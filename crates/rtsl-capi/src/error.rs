@@ -1,10 +1,10 @@
 //! What functions give back.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rtsl::{Diagnostic, Diagnostics, SourceMap, render};
+use rtsl::{Diagnostic, Diagnostics, ForkGuard, SourceMap, render};
 
 use crate::diagnostics::{self, KeptDiagnostic};
 
@@ -34,6 +34,12 @@ pub enum RtslResult {
     CodeGeneration = 9,
     /// A mistake in RTSL itself; please report it.
     Internal = 10,
+    /// A constructor ran past its budget of loop iterations.
+    Budget = 11,
+    /// This process was forked while a call was under way in its parent: what the thread of that call held stays locked here.
+    Forked = 12,
+    /// The process is ending, and nothing is compiled any more.
+    Ending = 13,
 }
 
 /// Why a call failed.
@@ -70,8 +76,11 @@ impl Error {
         let result = match code {
             "E0501" | "E0503" | "E0504" | "E0505" | "E0506" => RtslResult::Parameter,
             "E0502" | "E0507" | "E0508" => RtslResult::Unknown,
+            "E0619" => RtslResult::Budget,
             "E0701" => RtslResult::NoLlvm,
             "E0703" => RtslResult::Argument,
+            "E0705" => RtslResult::Forked,
+            "E0706" => RtslResult::Ending,
             _ => result,
         };
         Error {
@@ -84,7 +93,12 @@ impl Error {
 
 thread_local! {
     static MESSAGE: RefCell<CString> = RefCell::default();
+    /// Whether the last call failed: known as long as the thread runs, also when its messages are destroyed.
+    static FAILED: Cell<bool> = const { Cell::new(false) };
 }
+
+/// Calls under way, of all threads: see `RtslResult::Forked`.
+static CALLS: ForkGuard = ForkGuard::new();
 
 /// Runs what a function does: no panic leaves it, and what went wrong is kept for the thread.
 pub fn guard(work: impl FnOnce() -> Result<(), Error>) -> RtslResult {
@@ -95,7 +109,11 @@ pub fn guard(work: impl FnOnce() -> Result<(), Error>) -> RtslResult {
 pub fn guard_with_warnings(
     work: impl FnOnce() -> Result<Vec<KeptDiagnostic>, Error>,
 ) -> RtslResult {
-    let ended = catch_unwind(AssertUnwindSafe(work));
+    let under_way = CALLS.begin();
+    let ended = match under_way {
+        Some(_) => catch_unwind(AssertUnwindSafe(work)),
+        None => Ok(Err(forked())),
+    };
     let error = match ended {
         Ok(Ok(diagnostics)) => {
             clear_message();
@@ -111,26 +129,37 @@ pub fn guard_with_warnings(
         }
     };
     let Error { result, message, diagnostics } = error;
-    MESSAGE.set(c_text(&message));
+    FAILED.set(true);
+    // Handlers of `exit` and destructors run when the thread's messages are gone.
+    let _ = MESSAGE.try_with(|kept| kept.replace(c_text(&message)));
     diagnostics::set_last(diagnostics);
     result
 }
 
+fn forked() -> Error {
+    let problem = "this process was forked while a call of RTSL was under way in its parent: what the thread of that \
+                   call held stays locked here; fork while there is none";
+    Error::new(RtslResult::Forked, problem)
+}
+
 /// Most calls go well after calls that went well.
 fn clear_message() {
-    MESSAGE.with_borrow_mut(|message| {
-        if !message.is_empty() {
-            *message = CString::default();
-        }
-    });
+    if FAILED.replace(false) {
+        let _ = MESSAGE.try_with(RefCell::take);
+    }
 }
 
 /// What went wrong in the last call of this thread, for people: with places and excerpts where a text is at fault. Empty if
-/// it went well. Good until the thread's next call.
+/// it went well. Good until the thread's next call. In handlers of `exit` and in destructors there is no message but that
+/// the thread is ending: results are there as always.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtsl_last_error() -> *const c_char {
-    // Safety of the pointer's use: the text stays until it is replaced.
-    MESSAGE.with_borrow(|message| message.as_ptr())
+    // The text stays until it is replaced, which is as long as the pointer is good for.
+    let message = MESSAGE.try_with(|message| message.borrow().as_ptr());
+    message.unwrap_or_else(|_| match FAILED.get() {
+        true => c"the call failed; its message is gone, since the thread is ending".as_ptr(),
+        false => c"".as_ptr(),
+    })
 }
 
 /// A text for C: it ends at the first zero byte.

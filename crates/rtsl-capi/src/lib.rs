@@ -57,8 +57,8 @@ pub use registry::{
     RtslCallbackId, RtslEngineId, RtslInstanceId, RtslKernelId, RtslObjectsId, RtslUnitId,
 };
 pub use unit::{
-    RtslAnnotation, RtslClassInfo, RtslParameterInfo, rtsl_compile, rtsl_compile_file,
-    rtsl_standard_unit, rtsl_unit_class, rtsl_unit_class_count, rtsl_unit_find_class,
-    rtsl_unit_release,
+    RtslAnnotation, RtslClassInfo, RtslCompilerOptions, RtslParameterInfo, rtsl_compile,
+    rtsl_compile_file, rtsl_compile_file_with, rtsl_compile_with, rtsl_standard_unit,
+    rtsl_unit_class, rtsl_unit_class_count, rtsl_unit_find_class, rtsl_unit_release,
 };
 pub use version::{rtsl_abi, rtsl_version};

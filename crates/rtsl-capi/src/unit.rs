@@ -11,8 +11,24 @@ use rtsl::{
 };
 
 use crate::diagnostics::{KeptDiagnostic, keep};
-use crate::error::{Error, RtslResult, c_text, guard, guard_with_warnings, place, slice, text};
+use crate::error::{
+    Error, RtslResult, c_text, check_size, guard, guard_with_warnings, place, slice, text,
+};
 use crate::registry::RtslUnitId;
+
+/// How a text is compiled. All zeros but for the size are the defaults.
+#[repr(C)]
+pub struct RtslCompilerOptions {
+    /// `sizeof(RtslCompilerOptions)`: later versions may add fields at the end.
+    pub size: u32,
+    /// The greatest number of loop iterations of a constructor, all loops taken together; 0 for no limit. A commit that
+    /// passes it is `RTSL_RESULT_BUDGET`. That of methods is the engine's.
+    pub loop_budget: u32,
+    /// The folders in which `#include` looks after that of the including file, so many texts.
+    pub search_path: *const *const c_char,
+    /// How many.
+    pub search_path_count: usize,
+}
 
 /// A class, as hosts see it. All that it leads to is good until its unit is released.
 #[repr(C)]
@@ -224,13 +240,78 @@ pub unsafe extern "C" fn rtsl_compile_file(
         // Safety: the caller's promise.
         let (path, unit) = unsafe { (text(path, "path")?, place(unit, "unit")?) };
         // Safety: the caller's promise.
-        let folders = unsafe { slice(search_path, search_path_count, "search_path")? };
-        // Safety: the caller's promise.
-        let folders = folders.iter().map(|it| unsafe { text(*it, "search_path") });
-        let search_path = folders.map(|it| it.map(PathBuf::from)).collect::<Result<_, _>>()?;
+        let search_path = unsafe { folders(search_path, search_path_count)? };
         let options = CompilerOptions { search_path, ..CompilerOptions::default() };
         give_unit(Compiler::new(options).compile_file(Path::new(path)), unit)
     })
+}
+
+/// Compiles a text as the options say. Of texts that a host does not know they bound what a constructor does.
+///
+/// # Safety
+/// As for `rtsl_compile`; `options` is null, for the defaults, or leads to so many bytes as its size says, with a
+/// `search_path` of so many texts.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtsl_compile_with(
+    name: *const c_char,
+    source: *const c_char,
+    options: *const RtslCompilerOptions,
+    unit: *mut RtslUnitId,
+) -> RtslResult {
+    guard_with_warnings(|| {
+        // Safety: the caller's promise.
+        let (name, source, unit) =
+            unsafe { (text(name, "name")?, text(source, "source")?, place(unit, "unit")?) };
+        // Safety: the caller's promise.
+        let compiler = unsafe { compiler(options)? };
+        give_unit(compiler.compile(name, source), unit)
+    })
+}
+
+/// Compiles a file as the options say.
+///
+/// # Safety
+/// As for `rtsl_compile_with`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtsl_compile_file_with(
+    path: *const c_char,
+    options: *const RtslCompilerOptions,
+    unit: *mut RtslUnitId,
+) -> RtslResult {
+    guard_with_warnings(|| {
+        // Safety: the caller's promise.
+        let (path, unit) = unsafe { (text(path, "path")?, place(unit, "unit")?) };
+        // Safety: the caller's promise.
+        let compiler = unsafe { compiler(options)? };
+        give_unit(compiler.compile_file(Path::new(path)), unit)
+    })
+}
+
+/// # Safety
+/// As for `rtsl_compile_with`.
+unsafe fn compiler(options: *const RtslCompilerOptions) -> Result<Compiler, Error> {
+    if options.is_null() {
+        return Ok(Compiler::default());
+    }
+    // Safety: the caller's promise; the struct is whole if its size is right.
+    let options = unsafe {
+        check_size(options, "options")?;
+        options.as_ref().ok_or_else(|| Error::null("options"))?
+    };
+    // Safety: the caller's promise.
+    let search_path = unsafe { folders(options.search_path, options.search_path_count)? };
+    let loop_budget = Some(options.loop_budget).filter(|budget| *budget != 0);
+    Ok(Compiler::new(CompilerOptions { loop_budget, search_path }))
+}
+
+/// # Safety
+/// The pointer is null or leads to so many texts.
+unsafe fn folders(paths: *const *const c_char, count: usize) -> Result<Vec<PathBuf>, Error> {
+    // Safety: the caller's promise.
+    let folders = unsafe { slice(paths, count, "search_path")? };
+    // Safety: the caller's promise.
+    let folders = folders.iter().map(|it| unsafe { text(*it, "search_path") });
+    folders.map(|it| it.map(PathBuf::from)).collect()
 }
 
 /// The unit of the standard library that has a class: "Sphere".

@@ -37,3 +37,38 @@ fn the_headers_are_for_every_standard() {
 fn shaders_ask_their_host() {
     run("requests");
 }
+
+#[test]
+fn a_budget_ends_constructors() {
+    run("budget");
+}
+
+#[test]
+fn what_ends_with_the_process_may_be_released_then() {
+    if has_compiler() {
+        let printed = CProgram::new("ending").sanitized().with_library().run_with(&[]);
+        assert_eq!(String::from_utf8_lossy(&printed), "ended\n");
+    }
+}
+
+// Without the address sanitizer, whose own threads and locks do not survive forks.
+#[test]
+fn children_compile_or_are_told_that_they_cannot() {
+    if has_compiler() {
+        CProgram::new("forks").with_library().run();
+    }
+}
+
+/// Of a few such ends at different moments one crashed at least as long as LLVM's globals went while threads used them.
+#[test]
+fn a_process_may_end_while_threads_compile() {
+    if has_compiler() {
+        let program = CProgram::new("exits").with_library().build();
+        for milliseconds in (40..600).step_by(40) {
+            let run = std::process::Command::new(&program).arg(milliseconds.to_string()).output();
+            let run = run.expect("the program runs");
+            let errors = String::from_utf8_lossy(&run.stderr);
+            assert!(run.status.success(), "after {milliseconds} ms: {}\n{errors}", run.status);
+        }
+    }
+}

@@ -29,27 +29,33 @@ struct Kept {
     made: usize,
 }
 
+impl Kept {
+    fn take(&mut self) -> Option<ChunkStack> {
+        self.stacks.pop().or_else(|| {
+            let stagger = self.made % PLACES * STAGGER_BYTES;
+            self.made += 1;
+            let stack = DefaultStack::new(STACK_BYTES).ok()?;
+            Some(ChunkStack { stack, stagger })
+        })
+    }
+}
+
 thread_local! {
     /// Stacks not in use. As many are in use as chunks are suspended, at all depths of calls from hosts.
     static KEPT: RefCell<Kept> = RefCell::default();
 }
 
 impl ChunkStack {
-    /// A stack not in use; `None` if the system has none to give.
+    /// A stack not in use; `None` if the system has none to give, or the thread is ending.
     pub fn take() -> Option<ChunkStack> {
-        KEPT.with_borrow_mut(|kept| {
-            kept.stacks.pop().or_else(|| {
-                let stagger = kept.made % PLACES * STAGGER_BYTES;
-                kept.made += 1;
-                let stack = DefaultStack::new(STACK_BYTES).ok()?;
-                Some(ChunkStack { stack, stagger })
-            })
-        })
+        let take = |kept: &RefCell<Kept>| kept.borrow_mut().take();
+        KEPT.try_with(take).ok().flatten()
     }
 
     /// Keeps it for the next.
     pub fn keep(self) {
-        KEPT.with_borrow_mut(|kept| kept.stacks.push(self));
+        // A thread that is ending has no next.
+        let _ = KEPT.try_with(|kept| kept.borrow_mut().stacks.push(self));
     }
 }
 

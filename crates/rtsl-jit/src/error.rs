@@ -87,6 +87,14 @@ pub enum JitError {
     /// Code for another machine can be printed, but not run.
     #[error("code for `{0}` can't run on this machine")]
     ForeignTarget(String),
+    /// This process was forked from one that was compiling on another thread.
+    #[error(
+        "this process was forked while another thread of its parent compiled, so LLVM can't be used in it"
+    )]
+    Forked,
+    /// `exit` was called: LLVM's globals are gone, or will be any moment.
+    #[error("the process is ending, and nothing is compiled any more")]
+    Ending,
     /// The system gave no memory for code.
     #[error("no memory for machine code: {0}")]
     Memory(String),

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use libloading::Library;
 
 use crate::api::{self, Api};
+use crate::ending;
 use crate::error::{LlvmError, LlvmVersion};
 use crate::library;
 use crate::library_pages::LibraryPages;
@@ -77,6 +78,7 @@ impl Llvm {
             .map_err(|name| format!("LLVM {version} without the function {name}"))?;
         api::initialize_targets(&library);
         worker::install_fatal_error_handler(&api);
+        ending::note_loaded();
         let host = host_target(&api);
         let pages = LibraryPages::of_code_at(api.LLVMContextCreate as *const ());
         // What loading reads, tables of relocations and constructors of globals, is not read again: without this the

@@ -6,6 +6,9 @@
 //! ever. A thread and what it allocated are lost, but the process lives. The threads also have the
 //! stack that LLVM's recursive passes need.
 //!
+//! A child process has none of these threads and makes its own, unless its parent was at such work when it was forked:
+//! then it is refused. So it is once the process is [ending](crate::ending).
+//!
 //! A thread whose work is done waits for more: a new one would have to fault in its stack and its
 //! heap again, and make LLVM's target machine. Keeping both takes 30 % off the time of the standard
 //! library's median method (LLVM 22).
@@ -13,9 +16,10 @@
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
 use std::sync::mpsc::{SendError, Sender, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::api::Api;
+use crate::ending;
 use crate::error::JitError;
 
 const STACK_BYTES: usize = 64 << 20;
@@ -32,12 +36,19 @@ type Work = Box<dyn FnOnce() -> Delivery + Send>;
 type Delivery = Box<dyn FnOnce()>;
 
 /// The threads that wait.
-static IDLE: Mutex<Vec<Sender<Work>>> = Mutex::new(Vec::new());
+static IDLE: Mutex<Idle> = Mutex::new(Idle { threads: Vec::new(), forks: 0 });
+
+struct Idle {
+    threads: Vec<Sender<Work>>,
+    /// The [forks](crate::ForkGuard::forks) before the process that has them.
+    forks: usize,
+}
 
 /// Runs `work` on another thread; a fatal error of LLVM becomes a [`JitError`].
 pub fn run<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, JitError> + Send + 'static,
 ) -> Result<T, JitError> {
+    let _under_way = ending::begin_work()?;
     let (sender, receiver) = channel();
     let work = move || {
         let fatal = sender.clone();
@@ -46,6 +57,7 @@ pub fn run<T: Send + 'static>(
             let _ = fatal.send(Err(JitError::CodeGeneration(message)));
         })));
         let result = work();
+        ending::note_work();
         REPORT.set(None);
         let deliver = move || {
             let _ = sender.send(result);
@@ -60,18 +72,19 @@ pub fn run<T: Send + 'static>(
 
 /// Gives the work to a thread that waits, or to a new one.
 fn hand_over(mut work: Work) -> Result<(), JitError> {
-    while let Some(thread) = idle().pop() {
+    while let Some(thread) = idle().threads.pop() {
         match thread.send(work) {
             Ok(()) => return Ok(()),
             Err(SendError(returned)) => work = returned,
         }
     }
     let body = move || {
+        ending::note_worker();
         let (sender, receiver) = channel();
         let mut next = Some(work);
         while let Some(work) = next.take() {
             let deliver = work();
-            idle().push(sender.clone());
+            idle().threads.push(sender.clone());
             deliver();
             next = receiver.recv().ok();
         }
@@ -83,8 +96,16 @@ fn hand_over(mut work: Work) -> Result<(), JitError> {
         .map_err(|error| JitError::CodeGeneration(format!("no thread to work on: {error}")))
 }
 
-fn idle() -> std::sync::MutexGuard<'static, Vec<Sender<Work>>> {
-    IDLE.lock().unwrap_or_else(PoisonError::into_inner)
+/// No lock of these is held when a child is forked that may work: who holds one is at work.
+fn idle() -> MutexGuard<'static, Idle> {
+    let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+    let forks = ending::forks();
+    if idle.forks != forks {
+        // The threads are the parent's. They may have been about to wait at their channels, which are left as they are.
+        std::mem::forget(std::mem::take(&mut idle.threads));
+        idle.forks = forks;
+    }
+    idle
 }
 
 /// Makes LLVM's fatal errors end the work, not the process.

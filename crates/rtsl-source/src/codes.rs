@@ -199,6 +199,8 @@ diagnostics! {
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";
     E0704 NO_DENOISER "a picture that cannot be denoised";
+    E0705 FORKED "a process that was forked from one that was compiling";
+    E0706 PROCESS_ENDING "a kernel that is asked for while the process ends";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
     W0241 UNINITIALIZED "a variable read before it has a value";

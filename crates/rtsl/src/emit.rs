@@ -91,6 +91,6 @@ impl Program {
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
         };
-        result.map_err(|error| errors::code_generation(&function.name, &error))
+        result.map_err(|error| errors::not_compiled(&function.name, &error))
     }
 }

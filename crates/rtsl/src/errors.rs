@@ -1,6 +1,7 @@
 //! The diagnostics of linking and parameters: one function each.
 
 use rtsl_ir::class::{Class, Parameter};
+use rtsl_jit::JitError;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
 use rtsl_spec::Method;
 
@@ -112,6 +113,27 @@ pub(crate) fn unset_at_hits(class: &Class, variable: &str) -> Diagnostic {
 /// A method that has no code, for a reason that is not the author's doing.
 pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Diagnostic {
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
+}
+
+/// A kernel that LLVM did not make.
+pub(crate) fn not_compiled(name: &str, error: &JitError) -> Diagnostic {
+    let diagnostic = |code| Diagnostic::new(code, format!("`{name}` can't be compiled: {error}"));
+    match error {
+        JitError::Forked => {
+            diagnostic(codes::FORKED).help("fork before compiling, or while no thread compiles")
+        }
+        JitError::Ending => diagnostic(codes::PROCESS_ENDING),
+        JitError::InvalidKernel(_)
+        | JitError::Record(_)
+        | JitError::InvalidModule(_)
+        | JitError::UnknownTarget { .. }
+        | JitError::CodeGeneration(_)
+        | JitError::UndefinedSymbol(_)
+        | JitError::Object(_)
+        | JitError::MissingFunction(_)
+        | JitError::ForeignTarget(_)
+        | JitError::Memory(_) => code_generation(name, error),
+    }
 }
 
 /// A constructor that did not come to its end.

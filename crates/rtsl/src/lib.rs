@@ -78,9 +78,9 @@ pub use rtsl_ir::class::{
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
     CallArguments, CallError, CallStatus, CompiledCallback, ComponentSet, Denoiser, DenoiserError,
-    DenoiserInput, HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock, LaneIndices,
-    LaneMask, LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel, Target,
-    in_huge_pages, prefetch,
+    DenoiserInput, ForkGuard, HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock,
+    LaneIndices, LaneMask, LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel,
+    Target, in_huge_pages, prefetch,
 };
 pub use rtsl_packet::abi::{
     NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,

@@ -221,7 +221,7 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     let name = jobs.first().map_or("", |job| job.function.name.as_str());
     let features = target_features(llvm.host());
     let kernels = CompiledKernel::compile(llvm, &packets, &features, shared.options.optimization);
-    let kernels = kernels.map_err(|error| errors::code_generation(name, &error))?;
+    let kernels = kernels.map_err(|error| errors::not_compiled(name, &error))?;
     Ok(kernels.into_iter().map(Kernel::compiled).collect())
 }
 
@@ -278,7 +278,7 @@ pub(crate) fn callback(
     let (record, block_bytes) = (&callback.record, layout.block_words * 4);
     let (features, level) = (target_features(llvm.host()), shared.options.optimization);
     let compiled = CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
-    compiled.map_err(|error| errors::code_generation(&packet.name, &error))
+    compiled.map_err(|error| errors::not_compiled(&packet.name, &error))
 }
 
 /// The text that LLVM gets.

@@ -170,7 +170,7 @@ impl AheadLibrary {
         let llvm = Llvm::load().map_err(|error| engine::no_llvm(&error))?;
         let target = target.unwrap_or(llvm.host());
         let object = llvm.object(&self.llvm_text(target), target, self.shared.options.optimization);
-        object.map_err(|error| errors::code_generation(&self.description.symbol(), &error))
+        object.map_err(|error| errors::not_compiled(&self.description.symbol(), &error))
     }
 
     /// The text that LLVM gets.

@@ -1,0 +1,152 @@
+//! Work that a fork of the process may cut in two.
+//!
+//! A child process has one thread, that which forked. Locks that others held stay held there for ever, and what they were
+//! at stays half done. So work is counted: where some was under way at a fork, the child refuses more of it, since
+//! it would wait for ever.
+
+use std::sync::Once;
+use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicUsize};
+
+/// Counts one kind of work, for the children of this process.
+#[derive(Debug)]
+pub struct ForkGuard {
+    under_way: AtomicUsize,
+    /// This is a child, and work was under way when it was forked.
+    was_cut: AtomicBool,
+    /// The forks that lie between this process and the one that first did such work.
+    forks: AtomicUsize,
+    watched: Once,
+}
+
+/// Work that is under way as long as this lives.
+#[derive(Debug)]
+pub struct UnderWay<'a>(&'a ForkGuard);
+
+/// Those that hear of forks, null at the end.
+static WATCHED: [AtomicPtr<ForkGuard>; 4] = [const { AtomicPtr::new(std::ptr::null_mut()) }; 4];
+
+impl ForkGuard {
+    /// No work yet.
+    pub const fn new() -> ForkGuard {
+        ForkGuard {
+            under_way: AtomicUsize::new(0),
+            was_cut: AtomicBool::new(false),
+            forks: AtomicUsize::new(0),
+            watched: Once::new(),
+        }
+    }
+
+    /// Begins work; `None` in a child of a process that was at such work when it was forked.
+    pub fn begin(&'static self) -> Option<UnderWay<'static>> {
+        self.watched.call_once(|| self.watch());
+        let work = UnderWay(self);
+        self.under_way.fetch_add(1, SeqCst);
+        (!self.was_cut()).then_some(work)
+    }
+
+    /// Whether work can no longer be done in this process.
+    pub fn was_cut(&self) -> bool {
+        self.was_cut.load(SeqCst)
+    }
+
+    /// Whether any work is under way.
+    pub fn is_busy(&self) -> bool {
+        self.under_way.load(SeqCst) > 0
+    }
+
+    /// Changes in each child.
+    pub fn forks(&self) -> usize {
+        self.forks.load(SeqCst)
+    }
+
+    fn watch(&'static self) {
+        system::watch_forks();
+        let address = std::ptr::from_ref(self).cast_mut();
+        let free = |it: &&AtomicPtr<ForkGuard>| {
+            it.compare_exchange(std::ptr::null_mut(), address, SeqCst, SeqCst).is_ok()
+        };
+        let place = WATCHED.iter().find(free);
+        debug_assert!(place.is_some(), "there is a place for each guard of the program");
+    }
+
+    /// In a child, before anything else is done there.
+    fn note_fork(&self) {
+        if self.is_busy() {
+            self.was_cut.store(true, SeqCst);
+        }
+        self.forks.fetch_add(1, SeqCst);
+    }
+}
+
+impl Default for ForkGuard {
+    fn default() -> ForkGuard {
+        ForkGuard::new()
+    }
+}
+
+impl Drop for UnderWay<'_> {
+    fn drop(&mut self) {
+        self.0.under_way.fetch_sub(1, SeqCst);
+    }
+}
+
+#[cfg(unix)]
+mod system {
+    use std::ffi::c_int;
+    use std::sync::Once;
+    use std::sync::atomic::Ordering::SeqCst;
+
+    use super::WATCHED;
+
+    type Handler = Option<unsafe extern "C" fn()>;
+
+    unsafe extern "C" {
+        fn pthread_atfork(prepare: Handler, parent: Handler, child: Handler) -> c_int;
+    }
+
+    pub fn watch_forks() {
+        static ONCE: Once = Once::new();
+        // Safety: the handler may be called at any time, in a process with one thread: it changes atomic numbers alone. Where
+        // there is no memory for it, forks go unnoticed, as they would without it.
+        ONCE.call_once(|| unsafe {
+            pthread_atfork(None, None, Some(in_child));
+        });
+    }
+
+    unsafe extern "C" fn in_child() {
+        for guard in &WATCHED {
+            let guard = guard.load(SeqCst);
+            // Safety: what is not null is the address of a guard that lives as long as the program.
+            if let Some(guard) = unsafe { guard.as_ref() } {
+                guard.note_fork();
+            }
+        }
+    }
+}
+
+#[cfg(not(unix))]
+mod system {
+    pub fn watch_forks() {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_child_goes_on_unless_work_was_cut() {
+        static GUARD: ForkGuard = ForkGuard::new();
+        let work = GUARD.begin();
+        assert!(work.is_some() && GUARD.is_busy());
+        drop(work);
+        assert!(!GUARD.is_busy());
+        GUARD.note_fork();
+        let work = GUARD.begin();
+        assert!(work.is_some() && GUARD.forks() == 1);
+        GUARD.note_fork();
+        assert!(GUARD.was_cut() && GUARD.begin().is_none());
+        drop(work);
+        assert!(GUARD.begin().is_none() && GUARD.forks() == 2);
+    }
+}
