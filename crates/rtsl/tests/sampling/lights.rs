@@ -20,3 +20,25 @@ fn lights_without_extent_are_deltas() {
         }
     }
 }
+
+/// A twentieth of a degree, soft from the axis on: each point's light is its own.
+#[test]
+fn narrow_spot_lights_are_smooth() {
+    const COUNT: usize = 200;
+    let arguments = vec![("coneAngle", 0.05.into()), ("softness", 0.05.into())];
+    let light = Shader::library("SpotLight", arguments);
+    let mut rays = light.rays(0..COUNT);
+    // The tangent of 0.05 degrees.
+    let edge = 8.726_648e-4;
+    let part = |ray: usize| ray as f32 / COUNT as f32;
+    let points: Vec<Vec3> = (0..COUNT).map(|ray| Vec3::new(edge * part(ray), -1.0, 0.0)).collect();
+    rays.set_vectors("rt_HitPoint", &points);
+    light.call(Method::Illumination, &mut rays);
+    let found = rays.floats("rt_LightColor");
+    assert!(found.windows(2).skip(10).all(|pair| pair[0] > pair[1]), "{found:?}");
+    for (ray, found) in found.iter().enumerate() {
+        let part = part(ray) * part(ray);
+        let expected = 1.0 - part * part * (3.0 - 2.0 * part);
+        assert!((found - expected).abs() < 2e-3, "{ray}: {found}, not {expected}");
+    }
+}
