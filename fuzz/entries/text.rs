@@ -10,9 +10,9 @@ use rtsl_syntax::{parse, print};
 /// Directives, macros and includes: the text can include itself by another name.
 pub fn preprocessor(data: &[u8]) {
     let text = String::from_utf8_lossy(data).into_owned();
-    let repeatable = format!("#pragma once(off)\n{text}");
-    let files = [("again.rtsl", text.clone()), ("repeat.rtsl", repeatable)];
-    let start = format!("#include \"again.rtsl\"\n#include \"repeat.rtsl\"\n{text}");
+    let once = format!("#pragma once\n{text}");
+    let files = [("again.rtsl", text.clone()), ("once.rtsl", once)];
+    let start = format!("#include \"again.rtsl\"\n#include \"once.rtsl\"\n{text}");
     read(&start, files.map(|(name, text)| (name.to_owned(), text)));
 }
 
