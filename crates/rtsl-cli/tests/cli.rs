@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use expect_test::{Expect, expect};
+use rtsl_render::film::Aov;
 
 const DONE: i32 = 0;
 const INPUT_AT_FAULT: i32 = 1;
@@ -735,7 +736,29 @@ fn explain_info_and_help_answer() {
     assert!(info.starts_with("rtsl ") && info.contains("\nwidth "), "{info}");
     assert!(info.contains("\ndenoiser      none: `no-such-library` "), "{info}");
     let sphere = folder.run(&["info", "Sphere"]).exits(DONE).output();
-    assert!(sphere.contains("float radius"), "{sphere}");
+    assert!(sphere.contains("vec3 center = [0.0 0.0 0.0];"), "{sphere}");
+    assert!(sphere.contains("float radius = 1.0;"), "{sphere}");
+    let defaults = "class A : rt_Texture; struct S { int i; }; public S s; public rt_Texture t; public float data[];
+        public int many[17]; constructor(bool on = true, mat2 m = mat2(2.0), color c, int n[2] = int[](-1, 7)) { }";
+    std::fs::write(folder.0.join("defaults.rtsl"), defaults).unwrap();
+    expect![[r#"
+        A: texture
+        methods: 
+        parameters:
+          bool on = true
+          mat2 m = [2.0 0.0 0.0 2.0]
+          color c, required
+          int[2] n = [-1 7]
+          S s
+          rt_Texture t
+          float[] data
+          int[17] many
+
+    "#]]
+    .assert_eq(&folder.run(&["info", "defaults.rtsl"]).exits(DONE).output());
+    // Every image that a renderer makes is named.
+    let help = folder.run(&["help", "render"]).exits(DONE).output();
+    assert!(Aov::ALL.iter().all(|aov| help.contains(aov.name())), "{help}");
     folder.run(&["info", "Spere"]).fails_with("E0507");
     assert!(folder.run(&["help"]).exits(DONE).output().contains("Topics of"));
     assert!(folder.run(&["help", "eval"]).exits(DONE).output().contains("--stdin"));

@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, Compiler, Denoiser, Engine, EngineOptions, Llvm, Parameter, library,
-    type_name,
+    AnnotationValue, Class, Compiler, Denoiser, Engine, EngineOptions, Llvm, Parameter,
+    ParameterType, Scalar, default_value, library, type_name,
 };
 
 use super::{CommandResult, Failure, Outcome, compile_file, compiler, is_file_name};
 use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::report::Reporter;
+
+/// Defaults of more numbers than a matrix has are not shown.
+const SHOWN_NUMBERS: usize = 16;
 
 /// The command line of `rtsl info`.
 #[derive(Debug, Args)]
@@ -93,6 +96,30 @@ fn about_library_class(compiler: &Compiler, name: &str) -> Result<String, Failur
     Ok(about_class(unit.class(name)?))
 }
 
+/// What a parameter is where nobody sets it, as scenes write it; `None` for references, buffers, structs and tables.
+fn shown_default(class: &Class, parameter: &Parameter) -> Option<String> {
+    let scalar = scalar_of(&parameter.ty)?;
+    let words = default_value(class, parameter).filter(|words| words.len() <= SHOWN_NUMBERS)?;
+    let shown = words.iter().map(|word| match scalar {
+        Scalar::F32 => format!("{:?}", f32::from_bits(*word)),
+        Scalar::I32 => word.cast_signed().to_string(),
+        Scalar::U32 => word.to_string(),
+        Scalar::Bool => (*word != 0).to_string(),
+    });
+    let shown = shown.collect::<Vec<_>>().join(" ");
+    Some(if words.len() == 1 { shown } else { format!("[{shown}]") })
+}
+
+/// The scalar that values of the type consist of.
+fn scalar_of(ty: &ParameterType) -> Option<Scalar> {
+    match ty {
+        ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => Some(*scalar),
+        ParameterType::Matrix(..) | ParameterType::Color => Some(Scalar::F32),
+        ParameterType::Array(element, _) => scalar_of(element),
+        ParameterType::Buffer(_) | ParameterType::Struct(..) | ParameterType::Reference(_) => None,
+    }
+}
+
 fn about_class(class: &Class) -> String {
     let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
     let mut text = format!("{}: {}\n", class.name, roles.join(", "));
@@ -105,14 +132,18 @@ fn about_class(class: &Class) -> String {
         text += "parameters:\n";
     }
     for parameter in &class.parameters {
-        text += &about_parameter(parameter);
+        text += &about_parameter(class, parameter);
     }
     text + "\n"
 }
 
-fn about_parameter(parameter: &Parameter) -> String {
-    let required = if parameter.required { ", required" } else { "" };
-    let mut text = format!("  {} {}{required}", type_name(&parameter.ty), parameter.name);
+fn about_parameter(class: &Class, parameter: &Parameter) -> String {
+    let mut text = format!("  {} {}", type_name(&parameter.ty), parameter.name);
+    if parameter.required {
+        text += ", required";
+    } else if let Some(default) = shown_default(class, parameter) {
+        text += &format!(" = {default}");
+    }
     for annotation in &parameter.annotations {
         match &annotation.value {
             AnnotationValue::None => text += &format!("; {}", annotation.key),

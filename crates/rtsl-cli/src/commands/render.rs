@@ -66,10 +66,8 @@ pub struct RenderArguments {
     /// the bits of one that was never interrupted. Where there is no checkpoint the render begins anew.
     #[arg(long)]
     resume: bool,
-    /// Besides the picture, what its pixels show and take, with commas between: distance, normal,
-    /// object, class, samples, time, nodes, lanes. In an EXR as further channels, beside a PNG as files of their
-    /// own.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov)]
+    // Written from the list of images, so that none is forgotten.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov, help = aov_help())]
     aov: Vec<Aov>,
     /// Make no kernels for the scene's values while rendering, which renders of more than a second do.
     /// Never changes the picture.
@@ -323,6 +321,14 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
 pub fn parse_threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|threads| (1..=1024).contains(threads));
     threads.ok_or_else(|| "expected a number from 1 to 1024".to_owned())
+}
+
+fn aov_help() -> String {
+    format!(
+        "Besides the picture, what its pixels show and take, with commas between: {}. In an EXR as further channels, \
+         beside a PNG as files of their own",
+        Aov::ALL.map(Aov::name).join(", ")
+    )
 }
 
 fn parse_aov(text: &str) -> Result<Aov, String> {
