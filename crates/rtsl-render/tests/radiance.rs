@@ -2,19 +2,25 @@
 
 use std::path::PathBuf;
 
+use expect_test::expect;
 use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
 
 fn try_render(scene: &str, shaders: &[(&str, &str)]) -> Result<RenderResult, Messages> {
+    try_render_by(Some(Renderer::Interactive), scene, shaders)
+}
+
+fn try_render_by(
+    renderer: Option<Renderer>,
+    scene: &str,
+    shaders: &[(&str, &str)],
+) -> Result<RenderResult, Messages> {
     let shaders = shaders.iter().map(|(name, text)| (PathBuf::from(name), (*text).to_owned()));
     let scene = (PathBuf::from("scene.pbrt"), scene.to_owned());
     let files = MemoryFiles(shaders.chain([scene]).collect());
-    let request = RenderRequest {
-        scene: "scene.pbrt".into(),
-        renderer: Some(Renderer::Interactive),
-        ..RenderRequest::default()
-    };
+    let request =
+        RenderRequest { scene: "scene.pbrt".into(), renderer, ..RenderRequest::default() };
     render_scene_from(&request, &files)
 }
 
@@ -139,6 +145,32 @@ fn a_shader_that_never_ends_is_reported() {
     let head = format!("{HEAD}Integrator \"interactive\" \"integer budget\" 10000\n");
     let scene = format!("{head}WorldBegin\nMaterial \"Endless\"\nShape \"Sphere\"");
     assert_eq!(codes(try_render(&scene, &[("endless.rtsl", endless)])), ["E0619"]);
+}
+
+#[test]
+fn references_that_are_not_set_are_warned_about_by_both_renderers() {
+    let matte = "class Matte : rt_Material;\npublic rt_Texture kd;\npublic rt_Texture tested;\n\
+        void BSDF() { rt_BSDFValue = isSet(tested) ? tested.lookup() : kd.lookup(); }\n";
+    let scene = format!(
+        "{HEAD}WorldBegin\nLightSource \"SkyLight\"\nMaterial \"Matte\"\nShape \"Sphere\"\n\
+         Material \"Matte\"\nShape \"Disk\"\n"
+    );
+    for renderer in [Renderer::Interactive, Renderer::Batch] {
+        let rendered = try_render_by(Some(renderer), &scene, &[("matte.rtsl", matte)])
+            .unwrap_or_else(|messages| panic!("{}", messages.to_text(false)));
+        expect![[r#"
+            warning[W0501]: the reference `kd` of `Matte` is used but not set
+              ┌─ scene.pbrt:8:10
+              │
+            8 │ Material "Matte"
+              │          ^^^^^^^
+              │
+              = note: a call through it gives the defaults of its role: black, zero
+              = help: set `kd`, or test it with `isSet(kd)`
+
+        "#]]
+        .assert_eq(&rendered.warnings.to_text(false));
+    }
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_ir::class::{Class, Parameter, ParameterTarget};
-use rtsl_ir::{Function, PlaceKind};
+use rtsl_ir::class::{Class, Parameter, ParameterTarget, Reference};
+use rtsl_ir::{Function, OpKind, PlaceKind};
 use rtsl_jit::{BoundBuffer, InstanceBlock};
 use rtsl_packet::Layout;
 use rtsl_source::{Diagnostic, Diagnostics};
@@ -13,7 +13,7 @@ use rtsl_source::{Diagnostic, Diagnostics};
 use crate::elements::parameter_name;
 use crate::environment::Environment;
 use crate::errors;
-use crate::link::link_function;
+use crate::link::{link_function, unset_warning};
 use crate::parameters::{self, Argument, Leaves, Words};
 use crate::tree::{ClassTree, element_path};
 use crate::value::Value;
@@ -105,6 +105,32 @@ impl Instance {
             elements.iter().enumerate().map(|(index, it)| (element_path(reference, index), it))
         });
         named.find(|(name, _)| name == path).and_then(|(_, element)| element.as_ref())
+    }
+
+    /// A warning for each reference that is not set, though a method of the class calls through it and none tests it.
+    pub fn unset_reference_warnings(&self) -> Vec<Diagnostic> {
+        let mut unset = Vec::new();
+        for (reference, elements) in self.class.references.iter().zip(&self.references) {
+            if !reference.tested && elements.iter().any(Option::is_none) && self.calls(reference) {
+                let paths = elements.iter().enumerate().filter(|(_, element)| element.is_none());
+                let warning = |(index, _)| {
+                    unset_warning((self.class.name.clone(), element_path(reference, index)))
+                };
+                unset.extend(paths.map(warning));
+            }
+        }
+        unset
+    }
+
+    /// Whether a method of the class calls through the reference.
+    fn calls(&self, reference: &Reference) -> bool {
+        let mut calls = false;
+        for function in self.class.methods.values() {
+            function.body.for_each_op(&mut |op| {
+                calls |= matches!(&op.kind, OpKind::ReferenceCall(call) if call.member == reference.name);
+            });
+        }
+        calls
     }
 
     /// The scalars of a member as bits, after the constructor; `None` for an unknown name.

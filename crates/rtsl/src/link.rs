@@ -578,7 +578,7 @@ fn limit_error(name: &str, problem: &str) -> Diagnostic {
     .help("refer to fewer or simpler instances")
 }
 
-fn unset_warning((class, path): (String, String)) -> Diagnostic {
+pub(crate) fn unset_warning((class, path): (String, String)) -> Diagnostic {
     Diagnostic::new(
         codes::UNSET_REFERENCE,
         format!("the reference `{path}` of `{class}` is used but not set"),

@@ -126,6 +126,25 @@ fn an_unset_reference_is_black_and_warned_about() {
     }
 }
 
+/// The warning for hosts that make instances, with the paths of elements.
+#[test]
+fn instances_know_their_unset_references() {
+    let unit = unit();
+    let ramp = new(&unit, "Ramp", vec![]);
+    let said = |instance: &Instance| -> Vec<String> {
+        instance.unset_reference_warnings().iter().map(|warning| warning.message.clone()).collect()
+    };
+    assert_eq!(
+        said(&new(&unit, "Painted", vec![])),
+        ["the reference `paint` of `Painted` is used but not set"]
+    );
+    assert!(said(&new(&unit, "Painted", vec![("paint", ramp.clone().into())])).is_empty());
+    // `extra` is tested.
+    let layers = Value::from([ramp.clone(), ramp.clone(), ramp]);
+    assert!(said(&new(&unit, "Choice", vec![("layers", layers)])).is_empty());
+    assert_eq!(said(&new(&unit, "Choice", vec![])).len(), 3);
+}
+
 #[test]
 fn a_constructor_without_end_is_an_error() {
     let problems = Instance::new(unit().class("Endless").unwrap(), []).unwrap_err();

@@ -387,9 +387,6 @@ impl<'a> ShaderTable<'a> {
                     Err(diagnostic) => diagnostics.push(diagnostic),
                 }
             }
-            for linked in entry.methods.iter().filter_map(|method| entry.linked(*method)) {
-                diagnostics.extend(linked.warnings.iter().cloned());
-            }
             let hit_methods = entry.hit_methods_of_shapes();
             shaders.push(Shader {
                 program: entry.program.clone(),

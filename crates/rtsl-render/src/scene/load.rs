@@ -380,6 +380,9 @@ impl<'a, 'f> Loader<'a, 'f> {
         let made = self.make(id);
         self.depth -= 1;
         let instance = made.as_ref().map(|made| made.instance.clone());
+        if let Some(instance) = &instance {
+            self.warn_of_unset_references(id, instance);
+        }
         self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
         instance
     }
@@ -562,6 +565,16 @@ impl<'a, 'f> Loader<'a, 'f> {
             self.say_once(message, entity.class_span);
         }
         left_out
+    }
+
+    /// Says which references of the instance are called through and not set, once for each of a class.
+    fn warn_of_unset_references(&mut self, id: EntityId, instance: &Instance) {
+        let span = self.description.entities[id.0].class_span;
+        for warning in instance.unset_reference_warnings() {
+            if self.said.insert(warning.message.clone()) {
+                self.diagnostics.push(warning.at(span, ""));
+            }
+        }
     }
 
     fn say_once(&mut self, message: String, span: Span) {
