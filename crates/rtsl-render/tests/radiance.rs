@@ -147,6 +147,28 @@ fn a_shader_that_never_ends_is_reported() {
     assert_eq!(codes(try_render(&scene, &[("endless.rtsl", endless)])), ["E0619"]);
 }
 
+/// The loop is in the texture, though the kernel is the material's.
+#[test]
+fn a_loop_that_never_ends_is_blamed_on_its_class() {
+    let endless = "class Endless : rt_Texture;\nvoid lookup() {\n    float x = 0.0;\n    \
+        while (x < 1.0) x = x * 0.5;\n    rt_FloatTextureValue = x;\n}\n";
+    let matte = "class Matte : rt_Material;\npublic rt_Texture kd;\n\
+        void BSDF() { rt_BSDFValue = isSet(kd) ? kd.lookup() : color(0.5); }\n";
+    for renderer in ["interactive", "batch"] {
+        let scene = format!(
+            "{HEAD}Integrator \"{renderer}\" \"integer budget\" 10000\nWorldBegin\nLightSource \"SkyLight\"\n\
+             Texture \"t\" \"color\" \"Endless\"\nMaterial \"Matte\" \"texture kd\" \"t\"\nShape \"Sphere\""
+        );
+        let shaders = [("endless.rtsl", endless), ("matte.rtsl", matte)];
+        let messages = try_render_by(None, &scene, &shaders).expect_err("it never ends");
+        let text = messages.to_text(false);
+        assert!(
+            text.contains("error[E0619]: `lookup` of `Endless`, which `"),
+            "{renderer}: {text}"
+        );
+    }
+}
+
 #[test]
 fn references_that_are_not_set_are_warned_about_by_both_renderers() {
     let matte = "class Matte : rt_Material;\npublic rt_Texture kd;\npublic rt_Texture tested;\n\

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances,
-    Method, Shape, Unit, Value, lookup_state, new_state,
+    LoopOwners, Method, Shape, Unit, Value, lookup_state, new_state,
 };
 
 const TEXT: &str = "
@@ -143,6 +143,46 @@ fn instances_know_their_unset_references() {
     let layers = Value::from([ramp.clone(), ramp.clone(), ramp]);
     assert!(said(&new(&unit, "Choice", vec![("layers", layers)])).is_empty());
     assert_eq!(said(&new(&unit, "Choice", vec![])).len(), 3);
+}
+
+#[test]
+fn loops_belong_to_the_classes_that_have_them() {
+    let text = "
+class Rising : rt_Texture;
+void lookup() { float x = rt_TextureUV.x; while (x < 1.0) x *= 1.5; rt_FloatTextureValue = x; }
+class Plain : rt_Material;
+public rt_Texture kd;
+void BSDF() { rt_BSDFValue = isSet(kd) ? kd.lookup() : color(0.5); }
+class Own : rt_Material;
+public rt_Texture kd;
+void BSDF() {
+    float x = rt_TextureUV.x;
+    while (x < 1.0) x *= 1.5;
+    rt_BSDFValue = isSet(kd) ? x * kd.lookup() : color(x);
+}
+";
+    let options = CompilerOptions { loop_budget: Some(1000), ..CompilerOptions::default() };
+    let unit = Compiler::new(options).compile("test.rtsl", text).unit.unwrap();
+    let engine = &engines()[0];
+    let rising = new(&unit, "Rising", vec![]);
+    let owners = |instance: &Instance, method| {
+        let program = engine.program(instance);
+        let owners = LoopOwners::of(&instance.class().name, method, [&*program]);
+        (owners.subject(), owners.note().unwrap_or_default())
+    };
+    let of_material = |class, arguments| owners(&new(&unit, class, arguments), Method::Bsdf);
+    let with_rising = || vec![("kd", Value::from(rising.clone()))];
+    let one = |subject: &str| (subject.to_owned(), String::new());
+    assert_eq!(owners(&rising, Method::Lookup), one("`lookup` of `Rising`"));
+    assert_eq!(
+        of_material("Plain", with_rising()),
+        one("`lookup` of `Rising`, which `BSDF` of `Plain` calls,")
+    );
+    assert_eq!(of_material("Plain", vec![]), one("`BSDF` of `Plain`"));
+    assert_eq!(of_material("Own", vec![]), one("`BSDF` of `Own`"));
+    let (subject, note) = of_material("Own", with_rising());
+    assert_eq!(subject, "`BSDF` of `Own`");
+    assert_eq!(note, "loops are in `BSDF` of `Own`, `lookup` of `Rising`");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, Method,
+    CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, LoopOwners, Method,
     ParameterType, Program, Role, Scalar, Shape, StateVariable, Unit, Value,
     diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
@@ -85,7 +85,8 @@ pub fn run(
     let answer = &mut evaluation.answer;
     if status.budget_exhausted {
         answer.ok = false;
-        evaluation.problems.push(budget_exhausted(class, method, request.budget()));
+        let problem = budget_exhausted(&program, method, request.budget());
+        evaluation.problems.push(problem);
     }
     let written = linked.writes.iter().map(|variable| show_state(variable, &state));
     answer.state = Some(written.collect());
@@ -235,11 +236,11 @@ fn lanes_of(lanes: Vec<Json>) -> Json {
     Json::Object(vec![("lanes".to_owned(), Json::List(lanes))])
 }
 
-fn budget_exhausted(class: &Class, method: Method, budget: u32) -> Diagnostic {
-    let (class, method) = (&class.name, method.name());
+fn budget_exhausted(program: &Program, method: Method, budget: u32) -> Diagnostic {
+    let owners = LoopOwners::of(&program.class().name, method, [program]);
     Diagnostic::new(
         codes::BUDGET_EXHAUSTED,
-        format!("`{method}` of `{class}` used up its budget of {budget} loop iterations"),
+        format!("{} used up its budget of {budget} loop iterations", owners.subject()),
     )
     .help("its loop may never end; `--budget` sets the limit")
 }

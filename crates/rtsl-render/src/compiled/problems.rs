@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rtsl::{Diagnostic, Method, diagnostic_codes as codes};
+use rtsl::{Diagnostic, LoopOwners, Method, diagnostic_codes as codes};
 
 use crate::messages::Messages;
 use crate::statistics::NotFinite;
@@ -72,12 +72,16 @@ pub fn exhausted_budgets(scene: &CompiledScene, problems: &Problems) -> Messages
     let mut messages = Messages::default();
     for (class, method) in problems.exhausted() {
         let budget = scene.settings.loop_budget;
-        let message =
-            format!("`{}` of `{class}` ran for more than {budget} loop iterations", method.name());
-        messages.push_one(
-            Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
-                .help("if it does end, raise the integrator's `\"integer budget\"`"),
-        );
+        let programs = scene.shaders.iter().map(|shader| &*shader.program);
+        let of_class = programs.filter(|program| program.class().name == class);
+        let owners = LoopOwners::of(&class, method, of_class);
+        let message = format!("{} ran for more than {budget} loop iterations", owners.subject());
+        let diagnostic = Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
+            .help("if it does end, raise the integrator's `\"integer budget\"`");
+        messages.push_one(match owners.note() {
+            Some(note) => diagnostic.note(note),
+            None => diagnostic,
+        });
     }
     messages
 }

@@ -25,7 +25,7 @@ use std::time::Duration;
 
 use clap::Args;
 use rtsl::{
-    Backend, Class, Diagnostic, Engine, EngineOptions, Instance, Math, Method, Program, Role,
+    Backend, Diagnostic, Engine, EngineOptions, Instance, LoopOwners, Math, Method, Program, Role,
     Shape, Variant, diagnostic_codes as codes,
 };
 use serde_json::Value as JsonValue;
@@ -234,7 +234,7 @@ impl<'a> Bench<'a> {
         let most_rounds = ROUNDS_PER_RAY * lanes as u64;
         let inputs = |rays: &mut RaySource<'_>| {
             let inputs = covering_inputs(&packets, objects, rays, lanes, most_rounds);
-            inputs.ok_or_else(|| endless(program.class(), method))
+            inputs.ok_or_else(|| endless(program, method))
         };
         let general = inputs(&mut rays)?;
         rays.start_at_one_point();
@@ -290,11 +290,11 @@ impl MethodInputs {
     }
 }
 
-fn endless(class: &Class, method: Method) -> Diagnostic {
-    let (class, method) = (&class.name, method.name());
+fn endless(program: &Program, method: Method) -> Diagnostic {
+    let owners = LoopOwners::of(&program.class().name, method, [program]);
     Diagnostic::new(
         codes::BUDGET_EXHAUSTED,
-        format!("`{method}` of `{class}` went round its loops {ROUNDS_PER_RAY} times a ray"),
+        format!("{} went round its loops {ROUNDS_PER_RAY} times a ray", owners.subject()),
     )
     .help("its loop may never end for random rays; `--state` chooses others")
 }
