@@ -55,7 +55,9 @@ impl Written {
         assert!(parameters.len() >= self.parameters, "the kernel's parameters are there");
         let is_aligned = |array: &[f32]| array.as_ptr().addr().is_multiple_of(64);
         assert!(is_aligned(state) && is_aligned(scratch), "arrays are aligned for vectors");
-        // Safety: the arrays have the sizes that were just checked.
+        // Safety: the arrays have the sizes and the alignment that were just checked. Who made this promised that the code is
+        // the kernel's and that this processor can run it. What indices a table among the parameters leads to is the race's
+        // to answer for, whose table is a permutation of bytes: a check of it here would count as the rival's time.
         unsafe {
             match self.code {
                 Code::Kernel(entry) => entry(state, scratch, parameters),

@@ -28,7 +28,8 @@ pub trait Scalar {
 }
 
 /// A ray of a packet. Only [`single`] and [`double`] make one, of packets that have the arrays
-/// and parameters of the race; so reading and writing them is sound.
+/// and parameters of the race; so reading and writing them is sound. Indices of a table are sums of its own values and
+/// bytes, which are below its length, since it is a permutation of bytes, twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray(Packet);
 
