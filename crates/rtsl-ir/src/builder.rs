@@ -25,8 +25,12 @@ pub struct Builder {
     /// The open regions, the body first.
     open: Vec<OpenRegion>,
     precise: bool,
-    /// Only looked up, so that its order does not matter.
+    /// Only looked up, so that its order does not matter; so for the others.
     texts: HashMap<String, NameText>,
+    /// A class may have tens of thousands of members, and a method name them all.
+    places: HashMap<(PlaceKind, String), PlaceId>,
+    /// By a slot's name the last number that was tried for another of the name.
+    slot_numbers: HashMap<String, u32>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -46,6 +50,8 @@ impl Builder {
             open: vec![OpenRegion::default()],
             precise: false,
             texts: HashMap::new(),
+            places: HashMap::new(),
+            slot_numbers: HashMap::new(),
         }
     }
 
@@ -100,18 +106,28 @@ impl Builder {
 
     /// The place equal to `place`, added where it is missing.
     pub fn place(&mut self, place: Place) -> PlaceId {
-        self.function.intern_place(place)
+        if let Some(known) = self.places.get(&(place.kind, place.name.clone())) {
+            debug_assert_eq!(*self.function.place(*known), place);
+            return *known;
+        }
+        let new = PlaceId(self.function.places.len() as u32);
+        self.places.insert((place.kind, place.name.clone()), new);
+        self.function.places.push(place);
+        new
     }
 
     /// A new slot; its name starts with `name` and gets a number where that is taken.
     pub fn slot(&mut self, name: &str, scalar: Scalar, len: u32) -> PlaceId {
-        let mut unique = name.to_owned();
-        let mut number = 1;
-        while self.function.find_place(PlaceKind::Slot, &unique).is_some() {
-            number += 1;
-            unique = format!("{name}.{number}");
+        let mut key = (PlaceKind::Slot, name.to_owned());
+        if self.places.contains_key(&key) {
+            let number = self.slot_numbers.entry(name.to_owned()).or_insert(1);
+            while self.places.contains_key(&key) {
+                *number += 1;
+                key.1 = format!("{name}.{number}");
+            }
         }
-        self.place(Place { kind: PlaceKind::Slot, name: unique, scalar, len })
+        let (kind, name) = key;
+        self.place(Place { kind, name, scalar, len })
     }
 
     /// Makes `value` the output to this scalar of a place.

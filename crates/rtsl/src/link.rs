@@ -7,7 +7,7 @@
 
 mod hit;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::Reference;
 use rtsl_ir::{
@@ -50,6 +50,8 @@ pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Lin
 
 struct Linker {
     out: Function,
+    /// The places of `out`.
+    places: BTreeMap<(PlaceKind, String), PlaceId>,
     operations: usize,
     depth: usize,
     slots: u32,
@@ -125,7 +127,8 @@ type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Ve
 impl Linker {
     fn new(out: Function) -> Linker {
         let warnings = BTreeSet::new();
-        Linker { out, operations: 0, depth: 0, slots: 0, warnings, scratch: None }
+        let places = BTreeMap::new();
+        Linker { out, places, operations: 0, depth: 0, slots: 0, warnings, scratch: None }
     }
 
     fn finish(self) -> Linked {
@@ -259,9 +262,19 @@ impl Linker {
                 format!("{}{}.{}", site.prefix, place.name, self.slots)
             }
         };
-        let new = self.out.intern_place(Place { name, ..place.clone() });
+        let new = self.intern_place(Place { name, ..place.clone() });
         site.places[id.0 as usize] = Some(new);
         new
+    }
+
+    /// As [`Function::intern_place`], which looks at all places one after another.
+    fn intern_place(&mut self, place: Place) -> PlaceId {
+        let next = PlaceId(self.out.places.len() as u32);
+        let id = *self.places.entry((place.kind, place.name.clone())).or_insert(next);
+        if id == next {
+            self.out.places.push(place);
+        }
+        id
     }
 
     fn emit(

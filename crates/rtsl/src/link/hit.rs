@@ -197,7 +197,7 @@ impl HitLinker<'_, '_> {
     }
 
     fn place(&mut self, kind: PlaceKind, name: &str, scalar: Scalar, len: u32) -> PlaceId {
-        self.linker.out.intern_place(Place { kind, name: name.to_owned(), scalar, len })
+        self.linker.intern_place(Place { kind, name: name.to_owned(), scalar, len })
     }
 }
 
