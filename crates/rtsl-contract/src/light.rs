@@ -5,15 +5,15 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use rtsl::{Method, Role};
 
-use crate::distribution::{Comparison, Samples};
-use crate::partition::Partition;
+use crate::distribution::{Comparison, Samples, Source};
+use crate::neighbours::judge;
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
-use crate::values::{is_close, is_color, is_unit};
+use crate::values::{is_color, is_unit};
 use crate::{Contract, Finding, Inputs};
 
 /// Checks a light.
@@ -65,18 +65,50 @@ struct Tests<'a> {
     emission: Tally,
 }
 
+/// What a point is lit by, as samples and as a density.
+struct PointSource<'t, 'a> {
+    tests: &'t mut Tests<'a>,
+    point: &'t Point,
+    stream: Stream,
+}
+
+impl Source for PointSource<'_, '_> {
+    fn draw(&mut self, numbers: Range<u64>, samples: &mut Samples) -> Result<(), Stop> {
+        for numbers in batches(numbers) {
+            let mut rays = self.tests.rays_at(self.point, self.stream, numbers);
+            self.tests.subject.call(Method::Illumination, &mut rays)?;
+            self.tests.check_values(&rays, samples)?;
+            self.tests.check_others(self.point, &rays)?;
+        }
+        Ok(())
+    }
+
+    fn densities(&mut self, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
+        let densities = self.tests.densities(self.point, directions)?.into_iter();
+        Ok(densities.map(|it| if it.is_finite() { it.max(0.0) } else { 0.0 }).collect())
+    }
+}
+
 impl Tests<'_> {
     fn check_point(&mut self, point: &Point, index: usize, significance: f64) -> Result<(), Stop> {
         let stream = self.subject.stream(Contract::LightDistribution).at(index as u64);
         let mut samples = Samples::default();
-        for numbers in batches(u64::from(self.subject.options.samples)) {
-            let mut rays = self.rays_at(point, stream, numbers);
-            self.subject.call(Method::Illumination, &mut rays)?;
-            self.check_values(&rays, &mut samples)?;
-            self.check_others(point, &rays)?;
+        let count = u64::from(self.subject.options.samples);
+        let mut source = PointSource { tests: self, point, stream };
+        source.draw(0..count, &mut samples)?;
+        if !(samples.has_densities() && source.tests.subject.has(Method::EvaluatePdf)) {
+            return Ok(());
         }
-        if samples.has_densities() && self.subject.has(Method::EvaluatePdf) {
-            self.compare(point, &samples, significance)?;
+        // What is proposed is chosen by numbers that samples do not use.
+        let proposals = stream.at(1);
+        let found = Comparison::new(&mut source, &samples, point.normal, proposals, significance)?;
+        let place = format!("at {}", point.point.as_vec3());
+        let message = || found.integral_message(&place, "have a density");
+        if self.integral.test(found.integral_holds(), message) {
+            self.integral.set_inputs(self.density_inputs(point, found.worst_direction())?);
+        }
+        if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
+            self.distribution.set_inputs(self.density_inputs(point, found.worst_direction())?);
         }
         Ok(())
     }
@@ -113,83 +145,105 @@ impl Tests<'_> {
     /// What other methods say of the same directions.
     fn check_others(&mut self, point: &Point, rays: &Rays) -> Result<(), Stop> {
         let directions = rays.vectors("rt_LightDirection");
-        let count = directions.len() as u64;
-        let mut there = self.rays_at(point, Stream::new(0), 0..count);
-        there.set_vectors("rt_LightDirection", directions.iter().copied());
-        there.set_vectors("rt_RayDirection", directions.iter().copied());
-        let has_density = self.subject.has(Method::EvaluatePdf);
-        let has_emission = self.subject.has(Method::Emission);
-        if has_density {
-            self.subject.call(Method::EvaluatePdf, &mut there)?;
+        if self.subject.has(Method::EvaluatePdf) {
+            self.check_agreement(point, rays, &directions)?;
         }
-        let densities = there.floats("rt_PDF").to_vec();
-        if has_emission {
-            self.subject.call(Method::Emission, &mut there)?;
+        if self.subject.has(Method::Emission) {
+            self.check_emission(point, rays, &directions)?;
         }
-        let emitted = there.vectors("rt_EmissionColor");
-        let colors = rays.vectors("rt_LightColor");
-        for (ray, density) in rays.floats("rt_PDF").iter().enumerate().filter(|(_, it)| **it > 0.0)
-        {
-            let close = is_close(Vec3::splat(*density), Vec3::splat(densities[ray]));
+        Ok(())
+    }
+
+    fn check_agreement(
+        &mut self,
+        point: &Point,
+        rays: &Rays,
+        directions: &[Vec3],
+    ) -> Result<(), Stop> {
+        let given: Vec<Vec3> = rays.floats("rt_PDF").iter().map(|it| Vec3::splat(*it)).collect();
+        let stated = self.splat_densities(point, directions)?;
+        let is_sample = |ray: usize| given[ray].x > 0.0;
+        let verdicts = judge(directions, &given, &stated, is_sample, |beside| {
+            self.splat_densities(point, beside)
+        })?;
+        for ray in (0..given.len()).filter(|ray| is_sample(*ray)) {
             let message = || {
                 format!(
-                    "illumination gives direction {} with density {density}, evaluatePDF says {} of it",
-                    directions[ray], densities[ray]
+                    "illumination gives direction {} with density {}, evaluatePDF says {} of it",
+                    directions[ray], given[ray].x, stated[ray].x
                 )
             };
-            if has_density && self.agreement.test(close, message) {
-                self.agreement.set_inputs(self.subject.inputs(Method::EvaluatePdf, &there, ray)?);
+            if self.agreement.judge(verdicts[ray], message) {
+                self.agreement.set_inputs(self.density_inputs(point, directions[ray])?);
             }
-            let is_far = rays.floats("rt_LightDistance")[ray] == f32::INFINITY;
+        }
+        Ok(())
+    }
+
+    /// What lies infinitely far away shines as its samples do.
+    fn check_emission(
+        &mut self,
+        point: &Point,
+        rays: &Rays,
+        directions: &[Vec3],
+    ) -> Result<(), Stop> {
+        let colors = rays.vectors("rt_LightColor");
+        let emitted = self.emitted(point, directions)?;
+        let (densities, distances) = (rays.floats("rt_PDF"), rays.floats("rt_LightDistance"));
+        let is_far_sample = |ray: usize| densities[ray] > 0.0 && distances[ray] == f32::INFINITY;
+        let verdicts = judge(directions, &colors, &emitted, is_far_sample, |beside| {
+            self.emitted(point, beside)
+        })?;
+        for ray in (0..colors.len()).filter(|ray| is_far_sample(*ray)) {
             let message = || {
                 format!(
                     "towards {} illumination gives {}, emission {}",
                     directions[ray], colors[ray], emitted[ray]
                 )
             };
-            if has_emission
-                && is_far
-                && self.emission.test(is_close(colors[ray], emitted[ray]), message)
-            {
-                self.emission.set_inputs(self.subject.inputs(Method::Emission, &there, ray)?);
+            if self.emission.judge(verdicts[ray], message) {
+                let rays = self.rays_towards(point, &[directions[ray]]);
+                self.emission.set_inputs(self.subject.inputs(Method::Emission, &rays, 0)?);
             }
         }
         Ok(())
     }
 
-    fn compare(&mut self, point: &Point, samples: &Samples, significance: f64) -> Result<(), Stop> {
-        let partition = Partition::new(point.normal, &samples.pilots);
-        let integrals =
-            partition.integrate(samples.count, |directions| self.densities(point, directions))?;
-        let found = Comparison::new(&partition, &integrals, samples, significance);
-        let place = format!("at {}", point.point.as_vec3());
-        let message = || found.integral_message(&place, "have a density");
-        if self.integral.test(found.integral_holds(), message) {
-            self.integral.set_inputs(self.density_inputs(point, found.worst.direction)?);
-        }
-        if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
-            self.distribution.set_inputs(self.density_inputs(point, found.worst.direction)?);
-        }
-        Ok(())
+    /// What `emission` gives in directions.
+    fn emitted(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<Vec3>, Stop> {
+        let mut rays = self.rays_towards(point, directions);
+        self.subject.call(Method::Emission, &mut rays)?;
+        Ok(rays.vectors("rt_EmissionColor"))
     }
 
+    /// What `evaluatePDF` gives for directions.
     fn densities(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
-        for numbers in batches(directions.len() as u64) {
+        for numbers in batches(0..directions.len() as u64) {
             let batch = &directions[numbers.start as usize..numbers.end as usize];
-            let mut rays = self.rays_at(point, Stream::new(0), 0..batch.len() as u64);
-            rays.set_vectors("rt_LightDirection", batch.iter().copied());
+            let mut rays = self.rays_towards(point, batch);
             self.subject.call(Method::EvaluatePdf, &mut rays)?;
-            let densities = rays.floats("rt_PDF").iter();
-            all.extend(densities.map(|it| if it.is_finite() { it.max(0.0) } else { 0.0 }));
+            all.extend_from_slice(rays.floats("rt_PDF"));
         }
         Ok(all)
     }
 
+    /// The same in all three components, to be judged as colours are.
+    fn splat_densities(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<Vec3>, Stop> {
+        let densities = self.densities(point, directions)?;
+        Ok(densities.into_iter().map(Vec3::splat).collect())
+    }
+
     fn density_inputs(&self, point: &Point, direction: Vec3) -> Result<Inputs, Stop> {
-        let mut rays = self.rays_at(point, Stream::new(0), 0..1);
-        rays.fill_vector("rt_LightDirection", direction);
+        let rays = self.rays_towards(point, &[direction]);
         self.subject.inputs(Method::EvaluatePdf, &rays, 0)
+    }
+
+    fn rays_towards(&self, point: &Point, directions: &[Vec3]) -> Rays {
+        let mut rays = self.rays_at(point, Stream::new(0), 0..directions.len() as u64);
+        rays.set_vectors("rt_LightDirection", directions.iter().copied());
+        rays.set_vectors("rt_RayDirection", directions.iter().copied());
+        rays
     }
 
     fn rays_at(&self, point: &Point, stream: Stream, numbers: Range<u64>) -> Rays {

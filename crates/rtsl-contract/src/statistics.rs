@@ -31,6 +31,18 @@ pub fn chi_square_quantile(freedom: f64, probability: f64) -> f64 {
     freedom * root * root * root
 }
 
+/// How far the mean of independent numbers from 0 to 1 is from what is expected, but with this probability: whatever their
+/// distribution (Maurer and Pontil, "Empirical Bernstein Bounds and Sample Variance Penalization", 2009).
+pub fn bernstein_bound(mean: &Mean, probability: f64) -> f64 {
+    if mean.count() < 2.0 {
+        return 1.0;
+    }
+    // To either side.
+    let logarithm = libm::log(4.0 / probability);
+    (2.0 * mean.variance() * logarithm / mean.count()).sqrt()
+        + 7.0 * logarithm / (3.0 * (mean.count() - 1.0))
+}
+
 /// Mean and its standard deviation of numbers that come one by one (Welford).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
@@ -51,9 +63,19 @@ impl Mean {
         self.mean
     }
 
+    /// How many numbers there were.
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// The variance of the numbers.
+    pub fn variance(&self) -> f64 {
+        if self.count < 2.0 { 0.0 } else { self.squares / (self.count - 1.0) }
+    }
+
     /// The standard deviation of the mean.
     pub fn deviation(&self) -> f64 {
-        if self.count < 2.0 { 0.0 } else { (self.squares / (self.count - 1.0) / self.count).sqrt() }
+        if self.count < 2.0 { 0.0 } else { (self.variance() / self.count).sqrt() }
     }
 }
 
@@ -72,6 +94,21 @@ mod tests {
             let found = chi_square_quantile(freedom, probability);
             assert!((found / expected - 1.0).abs() < 0.02, "{found}, not {expected}");
         }
+    }
+
+    #[test]
+    fn bounds_of_means_hold_for_rare_events() {
+        // Each number is 1 with this probability, else 0.
+        for part in [0.5, 0.01, 0.001] {
+            for seed in 0..200 {
+                let stream = crate::random::Stream::new(seed);
+                let mut mean = Mean::default();
+                (0..500).for_each(|it| mean.add(f64::from(u8::from(stream.number(it, 0) < part))));
+                let bound = bernstein_bound(&mean, 1e-4);
+                assert!((mean.mean() - f64::from(part)).abs() <= bound, "{part}, {seed}");
+            }
+        }
+        assert_eq!(bernstein_bound(&Mean::default(), 0.1), 1.0);
     }
 
     #[test]

@@ -101,7 +101,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The numbers below `count`, batch by batch.
-pub fn batches(count: u64) -> impl Iterator<Item = Range<u64>> {
-    (0..count).step_by(BATCH).map(move |start| start..count.min(start + BATCH as u64))
+/// Numbers batch by batch.
+pub fn batches(numbers: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+    let end = numbers.end;
+    numbers.step_by(BATCH).map(move |start| start..end.min(start + BATCH as u64))
 }

@@ -1,5 +1,6 @@
 //! Counts tests of one contract and keeps the first that failed.
 
+use crate::neighbours::Verdict;
 use crate::{Contract, Failure, Finding, Inputs, Outcome};
 
 /// What the tests of one contract gave so far.
@@ -12,11 +13,26 @@ pub struct Tally {
     note: Option<String>,
     /// The part of tests that may fail.
     allowed: f64,
+    /// Tests that rounding decided, and what was found at the first.
+    rounded: u64,
+    first_rounded: Option<String>,
 }
+
+/// More than this part of tests is not for rounding to decide: edges are no wider.
+const ROUNDED_PART: f64 = 0.01;
 
 impl Tally {
     pub fn new(contract: Contract) -> Tally {
-        Tally { contract, tested: 0, broken: 0, first: None, note: None, allowed: 0.0 }
+        Tally {
+            contract,
+            tested: 0,
+            broken: 0,
+            first: None,
+            note: None,
+            allowed: 0.0,
+            rounded: 0,
+            first_rounded: None,
+        }
     }
 
     /// Lets a part of the tests fail: those that rounding decides.
@@ -39,6 +55,17 @@ impl Tally {
         is_first
     }
 
+    /// The same for a test that rounding may have decided. A few such do not count.
+    pub fn judge(&mut self, verdict: Verdict, message: impl FnOnce() -> String) -> bool {
+        if verdict == Verdict::Rounded {
+            self.tested += 1;
+            self.rounded += 1;
+            self.first_rounded.get_or_insert_with(message);
+            return false;
+        }
+        self.test(verdict == Verdict::Agree, message)
+    }
+
     /// The inputs of the test that failed first.
     pub fn set_inputs(&mut self, given: Inputs) {
         if let Some((_, inputs)) = &mut self.first {
@@ -53,7 +80,11 @@ impl Tally {
 
     /// The finding; where nothing was tested, `reason` says why.
     pub fn finish(self, reason: &str) -> Finding {
-        let Tally { contract, tested, broken, first, note, allowed } = self;
+        let Tally { contract, tested, mut broken, mut first, note, allowed, .. } = self;
+        if self.rounded as f64 > ROUNDED_PART * tested as f64 {
+            broken += self.rounded;
+            first = first.or(self.first_rounded.map(|message| (message, None)));
+        }
         let first = first.filter(|_| broken as f64 > allowed * tested as f64);
         let outcome = match first {
             Some((message, inputs)) => Outcome::Broken(Failure { message, inputs, broken, tested }),

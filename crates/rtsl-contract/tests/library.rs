@@ -1,10 +1,15 @@
 //! Every class of the standard library keeps its contracts: with its defaults, over the ranges of its
 //! parameters, and as the table says.
 
+#[path = "common/seeds.rs"]
+mod seeds;
+
 use std::sync::Arc;
 
 use rtsl::{Class, Compiler, Engine, Instance, Numbers, Role, Value, library};
 use rtsl_contract::{Options, check, engine_options, settings};
+
+use seeds::seeds;
 
 /// The classes of a role.
 fn classes(role: Role) -> Vec<Arc<Class>> {
@@ -40,7 +45,10 @@ fn check_role(role: Role, options: &Options) {
                 };
                 // Kernels are kept while somebody has the program.
                 program.get_or_insert_with(|| engine.program(&instance));
-                all += &broken(&engine, &name, &instance, options);
+                for seed in seeds() {
+                    let name = format!("{name}, seed {seed}");
+                    all += &broken(&engine, &name, &instance, &Options { seed, ..*options });
+                }
             }
         }
     }

@@ -3,6 +3,8 @@
 mod common;
 
 use expect_test::expect;
+use rtsl::{Compiler, Engine, Instance};
+use rtsl_contract::{Contract, Options, Outcome, check, engine_options};
 
 use common::finds;
 
@@ -64,9 +66,9 @@ fn a_density_of_other_samples() {
         expect![[r#"
             breaks
               BROKEN  samples are distributed as evaluatePDF says
-                      seen 0 degrees from the normal: chi-square is 5358 in 285 cells, where chance stays below 436; around (-0.647, -0.077, -0.759) there are 50 samples instead of 234.4
+                      seen 0 degrees from the normal: chi-square is 4709 in 285 cells, where chance stays below 436; around (-0.907, 0.369, -0.202) there are 50 samples instead of 234.4
                       (7 of 7 tests)
-                      inputs of evaluatePDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_LightDirection=-0.64704037,-0.07679197,-0.7585788
+                      inputs of evaluatePDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_LightDirection=-0.90733093,0.368925,-0.20160592
                       look at: the density of what sampleBSDF really does: the Jacobian of its map, the shares of its lobes, its frame
               BROKEN  no more light is scattered than arrives
                       seen 27 degrees from the normal, from behind: of white light, 1.0706 is reflected and 0.0000 goes through; chance explains 0.0171
@@ -84,9 +86,9 @@ fn samples_of_another_density() {
         expect![[r#"
             breaks
               BROKEN  samples are distributed as evaluatePDF says
-                      seen 0 degrees from the normal: chi-square is 15003 in 266 cells, where chance stays below 412; around (0.922, -0.359, -0.145) there are 73 samples instead of 7.3
+                      seen 0 degrees from the normal: chi-square is 15307 in 257 cells, where chance stays below 401; around (-0.566, 0.625, 0.537) there are 573 samples instead of 73.2
                       (7 of 7 tests)
-                      inputs of evaluatePDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_LightDirection=0.92198277,-0.3590466,-0.1450286
+                      inputs of evaluatePDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_LightDirection=-0.56604826,0.62533534,0.5371639
                       look at: the density of what sampleBSDF really does: the Jacobian of its map, the shares of its lobes, its frame
         "#]],
     );
@@ -156,7 +158,7 @@ fn a_value_that_is_no_number() {
             breaks
               BROKEN  values are finite and not negative
                       seen 0 degrees from the normal: sampleBSDF gives value [NaN, NaN, NaN], density 0.30583516
-                      (14003 of 239405 tests)
+                      (14003 of 1079405 tests)
                       inputs of sampleBSDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_BSDFSeed=0.45529586,0.36139506,0.24717242
                       look at: a division by a cosine that may be 0, the root or logarithm of a number below 0, or a weight below 0
               BROKEN  light takes the same way back
@@ -176,6 +178,40 @@ fn a_value_that_is_no_number() {
                       look at: return black and a density of 0 where view or light lie on the wrong side; guard divisions by cosines
         "#]],
     );
+}
+
+/// Nobody can say how much light it scatters.
+#[test]
+fn a_value_that_is_never_a_number() {
+    finds(
+        &matte("0.0 / (light - light)", COSINE, "cosine / PI"),
+        expect![[r#"
+        breaks
+          BROKEN  values are finite and not negative
+                  seen 0 degrees from the normal: sampleBSDF gives value [NaN, NaN, NaN], density 0.15895337
+                  (140000 of 1079405 tests)
+                  inputs of sampleBSDF: rt_RayDirection=-0.5151778,-1.3738074,0.85862964 rt_ShadingNormal=0.30304575,0.80812204,-0.5050763 rt_BSDFSeed=0.06680465,0.22599244,0.464198
+                  look at: a division by a cosine that may be 0, the root or logarithm of a number below 0, or a weight below 0
+          BROKEN  tilted shading normals do no harm
+                  BSDF gives [NaN, NaN, NaN]
+                  (3098 of 8192 tests)
+                  inputs of BSDF: rt_RayDirection=-0.382341,-0.8909857,0.24486697 rt_ShadingNormal=0.7106479,-0.7002818,0.06771272 rt_LightDirection=-0.832943,-0.42627722,-0.3528366
+                  look at: return black and a density of 0 where view or light lie on the wrong side; guard divisions by cosines
+          BROKEN  extreme rays do no harm
+                  BSDF gives [NaN, NaN, NaN]
+                  (2306 of 8192 tests)
+                  inputs of BSDF: rt_RayDirection=0.6,-0.0000001,0.8 rt_ShadingNormal=0,1,0 rt_LightDirection=0.6,0.0000001,0.8
+                  look at: return black and a density of 0 where view or light lie on the wrong side; guard divisions by cosines
+    "#]],
+    );
+    let text = matte("0.0 / (light - light)", COSINE, "cosine / PI");
+    let unit = Compiler::default().compile("wrong.rtsl", &text).unit.expect("it compiles");
+    let instance = Instance::new(&unit.classes()[0], []).expect("it needs no parameters");
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let report = check(&engine, &instance, &Options::default()).expect("it has code");
+    let energy = report.findings.iter().find(|it| it.contract == Contract::Energy);
+    let reason = "no sample has a value to measure".to_owned();
+    assert_eq!(energy.map(|it| &it.outcome), Some(&Outcome::NotApplicable(reason)));
 }
 
 #[test]

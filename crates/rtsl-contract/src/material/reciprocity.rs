@@ -39,7 +39,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
         return Ok(tally.finish("BSDF is a matter of chance: it calls rand()"));
     }
     ways.judge(subject, &mut tally)?;
-    Ok(tally.finish("BSDF is black in both directions of all pairs tried"))
+    Ok(tally.finish("BSDF is black, or no number, in both directions of all pairs tried"))
 }
 
 /// Pairs of directions, away from the surface, and what goes from one to the other.

@@ -1,20 +1,22 @@
 //! `sampleBSDF` against `evaluatePDF` and `BSDF`, one meeting of ray and surface after the other.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rtsl::Method;
 
 use super::ONLY_SHADES;
 use super::meeting::Meeting;
 use super::throughput::{Throughput, Weights};
-use crate::distribution::{Comparison, Samples};
-use crate::partition::Partition;
+use crate::distribution::{Comparison, Samples, Source};
+use crate::neighbours::{Verdict, judge};
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::statistics::significance;
 use crate::stop::Stop;
 use crate::subject::{Subject, batches};
 use crate::tally::Tally;
-use crate::values::{is_close, is_color, is_unit};
+use crate::values::{is_color, is_unit};
 use crate::{Contract, Finding, Inputs};
 
 /// Checks all that samples say.
@@ -32,6 +34,11 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     Ok(tests.finish())
 }
 
+/// Whether a sample is one that `BSDF` and `evaluatePDF` know of: no delta, and right by itself.
+fn is_compared(value: Vec3, density: f32) -> bool {
+    density != 0.0 && density.is_finite() && is_color(value)
+}
+
 struct Tests<'a> {
     subject: &'a Subject<'a>,
     directions: Tally,
@@ -40,6 +47,39 @@ struct Tests<'a> {
     integral: Tally,
     distribution: Tally,
     throughput: Throughput,
+}
+
+/// What `BSDF` and `evaluatePDF` say of some directions; a density in all three components.
+struct Stated {
+    values: Vec<Vec3>,
+    densities: Vec<Vec3>,
+}
+
+/// What a surface scatters in a meeting, as samples and as a density.
+struct MeetingSource<'t, 'a> {
+    tests: &'t mut Tests<'a>,
+    meeting: &'t Meeting,
+    stream: Stream,
+    weights: Weights,
+}
+
+impl Source for MeetingSource<'_, '_> {
+    fn draw(&mut self, numbers: Range<u64>, samples: &mut Samples) -> Result<(), Stop> {
+        let MeetingSource { tests, meeting, stream, weights } = self;
+        for numbers in batches(numbers) {
+            let count = (numbers.end - numbers.start) as usize;
+            let mut rays = meeting.rays(tests.subject, *stream, count);
+            rays.renumber(*stream, numbers.start);
+            rays.set_vectors("rt_BSDFSeed", numbers.map(|item| stream.vector(item)));
+            tests.subject.call(Method::SampleBsdf, &mut rays)?;
+            tests.check_batch(meeting, &rays, samples, weights)?;
+        }
+        Ok(())
+    }
+
+    fn densities(&mut self, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
+        self.tests.densities(self.meeting, directions)
+    }
 }
 
 impl<'a> Tests<'a> {
@@ -63,17 +103,17 @@ impl<'a> Tests<'a> {
     ) -> Result<(), Stop> {
         let stream = self.subject.stream(Contract::ScatteredDistribution).at(index as u64);
         let mut samples = Samples::default();
-        let mut weights = Weights::new(meeting);
-        for numbers in batches(u64::from(self.subject.options.samples)) {
-            let count = (numbers.end - numbers.start) as usize;
-            let mut rays = meeting.rays(self.subject, stream, count);
-            rays.renumber(stream, numbers.start);
-            rays.set_vectors("rt_BSDFSeed", numbers.map(|item| stream.vector(item)));
-            self.subject.call(Method::SampleBsdf, &mut rays)?;
-            self.check_batch(meeting, &rays, &mut samples, &mut weights)?;
-        }
+        let count = u64::from(self.subject.options.samples);
+        let weights = Weights::new(meeting);
+        let mut source = MeetingSource { tests: self, meeting, stream, weights };
+        source.draw(0..count, &mut samples)?;
+        // What is proposed is chosen by numbers that samples do not use.
+        let proposals = stream.at(1);
+        let found =
+            Comparison::new(&mut source, &samples, meeting.normal, proposals, significance)?;
+        let MeetingSource { weights, .. } = source;
         self.throughput.add(weights, significance);
-        self.compare(meeting, &samples, significance)
+        self.judge(meeting, &found)
     }
 
     /// Checks each sample by itself, and keeps those that are right so far.
@@ -87,35 +127,58 @@ impl<'a> Tests<'a> {
         let directions = rays.vectors("rt_LightDirection");
         let values = rays.vectors("rt_BSDFValue");
         let densities = rays.floats("rt_PDF");
-        let mut there = meeting.rays(self.subject, Stream::new(0), rays.count());
-        there.set_vectors("rt_LightDirection", directions.iter().copied());
-        self.subject.call(Method::Bsdf, &mut there)?;
-        self.subject.call(Method::EvaluatePdf, &mut there)?;
-        let values_there = there.vectors("rt_BSDFValue");
-        let densities_there = there.floats("rt_PDF");
+        let stated = self.stated(meeting, &directions)?;
+        let verdicts = self.verdicts(meeting, rays, &stated)?;
         for (ray, direction) in directions.into_iter().enumerate() {
             let (value, density) = (values[ray], densities[ray]);
             self.check_sample(meeting, rays, ray)?;
             samples.add(direction, density);
-            if is_color(value) && direction.is_finite() && density >= 0.0 {
-                weights.add(direction, value, density);
-            }
-            if density == 0.0 || !is_color(value) || !density.is_finite() {
+            weights.add(direction, value, density);
+            if !is_compared(value, density) {
                 continue;
             }
             let message = || {
                 format!(
                     "{meeting}: sampleBSDF gives value {value} and density {density}, but towards the same direction BSDF is {} and evaluatePDF {}",
-                    values_there[ray], densities_there[ray]
+                    stated.values[ray], stated.densities[ray].x
                 )
             };
-            let agree = is_close(value, values_there[ray])
-                && is_close(Vec3::splat(density), Vec3::splat(densities_there[ray]));
-            if self.agreement.test(agree, message) {
+            if self.agreement.judge(verdicts[ray], message) {
                 self.agreement.set_inputs(self.subject.inputs(Method::SampleBsdf, rays, ray)?);
             }
         }
         Ok(())
+    }
+
+    /// Whether samples have the value and the density that are stated of their directions.
+    fn verdicts(
+        &self,
+        meeting: &Meeting,
+        rays: &Rays,
+        stated: &Stated,
+    ) -> Result<Vec<Verdict>, Stop> {
+        let directions = rays.vectors("rt_LightDirection");
+        let given = rays.vectors("rt_BSDFValue");
+        let densities: Vec<Vec3> =
+            rays.floats("rt_PDF").iter().map(|it| Vec3::splat(*it)).collect();
+        let counts = |ray: usize| is_compared(given[ray], densities[ray].x);
+        let values = judge(&directions, &given, &stated.values, counts, |beside| {
+            Ok(self.stated(meeting, beside)?.values)
+        })?;
+        let densities = judge(&directions, &densities, &stated.densities, counts, |beside| {
+            Ok(self.stated(meeting, beside)?.densities)
+        })?;
+        Ok(values.into_iter().zip(densities).map(|(value, density)| value.max(density)).collect())
+    }
+
+    /// What `BSDF` and `evaluatePDF` say of directions.
+    fn stated(&self, meeting: &Meeting, directions: &[Vec3]) -> Result<Stated, Stop> {
+        let mut rays = meeting.rays(self.subject, Stream::new(0), directions.len());
+        rays.set_vectors("rt_LightDirection", directions.iter().copied());
+        self.subject.call(Method::Bsdf, &mut rays)?;
+        self.subject.call(Method::EvaluatePdf, &mut rays)?;
+        let densities = rays.floats("rt_PDF").iter().map(|it| Vec3::splat(*it)).collect();
+        Ok(Stated { values: rays.vectors("rt_BSDFValue"), densities })
     }
 
     /// Whether a sample is one: a direction, a value and a density.
@@ -141,24 +204,15 @@ impl<'a> Tests<'a> {
         Ok(())
     }
 
-    /// Compares samples with the density, as a whole and cell by cell.
-    fn compare(
-        &mut self,
-        meeting: &Meeting,
-        samples: &Samples,
-        significance: f64,
-    ) -> Result<(), Stop> {
-        let partition = Partition::new(meeting.normal, &samples.pilots);
-        let integrals =
-            partition.integrate(samples.count, |directions| self.densities(meeting, directions))?;
-        let found = Comparison::new(&partition, &integrals, samples, significance);
+    /// Whether samples and density agree, as a whole and cell by cell.
+    fn judge(&mut self, meeting: &Meeting, found: &Comparison) -> Result<(), Stop> {
         let place = meeting.to_string();
         let message = || found.integral_message(&place, "have a density");
         if self.integral.test(found.integral_holds(), message) {
-            self.integral.set_inputs(self.density_inputs(meeting, found.worst.direction)?);
+            self.integral.set_inputs(self.density_inputs(meeting, found.worst_direction())?);
         }
         if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
-            self.distribution.set_inputs(self.density_inputs(meeting, found.worst.direction)?);
+            self.distribution.set_inputs(self.density_inputs(meeting, found.worst_direction())?);
         }
         Ok(())
     }
@@ -167,7 +221,7 @@ impl<'a> Tests<'a> {
     fn densities(&mut self, meeting: &Meeting, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
         let mut rays = None;
-        for numbers in batches(directions.len() as u64) {
+        for numbers in batches(0..directions.len() as u64) {
             let batch = &directions[numbers.start as usize..numbers.end as usize];
             let rays =
                 rays.get_or_insert_with(|| meeting.rays(self.subject, Stream::new(0), batch.len()));
@@ -201,7 +255,7 @@ impl<'a> Tests<'a> {
         let reason = if is_sampled { "no sample has a density" } else { ONLY_SHADES };
         let mut findings: Vec<Finding> =
             tallies.into_iter().map(|tally| tally.finish(reason)).collect();
-        findings.push(self.throughput.finish());
+        findings.push(self.throughput.finish(is_sampled));
         findings
     }
 }

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use super::ONLY_SHADES;
 use super::meeting::Meeting;
 use crate::statistics::{Mean, normal_quantile};
+use crate::values::is_color;
 use crate::{Contract, Failure, Finding, Outcome};
 
 /// How far sums of floats may be off.
@@ -33,8 +34,12 @@ impl Weights {
         }
     }
 
-    /// Adds a sample: a delta where the density is 0.
+    /// Adds a sample: a delta where the density is 0. One that is no sample says nothing of light, and breaks another
+    /// contract.
     pub fn add(&mut self, direction: Vec3, value: Vec3, density: f32) {
+        if !(is_color(value) && direction.is_finite() && density.is_finite() && density >= 0.0) {
+            return;
+        }
         let direction: DVec3 = direction.as_dvec3();
         let normal = self.meeting.normal;
         let factor =
@@ -66,7 +71,8 @@ struct Measured {
 impl Throughput {
     pub fn add(&mut self, weights: Weights, significance: f64) {
         let deviations = normal_quantile(significance / 3.0);
-        for (reflected, transmitted) in weights.reflected.iter().zip(&weights.transmitted) {
+        let components = weights.reflected.iter().zip(&weights.transmitted);
+        for (reflected, transmitted) in components.filter(|(it, _)| it.count() > 0.0) {
             self.measured.push(Measured {
                 meeting: weights.meeting,
                 reflected: reflected.mean(),
@@ -77,10 +83,11 @@ impl Throughput {
     }
 
     /// Whether there is a scale for light that goes through with which nobody scatters too much.
-    pub fn finish(self) -> Finding {
+    pub fn finish(self, is_sampled: bool) -> Finding {
         let contract = Contract::Energy;
         if self.measured.is_empty() {
-            return Finding { contract, outcome: Outcome::NotApplicable(ONLY_SHADES.to_owned()) };
+            let reason = if is_sampled { "no sample has a value to measure" } else { ONLY_SHADES };
+            return Finding { contract, outcome: Outcome::NotApplicable(reason.to_owned()) };
         }
         // From outside light is divided by the scale, from behind multiplied.
         let (mut least, mut greatest) = (1.0 / GREATEST_SCALE, GREATEST_SCALE);

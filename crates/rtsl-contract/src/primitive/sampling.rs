@@ -12,8 +12,7 @@ use rtsl::{Method, Role};
 
 use super::Place;
 use super::shot::{Ray, Shot};
-use crate::distribution::{Comparison, Samples};
-use crate::partition::Partition;
+use crate::distribution::{Comparison, Samples, Source};
 use crate::random::Stream;
 use crate::rays::Rays;
 use crate::statistics::significance;
@@ -54,9 +53,19 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
         }
         "samples are not seen from where they were asked for"
     };
+    let no_normals = if subject.has(Method::GenerateSample) && !subject.has(Method::ComputeNormal) {
+        "the class has no computeNormal"
+    } else {
+        reason
+    };
     let Tests { points, normals, agreement, integral, distribution, .. } = tests;
-    let tallies = [points, normals, agreement, integral, distribution];
-    Ok(tallies.into_iter().map(|tally| tally.finish(reason)).collect())
+    Ok(vec![
+        points.finish(reason),
+        normals.finish(no_normals),
+        agreement.finish(reason),
+        integral.finish(reason),
+        distribution.finish(reason),
+    ])
 }
 
 /// Points from which the primitive is seen: far, near, close to its surface, and within its box.
@@ -90,26 +99,43 @@ struct Tests<'a> {
     distribution: Tally,
 }
 
+/// What is seen of the primitive from a point, as samples and as a density.
+struct ViewSource<'t, 'a> {
+    tests: &'t mut Tests<'a>,
+    from: Vec3,
+    stream: Stream,
+}
+
+impl Source for ViewSource<'_, '_> {
+    fn draw(&mut self, numbers: Range<u64>, samples: &mut Samples) -> Result<(), Stop> {
+        batches(numbers)
+            .try_for_each(|numbers| self.tests.sample(self.from, self.stream, numbers, samples))
+    }
+
+    fn densities(&mut self, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
+        self.tests.densities_towards(self.from, directions)
+    }
+}
+
 impl Tests<'_> {
     fn check_from(&mut self, from: DVec3, index: usize, significance: f64) -> Result<(), Stop> {
         let from = from.as_vec3();
         let stream = self.subject.stream(Contract::SampleDistribution).at(index as u64);
         let mut samples = Samples::default();
-        for numbers in batches(u64::from(self.subject.options.samples)) {
-            self.sample(from, stream, numbers, &mut samples)?;
-        }
         let axis = (self.place.center - from.as_dvec3()).try_normalize().unwrap_or(DVec3::Z);
-        let partition = Partition::new(axis, &samples.pilots);
-        let integrals = partition
-            .integrate(samples.count, |directions| self.densities_towards(from, directions))?;
-        let found = Comparison::new(&partition, &integrals, &samples, significance);
+        let count = u64::from(self.subject.options.samples);
+        let mut source = ViewSource { tests: self, from, stream };
+        source.draw(0..count, &mut samples)?;
+        // What is proposed is chosen by numbers that samples do not use.
+        let proposals = stream.at(1);
+        let found = Comparison::new(&mut source, &samples, axis, proposals, significance)?;
         let place = format!("from {from}");
         let message = || found.integral_message(&place, "are seen");
         if self.integral.test(found.integral_holds(), message) {
-            self.integral.set_inputs(self.density_inputs(from, found.worst.direction)?);
+            self.integral.set_inputs(self.density_inputs(from, found.worst_direction())?);
         }
         if self.distribution.test(found.shape_holds(), || found.shape_message(&place)) {
-            self.distribution.set_inputs(self.density_inputs(from, found.worst.direction)?);
+            self.distribution.set_inputs(self.density_inputs(from, found.worst_direction())?);
         }
         Ok(())
     }
@@ -137,8 +163,7 @@ impl Tests<'_> {
         for (item, point) in points.into_iter().enumerate() {
             let (density, normal) = (given[item], normals[item]);
             let hit = shot.hits[item];
-            let cosine = normal.dot((point - from).normalize()).abs();
-            let is_aslant = cosine >= LEAST_COSINE;
+            let is_aslant = self.is_aslant(normal, point - from);
             let message = || {
                 format!(
                     "from {from}: generateSample gives {point} with density {density}; a ray towards it finds {}",
@@ -151,7 +176,7 @@ impl Tests<'_> {
                 self.points.set_inputs(shot.inputs(self.subject, item)?);
             }
             let is_seen = hit.is_some_and(|t| (t - 1.0).abs() <= DISTANCE_ERROR) && is_aslant;
-            if is_seen {
+            if is_seen && self.subject.has(Method::ComputeNormal) {
                 self.check_normal(point, normal, found_normals[item]);
             }
             let close = (density - there[item]).abs() <= DENSITY_ERROR * density.abs();
@@ -168,6 +193,13 @@ impl Tests<'_> {
             samples.add(point - from, if is_seen { density } else { 0.0 });
         }
         Ok(())
+    }
+
+    /// Whether what is seen in a direction counts: not where the surface is seen from its side. Without `computeNormal` nobody
+    /// can tell.
+    fn is_aslant(&self, normal: Vec3, direction: Vec3) -> bool {
+        !self.subject.has(Method::ComputeNormal)
+            || normal.dot(direction.normalize()).abs() >= LEAST_COSINE
     }
 
     fn check_normal(&mut self, point: Vec3, normal: Vec3, found: Vec3) {
@@ -191,7 +223,7 @@ impl Tests<'_> {
     /// What `samplePDF` says of the points that are seen in directions; 0 where there is none.
     fn densities_towards(&mut self, from: Vec3, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
-        for numbers in batches(directions.len() as u64) {
+        for numbers in batches(0..directions.len() as u64) {
             let batch = &directions[numbers.start as usize..numbers.end as usize];
             let towards = batch.iter().map(|it| self.ray(from, *it)).collect();
             let mut shot = Shot::new(self.subject, towards)?;
@@ -199,8 +231,7 @@ impl Tests<'_> {
             let normals = shot.vectors("rt_GeometricNormal");
             let (_, densities) = self.density_at(from, &shot.points, &normals)?;
             for (ray, density) in densities.into_iter().enumerate() {
-                let cosine = normals[ray].dot(batch[ray]).abs();
-                let counts = shot.hits[ray].is_some() && cosine >= LEAST_COSINE;
+                let counts = shot.hits[ray].is_some() && self.is_aslant(normals[ray], batch[ray]);
                 all.push(if counts && density.is_finite() { density.max(0.0) } else { 0.0 });
             }
         }

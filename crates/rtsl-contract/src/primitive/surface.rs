@@ -1,6 +1,6 @@
 //! Normals and derivatives beside differences of hits of neighbouring rays.
 
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use rtsl::Method;
 
 use super::Place;
@@ -21,6 +21,30 @@ const DERIVATIVE_ERROR: f64 = 0.05;
 /// this part of their distance.
 const SMOOTH_PART: f64 = 0.02;
 const NO_NEIGHBOURS: &str = "no ray hits a smooth piece of it";
+
+const COORDINATES: &str = "rt_TextureUV";
+
+/// Something that a method sets of a hit.
+#[derive(Clone, Copy)]
+struct SurfaceValue {
+    name: &'static str,
+    variable: &'static str,
+    method: Method,
+}
+
+const SURFACE_VALUES: [SurfaceValue; 5] = [
+    SurfaceValue::new("normal", "rt_GeometricNormal", Method::ComputeNormal),
+    SurfaceValue::new("normal for shading", "rt_ShadingNormal", Method::ComputeNormal),
+    SurfaceValue::new("texture coordinates", COORDINATES, Method::ComputeTextureCoordinates),
+    SurfaceValue::new("rt_dPdu", "rt_dPdu", Method::ComputeDerivatives),
+    SurfaceValue::new("rt_dPdv", "rt_dPdv", Method::ComputeDerivatives),
+];
+
+impl SurfaceValue {
+    const fn new(name: &'static str, variable: &'static str, method: Method) -> SurfaceValue {
+        SurfaceValue { name, variable, method }
+    }
+}
 
 /// Checks what later methods say of hits.
 ///
@@ -99,25 +123,27 @@ impl Patches {
         is_smooth.then_some(Differences { points, coordinates: [b - a, d - c] })
     }
 
+    /// What each of the class's methods sets; renderers see nothing of variables that none sets.
     fn check_values(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
         let mut tally = Tally::new(Contract::SurfaceValues);
-        let normals = self.middle.vectors("rt_GeometricNormal");
-        let shading = self.middle.vectors("rt_ShadingNormal");
-        let (u, v) = (self.middle.vectors("rt_dPdu"), self.middle.vectors("rt_dPdv"));
-        let coordinates = self.middle.coordinates();
-        for ray in (0..normals.len()).filter(|ray| self.middle.hits[*ray].is_some()) {
-            let is_finite =
-                [normals[ray], shading[ray], u[ray], v[ray]].iter().all(|value| value.is_finite())
-                    && coordinates[ray].is_finite();
+        let own: Vec<SurfaceValue> =
+            SURFACE_VALUES.into_iter().filter(|it| subject.has(it.method)).collect();
+        if own.is_empty() {
+            return Ok(tally.finish("no method says more of a hit than where it is"));
+        }
+        let values: Vec<Vec<Vec3>> = own.iter().map(|it| self.values_of(it)).collect();
+        for ray in (0..self.middle.hits.len()).filter(|ray| self.middle.hits[*ray].is_some()) {
+            let is_finite = values.iter().all(|values| values[ray].is_finite());
             let message = || {
+                let shown = own.iter().zip(&values).map(|(it, values)| match it.variable {
+                    COORDINATES => format!("{} {}", it.name, values[ray].truncate()),
+                    _ => format!("{} {}", it.name, values[ray]),
+                });
+                let shown: Vec<String> = shown.collect();
                 format!(
-                    "at {} the normal is {}, that for shading {}, the texture coordinates {}, their derivatives {} and {}; normals of no length count as NaN",
+                    "at {}: {}; normals of no length count as NaN",
                     self.middle.points[ray],
-                    normals[ray],
-                    shading[ray],
-                    coordinates[ray],
-                    u[ray],
-                    v[ray]
+                    shown.join(", ")
                 )
             };
             if tally.test(is_finite, message) {
@@ -125,6 +151,13 @@ impl Patches {
             }
         }
         Ok(tally.finish(NO_NEIGHBOURS))
+    }
+
+    fn values_of(&self, value: &SurfaceValue) -> Vec<Vec3> {
+        if value.variable == COORDINATES {
+            return self.middle.coordinates().into_iter().map(|it| it.extend(0.0)).collect();
+        }
+        self.middle.vectors(value.variable)
     }
 
     fn check_normals(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
