@@ -41,7 +41,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     }
     for (index, point) in POINTS.into_iter().enumerate() {
         let stream = subject.stream(Contract::LightMeeting).at(index as u64);
-        for numbers in batches(SAMPLES) {
+        for numbers in batches(0..SAMPLES) {
             let mut samples = rays_at(subject, point, stream, numbers);
             subject.call(Method::Illumination, &mut samples)?;
             check_samples(subject, point, &samples, &mut tally)?;

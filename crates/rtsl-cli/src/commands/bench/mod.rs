@@ -17,6 +17,7 @@ mod settings;
 mod subject;
 mod table;
 mod timing;
+mod vectors;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,8 +26,8 @@ use std::time::Duration;
 
 use clap::Args;
 use rtsl::{
-    Backend, Diagnostic, Engine, EngineOptions, Instance, LoopOwners, Math, Method, Program, Role,
-    Shape, Variant, diagnostic_codes as codes,
+    Backend, Diagnostic, Emit, EmitRequest, Engine, EngineOptions, Instance, LoopOwners, Math,
+    Method, Program, Role, Shape, Variant, diagnostic_codes as codes,
 };
 use serde_json::Value as JsonValue;
 
@@ -39,6 +40,7 @@ use self::settings::Setting;
 use self::subject::KernelSubject;
 use self::table::{Measurement, Row};
 use self::timing::{Times, time_in_turn};
+use self::vectors::widest_arithmetic;
 use super::eval::parse_setting;
 use super::{
     CommandResult, Failure, Outcome, choose_class, compile_file, compiler, engine, instance,
@@ -179,16 +181,20 @@ impl<'a> Bench<'a> {
         let objects =
             Objects::new(self.scalar_program(), &self.instance, self.arguments.lanes as usize);
         let inputs = self.inputs(method, &objects)?;
-        let mut subjects = Vec::new();
+        let (mut subjects, mut vectors) = (Vec::new(), Vec::new());
         for (shape, width) in self.kernels(method)? {
             let program = &self.machines[&width].program;
             let inputs = inputs.of_shape(shape);
             let variant = self.variant(program, shape);
             subjects.push(KernelSubject::new(program, method, &variant, &objects, inputs)?);
+            vectors.push(floats_at_once(program, method, variant)?);
         }
         let time = Duration::from_millis(self.arguments.time.unwrap_or(50).into());
         let times = time_in_turn(&mut subjects, time);
-        self.print(method, &subjects, &times, inputs.coverage)
+        let kernels = subjects.iter().zip(times).zip(vectors);
+        let kernels: Vec<_> =
+            kernels.map(|((subject, times), vector)| (subject, times, vector)).collect();
+        self.print(method, &kernels, inputs.coverage)
     }
 
     fn variant(&self, program: &Program, shape: Shape) -> Variant {
@@ -246,8 +252,7 @@ impl<'a> Bench<'a> {
     fn print(
         &self,
         method: Method,
-        subjects: &[KernelSubject<'_>],
-        times: &[Times],
+        kernels: &[(&KernelSubject<'_>, Times, Option<u32>)],
         coverage: Coverage,
     ) -> Result<(), Failure> {
         let class = &self.scalar_program().class().name;
@@ -257,7 +262,8 @@ impl<'a> Bench<'a> {
             text += &table::heading(class, method.name(), lanes, coverage);
         }
         let mut one = f64::NAN;
-        for (KernelSubject { shape, width, profile, .. }, times) in subjects.iter().zip(times) {
+        for (subject, times, vector) in kernels {
+            let KernelSubject { shape, width, profile, .. } = subject;
             if *width == 1 {
                 one = times.median;
             }
@@ -269,6 +275,8 @@ impl<'a> Bench<'a> {
                 method: method.name(),
                 shape: *shape,
                 width: *width,
+                vector: *vector,
+                calls: subject.calls(),
                 times: *times,
                 one,
                 profile,
@@ -288,6 +296,17 @@ impl MethodInputs {
             Shape::CommonOrigin => &self.common_origin,
         }
     }
+}
+
+/// How many floats the machine code of a kernel computes with at once, if it computes with any.
+fn floats_at_once(
+    program: &Program,
+    method: Method,
+    variant: Variant,
+) -> Result<Option<u32>, Diagnostic> {
+    let request = EmitRequest { emit: Emit::Assembly, method, variant, target: None };
+    let assembly = program.emit(&request)?;
+    Ok(widest_arithmetic(&String::from_utf8_lossy(&assembly)))
 }
 
 fn endless(program: &Program, method: Method) -> Diagnostic {

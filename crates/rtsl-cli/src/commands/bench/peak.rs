@@ -97,8 +97,10 @@ fn rate(
     let variant = Variant::new(Shape::Packet);
     let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];
     let times = time_in_turn(&mut subjects, TIME);
-    let nanoseconds = times[0].tenth * lanes as f64;
-    Ok(count(&subjects[0].profile) as f64 / nanoseconds)
+    // Times are for one ray, and the profile counts what all calls do that are timed together.
+    let profile = &subjects[0].profile;
+    let nanoseconds = times[0].tenth * profile.rays as f64;
+    Ok(count(profile) as f64 / nanoseconds)
 }
 
 fn instance(class: &Arc<Class>) -> Result<Arc<Instance>, Failure> {

@@ -51,6 +51,11 @@ impl<'a> KernelSubject<'a> {
         let width = shape.width(program.width());
         Ok(KernelSubject { shape, width, profile, kernel, objects, calls })
     }
+
+    /// How many calls are timed together.
+    pub fn calls(&self) -> usize {
+        self.calls.len()
+    }
 }
 
 fn profile(

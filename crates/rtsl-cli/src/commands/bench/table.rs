@@ -17,7 +17,12 @@ pub struct Row {
     method: &'static str,
     shape: &'static str,
     width: u32,
+    /// How many floats the machine code computes with at once; null where it computes with none.
+    vector: Option<u32>,
+    /// Of one call.
     lanes: u64,
+    /// So many are timed together.
+    calls: usize,
     /// The median.
     nanoseconds_per_lane: f64,
     tenth_percentile: f64,
@@ -47,6 +52,10 @@ pub struct Measurement<'a> {
     pub method: &'static str,
     pub shape: Shape,
     pub width: u32,
+    /// Floats at once in the machine code.
+    pub vector: Option<u32>,
+    /// How many calls were timed together, and profiled.
+    pub calls: usize,
     pub times: Times,
     /// The median at width 1.
     pub one: f64,
@@ -57,8 +66,8 @@ pub struct Measurement<'a> {
 
 impl Row {
     pub fn new(measurement: &Measurement<'_>) -> Row {
-        let Measurement { class, method, shape, width, times, one, profile, peak, coverage } =
-            measurement;
+        let Measurement { class, method, shape, width, vector, calls, .. } = measurement;
+        let Measurement { times, one, profile, peak, coverage, .. } = measurement;
         let per_lane = |count: u64| count as f64 / profile.rays.max(1) as f64;
         let operations = per_lane(profile.float_operations.active);
         let bytes = per_lane(profile.bytes().active);
@@ -69,7 +78,9 @@ impl Row {
             method,
             shape: shape.name(),
             width: *width,
-            lanes: profile.rays,
+            vector: *vector,
+            lanes: profile.rays / (*calls).max(1) as u64,
+            calls: *calls,
             nanoseconds_per_lane: times.median,
             tenth_percentile: times.tenth,
             ninetieth_percentile: times.ninetieth,
@@ -109,6 +120,7 @@ impl Row {
         let cells = [
             self.shape.to_owned(),
             self.width.to_string(),
+            self.vector.map_or("-".to_owned(), |floats| floats.to_string()),
             nanoseconds(self.nanoseconds_per_lane),
             spread.join(".."),
             format!("{:.1}", self.speedup),
@@ -125,9 +137,9 @@ impl Row {
 }
 
 /// Cells under each other.
-fn line<Cell: Display>(cells: [Cell; 12]) -> String {
+fn line<Cell: Display>(cells: [Cell; 13]) -> String {
     let [shape, rest @ ..] = cells;
-    const WIDTHS: [usize; 11] = [5, 9, 15, 8, 6, 9, 6, 7, 7, 7, 7];
+    const WIDTHS: [usize; 12] = [5, 7, 9, 15, 8, 6, 9, 6, 7, 7, 7, 7];
     let rest = rest.iter().zip(WIDTHS).map(|(cell, width)| format!("{cell:>width$}"));
     format!("{shape:<13}{}\n", rest.collect::<String>())
 }
@@ -143,6 +155,7 @@ pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> S
     let names = [
         "shape",
         "width",
+        "vector",
         "ns/lane",
         "10th..90th",
         "speedup",
