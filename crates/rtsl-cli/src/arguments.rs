@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rtsl::{Backend, EngineOptions, Math, Outputs, Shape, StateVariable, Variant};
+use rtsl_render::memory::Amount;
 
 use crate::names::find_state;
 
@@ -64,6 +65,15 @@ pub struct SearchPath {
     /// A folder in which `#include` looks after that of the including file; may be repeated.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
     pub search_path: Vec<PathBuf>,
+}
+
+/// How files of scenes are read.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct InputArguments {
+    /// The memory that the scene's files may take: texts, images, meshes. 4 GiB if not given, or what the machine has
+    /// free if that is less.
+    #[arg(long, value_name = "AMOUNT")]
+    pub input_memory: Option<Amount>,
 }
 
 /// How code is made and run.

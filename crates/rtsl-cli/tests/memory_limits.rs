@@ -81,6 +81,35 @@ fn a_window_too_large_for_the_memory_is_refused() {
     assert!(code == Some(1) && said.starts_with("error[E0641]"), "{said}");
 }
 
+/// Small files that stand for much: an image of one colour, and a mesh of polygons with many corners.
+#[test]
+fn files_of_a_scene_take_no_more_than_they_are_allowed() {
+    let folder = Folder::new("inputs");
+    folder.write("scene.pbrt", SCENE);
+    let picture = ["render", "scene.pbrt", "-o", "sky.exr", "--backend", "interp", "--spp", "1"];
+    let (code, said) = folder.run(2500, &[&picture[..], &["--size", "192x192"]].concat());
+    assert_eq!(code, Some(0), "{said}");
+    let light = "LightSource \"infinite\" \"string filename\" \"sky.exr\"\n";
+    folder.write("image.pbrt", format!("{SCENE}{light}"));
+    let polygon = format!("100 {}\n", "0 ".repeat(100)).repeat(3000);
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 3000\nproperty list uchar int vertex_indices\nend_header\n";
+    folder.write("mesh.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n{polygon}"));
+    let shape = "Shape \"plymesh\" \"string filename\" \"mesh.ply\"\n";
+    folder.write("mesh.pbrt", format!("{SCENE}{shape}"));
+    for (scene, file, takes) in
+        [("image.pbrt", "sky.exr", "1.7 MiB"), ("mesh.pbrt", "mesh.ply", "1.0 MiB")]
+    {
+        let words = ["render", scene, "-o", "a.exr", "--size", "8x8", "--spp", "1"];
+        let limits = ["--threads", "1", "--backend", "interp", "--input-memory", "1MiB"];
+        let (code, said) = folder.run(2500, &[&words[..], &limits].concat());
+        assert_eq!(code, Some(1), "{said}");
+        let message = format!("error[E0642]: `{file}` takes about {takes} of memory");
+        assert!(said.contains(&message), "expected {message:?} in\n{said}");
+        assert!(said.contains("allow more with `--input-memory 1GiB`"), "{said}");
+    }
+}
+
 #[test]
 fn what_there_is_memory_for_is_rendered() {
     let folder = Folder::new("enough");

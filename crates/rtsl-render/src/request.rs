@@ -50,6 +50,8 @@ pub struct RenderRequest<'a> {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The memory that the scene's files may take; 4 GiB, or what there is, where `None`.
+    pub input_memory: Option<Amount>,
     /// Columns and rows, instead of the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples a pixel, instead of the scene's.
@@ -371,7 +373,8 @@ impl LoadedScene {
         let start = Instant::now();
         request.tell(Progress::Reading);
         let (defines, search_path) = (request.defines.clone(), request.search_path.clone());
-        let mut loaded = load_scene(&request.scene, files, &LoadOptions { defines, search_path })?;
+        let options = LoadOptions { defines, search_path, input_memory: request.input_memory };
+        let mut loaded = load_scene(&request.scene, files, &options)?;
         apply(request, &mut loaded.scene.settings);
         if let Some(problem) = loaded.scene.settings.size_problem() {
             return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));

@@ -195,6 +195,7 @@ diagnostics! {
     E0624 NO_SUCH_IMAGE "an image that the renderer does not make";
     E0640 OCCUPIED_CHECKPOINT "a checkpoint whose place holds another file";
     E0641 OUT_OF_MEMORY "more memory than there is";
+    E0642 INPUT_MEMORY "files of a scene that take too much memory";
     E0701 NO_LLVM "machine code is asked for and there is no LLVM";
     E0702 CODE_GENERATION "LLVM could not make machine code";
     E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";

@@ -16,7 +16,7 @@ use rtsl_render::{
 
 use super::{CommandResult, Failure, Outcome};
 use crate::INPUT_AT_FAULT;
-use crate::arguments::{EngineArguments, SearchPath};
+use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::files::write_result;
 use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
@@ -98,6 +98,8 @@ pub struct RenderArguments {
     engine: EngineArguments,
     #[command(flatten)]
     search_path: SearchPath,
+    #[command(flatten)]
+    input: InputArguments,
 }
 
 /// The renderers.
@@ -174,6 +176,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
         renderer: arguments.renderer.map(Renderer::from),
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
+        input_memory: arguments.input.input_memory,
         size: arguments.size,
         samples: arguments.spp,
         seed: arguments.seed,

@@ -8,7 +8,7 @@ use rtsl_render::session::{Session, SessionOptions};
 use rtsl_view::{ViewError, ViewOptions, view};
 
 use super::{CommandResult, Failure, Outcome};
-use crate::arguments::{EngineArguments, SearchPath};
+use crate::arguments::{EngineArguments, InputArguments, SearchPath};
 use crate::commands::render::{parse_size, parse_threads, report};
 use crate::report::Reporter;
 
@@ -46,6 +46,8 @@ pub struct ViewArguments {
     engine: EngineArguments,
     #[command(flatten)]
     search_path: SearchPath,
+    #[command(flatten)]
+    input: InputArguments,
 }
 
 /// Opens the window and waits until it is closed.
@@ -57,6 +59,7 @@ pub fn run(arguments: &ViewArguments, reporter: &Reporter) -> CommandResult {
     let options = SessionOptions {
         defines: arguments.defines.clone(),
         search_path: arguments.search_path.search_path.clone(),
+        input_memory: arguments.input.input_memory,
         size: arguments.size,
         samples: arguments.spp,
         threads: arguments.threads,

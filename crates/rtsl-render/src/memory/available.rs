@@ -178,14 +178,14 @@ mod tests {
             ("/sys/fs/cgroup/a/b/memory.max", "8000\n"),
             ("/sys/fs/cgroup/a/b/memory.current", "1000\n"),
         ]);
-        assert_eq!(control_groups("0::/a/b\n", &second), Some(Amount(2000)));
-        assert_eq!(control_groups("0::/\n", &second), None);
+        assert_eq!(control_groups("0::/a/b\n", second), Some(Amount(2000)));
+        assert_eq!(control_groups("0::/\n", second), None);
         let first = files(&[
             ("/sys/fs/cgroup/memory/c/memory.limit_in_bytes", "3000"),
             ("/sys/fs/cgroup/memory/c/memory.usage_in_bytes", "1000"),
         ]);
         assert_eq!(
-            control_groups("5:cpu:/c\n4:hugetlb,memory:/c\n0::/c\n", &first),
+            control_groups("5:cpu:/c\n4:hugetlb,memory:/c\n0::/c\n", first),
             Some(Amount(2000))
         );
     }

@@ -2,10 +2,11 @@
 //!
 //! Rust ends the process where an allocation fails. Allocations whose size a user chooses therefore go through
 //! [`filled`] and [`collected`], and [`check_render`] compares all of them with what the system gives before anything
-//! is rendered.
+//! is rendered. What the files of a scene take has a budget ([`InputBudget`]).
 
 mod amount;
 mod available;
+mod budget;
 mod need;
 
 use std::collections::TryReserveError;
@@ -15,6 +16,7 @@ use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 pub use amount::Amount;
 pub use available::{Available, Limit};
+pub use budget::{Held, InputBudget, OverBudget};
 pub use need::{Need, check_render};
 
 /// Memory that the system does not give.

@@ -2,6 +2,8 @@
 
 use rtsl::{Numbers, Scalar};
 
+use crate::memory::Amount;
+
 use super::MeshError;
 
 /// The numbers of one array, at most: kernels count them in 31 bits.
@@ -21,6 +23,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The memory of its arrays.
+    pub fn memory(&self) -> Amount {
+        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
+        arrays.into_iter().map(|numbers| Amount::of::<u32>(numbers.words().len())).sum()
+    }
+
     /// The number of triangles, where it has triangles.
     pub fn triangles(&self) -> usize {
         self.indices.words().len() / 3
@@ -46,6 +54,15 @@ pub struct MeshBuilder {
 }
 
 impl MeshBuilder {
+    /// What the arrays take until the mesh is finished: as much again while they grow, and later while they find
+    /// their final place, in steps, so that a budget is not asked for each number. `more` are about to be added.
+    pub fn memory(&self, more: usize) -> Amount {
+        const STEP: usize = 1 << 13;
+        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
+        let numbers = arrays.into_iter().map(Vec::len).fold(more, usize::saturating_add);
+        Amount::of::<u32>(numbers.div_ceil(STEP)).times(2 * STEP)
+    }
+
     /// Adds a polygon as a fan of triangles around its first corner; what has fewer than three
     /// corners covers nothing and adds nothing.
     ///

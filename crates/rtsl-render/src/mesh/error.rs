@@ -2,6 +2,8 @@
 
 use std::io;
 
+use crate::memory::OverBudget;
+
 /// Why a mesh cannot be used. The text is a clause, to be preceded by the name of the mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
@@ -44,6 +46,9 @@ pub enum MeshError {
     /// More than kernels can address.
     #[error("it has more than {0} {1}")]
     TooLarge(usize, &'static str),
+    /// More memory than there is for the files of a scene.
+    #[error("it {0}")]
+    OverBudget(OverBudget),
 }
 
 impl MeshError {
@@ -61,6 +66,7 @@ impl MeshError {
             MeshError::NotFinite(_) => "remove what is not a number or infinite",
             MeshError::CountMismatch { .. } => "give one for each vertex, or none at all",
             MeshError::TooLarge(..) => "split it into several shapes",
+            MeshError::OverBudget(_) => "allow more with `--input-memory`",
         }
     }
 }
@@ -70,6 +76,15 @@ impl From<io::Error> for MeshError {
         if error.kind() == io::ErrorKind::UnexpectedEof {
             return MeshError::Truncated("a number".to_owned());
         }
-        MeshError::Unreadable(error)
+        match OverBudget::of(&error) {
+            Some(over) => MeshError::OverBudget(*over),
+            None => MeshError::Unreadable(error),
+        }
+    }
+}
+
+impl From<OverBudget> for MeshError {
+    fn from(error: OverBudget) -> Self {
+        MeshError::OverBudget(error)
     }
 }

@@ -15,5 +15,5 @@ mod ply;
 
 pub use builder::{Mesh, MeshBuilder};
 pub use error::MeshError;
-pub use gltf::read_gltf;
-pub use ply::read_ply;
+pub use gltf::{read_gltf, read_gltf_within};
+pub use ply::{read_ply, read_ply_within};

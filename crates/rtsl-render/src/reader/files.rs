@@ -5,10 +5,19 @@ use std::fs::{File, Metadata};
 use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
+use crate::memory::{Amount, Held, InputBudget, OverBudget, reserved};
+
 /// Reads files.
 pub trait FileSource {
     /// The contents of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// How many bytes a file has.
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        Ok(self.read(path)?.len() as u64)
+    }
 
     /// The contents of a file piece by piece, for large ones that nobody keeps.
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
@@ -28,10 +37,17 @@ const LARGEST_FILE: u64 = 1 << 30;
 
 impl FileSource for DiskFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        if regular_file(path)?.len() > LARGEST_FILE {
+        let length = regular_file(path)?.len();
+        if length > LARGEST_FILE {
             return Err(io::Error::other("larger than 1 GiB"));
         }
-        std::fs::read(path)
+        let mut bytes = reserved(length as usize)?;
+        File::open(path)?.take(LARGEST_FILE).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        Ok(regular_file(path)?.len())
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
@@ -61,9 +77,52 @@ pub struct SceneFiles<'a> {
     pub scene: &'a Path,
     /// Where files come from.
     pub files: &'a dyn FileSource,
+    /// The memory that they may take.
+    pub budget: &'a InputBudget,
+}
+
+/// The contents of a file, and their memory.
+pub struct Input {
+    /// The contents.
+    pub bytes: Vec<u8>,
+    /// Their memory, held as long as they are.
+    pub held: Held,
+}
+
+impl Input {
+    /// Reads a file, if there is memory for it.
+    ///
+    /// # Errors
+    /// What the system says, or an [`OverBudget`].
+    pub fn read(files: &dyn FileSource, path: &Path, budget: &InputBudget) -> io::Result<Self> {
+        let mut held = budget.hold(Amount(files.size(path)?))?;
+        let bytes = files.read(path)?;
+        // It may have grown.
+        held.grow_to(Amount(bytes.len() as u64))?;
+        Ok(Input { bytes, held })
+    }
+}
+
+/// The error that a file cannot be read.
+pub fn unreadable(path: &Path, error: &io::Error) -> Diagnostic {
+    match OverBudget::of(error) {
+        Some(over) => over.diagnostic(path.display()),
+        None => {
+            let message = format!("cannot read `{}`: {error}", path.display());
+            Diagnostic::new(codes::UNREADABLE_FILE, message)
+        }
+    }
 }
 
 impl SceneFiles<'_> {
+    /// The contents of a file, if there is memory for them.
+    ///
+    /// # Errors
+    /// As for [`Input::read`].
+    pub fn read(&self, path: &Path) -> io::Result<Input> {
+        Input::read(self.files, path, self.budget)
+    }
+
     /// The path of the file that the scene calls `name`.
     pub fn path(&self, name: &str) -> PathBuf {
         resolve(self.scene, name)
@@ -84,6 +143,11 @@ impl FileSource for MemoryFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
         Ok(text.clone().into_bytes())
+    }
+
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
+        Ok(text.len() as u64)
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {

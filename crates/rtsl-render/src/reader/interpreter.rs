@@ -9,13 +9,15 @@ use rtsl::{
 };
 
 use crate::math::Transform;
+use crate::memory::{Amount, InputBudget};
 use crate::scene::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
 };
 
+use super::command_memory::{entity_kind, memory};
 use super::current_transform::{ActiveTimes, CurrentTransform};
 use super::directive::Keyword;
-use super::files::{FileSource, resolve};
+use super::files::{FileSource, Input, SceneFiles, resolve, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
 
@@ -33,6 +35,9 @@ const MOST_REPEATED_DIRECTIVES: usize = 1_000_000;
 const MOST_ATTRIBUTES: usize = 64;
 const MOST_ATTRIBUTE_VALUES: usize = 1024;
 
+/// What the text of a file takes in memory for each byte: itself, and where its lines begin.
+const TEXT_EXPANSION: usize = 5;
+
 /// Reads the scene in the file `path`. Errors go to `diagnostics`; the description then holds what
 /// was understood.
 pub fn read_scene(
@@ -41,18 +46,32 @@ pub fn read_scene(
     map: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Description {
-    let mut interpreter = Interpreter::new(files, map, diagnostics);
+    read_scene_within(path, files, &InputBudget::default(), map, diagnostics)
+}
+
+/// The same within a budget of memory.
+pub fn read_scene_within(
+    path: &Path,
+    files: &dyn FileSource,
+    budget: &InputBudget,
+    map: &mut SourceMap,
+    diagnostics: &mut Diagnostics,
+) -> Description {
+    let mut interpreter = Interpreter::new(files, budget, map, diagnostics);
     interpreter.read_file(path.to_owned(), None);
     interpreter.finish()
 }
 
 struct Interpreter<'a> {
     files: &'a dyn FileSource,
+    budget: &'a InputBudget,
     map: &'a mut SourceMap,
     diagnostics: &'a mut Diagnostics,
     description: Description,
     state: GraphicsState,
     blocks: Vec<Block>,
+    /// The most blocks that were open at a time.
+    deepest_block: usize,
     in_world: bool,
     /// The files being read, outermost first, and where each was included.
     open_files: Vec<PathBuf>,
@@ -79,11 +98,14 @@ struct MaterialUse {
 impl<'a> Interpreter<'a> {
     fn new(
         files: &'a dyn FileSource,
+        budget: &'a InputBudget,
         map: &'a mut SourceMap,
         diagnostics: &'a mut Diagnostics,
     ) -> Self {
         Interpreter {
             files,
+            budget,
+            deepest_block: 0,
             map,
             diagnostics,
             description: Description::default(),
@@ -123,17 +145,39 @@ impl<'a> Interpreter<'a> {
         self.repeated_files += usize::from(known.is_some());
         // The text is shared with the map for as long as this file is read.
         let text = self.map.file(file).text.clone();
-        let mut parser = Parser::new(file, &text);
+        let mut parser = Parser::within(self.budget, file, &text);
         while let Some(command) = parser.next_command(self.diagnostics) {
             if self.repeated_files > 0 && !self.count_repeated_directive(command.span) {
                 break;
             }
-            if let Err(diagnostic) = self.execute(command) {
+            if let Err(diagnostic) = self.hold(&command).and_then(|()| self.execute(command)) {
                 self.diagnostics.push(*diagnostic);
+            }
+            if self.budget.is_exceeded() {
+                break;
             }
         }
         self.repeated_files -= usize::from(known.is_some());
         self.open_files.pop();
+    }
+
+    /// Holds the memory of what a command leaves.
+    fn hold(&mut self, command: &Command) -> Executed {
+        let defaults = entity_kind(command.keyword).and_then(|kind| self.state.defaults.get(&kind));
+        let mut amount = memory(command, defaults.map_or(&[], |list| list.as_slice()));
+        // Blocks that are closed make room for others.
+        let begins = matches!(command.keyword, Keyword::AttributeBegin | Keyword::TransformBegin);
+        if begins && self.blocks.len() >= self.deepest_block {
+            self.deepest_block = self.blocks.len() + 1;
+            amount += Amount::of::<Block>(2);
+        }
+        let held = self.budget.hold(amount).map_err(|error| {
+            let path = self.open_files.last().map_or(Path::new(""), PathBuf::as_path);
+            let diagnostic = error.diagnostic(path.display());
+            Box::new(diagnostic.at(command.span, "reading stops before this one"))
+        })?;
+        held.keep(amount);
+        Ok(())
     }
 
     /// Whether one more is within the limit; says once that it is not.
@@ -153,19 +197,21 @@ impl<'a> Interpreter<'a> {
     }
 
     fn load_file(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
-        let text = match self.files.read(path) {
-            Ok(bytes) => String::from_utf8(bytes).map_err(|_| "it is not UTF-8".to_owned()),
-            Err(error) => Err(error.to_string()),
-        };
+        let text =
+            Input::read(self.files, path, self.budget).and_then(|Input { bytes, mut held }| {
+                let amount = Amount(bytes.len() as u64).times(TEXT_EXPANSION);
+                held.grow_to(amount)?;
+                held.keep(amount);
+                String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8"))
+            });
         match text {
             Ok(text) => {
                 let file = self.map.add(path.display().to_string(), text);
                 self.known_files.insert(path.to_owned(), file);
                 Some(file)
             }
-            Err(reason) => {
-                let message = format!("cannot read `{}`: {reason}", path.display());
-                let diagnostic = Diagnostic::new(codes::UNREADABLE_FILE, message);
+            Err(error) => {
+                let diagnostic = unreadable(path, &error);
                 self.diagnostics.push(match included_at {
                     Some(span) => diagnostic.at(span, "named here"),
                     None => diagnostic,
@@ -664,7 +710,8 @@ impl<'a> Interpreter<'a> {
         // Paths are relative to the folder of the scene, also in a file that the scene includes.
         let scene = self.open_files.first().map_or(Path::new(""), PathBuf::as_path);
         for parameter in parameters {
-            if let Err(diagnostic) = spectra::convert(parameter, emits, scene, self.files) {
+            let files = SceneFiles { scene, files: self.files, budget: self.budget };
+            if let Err(diagnostic) = spectra::convert(parameter, emits, files) {
                 parameter.kind = COLOR;
                 parameter.values = Values::Numbers(vec![0.5]);
                 self.diagnostics.push(*diagnostic);

@@ -17,8 +17,9 @@
 //! with none of their parameters.
 //!
 //! No input makes the reader panic or recurse without bound: includes nest to a fixed depth, and
-//! the number of directives that one scene may expand to is limited.
+//! the number of directives that one scene may expand to is limited; all memory is held in a budget before it is taken.
 
+mod command_memory;
 mod current_transform;
 pub mod defines;
 mod directive;
@@ -31,8 +32,8 @@ mod recorded_files;
 mod spectra;
 mod state;
 
-pub use files::{DiskFiles, FileSource, MemoryFiles, SceneFiles, resolve};
-pub use interpreter::read_scene;
+pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
+pub use interpreter::{read_scene, read_scene_within};
 pub use parameter::{
     Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
 };

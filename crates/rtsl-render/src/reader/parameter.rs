@@ -5,6 +5,8 @@
 
 use rtsl::Span;
 
+use crate::memory::Amount;
+
 /// A parameter with its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
@@ -44,6 +46,18 @@ impl Values {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The memory of the values.
+    pub fn memory(&self) -> Amount {
+        match self {
+            Values::Numbers(values) => Amount::of::<f64>(values.len()),
+            Values::Booleans(values) => Amount::of::<bool>(values.len()),
+            Values::Texts(values) => {
+                let bytes = values.iter().map(String::len).sum();
+                Amount::of::<String>(values.len()) + Amount::of::<u8>(bytes)
+            }
+        }
     }
 
     /// What they are, in words.

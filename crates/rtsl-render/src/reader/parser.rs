@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 
 use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, most_similar};
 
+use crate::memory::{Held, InputBudget};
+
 use super::directive::{Keyword, Operands, directive, directive_words};
 use super::lexer::{Lexer, Token, TokenKind};
 use super::parameter::{Parameter, ParameterType, Values, parameter_type, parameter_type_words};
@@ -41,14 +43,19 @@ pub struct SpannedText {
 pub struct Parser<'a> {
     lexer: Lexer<'a>,
     token: Token,
+    budget: &'a InputBudget,
 }
 
+/// Values of a parameter that are no news for a budget.
+const FEW_VALUES: usize = 4096;
+
 impl<'a> Parser<'a> {
-    /// A parser at the beginning of `text`, which is the text of `file`.
-    pub fn new(file: FileId, text: &'a str) -> Self {
+    /// A parser at the beginning of `text`, which is the text of `file`. Lists of values take no more memory than is
+    /// left of the budget.
+    pub fn within(budget: &'a InputBudget, file: FileId, text: &'a str) -> Self {
         let mut lexer = Lexer::new(file, text);
         let token = lexer.next_token();
-        Parser { lexer, token }
+        Parser { lexer, token, budget }
     }
 
     /// The next command that has no error in it; `None` at the end.
@@ -58,6 +65,9 @@ impl<'a> Parser<'a> {
                 Ok(command) => return Some(command),
                 Err(diagnostic) => {
                     diagnostics.push(*diagnostic);
+                    if self.budget.is_exceeded() {
+                        return None;
+                    }
                     self.skip_to_directive();
                 }
             }
@@ -194,6 +204,7 @@ impl<'a> Parser<'a> {
             return Ok((values, start));
         }
         let mut values: Option<Values> = None;
+        let mut held: Option<Held> = None;
         loop {
             let end = self.token.span;
             if self.accept(&TokenKind::Close) {
@@ -203,10 +214,24 @@ impl<'a> Parser<'a> {
             }
             match &mut values {
                 None => values = Some(self.first_value(&self.token, declaration)?),
-                Some(values) => self.push_value(values, &self.token, declaration)?,
+                Some(values) => {
+                    self.push_value(values, &self.token, declaration)?;
+                    if values.len() > FEW_VALUES && values.len().is_power_of_two() {
+                        held = Some(self.hold(values, held, declaration)?);
+                    }
+                }
             }
             self.advance();
         }
+    }
+
+    /// Holds memory for a list that is about to double: what it has, and as much again for its growth.
+    fn hold(&self, values: &Values, held: Option<Held>, declaration: &SpannedText) -> Parsed<Held> {
+        drop(held);
+        self.budget.hold(values.memory().times(3)).map_err(|error| {
+            let what = shorten(&declaration.text);
+            Box::new(error.diagnostic(what).at(declaration.span, "its values are too many"))
+        })
     }
 
     fn first_value(&self, token: &Token, declaration: &SpannedText) -> Parsed<Values> {

@@ -43,6 +43,10 @@ impl FileSource for RecordedFiles<'_> {
         Ok(bytes)
     }
 
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        self.files.size(path)
+    }
+
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
         let source = self.files.open(path)?;
         let (path, record) = (path.to_owned(), Arc::clone(&self.record));

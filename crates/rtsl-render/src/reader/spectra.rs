@@ -1,22 +1,20 @@
 //! Parameters that are spectra become colours.
 
-use std::path::Path;
-
 use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
 
+use crate::memory::{Amount, OverBudget};
 use crate::spectrum::{Sampled, blackbody, named, names};
 
-use super::files::{FileSource, resolve};
+use super::files::{Input, SceneFiles, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
 
 /// Makes linear red, green and blue of a spectrum, or one number where it is the same everywhere; leaves
 /// what is no spectrum as it is. `emits` tells spectra of lights, whose colours get luminance 1, from those
-/// of surfaces. Files are seen from `scene`.
+/// of surfaces.
 pub fn convert(
     parameter: &mut Parameter,
     emits: bool,
-    scene: &Path,
-    files: &dyn FileSource,
+    files: SceneFiles<'_>,
 ) -> Result<(), Box<Diagnostic>> {
     let numbers = match (parameter.kind, &parameter.values) {
         (ParameterType::Blackbody, Values::Numbers(kelvin)) => {
@@ -28,7 +26,7 @@ pub fn convert(
             None => return Err(wrong(parameter, "wavelengths do not rise")),
         },
         (ParameterType::Spectrum, Values::Texts(texts)) => match texts.as_slice() {
-            [name] => named_or_file(parameter, name, emits, scene, files)?,
+            [name] => named_or_file(parameter, name, emits, files)?,
             _ => return Err(wrong(parameter, "one name is expected")),
         },
         _ => return Ok(()),
@@ -51,8 +49,7 @@ fn named_or_file(
     parameter: &Parameter,
     name: &str,
     emits: bool,
-    scene: &Path,
-    files: &dyn FileSource,
+    files: SceneFiles<'_>,
 ) -> Result<Vec<f64>, Box<Diagnostic>> {
     if let Some(numbers) = named(name) {
         return Ok(numbers.to_vec());
@@ -66,7 +63,18 @@ fn named_or_file(
             None => diagnostic.help("give three numbers: linear red, green and blue"),
         }
     };
-    let bytes = files.read(&resolve(scene, name)).map_err(|_| Box::new(unknown()))?;
+    let path = files.path(name);
+    let input = files.read(&path).and_then(|mut input| {
+        // The numbers of a text: two bytes may be one of eight, and they lie in pairs besides.
+        input.held.grow_to(Amount(input.bytes.len() as u64).times(16))?;
+        Ok(input)
+    });
+    let Input { bytes, held: _held } = input.map_err(|error| {
+        Box::new(match OverBudget::of(&error) {
+            Some(_) => unreadable(&path, &error).at(parameter.values_span, "named here"),
+            None => unknown(),
+        })
+    })?;
     let spectrum = String::from_utf8(bytes).ok().and_then(|text| Sampled::from_text(&text));
     let spectrum = spectrum
         .ok_or_else(|| wrong(parameter, "the file does not hold rising wavelengths with values"))?;

@@ -13,14 +13,17 @@ use std::sync::Arc;
 
 use rtsl::{Class, Compilation, Compiler, Diagnostics, SourceMap, Unit};
 
+use crate::memory::{Amount, InputBudget, OverBudget};
 use crate::messages::Messages;
-use crate::reader::FileSource;
+use crate::reader::{FileSource, Input};
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]
 pub struct Classes<'a> {
     compiler: Compiler,
     files: &'a dyn FileSource,
+    /// The memory that files may take.
+    budget: InputBudget,
     folder: PathBuf,
     /// The shader files beside the scene that can be read.
     beside: Option<Vec<ShaderFile>>,
@@ -60,6 +63,7 @@ impl<'a> Classes<'a> {
         Classes {
             compiler,
             files,
+            budget: InputBudget::default(),
             folder: folder.to_owned(),
             beside: None,
             units: BTreeMap::new(),
@@ -90,6 +94,11 @@ impl<'a> Classes<'a> {
             self.found = found;
             self.messages = Messages::default();
         }
+    }
+
+    /// Reads files within a budget from now on.
+    pub fn set_budget(&mut self, budget: &InputBudget) {
+        self.budget = budget.clone();
     }
 
     /// Takes another compiler; what the one before compiled counts no longer if it had other options.
@@ -162,14 +171,25 @@ impl<'a> Classes<'a> {
     }
 
     fn beside(&mut self) -> &[ShaderFile] {
-        let (files, folder) = (self.files, &self.folder);
+        let (files, folder, budget) = (self.files, &self.folder, &self.budget);
+        let messages = &mut self.messages;
         self.beside.get_or_insert_with(|| {
             let paths = files.list(folder).unwrap_or_default();
             let shaders =
                 paths.into_iter().filter(|path| path.extension().is_some_and(|it| it == "rtsl"));
             let read = |path: PathBuf| {
-                let text =
-                    files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes).ok())?;
+                let Input { bytes, held } = match Input::read(files, &path, budget) {
+                    Ok(input) => input,
+                    // What cannot be read may be none of the scene's.
+                    Err(error) => {
+                        let over = OverBudget::of(&error);
+                        over.into_iter()
+                            .for_each(|it| messages.push_one(it.diagnostic(path.display())));
+                        return None;
+                    }
+                };
+                let text = String::from_utf8(bytes).ok()?;
+                held.keep(Amount(text.len() as u64));
                 let declares = declared_classes(&text).map(str::to_owned).collect();
                 Some(ShaderFile { path, text, declares })
             };
@@ -210,8 +230,11 @@ impl<'a> Classes<'a> {
 fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
     let mut texts = texts(path, &compilation.sources);
     let is_own = texts.next().is_some_and(|(_, own)| own == text);
-    let is_as_it_was =
-        |(name, text): (&str, &str)| std::fs::read(name).is_ok_and(|now| now == text.as_bytes());
+    let is_as_it_was = |(name, text): (&str, &str)| {
+        // Another length tells enough of a file that may have become very long.
+        std::fs::metadata(name).is_ok_and(|now| now.is_file() && now.len() == text.len() as u64)
+            && std::fs::read(name).is_ok_and(|now| now == text.as_bytes())
+    };
     is_own && texts.all(is_as_it_was)
 }
 

@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use rtsl::{Class, Diagnostic, ParameterType as ClassType, Value, diagnostic_codes as codes};
 
 use crate::math::sine_and_cosine_of_degrees;
-use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values};
+use crate::memory::Amount;
+use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values, unreadable};
 
 use super::description::{Entity, EntityKind};
-use super::picture::{Encoding, Picture};
+use super::picture::{Encoding, Picture, PictureError};
 use super::standard_names::StandardName;
 
 /// The parameters of an entity as its class calls them.
@@ -175,34 +176,55 @@ pub fn image_values(
         return Err(Box::new(diagnostic.at(entity.class_span, "expected `\"string filename\"`")));
     };
     let path = files.path(name);
-    let unreadable = |problem: String| {
-        let message = format!("cannot read `{}`: {problem}", path.display());
-        let diagnostic = Diagnostic::new(codes::UNREADABLE_FILE, message);
-        Box::new(diagnostic.at(parameter.values_span, "named here"))
-    };
+    let named_here =
+        |diagnostic: Diagnostic| Box::new(diagnostic.at(parameter.values_span, "named here"));
     let encoding = match text("encoding") {
         Some(("linear", _)) => Encoding::Linear,
         Some(_) | None => Encoding::Srgb,
     };
-    let bytes = files.files.read(&path).map_err(|error| unreadable(error.to_string()))?;
-    let picture = Picture::read(&bytes, encoding).map_err(unreadable)?;
+    let input = files.read(&path).map_err(|error| named_here(unreadable(&path, &error)))?;
+    let read = Picture::read(&input.bytes, encoding, files.budget);
+    let (picture, held) = read.map_err(|error| {
+        named_here(match error {
+            PictureError::Malformed(problem) => unreadable(&path, &std::io::Error::other(problem)),
+            PictureError::OverBudget(error) => error.diagnostic(path.display()),
+        })
+    })?;
+    drop(input);
     let size = [picture.width as i32, picture.height as i32].map(Value::Int).to_vec();
     let mut values = match entity.kind {
         EntityKind::Light => sky_values(&picture),
-        _ => texture_values(picture, text("wrap").map(|(wrap, _)| wrap)),
+        _ => {
+            let levels = picture.levels();
+            let levels = levels
+                .map_err(|error| named_here(unreadable(&path, &std::io::Error::other(error))))?;
+            texture_values(levels, text("wrap").map(|(wrap, _)| wrap))
+        }
     };
+    held.keep(values.iter().map(|(_, value)| memory(value)).sum());
     values.push(("size".to_owned(), Value::List(size)));
     Ok(values)
 }
 
-fn bits<'t>(numbers: impl IntoIterator<Item = &'t f32>) -> Value {
-    let bits: Vec<u32> = numbers.into_iter().map(|number| number.to_bits()).collect();
+/// The bits of so many numbers.
+fn bits<'t>(count: usize, numbers: impl IntoIterator<Item = &'t f32>) -> Value {
+    let mut bits: Vec<u32> = Vec::with_capacity(count);
+    bits.extend(numbers.into_iter().map(|number| number.to_bits()));
     Value::Numbers(rtsl::Numbers::from_words(rtsl::Scalar::F32, bits))
 }
 
-fn texture_values(picture: Picture, wrap: Option<&str>) -> Vec<(String, Value)> {
-    let levels = picture.levels();
-    let texels = bits(levels.iter().flat_map(|level| level.texels.iter().flatten()));
+/// The memory that a class's argument keeps.
+fn memory(value: &Value) -> Amount {
+    match value {
+        Value::Numbers(numbers) => Amount::of::<u32>(numbers.words().len()),
+        _ => Amount(0),
+    }
+}
+
+fn texture_values(levels: Vec<[f32; 4]>, wrap: Option<&str>) -> Vec<(String, Value)> {
+    // In the place of the texels: numbers have the size of their bits.
+    let words: Vec<u32> = levels.into_flattened().into_iter().map(f32::to_bits).collect();
+    let texels = Value::Numbers(rtsl::Numbers::from_words(rtsl::Scalar::F32, words));
     let wrap = match wrap {
         Some("clamp") => 1,
         Some("black") => 2,
@@ -221,11 +243,12 @@ fn sky_values(picture: &Picture) -> Vec<(String, Value)> {
         if latitudes { 4.0 * down * (1.0 - down) } else { 1.0 }
     };
     let (rows, columns) = picture.sums(width_of);
-    let texels = bits(picture.texels.iter().flat_map(|texel| &texel[..3]));
+    let colors = picture.texels.iter().flat_map(|texel| &texel[..3]);
+    let texels = bits(3 * picture.texels.len(), colors);
     vec![
         ("texels".to_owned(), texels),
-        ("rows".to_owned(), bits(&rows)),
-        ("columns".to_owned(), bits(&columns)),
+        ("rows".to_owned(), bits(rows.len(), &rows)),
+        ("columns".to_owned(), bits(columns.len(), &columns)),
         ("latitudes".to_owned(), Value::Bool(latitudes)),
     ]
 }

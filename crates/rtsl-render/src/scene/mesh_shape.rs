@@ -1,12 +1,14 @@
 //! The format's shapes that are meshes. They become instances of the library's classes `TriangleMesh`
 //! and `BilinearMesh`, whose buffers are the mesh's arrays; or of `Parallelogram`, where that is all they are.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
 
-use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf, read_ply};
-use crate::reader::{FileSource, Parameter, SceneFiles, Values, resolve};
+use crate::memory::{Held, InputBudget};
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
+use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
 use super::description::Entity;
 use super::parallelogram::Parallelogram;
@@ -57,8 +59,8 @@ impl MeshShape {
         }
         check_names(entity, self.parameters())?;
         let mesh = match self {
-            MeshShape::Triangles => triangles(entity),
-            MeshShape::Quadrilaterals => quadrilaterals(entity),
+            MeshShape::Triangles => triangles(entity, files.budget),
+            MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
             MeshShape::Ply => file(entity, files, ply),
             MeshShape::Gltf => file(entity, files, gltf),
         }?;
@@ -86,6 +88,15 @@ fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
     }))
 }
 
+/// Holds what the arrays take that are made of the numbers in a scene's text.
+fn hold(entity: &Entity, budget: &InputBudget) -> Result<Held, Box<Diagnostic>> {
+    let numbers = ["P", "N", "uv", "indices"].map(|name| find(entity, name));
+    let count = numbers.into_iter().flatten().map(|parameter| parameter.values.len()).sum();
+    budget.hold(MeshBuilder::default().memory(count)).map_err(|error| {
+        Box::new(error.diagnostic(&entity.class).at(entity.class_span, "this shape"))
+    })
+}
+
 /// The shape's vertices, without any indices.
 fn vertices(entity: &Entity) -> Result<MeshBuilder, Box<Diagnostic>> {
     Ok(MeshBuilder {
@@ -96,29 +107,42 @@ fn vertices(entity: &Entity) -> Result<MeshBuilder, Box<Diagnostic>> {
     })
 }
 
-fn triangles(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
+fn triangles(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagnostic>> {
+    let held = hold(entity, budget)?;
     let mut builder = vertices(entity)?;
     builder.indices = indices(entity, &[0, 1, 2])?;
-    builder.finish().map_err(|error| unusable(entity, entity.class_span, &error))
+    let mesh = builder.finish().map_err(|error| unusable(entity, entity.class_span, &error))?;
+    held.keep(mesh.memory());
+    Ok(mesh)
 }
 
-fn quadrilaterals(entity: &Entity) -> Result<Mesh, Box<Diagnostic>> {
+fn quadrilaterals(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagnostic>> {
+    let held = hold(entity, budget)?;
     let mut builder = vertices(entity)?;
     builder.indices = indices(entity, &[0, 1, 2, 3])?;
     let mesh = builder.finish_quadrilaterals();
-    mesh.map_err(|error| unusable(entity, entity.class_span, &error))
+    let mesh = mesh.map_err(|error| unusable(entity, entity.class_span, &error))?;
+    held.keep(mesh.memory());
+    Ok(mesh)
 }
 
 /// Reads the file at a path.
-type ReadFile = fn(&dyn FileSource, &Path) -> Result<Mesh, MeshError>;
+type ReadFile = fn(SceneFiles<'_>, &Path) -> Result<Mesh, MeshError>;
 
-fn ply(files: &dyn FileSource, path: &Path) -> Result<Mesh, MeshError> {
-    read_ply(files.open(path)?)
+fn ply(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
+    read_ply_within(files.files.open(path)?, files.budget)
 }
 
-/// The files that a glTF file names lie beside it.
-fn gltf(files: &dyn FileSource, path: &Path) -> Result<Mesh, MeshError> {
-    read_gltf(&files.read(path)?, &|name| files.read(&resolve(path, name)))
+/// The files that a glTF file names lie beside it. All of them are held until the mesh is made.
+fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
+    let file = files.read(path)?;
+    let buffers = RefCell::new(Vec::new());
+    let read = |name: &str| {
+        let Input { bytes, held } = files.read(&resolve(path, name))?;
+        buffers.borrow_mut().push(held);
+        Ok(bytes)
+    };
+    read_gltf_within(&file.bytes, &read, files.budget)
 }
 
 fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, Box<Diagnostic>> {
@@ -131,7 +155,10 @@ fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, 
     let [name] = texts.as_slice() else { return Err(wrong(parameter, "one string")) };
     let path = files.path(name);
     let span = parameter.values_span;
-    read(files.files, &path).map_err(|error| match error {
+    read(files, &path).map_err(|error| match error {
+        MeshError::OverBudget(error) => {
+            Box::new(error.diagnostic(path.display()).at(span, "named here"))
+        }
         MeshError::Unreadable(_) => {
             let message = format!("cannot read `{}`: {error}", path.display());
             let diagnostic = Diagnostic::new(codes::UNREADABLE_FILE, message);

@@ -4,6 +4,7 @@
 mod arguments;
 mod classes;
 mod description;
+mod exr_picture;
 mod format_parameters;
 mod load;
 mod mesh_shape;
@@ -21,6 +22,7 @@ pub use description::{
     Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
 };
 pub use load::Origins;
+pub use picture::{Encoding, Picture, PictureError};
 pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 pub use settings::Settings;
 pub use source::{LoadOptions, Loaded, SceneSource, load_scene};

@@ -3,9 +3,16 @@
 use std::io::Cursor;
 
 use crate::film::srgb_decode;
+use crate::memory::{Amount, Held, InputBudget, OutOfMemory, OverBudget, filled, reserved};
 
-/// More texels are refused: they would take 1 GiB.
+use super::exr_picture::read_exr;
+
+/// More texels are refused, whatever memory there is.
 const MOST_TEXELS: usize = 1 << 26;
+
+/// What a texel of a sky takes at most until its picture has become the numbers of a class: its 16 bytes, 12 for its
+/// colour and 4 for sums, and these twice while they find their final place.
+const SKY_TEXEL: Amount = Amount(16 + 2 * (12 + 4));
 
 /// An image in memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,53 +35,151 @@ pub enum Encoding {
     Linear,
 }
 
+/// Why an image cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PictureError {
+    /// It is no image, or a damaged one. The text is a clause, to be preceded by the name of the file.
+    Malformed(String),
+    /// It would take too much memory.
+    OverBudget(OverBudget),
+}
+
+impl From<String> for PictureError {
+    fn from(problem: String) -> Self {
+        PictureError::Malformed(problem)
+    }
+}
+
+impl From<&str> for PictureError {
+    fn from(problem: &str) -> Self {
+        PictureError::Malformed(problem.to_owned())
+    }
+}
+
+impl From<OverBudget> for PictureError {
+    fn from(error: OverBudget) -> Self {
+        PictureError::OverBudget(error)
+    }
+}
+
+impl From<OutOfMemory> for PictureError {
+    fn from(error: OutOfMemory) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
+impl From<exr::error::Error> for PictureError {
+    fn from(error: exr::error::Error) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
+impl From<png::DecodingError> for PictureError {
+    fn from(error: png::DecodingError) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
 impl Picture {
-    /// Reads a PNG or an EXR file, which its first bytes tell apart.
-    pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Picture, String> {
-        let mut picture = match bytes {
-            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes)?,
-            [0x89, b'P', b'N', b'G', ..] => read_png(bytes, encoding)?,
-            _ => return Err("it is neither a PNG nor an EXR file".to_owned()),
+    /// What a picture takes until it has become the numbers of a class.
+    pub fn memory(width: usize, height: usize) -> Amount {
+        // Of a texture all levels, and these twice while they find their final place.
+        let area = |(width, height): (usize, usize)| width.saturating_mul(height);
+        let texels = level_sizes(width, height).map(area).fold(0, usize::saturating_add);
+        let texture = Amount::of::<[f32; 4]>(texels).times(2);
+        texture.max(SKY_TEXEL.times(area((width, height))))
+    }
+
+    /// Reads a PNG or an EXR file, which its first bytes tell apart. [`Picture::memory`] is held with it.
+    ///
+    /// # Errors
+    /// It is neither, damaged, or takes more memory than is left of the budget.
+    pub fn read(
+        bytes: &[u8],
+        encoding: Encoding,
+        budget: &InputBudget,
+    ) -> Result<(Picture, Held), PictureError> {
+        let (mut picture, held) = match bytes {
+            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget)?,
+            [0x89, b'P', b'N', b'G', ..] => read_png(bytes, encoding, budget)?,
+            _ => return Err("it is neither a PNG nor an EXR file".into()),
         };
         if picture.texels.iter().all(|texel| texel[3] == 1.0) {
             for texel in &mut picture.texels {
                 texel[3] = (texel[0] + texel[1] + texel[2]) / 3.0;
             }
         }
-        Ok(picture)
+        Ok((picture, held))
     }
 
-    /// This and ever smaller ones down to one texel, each half the size of the one before, rounded down.
-    pub fn levels(self) -> Vec<Picture> {
-        let mut levels = vec![self];
-        while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
-            levels.push(last.halved());
+    /// The texels of this picture and of ever smaller ones down to one texel, one after the other, each half the size of
+    /// the one before, rounded down.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn levels(self) -> Result<Vec<[f32; 4]>, OutOfMemory> {
+        let Picture { mut width, mut height, mut texels } = self;
+        // Where all levels are squares they take a third more, where they are lines as much again.
+        let all = level_sizes(width, height).map(|(width, height)| width * height).sum::<usize>();
+        texels
+            .try_reserve_exact(all - texels.len())
+            .map_err(|_| OutOfMemory(Amount::of::<[f32; 4]>(all)))?;
+        let mut start = 0;
+        for (columns, rows) in level_sizes(width, height).skip(1) {
+            let level = Level { start, width, height };
+            for place in 0..columns * rows {
+                let texel =
+                    level.mean(&texels, (place / columns, rows), (place % columns, columns));
+                texels.push(texel);
+            }
+            start += width * height;
+            (width, height) = (columns, rows);
         }
-        levels
+        Ok(texels)
     }
+}
 
-    fn halved(&self) -> Picture {
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+/// The sizes of a picture and of those made of it.
+fn level_sizes(width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
+    let smaller = |(width, height): &(usize, usize)| {
+        (width.max(height) > &1).then(|| ((width / 2).max(1), (height / 2).max(1)))
+    };
+    std::iter::successors(Some((width, height)), smaller)
+}
+
+/// A picture among the texels of several.
+struct Level {
+    start: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Level {
+    /// The mean of the texels in one of so many parts of the rows, and of the columns.
+    fn mean(
+        &self,
+        texels: &[[f32; 4]],
+        (row, of_rows): (usize, usize),
+        (column, of_columns): (usize, usize),
+    ) -> [f32; 4] {
         let part =
             |place: usize, count: usize, of: usize| place * of / count..(place + 1) * of / count;
-        let mean = |row: usize, column: usize| {
-            let mut sum = [0.0; 4];
-            let (rows, columns) = (part(row, height, self.height), part(column, width, self.width));
-            let count = (rows.len() * columns.len()) as f32;
-            for row in rows {
-                for texel in &self.texels[row * self.width..][columns.clone()] {
-                    for (sum, value) in sum.iter_mut().zip(texel) {
-                        *sum += value;
-                    }
+        let (rows, columns) =
+            (part(row, of_rows, self.height), part(column, of_columns, self.width));
+        let count = (rows.len() * columns.len()) as f32;
+        let mut sum = [0.0; 4];
+        for row in rows {
+            for texel in &texels[self.start + row * self.width..][columns.clone()] {
+                for (sum, value) in sum.iter_mut().zip(texel) {
+                    *sum += value;
                 }
             }
-            sum.map(|sum| sum / count)
-        };
-        let places = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
-        let texels = places.map(|(row, column)| mean(row, column)).collect();
-        Picture { width, height, texels }
+        }
+        sum.map(|sum| sum / count)
     }
+}
 
+impl Picture {
     /// For each row what part of a sky's light comes from those above, and the same for the columns of each
     /// row, each list ending with 1. `row_weight` is the solid angle of a row's texels, to any scale.
     pub fn sums(&self, row_weight: impl Fn(usize) -> f64) -> (Vec<f32>, Vec<f32>) {
@@ -110,55 +215,30 @@ fn running(numbers: &[f64]) -> Vec<f32> {
     parts
 }
 
-fn check_size(width: usize, height: usize) -> Result<(), String> {
+/// Whether a picture has texels, and not too many.
+pub fn check_size(width: usize, height: usize) -> Result<(), String> {
     match width.checked_mul(height) {
         Some(1..=MOST_TEXELS) => Ok(()),
         Some(_) | None => Err(format!("it has {width} x {height} texels, at most 2^26 are read")),
     }
 }
 
-fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
-    use exr::prelude::*;
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgba_channels(
-            |size, _| {
-                (size.width(), size.height(), vec![[0.0_f32; 4]; size.area().min(MOST_TEXELS)])
-            },
-            |(width, _, texels), place, (red, green, blue, alpha): (f32, f32, f32, f32)| {
-                let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-                if let Some(texel) = texels.get_mut(place.y() * *width + place.x()) {
-                    *texel = [red, green, blue, alpha].map(finite);
-                }
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| error.to_string())?;
-    let (width, height, texels) = image.layer_data.channel_data.pixels;
-    check_size(width, height)?;
-    Ok(Picture { width, height, texels })
-}
-
-fn read_png(bytes: &[u8], encoding: Encoding) -> Result<Picture, String> {
+fn read_png(
+    bytes: &[u8],
+    encoding: Encoding,
+    budget: &InputBudget,
+) -> Result<(Picture, Held), PictureError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
+    let mut reader = decoder.read_info()?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     check_size(width, height)?;
+    let held = budget.hold(Picture::memory(width, height))?;
     let size = reader.output_buffer_size().ok_or("it is too large")?;
-    let mut buffer = vec![0; size];
-    let info = reader.next_frame(&mut buffer).map_err(|error| error.to_string())?;
+    let of_decoder = budget.hold(Amount(size as u64))?;
+    let mut buffer = filled(size, 0)?;
+    let info = reader.next_frame(&mut buffer)?;
     let channels = info.color_type.samples();
-    let values: Vec<f64> = match info.bit_depth {
-        png::BitDepth::Sixteen => {
-            let (pairs, _) = buffer.as_chunks::<2>();
-            pairs.iter().map(|pair| f64::from(u16::from_be_bytes(*pair)) / 65_535.0).collect()
-        }
-        _ => buffer.iter().map(|byte| f64::from(*byte) / 255.0).collect(),
-    };
     let light = |value: f64| match encoding {
         Encoding::Srgb => srgb_decode(value) as f32,
         Encoding::Linear => value as f32,
@@ -170,11 +250,24 @@ fn read_png(bytes: &[u8], encoding: Encoding) -> Result<Picture, String> {
         [red, green, blue, alpha, ..] => [light(red), light(green), light(blue), alpha as f32],
         [] => [0.0; 4],
     };
-    let texels: Vec<[f32; 4]> = values.chunks(channels).take(width * height).map(texel).collect();
-    if texels.len() < width * height {
-        return Err("it ends too early".to_owned());
+    let is_deep = info.bit_depth == png::BitDepth::Sixteen;
+    let mut texels = reserved(width * height)?;
+    for bytes in buffer.chunks_exact(channels * if is_deep { 2 } else { 1 }).take(width * height) {
+        let mut values = [0.0; 4];
+        let values = &mut values[..channels];
+        if is_deep {
+            let pairs = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
+            values.iter_mut().zip(pairs).for_each(|(value, it)| *value = f64::from(it) / 65_535.0);
+        } else {
+            values.iter_mut().zip(bytes).for_each(|(value, it)| *value = f64::from(*it) / 255.0);
+        }
+        texels.push(texel(values));
     }
-    Ok(Picture { width, height, texels })
+    if texels.len() < width * height {
+        return Err("it ends too early".into());
+    }
+    drop(of_decoder);
+    Ok((Picture { width, height, texels }, held))
 }
 
 #[cfg(test)]
@@ -188,12 +281,13 @@ mod tests {
 
     #[test]
     fn levels_end_with_the_mean() {
-        let levels = picture(8, 4).levels();
-        let sizes: Vec<(usize, usize)> = levels.iter().map(|it| (it.width, it.height)).collect();
-        assert_eq!(sizes, [(8, 4), (4, 2), (2, 1), (1, 1)]);
-        assert_eq!(levels[3].texels, [[15.5, 1.0, 2.0, 1.0]]);
-        assert_eq!(picture(6, 4).levels().last().map(|it| it.texels[0][0]), Some(11.5));
-        assert_eq!(picture(5, 3).levels().len(), 3);
+        assert!(level_sizes(8, 4).eq([(8, 4), (4, 2), (2, 1), (1, 1)]));
+        assert!(level_sizes(5, 3).eq([(5, 3), (2, 1), (1, 1)]));
+        let levels = picture(8, 4).levels().unwrap();
+        assert_eq!((levels.len(), levels[32][0], levels[40][0]), (43, 4.5, 13.5));
+        assert_eq!(levels[42], [15.5, 1.0, 2.0, 1.0]);
+        assert_eq!(picture(6, 4).levels().unwrap().last().map(|it| it[0]), Some(11.5));
+        assert_eq!(picture(1, 1).levels().unwrap().len(), 1);
     }
 
     #[test]
@@ -210,7 +304,8 @@ mod tests {
     #[test]
     fn what_is_no_image_is_refused() {
         for bytes in [&b"GIF89a"[..], b"", b"\x89PNG\r\n", b"\x76\x2f\x31\x01xx"] {
-            assert!(Picture::read(bytes, Encoding::Srgb).is_err());
+            let read = Picture::read(bytes, Encoding::Srgb, &InputBudget::default());
+            assert!(matches!(read, Err(PictureError::Malformed(_))));
         }
     }
 }

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use rtsl::{Compiler, CompilerOptions, Diagnostics, Instance, SourceMap};
 
+use crate::memory::{Amount, InputBudget};
 use crate::messages::Messages;
 use crate::reader::{
-    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene,
+    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
 };
 
 use super::classes::Classes;
@@ -27,6 +28,8 @@ pub struct LoadOptions {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The memory that the scene's files may take; that of [`InputBudget::new`] where `None`.
+    pub input_memory: Option<Amount>,
 }
 
 /// A scene that was loaded.
@@ -74,6 +77,8 @@ pub struct SceneSource<'f> {
     classes: Classes<'f>,
     /// The instances of the last load, by entity.
     made: Vec<Option<Made>>,
+    /// What the texts have left of the memory for files.
+    budget: InputBudget,
     /// Entities of which a parameter was set since.
     changed: BTreeSet<EntityId>,
 }
@@ -101,7 +106,8 @@ impl<'f> SceneSource<'f> {
         let start = Instant::now();
         let mut map = SourceMap::new();
         let mut diagnostics = Diagnostics::new();
-        let mut description = read_scene(path, files, &mut map, &mut diagnostics);
+        let budget = InputBudget::new(options.input_memory);
+        let mut description = read_scene_within(path, files, &budget, &mut map, &mut diagnostics);
         defines::apply_defines(&mut description, &options.defines, &mut map, &mut diagnostics);
         let settings = Settings::read(&description, &mut diagnostics);
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -122,6 +128,7 @@ impl<'f> SceneSource<'f> {
             read_time: start.elapsed(),
             classes,
             made: Vec::new(),
+            budget,
             changed: BTreeSet::new(),
         }
     }
@@ -129,8 +136,9 @@ impl<'f> SceneSource<'f> {
     /// Whether a file of the scene's own text differs from what was read.
     pub fn text_changed(&self) -> bool {
         let files = self.map.files().map(|(_, file)| file);
-        let changed = |path: &Path, text: &str| match self.files.read(path) {
-            Ok(now) => now != text.as_bytes(),
+        let changed = |path: &Path, text: &str| match self.files.size(path) {
+            Ok(size) if size != text.len() as u64 => true,
+            Ok(_) => self.files.read(path).is_ok_and(|now| now != text.as_bytes()),
             // What stands in no file, such as the command line, can't change.
             Err(_) => false,
         };
@@ -151,8 +159,11 @@ impl<'f> SceneSource<'f> {
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
         let earlier = Earlier { made: &self.made, changed: &self.changed };
+        // What an earlier load read is as good as gone where this one reads it again.
+        let budget = self.budget.branch();
+        self.classes.set_budget(&budget);
         let mut loader = Loader::new(
-            SceneFiles { scene: &self.path, files: self.files },
+            SceneFiles { scene: &self.path, files: self.files, budget: &budget },
             &self.description,
             &mut self.classes,
             earlier,

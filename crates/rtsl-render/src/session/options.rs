@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rtsl::EngineOptions;
 
+use crate::memory::Amount;
 use crate::scene::Settings;
 
 /// What the host says instead of the scene.
@@ -13,6 +14,8 @@ pub struct SessionOptions {
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
+    /// The memory that the scene's files may take; 4 GiB, or what there is, where `None`.
+    pub input_memory: Option<Amount>,
     /// Columns and rows, instead of the scene's.
     pub size: Option<(usize, usize)>,
     /// Samples a pixel, instead of the scene's.

@@ -92,7 +92,8 @@ impl Session {
     /// What is wrong with the scene, its shaders, or the machine.
     pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
         let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
-        let mut source = SceneSource::read(path, &DiskFiles, &LoadOptions { defines, search_path });
+        let load = LoadOptions { defines, search_path, input_memory: options.input_memory };
+        let mut source = SceneSource::read(path, &DiskFiles, &load);
         let Loaded { mut scene, origins, mut warnings, .. } = source.load()?;
         options.apply(&mut scene.settings);
         check_size(&scene, options.threads)?;

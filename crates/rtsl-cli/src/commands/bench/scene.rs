@@ -10,6 +10,7 @@ use rtsl_render::measure::{Effort, measure_scene};
 
 use super::super::render::{parse_size, parse_threads, report};
 use super::BenchArguments;
+use crate::arguments::InputArguments;
 use crate::commands::{CommandResult, Failure, Outcome};
 use crate::files::write_result;
 use crate::report::Reporter;
@@ -29,6 +30,8 @@ pub struct SceneArguments {
     /// Of a scene: set a parameter, as for `rtsl render`; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
     defines: Vec<String>,
+    #[command(flatten)]
+    input: InputArguments,
 }
 
 /// Whether a file is a scene, by its name.
@@ -75,11 +78,12 @@ fn check(arguments: &BenchArguments) -> Result<(), Failure> {
 }
 
 fn request(arguments: &BenchArguments, width: Option<u32>) -> RenderRequest<'static> {
-    let SceneArguments { size, threads, defines, repetitions: _ } = arguments.scene.clone();
+    let SceneArguments { size, threads, defines, input, repetitions: _ } = arguments.scene.clone();
     RenderRequest {
         scene: arguments.file.clone(),
         defines,
         search_path: arguments.search_path.search_path.clone(),
+        input_memory: input.input_memory,
         size,
         threads,
         engine: EngineOptions { width, ..arguments.code.options() },

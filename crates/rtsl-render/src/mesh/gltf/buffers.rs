@@ -8,11 +8,28 @@ use base64::Engine;
 use gltf::buffer::{Source, View};
 use gltf::{Document, Glb};
 
+use crate::memory::{Amount, OverBudget};
 use crate::mesh::MeshError;
+
+/// What the structure of a file takes in memory, at most: things of it are structs of up to so many bytes; each
+/// number of a list may refer to nothing, which is a message; and texts, with buffers in them, are copied.
+pub fn structure_memory(bytes: &[u8]) -> Result<Amount, MeshError> {
+    const THING: Amount = Amount(512);
+    const MESSAGE: Amount = Amount(128);
+    let (json, _) = parts(bytes)?;
+    let count = |wanted: u8| json.iter().filter(|byte| **byte == wanted).count();
+    let texts = Amount(json.len() as u64).times(4);
+    Ok(THING.times(count(b'{')) + MESSAGE.times(count(b',')) + texts)
+}
+
+/// The text of a file's structure, and the buffer that lies in the file.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
+    if bytes.starts_with(b"glTF") { split(bytes) } else { Ok((bytes, None)) }
+}
 
 /// The structure of a file, and the buffer that lies in it.
 pub fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), MeshError> {
-    let (json, embedded) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
+    let (json, embedded) = parts(bytes)?;
     let root = gltf::json::Root::from_slice(json)
         .map_err(|error| MeshError::Malformed(format!("it is no glTF file: {error}")))?;
     check_attributes(&root)?;
@@ -105,6 +122,9 @@ fn contents(uri: &str, read: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Vec
     }
     let path = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
     read(&path).map_err(|error| {
+        if let Some(over) = OverBudget::of(&error) {
+            return MeshError::OverBudget(*over);
+        }
         let message = format!("cannot read `{path}`, which it refers to: {error}");
         MeshError::Unreadable(io::Error::new(error.kind(), message))
     })

@@ -17,6 +17,7 @@ use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive, Semantic};
 
 use crate::math::Transform;
+use crate::memory::{Amount, Held, InputBudget};
 
 use super::{Mesh, MeshBuilder, MeshError};
 use buffers::Buffers;
@@ -33,9 +34,26 @@ pub fn read_gltf(
     bytes: &[u8],
     read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Mesh, MeshError> {
+    read_gltf_within(bytes, read, &InputBudget::default())
+}
+
+/// The same within a budget, which keeps the memory of the mesh. Files that it names `read` holds.
+///
+/// # Errors
+/// What is wrong with the files, or that they take too much memory.
+pub fn read_gltf_within(
+    bytes: &[u8],
+    read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    budget: &InputBudget,
+) -> Result<Mesh, MeshError> {
+    let of_structure = budget.hold(buffers::structure_memory(bytes)?)?;
     let (document, embedded) = buffers::open(bytes)?;
     let reader = Reader { buffers: Buffers::read(&document, embedded, read)? };
-    reader.scene(&document)?.finish()
+    let mut held = budget.hold(Amount::default())?;
+    let mesh = reader.scene(&document, &mut held)?.finish()?;
+    held.keep(mesh.memory());
+    drop(of_structure);
+    Ok(mesh)
 }
 
 struct Reader<'a> {
@@ -43,7 +61,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn scene(&self, document: &Document) -> Result<MeshBuilder, MeshError> {
+    fn scene(&self, document: &Document, held: &mut Held) -> Result<MeshBuilder, MeshError> {
         let mut builder = MeshBuilder::default();
         let mut visited = vec![false; document.nodes().len()];
         let scene = document.default_scene().or_else(|| document.scenes().next());
@@ -58,11 +76,12 @@ impl Reader<'_> {
             let placement = parent.after(transform(&node));
             if let Some(mesh) = node.mesh() {
                 for primitive in mesh.primitives() {
-                    self.primitive(&primitive, placement, &mut builder)?;
+                    self.primitive(&primitive, placement, &mut builder, held)?;
                 }
             }
             open.extend(node.children().map(|child| (child, placement)));
         }
+        held.grow_to(builder.memory(2 * builder.positions.len()))?;
         // Of the vertices behind the last ones that have them too.
         fill(&mut builder.normals, builder.positions.len());
         fill(&mut builder.uvs, builder.positions.len() / 3 * 2);
@@ -75,6 +94,7 @@ impl Reader<'_> {
         primitive: &Primitive<'_>,
         placement: Transform,
         builder: &mut MeshBuilder,
+        held: &mut Held,
     ) -> Result<(), MeshError> {
         let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
         let first = builder.positions.len() / 3;
@@ -82,6 +102,11 @@ impl Reader<'_> {
         if first + count > MOST_PLACED {
             return Err(MeshError::TooLarge(MOST_PLACED, "vertices"));
         }
+        let corners = primitive.indices().map_or(count, |indices| indices.count());
+        // Positions, normals, texture coordinates, and those that earlier vertices lack; for a corner of a strip three
+        // of its triangles, besides the list itself.
+        let of_vertices = count.saturating_mul(8).saturating_add(builder.positions.len() * 2);
+        held.grow_to(builder.memory(of_vertices.saturating_add(corners.saturating_mul(8))))?;
         let Some(corners) = self.corners(primitive, count)? else { return Ok(()) };
         if builder.indices.len() / 3 + corners.len() / 3 > MOST_PLACED {
             return Err(MeshError::TooLarge(MOST_PLACED, "triangles"));

@@ -91,6 +91,9 @@ impl NumberType {
 /// No line of a header is longer.
 const LONGEST_LINE: u64 = 1 << 16;
 
+/// No header is longer: what it lists takes memory.
+const LONGEST_HEADER: usize = 16 << 20;
+
 impl Header {
     /// Reads the lines up to `end_header`.
     pub fn read(reader: &mut impl BufRead) -> Result<Header, MeshError> {
@@ -99,8 +102,13 @@ impl Header {
         }
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
+        let mut length = 0;
         loop {
             let line = next_line(reader)?;
+            length += line.len();
+            if length > LONGEST_HEADER {
+                return Err(MeshError::Malformed("its header is longer than 16 MiB".to_owned()));
+            }
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words.as_slice() {
                 ["end_header"] => break,

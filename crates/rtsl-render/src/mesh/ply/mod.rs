@@ -13,6 +13,8 @@ mod numbers;
 
 use std::io::{BufReader, Read};
 
+use crate::memory::{Amount, Held, InputBudget};
+
 use super::builder::check_size;
 use super::{Mesh, MeshBuilder, MeshError};
 use header::{Element, Header, Kind, NumberType};
@@ -26,18 +28,29 @@ const BUFFER: usize = 1 << 16;
 /// # Errors
 /// What is wrong with the file.
 pub fn read_ply(source: impl Read) -> Result<Mesh, MeshError> {
+    read_ply_within(source, &InputBudget::default())
+}
+
+/// Reads a mesh within a budget, which keeps the memory of the mesh.
+///
+/// # Errors
+/// What is wrong with the file, or that it takes too much memory.
+pub fn read_ply_within(source: impl Read, budget: &InputBudget) -> Result<Mesh, MeshError> {
+    let mut held = budget.hold(Amount::default())?;
     let mut reader = BufReader::with_capacity(BUFFER, source);
     let header = Header::read(&mut reader)?;
     let mut numbers = NumberReader::new(reader, header.encoding);
     let mut builder = MeshBuilder::default();
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => read_vertices(element, &mut numbers, &mut builder),
-            "face" => read_faces(element, &mut numbers, &mut builder),
+            "vertex" => read_vertices(element, &mut numbers, &mut builder, &mut held),
+            "face" => read_faces(element, &mut numbers, &mut builder, &mut held),
             _ => skip(element, &mut numbers),
         }?;
     }
-    builder.finish()
+    let mesh = builder.finish()?;
+    held.keep(mesh.memory());
+    Ok(mesh)
 }
 
 /// What a property of a vertex is, by its place among a vertex's numbers.
@@ -59,6 +72,7 @@ fn read_vertices<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
     builder: &mut MeshBuilder,
+    held: &mut Held,
 ) -> Result<(), MeshError> {
     let slots: Vec<Option<usize>> =
         element.properties.iter().map(|property| vertex_slot(&property.name)).collect();
@@ -78,6 +92,7 @@ fn read_vertices<R: Read>(
                 (_, kind) => skip_property(kind, numbers)?,
             }
         }
+        held.grow_to(builder.memory(vertex.len()))?;
         builder.positions.extend_from_slice(&vertex[..3]);
         if normals {
             builder.normals.extend_from_slice(&vertex[3..6]);
@@ -93,6 +108,7 @@ fn read_faces<R: Read>(
     element: &Element,
     numbers: &mut NumberReader<R>,
     builder: &mut MeshBuilder,
+    held: &mut Held,
 ) -> Result<(), MeshError> {
     let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
     if !element.properties.iter().any(|property| is_corners(&property.name)) {
@@ -105,8 +121,13 @@ fn read_faces<R: Read>(
                 Kind::List { count, item } if is_corners(&property.name) => {
                     corners.clear();
                     for _ in 0..read_count(count, numbers)? {
+                        // With room for its triangles, and for the list to grow.
+                        if corners.len().is_power_of_two() {
+                            held.grow_to(builder.memory(6 * corners.len()))?;
+                        }
                         corners.push(index(numbers.next(item)?));
                     }
+                    held.grow_to(builder.memory(4 * corners.len()))?;
                     builder.polygon(&corners)?;
                 }
                 kind => skip_property(kind, numbers)?,
