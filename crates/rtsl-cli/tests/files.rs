@@ -206,18 +206,24 @@ fn pipes_take_pictures_and_no_checkpoints() {
 #[test]
 fn results_go_to_devices_and_open_files() {
     let folder = Folder::new("devices");
+    // By links: were they replaced, the machine would keep its devices.
+    let link = |target: &str, name: &str| {
+        std::os::unix::fs::symlink(target, folder.path(name)).expect("a link");
+        folder.path(name)
+    };
+    let (stdout, full) = (link("/dev/stdout", "stdout"), link("/dev/full", "full"));
     let mut command = render(&folder, "a.exr");
-    command.args(["--stats", "/dev/stdout"]).stdout(Stdio::piped());
+    command.arg("--stats").arg(&stdout).stdout(Stdio::piped());
     let output = command.output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() && said.contains("\"render_seconds\""), "{said}");
     // The shell's file gets it too, behind what stands there.
     let file = std::fs::File::create(folder.path("log")).expect("a file");
     let mut command = render(&folder, "a.exr");
-    command.args(["--stats", "/dev/stdout"]).stdout(file);
+    command.arg("--stats").arg(&stdout).stdout(file);
     assert_eq!(run(&mut command).0, Some(0));
     assert!(folder.bytes("log").starts_with(b"{"));
-    assert!(Path::new("/dev/stdout").is_symlink());
-    let (code, said) = run(kept(&folder, "a.exr", "a.checkpoint").args(["--stats", "/dev/full"]));
+    assert!(stdout.is_symlink());
+    let (code, said) = run(kept(&folder, "a.exr", "a.checkpoint").arg("--stats").arg(&full));
     assert!(code == Some(1) && said.contains("No space left"), "{said}");
 }

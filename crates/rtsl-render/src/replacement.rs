@@ -341,11 +341,15 @@ mod tests {
     #[test]
     fn devices_are_written_to() {
         use std::os::unix::fs::FileTypeExt;
-        let null = Path::new("/dev/null");
-        check_replaceable(null).unwrap();
-        replace_file(null, |file| file.write_all(b"nothing")).unwrap();
-        assert!(std::fs::metadata(null).unwrap().file_type().is_char_device());
-        let error = Replacement::begin(null).err().expect("it cannot be read again").to_string();
+        // By a link: were it replaced, the machine would keep its device.
+        let folder = Folder::new("devices");
+        let null = folder.0.join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        check_replaceable(&null).unwrap();
+        replace_file(&null, |file| file.write_all(b"nothing")).unwrap();
+        assert!(null.is_symlink());
+        assert!(std::fs::metadata(&null).unwrap().file_type().is_char_device());
+        let error = Replacement::begin(&null).err().expect("it cannot be read again").to_string();
         assert_eq!(error, "it is a device or a pipe, expected a file");
     }
 
