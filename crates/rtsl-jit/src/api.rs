@@ -17,7 +17,7 @@ macro_rules! opaque {
 
 opaque! {
     Context ModuleData MemoryBuffer TargetHandle TargetMachine TargetData PassOptions Error
-    DiagnosticInfo
+    DiagnosticInfo Value Attribute
 }
 
 /// `LLVMBool`: 0 is success where a function can fail.
@@ -35,6 +35,10 @@ pub const RELOCATION_PIC: c_int = 2;
 pub const CODE_MODEL_SMALL: c_int = 3;
 /// `LLVMDSError`, a severity.
 pub const SEVERITY_ERROR: c_int = 0;
+/// `LLVMDSWarning`, a severity.
+pub const SEVERITY_WARNING: c_int = 1;
+/// `LLVMAttributeFunctionIndex`.
+pub const FUNCTION_INDEX: c_uint = c_uint::MAX;
 
 macro_rules! api {
     ($(fn $name:ident($($argument:ident: $ty:ty),*) $(-> $result:ty)?;)*) => {
@@ -101,6 +105,16 @@ mod table {
         fn LLVMSetTarget(module: *mut ModuleData, triple: *const c_char);
         fn LLVMSetModuleDataLayout(module: *mut ModuleData, layout: *mut TargetData);
         fn LLVMDisposeModule(module: *mut ModuleData);
+        fn LLVMGetFirstFunction(module: *mut ModuleData) -> *mut Value;
+        fn LLVMGetNextFunction(function: *mut Value) -> *mut Value;
+        fn LLVMCreateStringAttribute(
+            context: *mut Context,
+            key: *const c_char,
+            key_length: c_uint,
+            value: *const c_char,
+            value_length: c_uint
+        ) -> *mut Attribute;
+        fn LLVMAddAttributeAtIndex(function: *mut Value, index: c_uint, attribute: *mut Attribute);
         fn LLVMGetHostCPUName() -> *mut c_char;
         fn LLVMGetHostCPUFeatures() -> *mut c_char;
         fn LLVMGetTargetFromTriple(

@@ -45,7 +45,7 @@ impl CompiledCallback {
         rtsl_packet::verify(kernel)?;
         record.check(kernel)?;
         let callback = Callback { kernel, record, block_bytes };
-        let target = llvm.host();
+        let (target, level) = (llvm.host(), level.for_work(kernel.work()));
         let text =
             rtsl_llvm::emit_callbacks([(SYMBOL, callback)], &features_of_host(target, features));
         let module = match kernel.width {

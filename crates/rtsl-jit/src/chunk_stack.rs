@@ -4,9 +4,15 @@ use std::cell::RefCell;
 
 use corosensei::stack::{DefaultStack, MIN_STACK_SIZE, STACK_ALIGNMENT, Stack, StackPointer};
 
-/// Room for the largest frames that kernels have: local arrays are limited to a quarter of it by
-/// `rtsl_packet::lower::MAX_SLOT_WORDS`. Pages that are not touched take no memory.
-const STACK_BYTES: usize = 1 << 20;
+use crate::frames::MAX_FRAME_BYTES;
+
+/// Room beyond the frame, for what the host is asked on a chunk's stack: random numbers, ambient light, the number of
+/// lights. A caller's thread should leave kernels as much.
+const HOST_BYTES: usize = 2 * MAX_FRAME_BYTES;
+
+/// Frames count in steps of this size, so that stacks fit more than one kernel. Pages that are not touched take no
+/// memory.
+const FRAME_STEP_BYTES: usize = 64 << 10;
 
 /// Stacks start at different places of their pages, so many bytes apart: the first cache has few places for what
 /// starts at the same.
@@ -18,6 +24,8 @@ const PLACES: usize = 16;
 /// A stack of a thread, kept for its next chunk.
 pub(crate) struct ChunkStack {
     stack: DefaultStack,
+    /// The largest frame that it has room for.
+    frame_bytes: usize,
     /// How far below the end of its memory it starts.
     stagger: usize,
 }
@@ -30,13 +38,18 @@ struct Kept {
 }
 
 impl Kept {
-    fn take(&mut self) -> Option<ChunkStack> {
-        self.stacks.pop().or_else(|| {
-            let stagger = self.made % PLACES * STAGGER_BYTES;
-            self.made += 1;
-            let stack = DefaultStack::new(STACK_BYTES).ok()?;
-            Some(ChunkStack { stack, stagger })
-        })
+    fn take(&mut self, frame_bytes: usize) -> Option<ChunkStack> {
+        let fitting = self.stacks.iter().rposition(|it| it.frame_bytes >= frame_bytes);
+        fitting.map(|index| self.stacks.swap_remove(index)).or_else(|| self.make(frame_bytes))
+    }
+
+    fn make(&mut self, frame_bytes: usize) -> Option<ChunkStack> {
+        let frame_bytes = frame_bytes.checked_next_multiple_of(FRAME_STEP_BYTES)?;
+        let stagger = self.made % PLACES * STAGGER_BYTES;
+        self.made += 1;
+        let bytes = frame_bytes.checked_add(HOST_BYTES + stagger)?;
+        let stack = DefaultStack::new(bytes).ok()?;
+        Some(ChunkStack { stack, frame_bytes, stagger })
     }
 }
 
@@ -46,9 +59,9 @@ thread_local! {
 }
 
 impl ChunkStack {
-    /// A stack not in use; `None` if the system has none to give, or the thread is ending.
-    pub fn take() -> Option<ChunkStack> {
-        let take = |kept: &RefCell<Kept>| kept.borrow_mut().take();
+    /// A stack not in use for a kernel that takes so much; `None` if the system has none to give, or the thread is ending.
+    pub fn take(frame_bytes: usize) -> Option<ChunkStack> {
+        let take = |kept: &RefCell<Kept>| kept.borrow_mut().take(frame_bytes);
         KEPT.try_with(take).ok().flatten()
     }
 
@@ -59,14 +72,14 @@ impl ChunkStack {
     }
 }
 
-// What is left away of a stack keeps its start aligned, and leaves nearly all of it.
+// What is left away of a stack keeps its start aligned, and leaves the room for the host.
 const _: () = assert!(STAGGER_BYTES.is_multiple_of(STACK_ALIGNMENT));
-const _: () = assert!(STACK_BYTES - PLACES * STAGGER_BYTES >= MIN_STACK_SIZE);
+const _: () = assert!(HOST_BYTES >= MIN_STACK_SIZE);
 
 // Safety: it is a part of a stack, with that stack's limit and the guard page before it. Its start is as far below the
 // whole one's as the assertions allow, and the whole one belongs to it alone as long as it lives. The guard page stops
-// code that uses its stack page by page; that no frame is so large that it reaches past the page is what kernels answer
-// for, see `STACK_BYTES`.
+// code that uses its stack page by page, as kernels do: their frames touch each of their pages, and are no larger than
+// the stack was asked for.
 unsafe impl Stack for ChunkStack {
     fn base(&self) -> StackPointer {
         let base = self.stack.base();

@@ -1,12 +1,13 @@
 //! From a module's text to assembly, object code or a loaded [`Module`].
 
 use std::cell::RefCell;
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::ptr::null_mut;
 use std::sync::Arc;
 
 use crate::api::{self, Api};
 use crate::error::JitError;
+use crate::frames::{Frames, REPORT_ATTRIBUTE};
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::object::Object;
@@ -14,6 +15,10 @@ use crate::passes::Work;
 use crate::runtime;
 use crate::target::{Target, c_string};
 use crate::worker;
+
+/// The most work that a kernel may be to be optimised: more than ten times what the largest of the standard library is. One of so
+/// many operations in a row takes 7 seconds (LLVM 22, 8 lanes, Zen 3).
+const STRAIGHT_WORK: u64 = 1 << 14;
 
 /// How much work goes into the code; the result is the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -30,6 +35,13 @@ pub enum OptLevel {
 }
 
 impl OptLevel {
+    /// The level for a module whose largest kernel is so much [work](rtsl_packet::Kernel::work). A very long function is compiled
+    /// straight: all else would take time by the square of its length.
+    #[must_use]
+    pub fn for_work(self, work: u64) -> OptLevel {
+        if work > STRAIGHT_WORK { OptLevel::O0 } else { self }
+    }
+
     /// `LLVMCodeGenOptLevel`.
     fn code_generation(self) -> c_int {
         match self {
@@ -82,7 +94,8 @@ impl Llvm {
         if !target.is_host() {
             return Err(JitError::ForeignTarget(target.triple().to_owned()));
         }
-        Module::load(&self.emit(module, target, level, work, Output::Object)?)
+        let made = self.emit(module, target, level, work, Output::Object)?;
+        Module::load(&made.bytes, made.frames)
     }
 
     /// The module after LLVM's passes, as text.
@@ -95,7 +108,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Work::Packets, Output::Text).map(lossy)
+        self.emit(module, target, level, Work::Packets, Output::Text).map(Made::text)
     }
 
     /// The module as assembly text of `target`.
@@ -108,7 +121,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<String, JitError> {
-        self.emit(module, target, level, Work::Packets, Output::Assembly).map(lossy)
+        self.emit(module, target, level, Work::Packets, Output::Assembly).map(Made::text)
     }
 
     /// The module as an object file (ELF) of `target`. It refers to nothing outside but what the runtime has, all of which
@@ -122,7 +135,7 @@ impl Llvm {
         target: &Target,
         level: OptLevel,
     ) -> Result<Vec<u8>, JitError> {
-        let object = self.emit(module, target, level, Work::Packets, Output::Object)?;
+        let object = self.emit(module, target, level, Work::Packets, Output::Object)?.bytes;
         Object::parse(&object)?.check_outside_symbols(|name| runtime::address(name).is_some())?;
         Ok(object)
     }
@@ -134,7 +147,7 @@ impl Llvm {
         level: OptLevel,
         work: Work,
         output: Output,
-    ) -> Result<Vec<u8>, JitError> {
+    ) -> Result<Made, JitError> {
         let (llvm, module, target) = (self.clone(), c_string(module), target.clone());
         worker::run(move || {
             let machine = Machine::take(&llvm, &target, level)?;
@@ -142,6 +155,9 @@ impl Llvm {
             let module = context.parse(&module)?;
             module.set_target(&machine, &target);
             module.verify()?;
+            if output != Output::Text {
+                module.report_frames();
+            }
             let accepts = |text: &str| context.accepts_passes(&machine, text);
             if let Some(passes) = llvm.passes.text(level, work, accepts) {
                 module.run_passes(&machine, passes)?;
@@ -151,9 +167,9 @@ impl Llvm {
                 Output::Assembly => module.generate(&machine, api::ASSEMBLY_FILE)?,
                 Output::Object => module.generate(&machine, api::OBJECT_FILE)?,
             };
-            context.check()?;
+            let frames = context.finish()?;
             machine.keep();
-            Ok(bytes)
+            Ok(Made { bytes, frames })
         })
     }
 }
@@ -168,9 +184,18 @@ pub fn accepts_passes(llvm: &Arc<Llvm>, passes: &str) -> Result<bool, JitError> 
     })
 }
 
-fn lossy(bytes: Vec<u8>) -> String {
-    String::from_utf8(bytes)
-        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
+/// What was made of a module.
+struct Made {
+    bytes: Vec<u8>,
+    /// Empty where no code was generated.
+    frames: Frames,
+}
+
+impl Made {
+    fn text(self) -> String {
+        String::from_utf8(self.bytes)
+            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
+    }
 }
 
 /// A target machine, freed with this.
@@ -250,11 +275,13 @@ struct Context<'a> {
 struct Reported<'a> {
     api: &'a Api,
     errors: RefCell<Vec<String>>,
+    frames: RefCell<Frames>,
 }
 
 impl<'a> Context<'a> {
     fn new(api: &'a Api) -> Self {
-        let reported = Box::new(Reported { api, errors: Vec::new().into() });
+        let reported =
+            Box::new(Reported { api, errors: RefCell::default(), frames: RefCell::default() });
         let user: *const Reported<'_> = &raw const *reported;
         // Safety: the handler gets `user`, which lives as long as the context.
         let raw = unsafe {
@@ -297,6 +324,14 @@ impl<'a> Context<'a> {
         let errors = self.reported.errors.borrow();
         if errors.is_empty() { Ok(()) } else { Err(JitError::CodeGeneration(errors.join("; "))) }
     }
+
+    /// The frames of the functions that code was generated for, of which none is too large.
+    fn finish(&self) -> Result<Frames, JitError> {
+        self.check()?;
+        let frames = self.reported.frames.take();
+        frames.check()?;
+        Ok(frames)
+    }
 }
 
 impl Drop for Context<'_> {
@@ -316,8 +351,14 @@ unsafe extern "C" fn on_diagnostic(info: *mut api::DiagnosticInfo, user: *mut c_
             reported.api.take_message((reported.api.LLVMGetDiagInfoDescription)(info)),
         )
     };
-    if severity == api::SEVERITY_ERROR {
-        reported.errors.borrow_mut().push(description);
+    match severity {
+        api::SEVERITY_ERROR => reported.errors.borrow_mut().push(description),
+        api::SEVERITY_WARNING => {
+            if let Err(error) = reported.frames.borrow_mut().add_report(&description) {
+                reported.errors.borrow_mut().push(error);
+            }
+        }
+        _ => {}
     }
 }
 
@@ -340,6 +381,26 @@ impl ParsedModule<'_, '_> {
             (self.api().LLVMSetTarget)(self.raw, triple.as_ptr());
             (self.api().LLVMSetModuleDataLayout)(self.raw, layout);
             (self.api().LLVMDisposeTargetData)(layout);
+        }
+    }
+
+    /// Asks for the frames of all functions, which the context's handler gets when code is generated.
+    fn report_frames(&self) {
+        let (api, (key, value)) = (self.api(), REPORT_ATTRIBUTE);
+        // Safety: module and context are alive, and the texts are as long as they are said to be.
+        unsafe {
+            let attribute = (api.LLVMCreateStringAttribute)(
+                self.context.raw,
+                key.as_ptr().cast(),
+                key.len() as c_uint,
+                value.as_ptr().cast(),
+                value.len() as c_uint,
+            );
+            let mut function = (api.LLVMGetFirstFunction)(self.raw);
+            while !function.is_null() {
+                (api.LLVMAddAttributeAtIndex)(function, api::FUNCTION_INDEX, attribute);
+                function = (api.LLVMGetNextFunction)(function);
+            }
         }
     }
 

@@ -75,6 +75,18 @@ pub enum JitError {
     /// LLVM reported an error or gave up while it made code.
     #[error("LLVM failed: {0}")]
     CodeGeneration(String),
+    /// A function keeps too much on the stack.
+    #[error(
+        "`{function}` needs {} KiB of stack, where {} KiB are allowed",
+        .bytes.div_ceil(1024),
+        crate::frames::MAX_FRAME_BYTES >> 10
+    )]
+    Frame {
+        /// The function's symbol.
+        function: String,
+        /// What it needs.
+        bytes: usize,
+    },
     /// The code calls what this process must not or can't provide.
     #[error("the compiled code calls `{0}`, which is no function of the runtime")]
     UndefinedSymbol(String),

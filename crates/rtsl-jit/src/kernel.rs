@@ -18,7 +18,7 @@ use crate::leaf::{LeafArguments, LeafTest};
 use crate::llvm::Llvm;
 use crate::module::Module;
 use crate::objects::Objects;
-use crate::side_by_side::call_side_by_side;
+use crate::side_by_side::{LARGE_FRAME_BYTES, call_on_own_stack, call_side_by_side};
 use crate::signature::Signature;
 use crate::target::Target;
 
@@ -33,6 +33,10 @@ pub struct CompiledKernel {
     signature: Signature,
     /// Rays at a time.
     width: u32,
+    /// The stack that a call takes.
+    frame_bytes: usize,
+    /// Hosts may answer what it asks by calling kernels, and so on, while its large frame waits.
+    has_own_stack: bool,
 }
 
 impl CompiledKernel {
@@ -52,6 +56,14 @@ impl CompiledKernel {
         level: OptLevel,
     ) -> Result<Vec<CompiledKernel>, JitError> {
         kernels.iter().try_for_each(rtsl_packet::verify)?;
+        let work = kernels.iter().map(Kernel::work).max().unwrap_or(0);
+        if kernels.len() > 1 && level.for_work(work) != level {
+            // The level of the largest is not for the others.
+            let alone = |kernel| Self::compile(llvm, std::slice::from_ref(kernel), features, level);
+            let made: Result<Vec<_>, _> = kernels.iter().map(alone).collect();
+            return Ok(made?.into_iter().flatten().collect());
+        }
+        let level = level.for_work(work);
         let target = llvm.host();
         let features = features_of_host(target, features);
         let module = Arc::new(llvm.compile(&module_text(kernels, &features), target, level)?);
@@ -60,8 +72,15 @@ impl CompiledKernel {
             // Safety: the function is a kernel: made just now from packet code that keeps the rules.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
             let signature = Signature::of(kernel);
-            let width = kernel.width;
-            Ok(CompiledKernel { _module: module.clone(), entry, signature, width })
+            let frame_bytes = module.frame(&symbol(index));
+            Ok(CompiledKernel {
+                _module: module.clone(),
+                entry,
+                signature,
+                width: kernel.width,
+                frame_bytes,
+                has_own_stack: kernel.asks_for_rays() && frame_bytes > LARGE_FRAME_BYTES,
+            })
         });
         kernels.collect()
     }
@@ -146,11 +165,13 @@ impl CompiledKernel {
         match self.signature.separate_chunks {
             // Safety: the pointers are to memory that the arguments borrow, of the sizes just
             // checked; what the kernel's shape reads is written; the code keeps to the interface.
-            None => unsafe { (self.entry)(&mut raw) },
+            None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
+            // Safety: the same.
+            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) },
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
                 let mask = mask.map(LaneMask::signed_words);
-                unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) };
             }
         }
         Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
@@ -193,10 +214,12 @@ impl CompiledKernel {
         match self.signature.separate_chunks {
             // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; what the
             // kernel's shape reads is written; the code keeps to the interface.
-            None => unsafe { (self.entry)(&mut raw) },
+            None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
+            // Safety: the same.
+            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) },
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_side_by_side(self.entry, &mut raw, width, mask) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) };
             }
         }
         finish(&raw, host, None)

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::JitError;
+use crate::frames::Frames;
 use crate::memory::CodeMemory;
 use crate::object::Object;
 use crate::runtime;
@@ -11,18 +12,19 @@ use crate::runtime;
 pub struct Module {
     memory: CodeMemory,
     functions: BTreeMap<String, usize>,
+    frames: Frames,
 }
 
 impl Module {
-    /// Loads an object file made for this machine.
-    pub(crate) fn load(object: &[u8]) -> Result<Module, JitError> {
+    /// Loads an object file made for this machine, whose functions need stack as `frames` says.
+    pub(crate) fn load(object: &[u8], frames: Frames) -> Result<Module, JitError> {
         let object = Object::parse(object)?;
         let layout = object.layout()?;
         let mut memory = CodeMemory::new(layout.size)?;
         let base = memory.address();
         object.write(&layout, base, memory.bytes(), runtime::address)?;
         memory.protect(layout.code_size)?;
-        Ok(Module { memory, functions: object.functions(&layout) })
+        Ok(Module { memory, functions: object.functions(&layout), frames })
     }
 
     /// The names of the functions, sorted.
@@ -38,6 +40,11 @@ impl Module {
         let offset =
             self.functions.get(name).ok_or_else(|| JitError::MissingFunction(name.to_owned()))?;
         Ok(self.memory.at(*offset))
+    }
+
+    /// How many bytes of stack a call of the function takes, at most [`MAX_FRAME_BYTES`](crate::MAX_FRAME_BYTES).
+    pub fn frame(&self, name: &str) -> usize {
+        self.frames.of(name)
     }
 
     /// How many bytes of memory the code and its constants take.

@@ -25,6 +25,9 @@ use crate::kernel::Entry;
 /// The most chunks side by side: a packet of 64 rays, four at a time.
 const MOST_CHUNKS: usize = 16;
 
+/// Larger frames do not wait on the caller's stack while a host answers: answers call kernels, which ask again.
+pub(crate) const LARGE_FRAME_BYTES: usize = 16 << 10;
+
 /// What a suspended chunk gets back: for requests that are answered by lanes, those.
 type Answer = u32;
 
@@ -68,11 +71,13 @@ struct ChunkUser<'a> {
 /// Runs the chunks of a call.
 ///
 /// # Safety
-/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays; `mask` is the call's.
+/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays and takes no more stack than
+/// `frame_bytes`; `mask` is the call's.
 pub(crate) unsafe fn call_side_by_side(
     entry: Entry,
     raw: &mut RawCall,
     width: u32,
+    frame_bytes: usize,
     mask: Option<&[i32]>,
 ) {
     let count = raw.count;
@@ -90,17 +95,39 @@ pub(crate) unsafe fn call_side_by_side(
             raw.begin.write(*begin);
             raw.count = end_of(*begin);
             // One alone has nobody to wait for.
-            let stack = if group.len() > 1 { ChunkStack::take() } else { None };
+            let has_own_stack = group.len() > 1 || frame_bytes > LARGE_FRAME_BYTES;
+            let stack = if has_own_stack { ChunkStack::take(frame_bytes) } else { None };
             // Safety: the caller's promise; and below all are run to their ends.
             waiting.extend(unsafe { start(entry, raw, stack) });
         }
-        while !waiting.is_empty() {
-            // Safety: the chunks are suspended, and their requests are those that they asked last.
-            unsafe { answer_commonest(raw, &mut waiting) };
-        }
+        // Safety: the chunks have just been suspended.
+        unsafe { answer_all(raw, &mut waiting) };
         if group.len() < MOST_CHUNKS {
             break;
         }
+    }
+}
+
+/// Runs a whole call on a stack of its own. The host answers what it asks on the stack of its thread.
+///
+/// # Safety
+/// `raw` is a complete call for `entry`, whose code takes no more stack than `frame_bytes`.
+pub(crate) unsafe fn call_on_own_stack(entry: Entry, raw: &mut RawCall, frame_bytes: usize) {
+    let stack = ChunkStack::take(frame_bytes);
+    // Safety: the caller's promise; and it is run to its end just below.
+    let mut waiting = unsafe { start(entry, raw, stack) }.into_iter().collect();
+    // Safety: it has just been suspended.
+    unsafe { answer_all(raw, &mut waiting) };
+}
+
+/// Answers requests until all chunks have ended.
+///
+/// # Safety
+/// The chunks are suspended, and their requests are those that they asked last.
+unsafe fn answer_all(raw: &mut RawCall, waiting: &mut PerChunk<Waiting>) {
+    while !waiting.is_empty() {
+        // Safety: the caller's promise, which holds again for those that are left.
+        unsafe { answer_commonest(raw, waiting) };
     }
 }
 

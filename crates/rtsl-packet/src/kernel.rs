@@ -154,11 +154,16 @@ impl Kernel {
         match self.shape {
             // What accepts hits writes for chunks without rays, too.
             Shape::Packet | Shape::Stream => {
-                self.width > 1 && self.accepted_output().is_none() && self.body.asks_for_rays()
+                self.width > 1 && self.accepted_output().is_none() && self.asks_for_rays()
             }
             // The one reads what all rays share from the first, the others have one ray.
             Shape::CommonOrigin | Shape::Leaf | Shape::Single => false,
         }
+    }
+
+    /// Whether it asks the host for rays or light.
+    pub fn asks_for_rays(&self) -> bool {
+        self.body.asks_for_rays()
     }
 
     /// The place `id`.

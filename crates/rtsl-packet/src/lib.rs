@@ -20,6 +20,7 @@ mod record;
 mod shape;
 pub mod uniformity;
 mod verify;
+mod work;
 
 pub use estimate::Estimate;
 pub use kernel::Kernel;
@@ -31,3 +32,4 @@ pub use range::Ranges;
 pub use record::{Mark, MarkWord, RayRecord, RecordError};
 pub use shape::Shape;
 pub use verify::{VerifyError, verify};
+pub use work::MAX_WORK;

@@ -170,6 +170,8 @@ diagnostics! {
     E0507 NO_SUCH_CLASS "a class that the text does not have";
     E0508 NO_SUCH_METHOD "a method that the class does not have";
     E0509 LINK_LIMIT "instances that refer to too many others";
+    E0510 TOO_MUCH_STACK "a method that needs too much stack";
+    E0511 TOO_MUCH_MACHINE_CODE "a method that is too large for machine code";
     E0601 UNREADABLE_FILE "a file that cannot be read";
     E0602 SCENE_SYNTAX "a scene text that does not follow the format";
     E0603 BAD_NUMBER "what stands for a number is none";

@@ -84,13 +84,13 @@ impl Program {
             return Ok(text.into_bytes());
         }
         let llvm = llvm.as_ref().map_err(engine::no_llvm)?;
-        let level = self.shared().options.optimization;
+        let level = self.shared().options.optimization.for_work(packet.work());
         let result = match request.emit {
             Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
         };
-        result.map_err(|error| errors::not_compiled(&function.name, &error))
+        result.map_err(|error| errors::machine_code(&function.name, packet.width, &error))
     }
 }

@@ -1,7 +1,8 @@
 //! The diagnostics of linking and parameters: one function each.
 
 use rtsl_ir::class::{Class, Parameter};
-use rtsl_jit::JitError;
+use rtsl_jit::{JitError, MAX_FRAME_BYTES};
+use rtsl_packet::{LowerError, MAX_WORK};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes, most_similar};
 use rtsl_spec::Method;
 
@@ -115,10 +116,11 @@ pub(crate) fn code_generation(name: &str, reason: &dyn std::fmt::Display) -> Dia
     Diagnostic::new(codes::CODE_GENERATION, format!("`{name}` can't be compiled: {reason}"))
 }
 
-/// A kernel that LLVM did not make.
-pub(crate) fn not_compiled(name: &str, error: &JitError) -> Diagnostic {
+/// A method that LLVM made no code of. `width` is how many rays its kernel does at a time.
+pub(crate) fn machine_code(name: &str, width: u32, error: &JitError) -> Diagnostic {
     let diagnostic = |code| Diagnostic::new(code, format!("`{name}` can't be compiled: {error}"));
     match error {
+        JitError::Frame { function: _, bytes } => too_large_frame(name, width, *bytes),
         JitError::Forked => {
             diagnostic(codes::FORKED).help("fork before compiling, or while no thread compiles")
         }
@@ -134,6 +136,43 @@ pub(crate) fn not_compiled(name: &str, error: &JitError) -> Diagnostic {
         | JitError::ForeignTarget(_)
         | JitError::Memory(_) => code_generation(name, error),
     }
+}
+
+/// A method that has no packet code.
+pub(crate) fn lowering(name: &str, error: &LowerError) -> Diagnostic {
+    match error {
+        LowerError::TooMuchCode(work) => too_much_code(name, *work),
+        LowerError::TooMuchMemory(_) => {
+            let problem = format!("`{name}` can't be compiled: {error}");
+            Diagnostic::new(codes::TOO_MUCH_STACK, problem)
+                .help("index fewer or smaller local arrays with what is computed, or keep them in scratch")
+        }
+        other => code_generation(name, other),
+    }
+}
+
+fn too_much_code(name: &str, work: u64) -> Diagnostic {
+    let problem = format!(
+        "`{name}` has {work} operations with all the functions that it calls, where {MAX_WORK} are allowed"
+    );
+    Diagnostic::new(codes::TOO_MUCH_MACHINE_CODE, problem)
+        .note("an access by an index that is computed, and a division of integers, count 16 times")
+        .help("repeat work in loops instead of writing it out, by macros or by calls of functions")
+}
+
+fn too_large_frame(name: &str, width: u32, bytes: usize) -> Diagnostic {
+    let (needed, allowed) = (bytes.div_ceil(1 << 10), MAX_FRAME_BYTES >> 10);
+    let rays = if width == 1 { "one ray".to_owned() } else { format!("{width} rays") };
+    let problem = format!(
+        "`{name}` needs {needed} KiB of stack for {rays} at a time, where {allowed} KiB are allowed"
+    );
+    let diagnostic = Diagnostic::new(codes::TOO_MUCH_STACK, problem)
+        .note("values that are used later wait on the stack, one for each ray: there are too many at a time")
+        .help("use values where they are computed, in a loop for example, or keep them in scratch");
+    if width == 1 {
+        return diagnostic;
+    }
+    diagnostic.help("kernels for fewer rays at a time need less: `--width 1` needs the least")
 }
 
 /// A constructor that did not come to its end.

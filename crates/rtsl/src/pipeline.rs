@@ -217,11 +217,11 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     };
     let packets = jobs.iter().map(|job| packet(*job, shared));
     let packets = packets.collect::<Result<Vec<_>, _>>()?;
-    // One name stands for all: a caller with several jobs goes on to make them one by one.
-    let name = jobs.first().map_or("", |job| job.function.name.as_str());
+    // One job stands for all: a caller with several goes on to make them one by one.
+    let (name, width) = jobs.first().map_or(("", 1), |job| (job.function.name.as_str(), job.width));
     let features = target_features(llvm.host());
     let kernels = CompiledKernel::compile(llvm, &packets, &features, shared.options.optimization);
-    let kernels = kernels.map_err(|error| errors::not_compiled(name, &error))?;
+    let kernels = kernels.map_err(|error| errors::machine_code(name, width, &error))?;
     Ok(kernels.into_iter().map(Kernel::compiled).collect())
 }
 
@@ -244,7 +244,7 @@ pub(crate) fn packet(job: Job<'_>, shared: &Shared) -> Result<rtsl_packet::Kerne
     job.check_width()?;
     let Job { function, shape, width, layout } = job;
     let packet = rtsl_packet::lower(function, layout, shape, width);
-    let mut packet = packet.map_err(|error| errors::code_generation(&function.name, &error))?;
+    let mut packet = packet.map_err(|error| errors::lowering(&function.name, &error))?;
     packet.interleave = interleave::choose(&packet, shared.options.interleave);
     Ok(packet)
 }
@@ -263,7 +263,7 @@ pub(crate) fn callback_packet(
         Job { function: &linked.function, shape: Shape::Packet, width: callback.width, layout };
     job.check_width()?;
     let packet = rtsl_packet::lower_packet(job.function, layout, job.width);
-    packet.map_err(|error| errors::code_generation(&linked.function.name, &error))
+    packet.map_err(|error| errors::lowering(&linked.function.name, &error))
 }
 
 /// A function for a host's own packets.
@@ -278,7 +278,7 @@ pub(crate) fn callback(
     let (record, block_bytes) = (&callback.record, layout.block_words * 4);
     let (features, level) = (target_features(llvm.host()), shared.options.optimization);
     let compiled = CompiledCallback::compile(llvm, &packet, record, block_bytes, &features, level);
-    compiled.map_err(|error| errors::not_compiled(&packet.name, &error))
+    compiled.map_err(|error| errors::machine_code(&packet.name, packet.width, &error))
 }
 
 /// The text that LLVM gets.

@@ -25,6 +25,7 @@ use rtsl_ir::{
 
 use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
 use crate::uniformity::Uniformity;
+use crate::work::MAX_WORK;
 use crate::{DataLocation, Layout, ObjectForm, Shape, verify};
 
 /// The most memory that the slots of a kernel of the greatest width may take, in words: they live
@@ -47,6 +48,9 @@ pub enum LowerError {
     /// Arrays with dynamic indices that are too large.
     #[error("local arrays take {0} words for {MAX_LANES} rays, more than {MAX_SLOT_WORDS}")]
     TooMuchMemory(u64),
+    /// A function that is too much work for a code generator.
+    #[error("it has {0} operations, more than {MAX_WORK}")]
+    TooMuchCode(u64),
     /// A width that is not a power of two up to [`MAX_LANES`].
     #[error("no packets have {0} rays")]
     Width(u32),
@@ -122,6 +126,10 @@ fn lower_for(
     let mut kernel = lowering.kernel;
     acceptance::run(&mut kernel);
     implied::run(&mut kernel);
+    let work = kernel.work();
+    if work > MAX_WORK {
+        return Err(LowerError::TooMuchCode(work));
+    }
     debug_assert_eq!(verify(&kernel), Ok(()), "{kernel}");
     Ok(kernel)
 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use rtsl_cpp::ClassCode;
 use rtsl_ir::Function;
 use rtsl_ir::class::Class;
-use rtsl_jit::{Llvm, Target};
+use rtsl_jit::{JitError, Llvm, Target};
 use rtsl_llvm::{Constructor, Library};
 use rtsl_packet::description::{KernelDescription, LibraryDescription};
 use rtsl_packet::{Kernel, Shape};
@@ -169,8 +169,25 @@ impl AheadLibrary {
     pub fn object(&self, target: Option<&Target>) -> Result<Vec<u8>, Diagnostic> {
         let llvm = Llvm::load().map_err(|error| engine::no_llvm(&error))?;
         let target = target.unwrap_or(llvm.host());
-        let object = llvm.object(&self.llvm_text(target), target, self.shared.options.optimization);
-        object.map_err(|error| errors::not_compiled(&self.description.symbol(), &error))
+        let level = self.shared.options.optimization.for_work(self.work());
+        let object = llvm.object(&self.llvm_text(target), target, level);
+        object.map_err(|error| self.object_error(&error))
+    }
+
+    fn object_error(&self, error: &JitError) -> Diagnostic {
+        let JitError::Frame { function, .. } = error else {
+            return errors::machine_code(&self.description.symbol(), 1, error);
+        };
+        let kernel = self.kernels.iter().find(|(symbol, _)| symbol == function);
+        errors::machine_code(function, kernel.map_or(1, |(_, kernel)| kernel.width), error)
+    }
+
+    /// The work that the largest kernel is.
+    fn work(&self) -> u64 {
+        let parts = self.constructors.iter().flat_map(|constructor| &constructor.parts);
+        let kernels = self.kernels.iter().map(|(_, kernel)| kernel);
+        let all = kernels.chain(parts.map(|part| &part.kernel));
+        all.map(Kernel::work).max().unwrap_or(0)
     }
 
     /// The text that LLVM gets.
