@@ -79,7 +79,7 @@ fn chains_of_operators_have_any_length() {
             "float(CHAIN)",
         ),
         ("rt_TextureUV.x > 0.5", " && rand() > 0.5", "float(CHAIN)"),
-        (varying, ", rt_TextureUV.y", "(CHAIN)"),
+        ("rand()", ", rand()", "(CHAIN)"),
         ("1", " + 1u", "float(CHAIN)"),
         ("1.0", " * 0.5 + 1.0", "CHAIN"),
     ] {
