@@ -1,0 +1,105 @@
+//! A run of the command in a folder of its own, and what it printed.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use expect_test::Expect;
+
+pub const DONE: i32 = 0;
+pub const INPUT_AT_FAULT: i32 = 1;
+pub const WRONG_USAGE: i32 = 2;
+
+/// A folder of a test's own, gone when the test ends.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("rtsl-cli-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.0.join(name), text).unwrap();
+    }
+
+    /// Runs `rtsl` in this folder.
+    pub fn run(&self, arguments: &[&str]) -> Ran {
+        self.run_with(arguments, "")
+    }
+
+    pub fn run_with(&self, arguments: &[&str], input: &str) -> Ran {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_rtsl"))
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("NO_COLOR")
+            // Whatever is installed.
+            .env("RTSL_OIDN", "no-such-library")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        let input = input.to_owned();
+        let writer = std::thread::spawn(move || {
+            let _ = stdin.write_all(input.as_bytes());
+        });
+        let output = child.wait_with_output().unwrap();
+        writer.join().unwrap();
+        Ran(output)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a run gave.
+pub struct Ran(Output);
+
+impl Ran {
+    pub fn code(&self) -> i32 {
+        self.0.status.code().expect("the command was not killed")
+    }
+
+    pub fn output(&self) -> String {
+        String::from_utf8(self.0.stdout.clone()).unwrap()
+    }
+
+    pub fn errors(&self) -> String {
+        String::from_utf8(self.0.stderr.clone()).unwrap()
+    }
+
+    pub fn exits(self, code: i32) -> Ran {
+        assert_eq!(self.code(), code, "{}{}", self.output(), self.errors());
+        self
+    }
+
+    /// Exits with 1 and one error with this code.
+    pub fn fails_with(self, code: &str) {
+        let ran = self.exits(INPUT_AT_FAULT);
+        let errors = ran.errors();
+        assert!(errors.contains(&format!("error[{code}]")), "{errors}");
+        assert_eq!(errors.matches("error[").count(), 1, "{errors}");
+    }
+
+    pub fn prints(self, expected: Expect) {
+        expected.assert_eq(&self.output());
+    }
+}
+
+pub const SPHERE: &str = "class Ball : rt_Primitive;
+public float radius = 1.0;
+scratch vec3 where;
+void intersect()
+{
+    float b = dot(rt_RayOrigin, rt_RayDirection);
+    float c = dot(rt_RayOrigin, rt_RayOrigin) - radius * radius;
+    float t = -b - sqrt(b * b - c);
+    if (hit(t)) where = rt_RayOrigin + t * rt_RayDirection;
+}
+";
