@@ -34,7 +34,6 @@ mod constants;
 pub mod evaluate;
 mod float_interval;
 mod function;
-pub mod generate;
 pub mod host;
 mod interpreter;
 mod interval;

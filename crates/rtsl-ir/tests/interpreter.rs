@@ -1,9 +1,9 @@
 //! What the interpreter makes of small functions: text and inputs in, outputs out.
 
-use rtsl_ir::generate::HashHost;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, Storage};
+use rtsl_testing::functions::HashHost;
 
 /// Places as vectors; those not given are empty.
 #[derive(Default)]

@@ -2,7 +2,6 @@
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 
-use rtsl_ir::generate::HashHost;
 use rtsl_ir::{Builder, CompareOp, Constant, Function, Place, PlaceKind, Scalar, UnaryOp};
 use rtsl_jit::{
     CallError, CallStatus, CompiledKernel, HostArguments, HostLanes, InstanceBlock, Instances,
@@ -11,6 +10,7 @@ use rtsl_jit::{
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, Layout, ObjectForm, Shape, interleave};
 use rtsl_spec::{lookup_state, state_component_count};
+use rtsl_testing::functions::HashHost;
 
 /// The largest page of any machine.
 const PAGE: usize = 64 << 10;

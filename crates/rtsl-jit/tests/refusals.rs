@@ -4,7 +4,6 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use rtsl_ir::generate::HashHost;
 use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{
     BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, Instances, JitError, LaneBlock,
@@ -12,6 +11,7 @@ use rtsl_jit::{
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, Layout, ObjectForm, Shape};
+use rtsl_testing::functions::HashHost;
 
 const RAYS: usize = 4;
 

@@ -2,10 +2,10 @@
 //! whose bits would not be ours.
 
 use rtsl_ir::PlaceKind;
-use rtsl_ir::generate::seeded_function;
 use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Layout, Shape};
+use rtsl_testing::functions::seeded_function;
 
 /// What a kernel may call: memory is copied and filled exactly, and helpers are in the module.
 const ALLOWED: [&str; 3] = ["memset", "memcpy", "rtsl."];

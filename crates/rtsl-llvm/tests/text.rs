@@ -651,7 +651,7 @@ fn fused_multiply_add_is_an_instruction_or_emulated() {
 fn nothing_lets_llvm_change_results() {
     for width in [1, 4, 8, 16] {
         for seed in 0..20 {
-            let function = rtsl_ir::generate::seeded_function(seed, 200).to_string();
+            let function = rtsl_testing::functions::seeded_function(seed, 200).to_string();
             let text = emit(&function, "x86-64-v2", Shape::Stream, width);
             for word in [" fast ", " contract ", " nnan ", " ninf ", " nsz ", " reassoc ", " afn "]
             {

@@ -297,7 +297,7 @@ fn power_of_two_inverse(value: f32) -> Option<f32> {
 mod tests {
     use expect_test::{Expect, expect};
 
-    use rtsl_ir::generate::Entropy;
+    use rtsl_testing::functions::Entropy;
 
     use super::*;
     use crate::testing::{check_preserves, function_of, outcome, transformed};

@@ -203,7 +203,7 @@ fn run(name: &str, function: &mut Function, pass: impl FnOnce(&mut Function)) {
 
 #[cfg(test)]
 mod tests {
-    use rtsl_ir::generate::HashHost;
+    use rtsl_testing::functions::HashHost;
 
     use super::*;
     use crate::testing::check_preserves;
@@ -234,12 +234,12 @@ mod tests {
     #[test]
     fn results_do_not_depend_on_how_much_is_optimized() {
         for seed in 1000..1200 {
-            let function = rtsl_ir::generate::seeded_function(seed, 500);
+            let function = rtsl_testing::functions::seeded_function(seed, 500);
             let outcomes = [false, true].map(|optimized| {
                 let mut function = function.clone();
                 let options = Options { optimize: optimized, ..Options::default() };
                 optimize(&mut function, &options);
-                let inputs = rtsl_ir::generate::Entropy::bytes(seed, 600);
+                let inputs = rtsl_testing::functions::Entropy::bytes(seed, 600);
                 testing::outcome_with(HashHost::default(), &function, &inputs)
             });
             assert_eq!(outcomes[0], outcomes[1], "{seed}");

@@ -1,8 +1,8 @@
 //! What the tests of passes share.
 
 use rtsl_ir::Function;
-use rtsl_ir::generate::{Entropy, HashHost, Memory, function};
 use rtsl_ir::{Constant, Interpreter, Outcome, verify::verify};
+use rtsl_testing::functions::{Entropy, HashHost, Memory, function};
 
 /// Places that the bodies of tests may name.
 const PLACES: &str = "

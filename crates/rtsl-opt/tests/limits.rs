@@ -1,12 +1,12 @@
 //! Large and deep functions: in time, and without overflowing the stack of a small thread.
 
-use rtsl_ir::generate::{Entropy, HashHost, Memory};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{
     BinaryOp, Builder, CompareOp, Function, Interpreter, MAX_NESTING, Place, PlaceId, PlaceKind,
     Scalar,
 };
 use rtsl_opt::{Options, optimize};
+use rtsl_testing::functions::{Entropy, HashHost, Memory};
 
 fn builder() -> (Builder, PlaceId) {
     let mut builder = Builder::new("Large.method");

@@ -1,10 +1,10 @@
 //! Functions that nobody would write: what the verifier lets through makes no later stage panic or
 //! change its results.
 
-use rtsl_ir::generate::{Entropy, HashHost, Memory, seeded_function};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Constant, Function, Interpreter, Outcome};
 use rtsl_opt::{Options, budget, optimize};
+use rtsl_testing::functions::{Entropy, HashHost, Memory, seeded_function};
 
 /// The printed form of a generated function with some uses of values exchanged for others, and now
 /// and then any word.

@@ -3,10 +3,10 @@
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
-use rtsl_ir::generate::{Entropy, HashHost, Memory, function, seeded_function};
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, Storage as _};
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
 use rtsl_packet::{Kernel, Layout, Shape};
+use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
 
 /// Full chunks and a part of one at every width.
 const RAYS: u32 = 37;

@@ -1,15 +1,10 @@
-//! Names, types, overloads and roles; then the lowering to the single-ray representation.
+//! Names, types, overloads and roles: turns the syntax tree into the typed tree of [`hir`].
 //!
-//! Two steps with a typed tree between them:
-//!
-//! - `check` turns the syntax tree into the typed tree of [`hir`], or says what is wrong.
-//!   All diagnostics about names, types, classes, roles and state come from it.
-//! - `lower` turns the typed tree into functions of `rtsl_ir`. It trusts the tree, and fails only
-//!   where a limit is passed.
+//! All diagnostics about names, types, classes, roles and state come from [`check`]. Constant expressions are folded
+//! with the operations of `rtsl_ir`, whose functions this crate never makes: `rtsl-lower` does.
 //!
 //! This crate knows no masks, no packets, no target, and does no input or output.
 
 pub mod check;
 pub mod hir;
-pub mod lower;
 pub mod print;

@@ -1,9 +1,7 @@
 //! Classes: roles, members, constructors, inheritance, state variables, references, implied methods.
 
-mod support;
-
 use rtsl_sema::hir::Class;
-use support::{check, codes, diagnostics};
+use rtsl_testing::checked::{check, codes, diagnostics};
 
 fn accepted<'t>(texts: impl IntoIterator<Item = &'t str>) {
     let report: String = texts

@@ -1,10 +1,8 @@
 //! The pages of the checker's codes: the failing text of each gives its code and no other, the mended
 //! one nothing.
 
-mod support;
-
 use rtsl_source::codes;
-use support::{codes as codes_of, diagnostics};
+use rtsl_testing::checked::{codes as codes_of, diagnostics};
 
 #[test]
 fn pages_give_their_codes() {

@@ -1,11 +1,9 @@
 //! What diagnostics say, word for word, where the words matter most.
 
-mod support;
-
 use expect_test::{Expect, expect};
 
 fn check(text: &str, expected: &Expect) {
-    expected.assert_eq(&support::diagnostics(text));
+    expected.assert_eq(&rtsl_testing::checked::diagnostics(text));
 }
 
 #[test]
@@ -250,8 +248,8 @@ fn functions_of_other_languages() {
         let text = format!(
             "class A : rt_Texture;\nvoid lookup() {{ float x = rt_TextureUV.x; mat2 m = mat2(x); float y = {call}; rt_FloatTextureValue = m[0].x; }}\n"
         );
-        let said = support::diagnostics(&text);
-        assert_eq!(support::codes(&text), ["E0201"], "{said}");
+        let said = rtsl_testing::checked::diagnostics(&text);
+        assert_eq!(rtsl_testing::checked::codes(&text), ["E0201"], "{said}");
         let help = said.lines().find(|line| line.contains("help")).unwrap_or("nothing");
         helps += &format!("{call}: {}\n", help.trim());
     }
@@ -282,8 +280,8 @@ fn types_of_other_languages() {
         "normal", "string", "Spectrum", "vec3f", "flaot",
     ] {
         let text = format!("class A : rt_Texture;\nvoid lookup() {{ {ty} x; x = {ty}(1.0); }}\n");
-        let said = support::diagnostics(&text);
-        assert_eq!(support::codes(&text)[0], "E0202", "{said}");
+        let said = rtsl_testing::checked::diagnostics(&text);
+        assert_eq!(rtsl_testing::checked::codes(&text)[0], "E0202", "{said}");
         let help = said.lines().find(|line| line.contains("help")).unwrap_or("nothing");
         helps += &format!("{ty}: {}\n", help.trim());
     }

@@ -1,8 +1,6 @@
 //! Shaders of the library with words exchanged: whatever comes of it, the checker answers, and where it
 //! finds no error the tree has none in it.
 
-mod support;
-
 use std::path::Path;
 
 use proptest::prelude::*;
@@ -71,7 +69,7 @@ proptest! {
                 _ => words[at].clear(),
             }
         }
-        let (module, _, said) = support::check(&words.concat());
+        let (module, _, said) = rtsl_testing::checked::check(&words.concat());
         if !said.iter().any(Diagnostic::is_error) {
             for class in &module.classes {
                 let printed = print::class(&module, class);

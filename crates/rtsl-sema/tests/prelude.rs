@@ -1,14 +1,12 @@
 //! The prelude is free of errors and warnings, and every built-in function that it implements is
 //! found there for every overload.
 
-mod support;
-
 use rtsl_sema::hir::Type;
 use rtsl_spec::builtins::{Lowering, all, overloads};
 
 #[test]
 fn the_prelude_checks() {
-    let (_, text) = support::checked_prelude();
+    let (_, text) = rtsl_testing::checked::checked_prelude();
     assert_eq!(text, "");
 }
 
@@ -35,8 +33,8 @@ fn every_overload_finds_its_function() {
                 format!("{result} _result = ")
             };
             text += &format!("    {kept}{}({});\n}}\n", builtin.name, names.join(", "));
-            let (module, _, _) = support::check(&text);
-            let report = support::diagnostics(&text);
+            let (module, _, _) = rtsl_testing::checked::check(&text);
+            let report = rtsl_testing::checked::diagnostics(&text);
             let tree = format!("{:?}", module.functions.last());
             if !report.is_empty() || tree.contains("prelude: None") {
                 failures += &format!("{overload}\n{report}");

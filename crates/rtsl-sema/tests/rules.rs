@@ -1,9 +1,7 @@
 //! The rules of the language, one by one: texts that are accepted without a word, and texts with the
 //! codes of what is wrong with them.
 
-mod support;
-
-use support::{codes, diagnostics};
+use rtsl_testing::checked::{codes, diagnostics};
 
 fn texture(body: &str) -> String {
     format!("class C : rt_Texture;\nvoid lookup() {{ {body} }}\n")

@@ -1,8 +1,6 @@
 //! The project's shaders: those of the standard library check without a word, and no others are warned of mistakes that they
 //! do not make.
 
-mod support;
-
 use std::path::Path;
 
 #[test]
@@ -17,7 +15,7 @@ fn the_standard_library_checks() {
         for shader in std::fs::read_dir(role).unwrap() {
             let path = shader.unwrap().path();
             let text = std::fs::read_to_string(&path).unwrap();
-            let said = support::diagnostics(&text);
+            let said = rtsl_testing::checked::diagnostics(&text);
             if !said.is_empty() {
                 report += &format!("{}:\n{said}\n", path.display());
             }
@@ -48,9 +46,13 @@ fn right_shaders_are_not_warned_about() {
                 && !MEANT.iter().any(|meant| path.ends_with(meant))
             {
                 let text = std::fs::read_to_string(&path).unwrap();
-                let codes = support::codes(&text);
+                let codes = rtsl_testing::checked::codes(&text);
                 if codes.iter().any(|code| WARNINGS.contains(code)) {
-                    report += &format!("{}:\n{}\n", path.display(), support::diagnostics(&text));
+                    report += &format!(
+                        "{}:\n{}\n",
+                        path.display(),
+                        rtsl_testing::checked::diagnostics(&text)
+                    );
                 }
                 checked += 1;
             }

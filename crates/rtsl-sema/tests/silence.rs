@@ -1,17 +1,15 @@
 //! Mistakes that compile: what is warned about, word for word, and what resembles it and is right.
 
-mod support;
-
 use expect_test::{Expect, expect};
 
 fn check(text: &str, expected: &Expect) {
-    expected.assert_eq(&support::diagnostics(text));
+    expected.assert_eq(&rtsl_testing::checked::diagnostics(text));
 }
 
 /// The texts give no diagnostics.
 fn quiet(texts: &[&str]) {
     for text in texts {
-        assert_eq!(support::diagnostics(text), "", "{text}");
+        assert_eq!(rtsl_testing::checked::diagnostics(text), "", "{text}");
     }
 }
 
@@ -362,7 +360,7 @@ fn primitives_that_no_ray_meets() {
     ]);
     // The mistake that is told may be why.
     assert_eq!(
-        support::codes("class A : rt_Primitive;\nvoid intersect() { hitt(1.0); }\n"),
+        rtsl_testing::checked::codes("class A : rt_Primitive;\nvoid intersect() { hitt(1.0); }\n"),
         ["E0201"]
     );
 }

@@ -1,18 +1,16 @@
 //! Text in, typed tree out.
 
-mod support;
-
 use expect_test::{Expect, expect};
 use rtsl_sema::print;
 
 /// The last class of the text.
 fn check(text: &str, expected: &Expect) {
-    let (module, _, said) = support::check(text);
-    assert!(said.is_empty(), "{}", support::diagnostics(text));
+    let (module, _, said) = rtsl_testing::checked::check(text);
+    assert!(said.is_empty(), "{}", rtsl_testing::checked::diagnostics(text));
     let class = module.classes.last().unwrap();
     let mut printed = print::class(&module, class);
     // The numbers of functions depend on the prelude; those of the unit are shown from 0 on.
-    let first = support::PRELUDE.module().functions.len();
+    let first = rtsl_testing::checked::PRELUDE.module().functions.len();
     for index in first..module.functions.len() {
         printed = printed.replace(&format!("@{index}("), &format!("@{}(", index - first));
     }

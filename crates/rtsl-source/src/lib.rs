@@ -4,6 +4,7 @@
 //! the text of a file is handed to it. [`render`] turns diagnostics into text for a terminal.
 
 mod codes;
+pub mod deep_stack;
 mod diagnostic;
 mod excerpt;
 mod map;

@@ -1,13 +1,9 @@
 //! The syntax tree: the text's structure, with a span on everything that a diagnostic may name.
 //!
 //! Names are as written; nothing is resolved. Trees are bounded in depth by the parser (see
-//! [`MAX_DEPTH`]), so that recursive visitors are safe on a [deep stack](crate::deep_stack).
+//! [`deep_stack::MAX_DEPTH`](rtsl_source::deep_stack::MAX_DEPTH)), so that recursive visitors are safe on a deep stack.
 
 use rtsl_source::Span;
-
-/// The greatest nesting of expressions and statements, counted together; a chain of binary operators counts one,
-/// however long it is. Deeper text is an error.
-pub const MAX_DEPTH: usize = 1024;
 
 /// A name and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]

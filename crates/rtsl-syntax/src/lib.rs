@@ -5,7 +5,6 @@
 //! included files come from the caller's [`IncludeLoader`].
 
 pub mod ast;
-pub mod deep_stack;
 mod include;
 mod lexer;
 mod message;
@@ -19,7 +18,7 @@ mod word;
 
 pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes, join_path};
 
-use rtsl_source::{Diagnostics, FileId, SourceMap};
+use rtsl_source::{Diagnostics, FileId, SourceMap, deep_stack};
 
 /// Reads the translation unit that starts with `file`. Included files are added to `source_map`.
 pub fn parse(

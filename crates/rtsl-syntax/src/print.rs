@@ -10,7 +10,7 @@ use crate::ast::{
     ExpressionKind, Function, Initializer, Item, Parameter, Qualifier, Qualifiers, Statement,
     StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
 };
-use crate::deep_stack;
+use rtsl_source::deep_stack;
 
 /// The text of `unit`.
 pub fn print(unit: &TranslationUnit) -> String {

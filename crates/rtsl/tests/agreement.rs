@@ -8,8 +8,8 @@ use rtsl::{
     LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter, ParameterTarget,
     ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
 };
-use rtsl_ir::generate::{Entropy, HashHost, seeded_function};
 use rtsl_ir::{Function, PlaceKind};
+use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
 
 /// Rays of a call: not a multiple of any width but 1.
 const COUNT: usize = 37;

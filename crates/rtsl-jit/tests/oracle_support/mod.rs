@@ -3,7 +3,6 @@
 use std::sync::{Arc, OnceLock};
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
-use rtsl_ir::generate::{Entropy, HashHost};
 use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_jit::{
     BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, Instances, LaneBlock,
@@ -12,6 +11,7 @@ use rtsl_jit::{
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::abi::BUFFER_WORDS;
 use rtsl_packet::{DataLocation, Kernel, Layout, ObjectForm, Shape, interleave};
+use rtsl_testing::functions::{Entropy, HashHost};
 
 /// Full chunks and a part of one at every width.
 const RAYS: usize = 37;

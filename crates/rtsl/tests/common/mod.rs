@@ -13,7 +13,7 @@ use rtsl::{
     Shape, Value, new_state,
 };
 use rtsl_ir::Function;
-use rtsl_ir::generate::{Entropy, HashHost};
+use rtsl_testing::functions::{Entropy, HashHost};
 
 /// Rays of a call: not a multiple of any width but 1.
 pub const COUNT: usize = 37;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use rtsl_ir::generate::HashHost;
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
 use rtsl_packet::description::{ClassDescription, FieldKind};
+use rtsl_testing::functions::HashHost;
 
 /// The words of one call.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Numbers in no order, the same in every run.
 
-use rtsl_ir::generate::Entropy;
 use rtsl_ir::{Constant, Scalar};
+use rtsl_testing::functions::Entropy;
 
 /// A stream of them.
 pub struct Noise(u64);

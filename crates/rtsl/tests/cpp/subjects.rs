@@ -6,11 +6,11 @@ use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
 use rtsl::{Backend, Class, Compiler, Engine, EngineOptions, library};
 use rtsl_cpp::ClassCode;
 use rtsl_ir::evaluate::CANONICAL_NAN;
-use rtsl_ir::generate::seeded_function;
 use rtsl_ir::{Function, OpKind, PlaceKind, Scalar};
 use rtsl_packet::abi::BUFFER_WORDS;
 use rtsl_packet::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_spec::{Method, StateVariable, lookup_state, state_component_count};
+use rtsl_testing::functions::seeded_function;
 
 use crate::memory::Memory;
 use crate::noise::Noise;

@@ -2,8 +2,8 @@
 //! language: all statements, jumps anywhere, calls with `out` and `inout`, effects inside
 //! expressions, arrays with indices that may be out of range.
 
-use rtsl_ir::generate::Entropy;
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
+use rtsl_testing::functions::Entropy;
 
 use crate::tree::*;
 

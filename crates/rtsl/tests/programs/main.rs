@@ -17,7 +17,7 @@ use rtsl::{
     Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances, LaneBlock,
     Math, Method, Scalar, Shape, new_state,
 };
-use rtsl_ir::generate::Entropy;
+use rtsl_testing::functions::Entropy;
 
 use generate::Builtins;
 use tree::Program;

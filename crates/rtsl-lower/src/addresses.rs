@@ -1,0 +1,164 @@
+//! Where the scalars of a part of a variable are in memory.
+
+use rtsl_ir::{BinaryOp, Index, PlaceKind, Scalar, Value};
+
+use crate::Lowering;
+use crate::access::{Access, Position, Step};
+use crate::layout::Leaf;
+use crate::limits::Lowered;
+use crate::variables::VariableId;
+
+/// Scalars of one leaf.
+#[derive(Clone, Debug)]
+pub(crate) struct LeafPart {
+    pub leaf: usize,
+    /// What dynamic indices add to the position: clamped indices, and their strides.
+    terms: Vec<(Value, u32)>,
+    /// Positions in the leaf before that.
+    pub positions: Positions,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Positions {
+    Range { start: u32, len: u32 },
+    List(Vec<u32>),
+}
+
+impl Positions {
+    pub fn iter(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match self {
+            Positions::Range { start, len } => Box::new(*start..start + len),
+            Positions::List(list) => Box::new(list.iter().copied()),
+        }
+    }
+}
+
+impl Lowering<'_> {
+    /// Where the scalars of a part are; every dynamic index left is one into memory.
+    pub fn resolve(&mut self, access: &Access) -> Lowered<Vec<LeafPart>> {
+        let leaves = self.variable(access.root).layout.leaves.iter().enumerate();
+        let mut parts: Vec<LeafPart> = leaves
+            .map(|(leaf, Leaf { len, .. })| LeafPart {
+                leaf,
+                terms: Vec::new(),
+                positions: Positions::Range { start: 0, len: *len },
+            })
+            .collect();
+        for step in &access.steps {
+            match step {
+                Step::Field(id, field) => {
+                    let leaves = self.layouts.field_leaves(*id, *field, access.span)?;
+                    parts = parts.drain(leaves).collect();
+                }
+                Step::Components(components) => {
+                    for part in &mut parts {
+                        let Positions::Range { start, .. } = part.positions else { continue };
+                        let positions = components.iter().map(|pick| start + u32::from(*pick));
+                        part.positions = Positions::List(positions.collect());
+                    }
+                }
+                Step::Element { position, count: Some(count), .. } => {
+                    self.resolve_element(&mut parts, *position, *count);
+                }
+                Step::Element { position, count: None, .. } => {
+                    self.resolve_buffer_element(access, &mut parts, *position);
+                }
+            }
+        }
+        Ok(parts)
+    }
+
+    fn resolve_element(&mut self, parts: &mut [LeafPart], position: Position, count: u32) {
+        let index = match position {
+            Position::Constant(_) => None,
+            Position::Dynamic(index) => Some(self.clamp_index(index, count)),
+        };
+        for part in parts {
+            let Positions::Range { start, len } = &mut part.positions else { continue };
+            *len /= count;
+            match (position, index) {
+                (Position::Dynamic(_), Some(index)) => part.terms.push((index, *len)),
+                (Position::Constant(constant), _) => *start += constant * *len,
+                (Position::Dynamic(_), None) => {}
+            }
+        }
+    }
+
+    fn resolve_buffer_element(
+        &mut self,
+        access: &Access,
+        parts: &mut [LeafPart],
+        position: Position,
+    ) {
+        let index = match position {
+            Position::Constant(0) => return,
+            Position::Constant(constant) => self.builder.i32(constant as i32),
+            Position::Dynamic(index) => index,
+        };
+        let last = self.last_index_of_buffer(access.root);
+        let index = self.clamp_index_to(index, last);
+        for part in parts {
+            let Positions::Range { len, .. } = part.positions else { continue };
+            part.terms.push((index, len));
+        }
+    }
+
+    /// The number of elements of a buffer variable, i32.
+    pub fn length_of_buffer(&mut self, buffer: VariableId) -> Option<Value> {
+        let variable = self.variable(buffer);
+        let place = variable.layout.places(PlaceKind::Buffer, &variable.name).next()?;
+        let place = self.builder.place(place);
+        Some(self.builder.length(place))
+    }
+
+    fn last_index_of_buffer(&mut self, buffer: VariableId) -> Value {
+        let one = self.builder.i32(1);
+        match self.length_of_buffer(buffer) {
+            Some(length) => self.builder.subtract(length, one),
+            None => self.builder.i32(0),
+        }
+    }
+
+    /// The index as an i32 from 0 to `count - 1`.
+    pub fn clamp_index(&mut self, index: Value, count: u32) -> Value {
+        let last = self.builder.i32(count as i32 - 1);
+        self.clamp_index_to(index, last)
+    }
+
+    fn clamp_index_to(&mut self, index: Value, last: Value) -> Value {
+        match self.builder.scalar(index) {
+            Scalar::U32 => {
+                let last = self.builder.convert(Scalar::U32, last);
+                let index = self.builder.binary(BinaryOp::Min, index, last);
+                self.builder.convert(Scalar::I32, index)
+            }
+            _ => {
+                let zero = self.builder.i32(0);
+                let index = self.builder.binary(BinaryOp::Max, index, zero);
+                self.builder.binary(BinaryOp::Min, index, last)
+            }
+        }
+    }
+
+    /// The index of one scalar of a part of a place.
+    pub fn place_index(&mut self, part: &LeafPart, position: u32) -> Index {
+        let mut sum = None;
+        for (index, stride) in &part.terms {
+            let stride = self.builder.i32(*stride as i32);
+            let one = self.builder.i32(1);
+            let term = if stride == one { *index } else { self.builder.multiply(*index, stride) };
+            sum = Some(match sum {
+                None => term,
+                Some(sum) => self.builder.add(sum, term),
+            });
+        }
+        match sum {
+            None => Index::Constant(position),
+            Some(sum) if position == 0 => Index::Dynamic(sum),
+            Some(sum) => {
+                let position = self.builder.i32(position as i32);
+                Index::Dynamic(self.builder.add(sum, position))
+            }
+        }
+    }
+}

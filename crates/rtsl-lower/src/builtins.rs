@@ -1,0 +1,196 @@
+//! Built-in functions, as the registry says.
+
+use rtsl_ir::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
+use rtsl_source::Span;
+use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Operation, Special};
+
+use crate::Lowering;
+use crate::calls::Argument;
+use crate::limits::Lowered;
+use crate::state::state_id;
+use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
+
+impl<'m> Lowering<'m> {
+    pub fn lower_builtin(
+        &mut self,
+        call: &'m BuiltinCall,
+        expression: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        if let Some(prelude) = call.prelude {
+            return if call.componentwise {
+                self.lower_componentwise_call(prelude, &call.arguments, expression.span)
+            } else {
+                self.lower_call(prelude, &call.arguments, expression.span)
+            };
+        }
+        let entry = builtins::find(call.name).expect("the checker found it in the registry");
+        match entry.lowering {
+            BuiltinLowering::Operation(operation) => {
+                let arguments = self.lower_all(&call.arguments)?;
+                Ok(self.operate(operation, &arguments))
+            }
+            BuiltinLowering::Special(special) => {
+                self.lower_special(special, &call.arguments, expression.span)
+            }
+            BuiltinLowering::Prelude => unreachable!("{} has its function", call.name),
+        }
+    }
+
+    fn lower_all(&mut self, arguments: &'m [Expression]) -> Lowered<Vec<Vec<Value>>> {
+        arguments.iter().map(|argument| self.lower_expression(argument)).collect()
+    }
+
+    /// A function of scalars on each component of its arguments.
+    fn lower_componentwise_call(
+        &mut self,
+        function: FunctionId,
+        arguments: &'m [Expression],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let (arguments, targets) = self.lower_arguments(function, arguments, &[])?;
+        let count = arguments.iter().map(Vec::len).max().unwrap_or(0);
+        let mut result = Vec::with_capacity(count);
+        let mut outputs: Vec<Option<Vec<Value>>> = vec![None; arguments.len()];
+        for component in 0..count {
+            let scalars = arguments
+                .iter()
+                .map(|values| Argument::Values(vec![values[component % values.len()]]));
+            let returned = self.call(function, scalars.collect(), span)?;
+            result.extend(returned.result);
+            for (all, output) in outputs.iter_mut().zip(returned.outputs) {
+                if let Some(output) = output {
+                    all.get_or_insert_default().extend(output);
+                }
+            }
+        }
+        self.copy_out(targets, outputs)?;
+        Ok(result)
+    }
+
+    /// One operation on each component.
+    fn operate(&mut self, operation: Operation, arguments: &[Vec<Value>]) -> Vec<Value> {
+        let count = arguments.iter().map(Vec::len).max().unwrap_or(0);
+        (0..count)
+            .map(|component| {
+                let of = |argument: &Vec<Value>| argument[component % argument.len()];
+                let operands: Vec<Value> = arguments.iter().map(of).collect();
+                self.builder.emit(operation_kind(operation, &operands))
+            })
+            .collect()
+    }
+
+    fn lower_special(
+        &mut self,
+        special: Special,
+        arguments: &'m [Expression],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        if special == Special::IsSet {
+            return self.lower_is_set(&arguments[0]);
+        }
+        let values = self.lower_all(arguments)?;
+        match special {
+            Special::Hit => self.lower_hit(values[0][0], span),
+            Special::Trace | Special::Occluded => Ok(self.lower_ray(special, &values)),
+            Special::Ambient => Ok(self.builder.push(OpKind::Ambient).iter().collect()),
+            Special::Rand => Ok(vec![self.builder.push(OpKind::Rand).get(0)]),
+            Special::Inside => self.lower_inside(span),
+            Special::Rgb => Ok(values.concat()),
+            Special::Any => {
+                let any = self.builder.bool(false);
+                Ok(vec![values[0].iter().fold(any, |any, value| self.either(any, *value))])
+            }
+            Special::All => {
+                let all = self.builder.bool(true);
+                Ok(vec![values[0].iter().fold(all, |all, value| self.both(all, *value))])
+            }
+            Special::MatrixCompMult => {
+                Ok(self.componentwise(&values[0], &values[1], |lowering, a, b| {
+                    lowering.builder.multiply(a, b)
+                }))
+            }
+            Special::Transpose => {
+                let Type::Matrix(_, rows) = arguments[0].ty else { return Ok(values.concat()) };
+                Ok(transpose(&values[0], usize::from(rows)))
+            }
+            Special::IsSet => unreachable!("lowered above"),
+        }
+    }
+
+    /// `hit(t)`: the nearest hit so far is a variable like any other.
+    fn lower_hit(&mut self, t: Value, span: Span) -> Lowered<Vec<Value>> {
+        let epsilon = self.state_variable(state_id("rt_Epsilon"), span)?;
+        let epsilon = self.get_variable(epsilon)?[0];
+        let distance = self.state_variable(state_id("rt_HitDistance"), span)?;
+        let nearest = self.get_variable(distance)?[0];
+        let far = self.builder.compare(CompareOp::Less, epsilon, t);
+        let near = self.builder.compare(CompareOp::Less, t, nearest);
+        let accept = self.both(far, near);
+        let nearest = self.builder.select(accept, t, nearest);
+        self.set_variable(distance, &[nearest]);
+        let accepted = self.cells.get(self.accepted);
+        let accepted = self.either(accepted, accept);
+        self.cells.set(self.accepted, accepted);
+        Ok(vec![accept])
+    }
+
+    fn lower_ray(&mut self, special: Special, values: &[Vec<Value>]) -> Vec<Value> {
+        let vector = |values: &Vec<Value>| [values[0], values[1], values[2]];
+        let (origin, direction) = (vector(&values[0]), vector(&values[1]));
+        let limit = match values.get(2) {
+            Some(limit) => limit[0],
+            None => self.builder.f32(f32::INFINITY),
+        };
+        let kind = if special == Special::Occluded {
+            OpKind::Occluded { origin, direction, limit }
+        } else {
+            let weight = self.builder.f32(1.0);
+            OpKind::Trace { origin, direction, limit, weight }
+        };
+        self.builder.push(kind).iter().collect()
+    }
+
+    fn lower_inside(&mut self, span: Span) -> Lowered<Vec<Value>> {
+        let direction = self.state_variable(state_id("rt_RayDirection"), span)?;
+        let direction = self.get_variable(direction)?;
+        let normal = self.state_variable(state_id("rt_GeometricNormal"), span)?;
+        let normal = self.get_variable(normal)?;
+        let vec3 = Type::Vector(Scalar::F32, 3);
+        let cosine =
+            self.call_prelude("dot", &[vec3.clone(), vec3], vec![direction, normal], span)?;
+        let zero = self.builder.constant(Constant::zero(Scalar::F32));
+        Ok(vec![self.builder.compare(CompareOp::Greater, cosine[0], zero)])
+    }
+}
+
+fn transpose(matrix: &[Value], rows: usize) -> Vec<Value> {
+    (0..rows).flat_map(|row| matrix.iter().skip(row).step_by(rows).copied()).collect()
+}
+
+fn operation_kind(operation: Operation, operands: &[Value]) -> OpKind {
+    let unary = |op| OpKind::Unary(op, operands[0]);
+    let binary = |op| OpKind::Binary(op, operands[0], operands[1]);
+    let compare = |op| OpKind::Compare(op, operands[0], operands[1]);
+    match operation {
+        Operation::Abs => unary(UnaryOp::Abs),
+        Operation::Sqrt => unary(UnaryOp::Sqrt),
+        Operation::Floor => unary(UnaryOp::Floor),
+        Operation::Ceil => unary(UnaryOp::Ceil),
+        Operation::Trunc => unary(UnaryOp::Trunc),
+        Operation::RoundEven => unary(UnaryOp::RoundEven),
+        Operation::Not => unary(UnaryOp::Not),
+        Operation::Seldom => unary(UnaryOp::Seldom),
+        Operation::Fma => OpKind::Fma(operands[0], operands[1], operands[2]),
+        Operation::Min => binary(BinaryOp::Min),
+        Operation::Max => binary(BinaryOp::Max),
+        Operation::MultiplyHigh => binary(BinaryOp::MultiplyHigh),
+        Operation::Less => compare(CompareOp::Less),
+        Operation::LessEqual => compare(CompareOp::LessEqual),
+        Operation::Greater => compare(CompareOp::Greater),
+        Operation::GreaterEqual => compare(CompareOp::GreaterEqual),
+        Operation::Equal => compare(CompareOp::Equal),
+        Operation::NotEqual => compare(CompareOp::NotEqual),
+        Operation::BitcastToUint => OpKind::Bitcast(Scalar::U32, operands[0]),
+        Operation::BitcastToFloat => OpKind::Bitcast(Scalar::F32, operands[0]),
+    }
+}

@@ -1,0 +1,316 @@
+//! Calls, replaced by the function's body.
+
+use rtsl_ir::Value;
+use rtsl_source::Span;
+
+use crate::Lowering;
+use crate::access::Access;
+use crate::cells::Cell;
+use crate::facts::Root;
+use crate::limits::{self, Lowered};
+use crate::variables::{RANK_OF_PARAMETERS, VariableId};
+use rtsl_sema::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
+
+/// One call whose body is being lowered.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame<'m> {
+    pub id: Option<FunctionId>,
+    pub function: Option<&'m Function>,
+    /// Made where they are declared.
+    pub locals: Vec<Option<VariableId>>,
+    pub result: Option<VariableId>,
+    /// The flag of `return`.
+    pub returned: Cell,
+    /// The flags of the innermost loop or `switch`.
+    pub jumps: Option<Jumps>,
+    /// How many calls are around it.
+    pub calls: u32,
+}
+
+impl Frame<'_> {
+    /// How little the names of its variables tell, at most half of [`RANK_OF_PARAMETERS`].
+    fn rank(&self) -> u8 {
+        self.calls.min(u32::from(RANK_OF_PARAMETERS / 2)) as u8
+    }
+}
+
+/// The flags of a loop or `switch`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jumps {
+    pub broke: Cell,
+    /// `None` in a `switch` outside loops.
+    pub continued: Option<Cell>,
+}
+
+/// What a parameter begins with.
+pub(crate) enum Argument {
+    Values(Vec<Value>),
+    /// A variable that lies in a place of the host's and that neither side writes: the parameter is
+    /// that variable, and large tables are not copied.
+    Shared(VariableId),
+}
+
+/// For each parameter where it is copied out to.
+pub(crate) type Targets = Vec<Option<Access>>;
+
+/// What a call gives.
+pub(crate) struct Returned {
+    pub result: Vec<Value>,
+    /// For each parameter what it hands back.
+    pub outputs: Vec<Option<Vec<Value>>>,
+}
+
+impl<'m> Lowering<'m> {
+    /// A call in the text.
+    pub fn lower_call(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let shared = self.shared_arguments(id, arguments)?;
+        let (values, targets) = self.lower_arguments(id, arguments, &shared)?;
+        let values = values.into_iter().zip(shared).map(|(values, shared)| match shared {
+            Some(variable) => Argument::Shared(variable),
+            None => Argument::Values(values),
+        });
+        let returned = self.call(id, values.collect(), span)?;
+        self.copy_out(targets, returned.outputs)?;
+        Ok(returned.result)
+    }
+
+    /// For each argument the variable that the parameter can be.
+    fn shared_arguments(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+    ) -> Lowered<Vec<Option<VariableId>>> {
+        let facts = self.facts.of(id);
+        let mut shared = Vec::with_capacity(arguments.len());
+        for (local, argument) in (0..).map(LocalId).zip(arguments) {
+            let wanted = facts.indexed.contains(&Root::Local(local))
+                && !facts.written_locals.contains(&local)
+                && self.function(id).parameters[local.0 as usize] == Passing::In;
+            shared.push(if wanted { self.place_of(argument)? } else { None });
+        }
+        Ok(shared)
+    }
+
+    /// The values of the arguments but for shared ones, and the targets of those that are copied out.
+    pub fn lower_arguments(
+        &mut self,
+        id: FunctionId,
+        arguments: &'m [Expression],
+        shared: &[Option<VariableId>],
+    ) -> Lowered<(Vec<Vec<Value>>, Targets)> {
+        let function = self.function(id);
+        let mut values = Vec::with_capacity(arguments.len());
+        let mut targets = Vec::with_capacity(arguments.len());
+        for (index, argument) in arguments.iter().enumerate() {
+            if shared.get(index).is_some_and(Option::is_some) {
+                values.push(Vec::new());
+                targets.push(None);
+                continue;
+            }
+            let passing = function.parameters[index];
+            let target = match passing {
+                Passing::In => None,
+                Passing::Out | Passing::InOut => self.lower_access(argument)?,
+            };
+            values.push(match (passing, &target) {
+                (Passing::In, _) => self.lower_expression(argument)?,
+                (Passing::InOut, Some(target)) => self.read(target)?,
+                (Passing::Out | Passing::InOut, _) => {
+                    self.zeros_of_parameter(&function.locals[index].ty, argument)?
+                }
+            });
+            targets.push(target);
+        }
+        Ok((values, targets))
+    }
+
+    /// What an `out` parameter begins with. A scalar parameter that is applied to each component of a
+    /// vector begins with as many zeros.
+    fn zeros_of_parameter(
+        &mut self,
+        parameter: &Type,
+        argument: &Expression,
+    ) -> Lowered<Vec<Value>> {
+        let layout = self.layouts.layout(parameter, argument.span)?;
+        let count = self.layouts.layout(&argument.ty, argument.span)?.len() as usize;
+        let zeros = self.zeros(&layout);
+        Ok(if zeros.len() == count { zeros } else { vec![zeros[0]; count] })
+    }
+
+    /// Writes what a call hands back, from left to right, converted to the targets' types.
+    pub fn copy_out(&mut self, targets: Targets, outputs: Vec<Option<Vec<Value>>>) -> Lowered<()> {
+        for (target, output) in targets.into_iter().zip(outputs) {
+            if let (Some(target), Some(output)) = (target, output) {
+                let layout = self.layouts.layout(&target.ty, target.span)?;
+                let scalars = layout.scalars().zip(output);
+                let output: Vec<Value> =
+                    scalars.map(|(scalar, value)| self.builder.convert(scalar, value)).collect();
+                self.write(&target, &output)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The function's body on these arguments.
+    pub fn call(
+        &mut self,
+        id: FunctionId,
+        arguments: Vec<Argument>,
+        span: Span,
+    ) -> Lowered<Returned> {
+        self.enter(span)?;
+        let frame = self.new_frame(id, span)?;
+        let caller = std::mem::replace(&mut self.frame, frame);
+        let function = self.function(id);
+        for (local, argument) in (0..).map(LocalId).zip(&arguments) {
+            match argument {
+                Argument::Values(values) => {
+                    let variable = self.local_variable(local, span)?;
+                    self.set_variable(variable, values);
+                }
+                Argument::Shared(variable) => {
+                    self.frame.locals[local.0 as usize] = Some(*variable);
+                }
+            }
+        }
+        self.lower_list(&function.body)?;
+        let returned = self.leave_frame(function)?;
+        let callee = std::mem::replace(&mut self.frame, caller);
+        self.release_slots(callee.locals.into_iter().flatten().chain(callee.result));
+        self.leave();
+        Ok(returned)
+    }
+
+    fn leave_frame(&mut self, function: &Function) -> Lowered<Returned> {
+        let result = match self.frame.result {
+            Some(result) => self.get_variable(result)?,
+            None => Vec::new(),
+        };
+        let mut outputs = Vec::with_capacity(function.parameters.len());
+        for (index, passing) in function.parameters.iter().enumerate() {
+            outputs.push(match (passing, self.frame.locals[index]) {
+                (Passing::Out | Passing::InOut, Some(local)) => Some(self.get_variable(local)?),
+                (Passing::In, _) | (_, None) => None,
+            });
+        }
+        Ok(Returned { result, outputs })
+    }
+
+    /// A frame for a call of this function.
+    pub fn new_frame(&mut self, id: FunctionId, span: Span) -> Lowered<Frame<'m>> {
+        let function = self.function(id);
+        let result = match &function.result {
+            Type::Void => None,
+            ty => {
+                let rank = RANK_OF_PARAMETERS + self.frame.rank() + 1;
+                let result = self.new_variable(&function.name, ty, (false, rank), span)?;
+                let zeros = self.variable(result).layout.clone();
+                let zeros = self.zeros(&zeros);
+                self.set_variable(result, &zeros);
+                Some(result)
+            }
+        };
+        Ok(Frame {
+            id: Some(id),
+            function: Some(function),
+            locals: vec![None; function.locals.len()],
+            result,
+            returned: self.new_flag(),
+            jumps: None,
+            calls: self.frame.calls + 1,
+        })
+    }
+
+    /// The variable of a local of the current call.
+    pub fn local_variable(&mut self, id: LocalId, span: Span) -> Lowered<VariableId> {
+        let index = id.0 as usize;
+        if let Some(made) = self.frame.locals[index] {
+            return Ok(made);
+        }
+        let (Some(function), Some(function_id)) = (self.frame.function, self.frame.id) else {
+            unreachable!("only functions have locals")
+        };
+        let local = &function.locals[index];
+        let indexed = self.facts.of(function_id).indexed.contains(&Root::Local(id));
+        let is_parameter = index < function.parameters.len();
+        let rank = self.frame.rank() + if is_parameter { RANK_OF_PARAMETERS } else { 0 };
+        let variable = self.new_variable(&local.name, &local.ty, (indexed, rank), span)?;
+        self.frame.locals[index] = Some(variable);
+        Ok(variable)
+    }
+
+    /// Whether a local of the current call contributes to a `precise` one.
+    pub fn is_precise(&self, id: LocalId) -> bool {
+        self.frame.id.is_some_and(|function| self.facts.of(function).precise.contains(&id))
+    }
+
+    /// The function of the prelude with this name and these parameters, on these arguments.
+    ///
+    /// # Panics
+    /// If there is none: what the table of state variables needs is part of the prelude.
+    pub fn call_prelude(
+        &mut self,
+        name: &'static str,
+        parameters: &[Type],
+        arguments: Vec<Vec<Value>>,
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let function = find_function(self.module, name, parameters);
+        let id = function.unwrap_or_else(|| panic!("the prelude has {name}"));
+        let arguments = arguments.into_iter().map(Argument::Values).collect();
+        Ok(self.call(id, arguments, span)?.result)
+    }
+
+    pub fn function(&self, id: FunctionId) -> &'m Function {
+        &self.module.functions[id.0 as usize]
+    }
+
+    /// Counts a visit of a statement, expression or call, inside those that are being visited.
+    pub fn enter(&mut self, span: Span) -> Lowered<()> {
+        self.visits += 1;
+        self.depth += 1;
+        if self.depth > limits::nested_visits() {
+            return Err(limits::nested_too_deeply(span));
+        }
+        let size = self.builder.value_count().max(self.cells.len() / 4);
+        if self.visits > limits::VISITS_OF_A_FUNCTION || size > limits::VALUES_OF_A_FUNCTION {
+            return Err(limits::too_much_code(span, &self.builder.function().name));
+        }
+        Ok(())
+    }
+
+    /// Ends a visit.
+    pub fn leave(&mut self) {
+        self.depth -= 1;
+    }
+}
+
+/// The functions of the prelude that [`Lowering::call_prelude`] is used with: computed defaults, cones
+/// of light and `inside` need them even where the text calls none.
+pub(crate) fn implicit_functions(module: &Module) -> impl Iterator<Item = FunctionId> {
+    const NAMES: [&str; 5] = ["cos", "cross", "dot", "luminance", "perpendicularTo"];
+    let named =
+        |function: &Function| function.class.is_none() && NAMES.contains(&function.name.as_str());
+    let functions = (0..).map(FunctionId).zip(&module.functions);
+    functions.filter(move |(_, function)| named(function)).map(|(id, _)| id)
+}
+
+/// The function outside classes with this name and these parameters.
+pub(crate) fn find_function(
+    module: &Module,
+    name: &str,
+    parameters: &[Type],
+) -> Option<FunctionId> {
+    let found = module.functions.iter().position(|function| {
+        function.class.is_none()
+            && function.name == name
+            && function.parameters.len() == parameters.len()
+            && function.locals.iter().map(|local| &local.ty).zip(parameters).all(|(a, b)| a == b)
+    });
+    found.map(|index| FunctionId(index as u32))
+}

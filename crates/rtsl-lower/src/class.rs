@@ -1,0 +1,332 @@
+//! Classes: their interface to hosts, and their functions.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rtsl_ir::class::{self, Reference};
+use rtsl_ir::{Builder, Function, Place, PlaceKind};
+use rtsl_source::Diagnostic;
+use rtsl_source::deep_stack;
+use rtsl_spec::Method;
+
+use crate::access::Access;
+use crate::calls::{Frame, implicit_functions};
+use crate::cells::{Cell, Cells};
+use crate::facts::{FactTable, Root};
+use crate::layout::Layouts;
+use crate::limits::{self, Lowered};
+use crate::members::ConstantTables;
+use crate::parameters::{parameters_of, reference_role, scratch_types};
+use crate::variables::{SlotPool, VariableId};
+use crate::{Lowering, Purpose};
+use rtsl_sema::hir::{
+    Class, ClassId, Expression, FunctionId, LocalId, Member, Module, Storage, Type,
+};
+
+/// Lowers a class of a checked module without errors.
+///
+/// # Errors
+/// Where a limit on the size of types or functions is passed; one diagnostic for each function
+/// that does.
+pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<Diagnostic>> {
+    deep_stack::run(|| {
+        let layouts = Layouts::new(module);
+        let class = &module.classes[class.0 as usize];
+        let maker = Maker {
+            module,
+            class,
+            layouts: &layouts,
+            facts: &FactTable::new(module, functions_of(module, class), &expressions_of(class)),
+            tables: &RefCell::default(),
+        };
+        maker.make()
+    })
+}
+
+/// The constructor, the methods, and what they may call without saying so.
+fn functions_of(module: &Module, class: &Class) -> impl Iterator<Item = FunctionId> {
+    let constructor = class.constructor.iter().map(|constructor| constructor.function);
+    let methods = class.methods.iter().map(|(_, function)| *function);
+    constructor.chain(methods).chain(implicit_functions(module))
+}
+
+/// Initial values and defaults.
+fn expressions_of(class: &Class) -> Vec<&Expression> {
+    let members = class.members.iter().filter_map(|member| member.initializer.as_ref());
+    let parameters = class.constructor.iter().flat_map(|constructor| &constructor.parameters);
+    members.chain(parameters.filter_map(|parameter| parameter.default.as_ref())).collect()
+}
+
+/// What all functions of a class are made from.
+struct Maker<'m> {
+    module: &'m Module,
+    class: &'m Class,
+    layouts: &'m Layouts<'m>,
+    facts: &'m FactTable,
+    tables: &'m RefCell<ConstantTables>,
+}
+
+impl<'m> Maker<'m> {
+    fn make(&self) -> Result<class::Class, Vec<Diagnostic>> {
+        let mut failures = Vec::new();
+        let mut keep = |function: Lowered<Function>| match function {
+            Ok(function) => function,
+            Err(diagnostic) => {
+                failures.push(*diagnostic);
+                Function::new("")
+            }
+        };
+        let constructor = self.class.constructor.as_ref();
+        let constructor =
+            constructor.map(|constructor| keep(self.make_constructor(constructor.function)));
+        let methods: BTreeMap<Method, Function> = self
+            .class
+            .methods
+            .iter()
+            .map(|(method, function)| (*method, keep(self.make_method(*method, *function))))
+            .collect();
+        // Last, since it sets the tables that the others have asked for.
+        let initializer = keep(self.make_initializer());
+        let mut places = |kind| match self.places(kind) {
+            Ok(places) => places,
+            Err(diagnostic) => {
+                failures.push(*diagnostic);
+                Vec::new()
+            }
+        };
+        let class = class::Class {
+            name: self.class.name.clone(),
+            roles: self.class.roles.clone(),
+            documentation: self.class.documentation.clone(),
+            parameters: parameters_of(self.module, self.layouts, self.class),
+            members: places(PlaceKind::Member),
+            buffers: places(PlaceKind::Buffer),
+            scratch: places(PlaceKind::Scratch),
+            scratch_types: scratch_types(self.layouts, self.class),
+            references: self.references(),
+            initializer,
+            constructor,
+            methods,
+            method_documentation: self.method_documentation(),
+        };
+        if failures.is_empty() { Ok(class) } else { Err(failures) }
+    }
+
+    /// The comments before the class's own methods.
+    fn method_documentation(&self) -> BTreeMap<Method, String> {
+        let documented = self.class.methods.iter().filter_map(|(method, function)| {
+            let function = &self.module.functions[function.0 as usize];
+            // Implied methods have the prelude's.
+            function.class?;
+            Some((*method, function.documentation.clone()?))
+        });
+        documented.collect()
+    }
+
+    /// The leaves of all members that are stored as `kind`.
+    fn places(&self, kind: PlaceKind) -> Lowered<Vec<Place>> {
+        let mut places = Vec::new();
+        for member in self.class.members.iter().filter(|member| place_kind(member) == Some(kind)) {
+            let layout = self.layouts.layout(&member.ty, member.span)?;
+            places.extend(layout.places(kind, &member.name));
+        }
+        if kind == PlaceKind::Member {
+            for table in self.tables.borrow().iter() {
+                let layout = self.layouts.layout(&table.ty, self.class.span)?;
+                places.extend(layout.places(kind, &table.name));
+            }
+        }
+        let scalars = places.iter().map(|place| u64::from(place.len)).sum();
+        let allowed = match kind {
+            PlaceKind::Buffer => u64::MAX,
+            PlaceKind::Scratch => limits::SCALARS_OF_SCRATCH,
+            _ => limits::SCALARS_OF_AN_INSTANCE,
+        };
+        if scalars > allowed {
+            return Err(limits::too_many_members(self.class.span, kind.name(), scalars, allowed));
+        }
+        Ok(places)
+    }
+
+    fn references(&self) -> Vec<Reference> {
+        let references = self.class.members.iter().filter_map(|member| {
+            let role = reference_role(&member.ty)?;
+            let count = match &member.ty {
+                Type::Array(_, count) => Some(*count),
+                _ => None,
+            };
+            Some(Reference { name: member.name.clone(), role, count, tested: member.tested })
+        });
+        references.collect()
+    }
+
+    fn make_initializer(&self) -> Lowered<Function> {
+        let mut lowering = self.lowering(Purpose::Initializer, "initializer", None);
+        for member in &self.class.members {
+            if place_kind(member) == Some(PlaceKind::Member) {
+                let value = member.initializer.as_ref();
+                lowering.lower_initial(member, PlaceKind::Member, value)?;
+            }
+        }
+        if let Some(constructor) = &self.class.constructor {
+            let locals = &self.module.functions[constructor.function.0 as usize].locals;
+            for (parameter, local) in constructor.parameters.iter().zip(locals) {
+                let member = Member {
+                    name: local.name.clone(),
+                    ty: local.ty.clone(),
+                    storage: Storage::Public,
+                    initializer: None,
+                    annotations: Vec::new(),
+                    tested: false,
+                    span: self.class.span,
+                };
+                let value = parameter.default.as_ref();
+                lowering.lower_initial(&member, PlaceKind::Parameter, value)?;
+            }
+        }
+        lowering.lower_tables()?;
+        Ok(lowering.builder.finish())
+    }
+
+    fn make_constructor(&self, id: FunctionId) -> Lowered<Function> {
+        let mut lowering = self.lowering(Purpose::Constructor, "constructor", Some(id));
+        lowering.begin_members()?;
+        lowering.begin_state(self.class.span)?;
+        lowering.frame = lowering.new_frame(id, self.class.span)?;
+        lowering.begin_parameters(id)?;
+        lowering.lower_list(&lowering.function(id).body)?;
+        lowering.output_members()?;
+        Ok(lowering.builder.finish())
+    }
+
+    fn make_method(&self, method: Method, id: FunctionId) -> Lowered<Function> {
+        let mut lowering = self.lowering(Purpose::Method(method), method.name(), Some(id));
+        lowering.begin_members()?;
+        lowering.begin_state(self.class.span)?;
+        lowering.frame = lowering.new_frame(id, self.class.span)?;
+        lowering.lower_list(&lowering.function(id).body)?;
+        lowering.output_state()?;
+        lowering.output_members()?;
+        if method == Method::Intersect {
+            lowering.output_accepted();
+        }
+        Ok(lowering.builder.finish())
+    }
+
+    fn lowering(&self, purpose: Purpose, name: &str, function: Option<FunctionId>) -> Lowering<'m> {
+        let mut builder = Builder::new(format!("{}.{name}", self.class.name));
+        let mut cells = Cells::default();
+        let mut flag = || {
+            let no = builder.bool(false);
+            Cell(cells.allocate([no]).start)
+        };
+        let (accepted, returned) = (flag(), flag());
+        let facts = function.map(|function| self.facts.of(function));
+        let members = |roots: &BTreeSet<Root>| -> BTreeSet<Root> {
+            roots.iter().filter(|root| !matches!(root, Root::Local(_))).copied().collect()
+        };
+        Lowering {
+            module: self.module,
+            class: self.class,
+            layouts: self.layouts,
+            facts: self.facts,
+            tables: self.tables,
+            purpose,
+            writes: facts.map(|facts| facts.writes.clone()).unwrap_or_default(),
+            indexed: facts.map(|facts| members(&facts.indexed)).unwrap_or_default(),
+            builder,
+            cells,
+            variables: Vec::new(),
+            members: BTreeMap::new(),
+            states: BTreeMap::new(),
+            slots: SlotPool::default(),
+            accepted,
+            frame: Frame {
+                id: None,
+                function: None,
+                locals: Vec::new(),
+                result: None,
+                returned,
+                jumps: None,
+                calls: 0,
+            },
+            visits: 0,
+            depth: 0,
+        }
+    }
+}
+
+impl<'m> Lowering<'m> {
+    /// Outputs the initial value of a member or constructor parameter; zero where it has none.
+    fn lower_initial(
+        &mut self,
+        member: &Member,
+        kind: PlaceKind,
+        value: Option<&'m Expression>,
+    ) -> Lowered<()> {
+        let variable = self.new_place_variable(&member.name, &member.ty, kind, member.span)?;
+        let values = match value {
+            Some(value) => self.lower_expression(value)?,
+            None => {
+                let layout = self.variable(variable).layout.clone();
+                self.zeros(&layout)
+            }
+        };
+        self.output_variable(variable, kind, &values);
+        Ok(())
+    }
+
+    fn lower_tables(&mut self) -> Lowered<()> {
+        let tables = self.tables;
+        for table in tables.borrow().iter() {
+            let span = self.class.span;
+            let variable =
+                self.new_place_variable(&table.name, &table.ty, PlaceKind::Member, span)?;
+            let values = table.values.iter().map(|value| self.builder.constant(*value)).collect();
+            let values = self.layouts.by_leaves(&table.ty, values, span)?;
+            self.output_variable(variable, PlaceKind::Member, &values);
+        }
+        Ok(())
+    }
+
+    /// Makes the variables of the constructor's parameters.
+    fn begin_parameters(&mut self, id: FunctionId) -> Lowered<()> {
+        let function = self.function(id);
+        for index in 0..function.parameters.len() {
+            let local = &function.locals[index];
+            let kind = PlaceKind::Parameter;
+            let host = self.new_place_variable(&local.name, &local.ty, kind, function.span)?;
+            let local_id = LocalId(index as u32);
+            if self.facts.of(id).written_locals.contains(&local_id) {
+                let values = self.read(&Access::whole(host, local.ty.clone(), function.span))?;
+                let copy: VariableId = self.local_variable(local_id, function.span)?;
+                self.set_variable(copy, &values);
+            } else {
+                self.frame.locals[index] = Some(host);
+            }
+        }
+        Ok(())
+    }
+
+    fn output_accepted(&mut self) {
+        let place = Place {
+            kind: PlaceKind::Accepted,
+            name: "accepted".to_owned(),
+            scalar: rtsl_ir::Scalar::Bool,
+            len: 1,
+        };
+        let place = self.builder.place(place);
+        let accepted = self.cells.get(self.accepted);
+        self.builder.output(place, 0, accepted);
+    }
+}
+
+/// How hosts store a member; `None` for references.
+fn place_kind(member: &Member) -> Option<PlaceKind> {
+    match (&member.ty, member.storage) {
+        (ty, _) if reference_role(ty).is_some() => None,
+        (Type::Buffer(_), _) => Some(PlaceKind::Buffer),
+        (_, Storage::Public | Storage::Private) => Some(PlaceKind::Member),
+        (_, Storage::Scratch) => Some(PlaceKind::Scratch),
+    }
+}

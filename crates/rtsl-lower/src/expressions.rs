@@ -1,0 +1,395 @@
+//! Expressions.
+
+use rtsl_ir::{UnaryOp, Value};
+use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Special};
+
+use crate::access::{Access, element_count};
+use crate::facts::{CHOICE, Root, root_of};
+use crate::layout::split_element;
+use crate::limits::Lowered;
+use crate::variables::RANK_OF_TEMPORARIES;
+use crate::walk::{Node, walk_expression};
+use crate::{Lowering, Purpose};
+use rtsl_sema::hir::{
+    BinaryOperator, Expression, ExpressionKind, StepOperator, Type, UnaryOperator,
+};
+
+impl<'m> Lowering<'m> {
+    /// The scalars of an expression's value, leaf by leaf; none for `void`.
+    pub fn lower_expression(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
+        self.enter(expression.span)?;
+        let values = match &expression.kind {
+            ExpressionKind::Constant(constants) => {
+                let values = constants.iter().map(|value| self.builder.constant(*value)).collect();
+                self.layouts.by_leaves(&expression.ty, values, expression.span)
+            }
+            ExpressionKind::Local(_) | ExpressionKind::Member(_) | ExpressionKind::State(_) => {
+                self.lower_variable(expression)
+            }
+            ExpressionKind::Swizzle(whole, _)
+            | ExpressionKind::Field(whole, _)
+            | ExpressionKind::Index(whole, _) => self.lower_part(whole, expression),
+            ExpressionKind::Convert(value) | ExpressionKind::Length(value) => {
+                self.lower_conversion(value, expression)
+            }
+            ExpressionKind::Construct(parts) => {
+                self.lower_construct(&expression.ty, parts, expression.span)
+            }
+            ExpressionKind::Unary(operator, value) => self.lower_unary(*operator, value),
+            ExpressionKind::Binary(..)
+            | ExpressionKind::And(..)
+            | ExpressionKind::Or(..)
+            | ExpressionKind::Sequence(..) => self.lower_chain(expression),
+            ExpressionKind::Assign { target, operator, value } => {
+                self.lower_assign(target, *operator, value)
+            }
+            ExpressionKind::Step { target, by, prefix } => self.lower_step(target, *by, *prefix),
+            ExpressionKind::Conditional(condition, a, b) => self.lower_conditional(condition, a, b),
+            ExpressionKind::Call(function, arguments) => {
+                self.lower_call(*function, arguments, expression.span)
+            }
+            ExpressionKind::Builtin(call) => self.lower_builtin(call, expression),
+            ExpressionKind::ReferenceCall(call) => self.lower_reference_call(call, expression.span),
+            ExpressionKind::IsSet(reference) => self.lower_is_set(reference),
+            ExpressionKind::Error => unreachable!("trees with errors are not lowered"),
+        }?;
+        self.leave();
+        Ok(values)
+    }
+
+    /// The value of an expression with one scalar.
+    pub fn lower_scalar(&mut self, expression: &'m Expression) -> Lowered<Value> {
+        Ok(self.lower_expression(expression)?[0])
+    }
+
+    /// Computes a value that is assigned to something `precise`, or not.
+    pub fn lower_precisely(&mut self, precise: bool, value: &'m Expression) -> Lowered<Vec<Value>> {
+        self.precisely(precise, |lowering| lowering.lower_expression(value))
+    }
+
+    /// What `compute` adds is precise, or as it was.
+    pub fn precisely<T>(
+        &mut self,
+        precise: bool,
+        compute: impl FnOnce(&mut Self) -> Lowered<T>,
+    ) -> Lowered<T> {
+        if !precise {
+            return compute(self);
+        }
+        let outer = self.builder.set_precise(true);
+        let computed = compute(self);
+        self.builder.set_precise(outer);
+        computed
+    }
+
+    fn lower_variable(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
+        match self.lower_access(expression)? {
+            Some(access) => self.read(&access),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// A part of a variable, of a constant table or of a computed value.
+    fn lower_part(
+        &mut self,
+        whole: &'m Expression,
+        expression: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        if let Some(access) = self.lower_access(expression)? {
+            return self.read(&access);
+        }
+        if let ExpressionKind::Index(_, index) = &expression.kind
+            && !matches!(index.kind, ExpressionKind::Constant(_))
+            && element_count(&whole.ty).is_some_and(|count| count > CHOICE)
+            && let Some(table) = self.place_of(whole)?
+        {
+            let index = self.lower_scalar(index)?;
+            let access = Access::element(table, index, &whole.ty, &expression.ty, whole.span);
+            return self.read(&access);
+        }
+        let values = self.lower_expression(whole)?;
+        match &expression.kind {
+            ExpressionKind::Swizzle(_, components) => {
+                Ok(components.iter().map(|pick| values[usize::from(*pick)]).collect())
+            }
+            ExpressionKind::Field(_, field) => self.field_of_value(whole, *field, &values),
+            ExpressionKind::Index(_, index) => {
+                let index = self.lower_scalar(index)?;
+                self.element_of_value(whole, &expression.ty, values, index)
+            }
+            _ => unreachable!("a part is a swizzle, field or element"),
+        }
+    }
+
+    fn field_of_value(
+        &mut self,
+        whole: &Expression,
+        field: u32,
+        values: &[Value],
+    ) -> Lowered<Vec<Value>> {
+        let Type::Struct(id) = whole.ty else { unreachable!("only structs have fields") };
+        let layout = self.layouts.layout(&whole.ty, whole.span)?;
+        let leaves = self.layouts.field_leaves(id, field, whole.span)?;
+        let scalars = |range: std::ops::Range<usize>| -> usize {
+            layout.leaves[range].iter().map(|leaf| leaf.len as usize).sum()
+        };
+        let first = scalars(0..leaves.start);
+        Ok(values[first..first + scalars(leaves)].to_vec())
+    }
+
+    fn element_of_value(
+        &mut self,
+        whole: &'m Expression,
+        element: &Type,
+        values: Vec<Value>,
+        index: Value,
+    ) -> Lowered<Vec<Value>> {
+        let count = element_count(&whole.ty).expect("buffers are variables");
+        let layout = self.layouts.layout(element, whole.span)?;
+        if let Some(known) = self.known_index(index) {
+            return Ok(split_element(&layout, &values, count, known.min(count - 1)));
+        }
+        if count <= CHOICE {
+            let elements = (0..count).map(|index| split_element(&layout, &values, count, index));
+            return Ok(self.choose(index, elements.collect()));
+        }
+        let copy =
+            self.new_variable("temporary", &whole.ty, (true, RANK_OF_TEMPORARIES), whole.span)?;
+        self.set_variable(copy, &values);
+        let access = Access::element(copy, index, &whole.ty, element, whole.span);
+        let value = self.read(&access)?;
+        self.release_slots([copy]);
+        Ok(value)
+    }
+
+    fn lower_conversion(
+        &mut self,
+        value: &'m Expression,
+        expression: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        if matches!(expression.kind, ExpressionKind::Length(_)) {
+            return self.lower_length(value);
+        }
+        let values = self.lower_expression(value)?;
+        let layout = self.layouts.layout(&expression.ty, expression.span)?;
+        let converted = layout.scalars().zip(values);
+        Ok(converted.map(|(scalar, value)| self.builder.convert(scalar, value)).collect())
+    }
+
+    fn lower_length(&mut self, buffer: &'m Expression) -> Lowered<Vec<Value>> {
+        if let Some(count) = element_count(&buffer.ty) {
+            return Ok(vec![self.builder.i32(count as i32)]);
+        }
+        let length = match self.lower_access(buffer)? {
+            Some(access) => self.length_of_buffer(access.root),
+            None => None,
+        };
+        Ok(vec![length.unwrap_or_else(|| self.builder.i32(0))])
+    }
+
+    fn lower_unary(
+        &mut self,
+        operator: UnaryOperator,
+        value: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        let op = match operator {
+            UnaryOperator::Plus => return self.lower_expression(value),
+            UnaryOperator::Negate => UnaryOp::Negate,
+            UnaryOperator::Not | UnaryOperator::BitNot => UnaryOp::Not,
+        };
+        let values = self.lower_expression(value)?;
+        Ok(values.into_iter().map(|value| self.builder.unary(op, value)).collect())
+    }
+
+    /// Operations whose left operands are one another, the innermost first.
+    fn lower_chain(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
+        let (first, links) = expression.chain();
+        let mut values = self.lower_expression(first)?;
+        for link in links {
+            self.enter(link.span)?;
+            values = match &link.kind {
+                ExpressionKind::Binary(operator, a, b) => {
+                    let right = self.lower_expression(b)?;
+                    self.binary(*operator, (&a.ty, &values), (&b.ty, &right))
+                }
+                ExpressionKind::And(_, b) => self.lower_logical(false, values[0], b)?,
+                ExpressionKind::Or(_, b) => self.lower_logical(true, values[0], b)?,
+                ExpressionKind::Sequence(_, b) => self.lower_expression(b)?,
+                _ => values,
+            };
+            self.leave();
+        }
+        Ok(values)
+    }
+
+    /// `first || b` where `or`, else `first && b`.
+    fn lower_logical(&mut self, or: bool, first: Value, b: &'m Expression) -> Lowered<Vec<Value>> {
+        if self.builder.known(first).is_none() && is_cheap(b) {
+            let second = self.lower_scalar(b)?;
+            return Ok(vec![if or {
+                self.either(first, second)
+            } else {
+                self.both(first, second)
+            }]);
+        }
+        let decided = |lowering: &mut Self| Ok(vec![lowering.builder.bool(or)]);
+        let second = |lowering: &mut Self| Ok(vec![lowering.lower_scalar(b)?]);
+        if or {
+            self.lower_if(first, b.span, decided, second)
+        } else {
+            self.lower_if(first, b.span, second, decided)
+        }
+    }
+
+    fn lower_conditional(
+        &mut self,
+        condition: &'m Expression,
+        a: &'m Expression,
+        b: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        let span = condition.span;
+        let condition = self.lower_scalar(condition)?;
+        if self.builder.known(condition).is_none() && is_cheap(a) && is_cheap(b) {
+            let a = self.lower_expression(a)?;
+            let b = self.lower_expression(b)?;
+            return Ok(self.select_all(condition, &a, &b));
+        }
+        self.lower_if(
+            condition,
+            span,
+            |lowering| lowering.lower_expression(a),
+            |lowering| lowering.lower_expression(b),
+        )
+    }
+
+    fn lower_assign(
+        &mut self,
+        target: &'m Expression,
+        operator: Option<BinaryOperator>,
+        value: &'m Expression,
+    ) -> Lowered<Vec<Value>> {
+        self.precisely(self.is_precise_target(target), |lowering| {
+            let access = lowering.lower_access(target)?.expect("targets are parts of variables");
+            let new = match operator {
+                None => lowering.lower_expression(value)?,
+                Some(operator) => {
+                    let old = lowering.read(&access)?;
+                    let value_of = lowering.lower_expression(value)?;
+                    lowering.binary(operator, (&target.ty, &old), (&value.ty, &value_of))
+                }
+            };
+            lowering.write(&access, &new)?;
+            Ok(new)
+        })
+    }
+
+    fn lower_step(
+        &mut self,
+        target: &'m Expression,
+        by: StepOperator,
+        prefix: bool,
+    ) -> Lowered<Vec<Value>> {
+        self.precisely(self.is_precise_target(target), |lowering| {
+            let access = lowering.lower_access(target)?.expect("targets are parts of variables");
+            let old = lowering.read(&access)?;
+            let new: Vec<Value> = old.iter().map(|old| lowering.step(by, *old)).collect();
+            lowering.write(&access, &new)?;
+            Ok(if prefix { new } else { old })
+        })
+    }
+
+    fn is_precise_target(&self, target: &Expression) -> bool {
+        match root_of(target) {
+            Some(Root::Local(local)) => self.is_precise(local),
+            Some(Root::Member(_) | Root::State(_) | Root::Accepted) | None => false,
+        }
+    }
+
+    /// Whether this indexes a table of constants so that the table wants memory.
+    pub fn reads_table(&self, expression: &Expression) -> bool {
+        let mut dynamic = false;
+        let mut part = expression;
+        loop {
+            match &part.kind {
+                ExpressionKind::Index(whole, index) => {
+                    dynamic |= matches!(whole.ty, Type::Array(..))
+                        && !matches!(index.kind, ExpressionKind::Constant(_));
+                    part = whole;
+                }
+                ExpressionKind::Field(whole, _) | ExpressionKind::Swizzle(whole, _) => part = whole,
+                ExpressionKind::Constant(constants) => {
+                    return dynamic
+                        && constants.len() > SMALL_TABLE
+                        && self.purpose != Purpose::Initializer;
+                }
+                _ => return false,
+            }
+        }
+    }
+}
+
+/// Up to how many scalars a constant table is a choice among values.
+const SMALL_TABLE: usize = 8;
+
+/// How many nodes an expression may have that is computed even where its value is not needed.
+const CHEAP_NODES: u32 = 12;
+
+/// Whether an expression has no effects and costs little, so that computing it always is better
+/// than a branch. Every operation is defined for all operands.
+pub(crate) fn is_cheap(expression: &Expression) -> bool {
+    let mut nodes = 0;
+    let mut cheap = true;
+    walk_expression(expression, |node| {
+        let Node::Expression(part) = node else { return };
+        nodes += 1;
+        cheap &= !matches!(part.ty, Type::Struct(_) | Type::Array(..))
+            || matches!(part.kind, ExpressionKind::Local(_) | ExpressionKind::Member(_));
+        cheap &= match &part.kind {
+            ExpressionKind::Constant(_)
+            | ExpressionKind::Local(_)
+            | ExpressionKind::Member(_)
+            | ExpressionKind::State(_)
+            | ExpressionKind::Swizzle(..)
+            | ExpressionKind::Field(..)
+            | ExpressionKind::Index(..)
+            | ExpressionKind::Convert(_)
+            | ExpressionKind::Construct(_)
+            | ExpressionKind::Unary(..)
+            | ExpressionKind::Binary(..)
+            | ExpressionKind::And(..)
+            | ExpressionKind::Or(..)
+            | ExpressionKind::Conditional(..)
+            | ExpressionKind::IsSet(_)
+            | ExpressionKind::Length(_) => true,
+            ExpressionKind::Builtin(call) => is_cheap_builtin(call.name),
+            ExpressionKind::Assign { .. }
+            | ExpressionKind::Step { .. }
+            | ExpressionKind::Sequence(..)
+            | ExpressionKind::Call(..)
+            | ExpressionKind::ReferenceCall(_)
+            | ExpressionKind::Error => false,
+        };
+    });
+    cheap && nodes <= CHEAP_NODES
+}
+
+fn is_cheap_builtin(name: &str) -> bool {
+    match builtins::find(name).map(|entry| entry.lowering) {
+        Some(BuiltinLowering::Operation(_)) => true,
+        Some(BuiltinLowering::Special(special)) => match special {
+            Special::Inside
+            | Special::IsSet
+            | Special::Rgb
+            | Special::Any
+            | Special::All
+            | Special::Transpose => true,
+            Special::Hit
+            | Special::Trace
+            | Special::Occluded
+            | Special::Ambient
+            | Special::Rand
+            | Special::MatrixCompMult => false,
+        },
+        Some(BuiltinLowering::Prelude) | None => false,
+    }
+}

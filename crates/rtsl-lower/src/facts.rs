@@ -1,0 +1,268 @@
+//! What functions do to variables, found before they are lowered.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rtsl_spec::builtins::{self, Lowering, Special};
+
+use crate::state::{light_states, state_id};
+use crate::walk::{Node, called, walk, walk_expression, walk_statements};
+use rtsl_sema::hir::{
+    Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, ReferenceFunction,
+    StateId, Statement, StatementKind, Type,
+};
+
+/// What an lvalue is part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Root {
+    Local(LocalId),
+    Member(MemberId),
+    State(StateId),
+    /// Whether `hit` has accepted.
+    Accepted,
+}
+
+/// What is known of a function.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Facts {
+    /// Members and state that it or any function it calls may write.
+    pub writes: BTreeSet<Root>,
+    /// Its parameters and variables that it writes; declarations do not count.
+    pub written_locals: BTreeSet<LocalId>,
+    /// Its parameters and variables that an expression names; of the others at most the size counts.
+    pub named_locals: BTreeSet<LocalId>,
+    /// Its own variables, and members in it and all that it calls, that are indexed
+    /// dynamically so that they want memory.
+    pub indexed: BTreeSet<Root>,
+    /// Its variables whose values contribute to a `precise` one.
+    pub precise: BTreeSet<LocalId>,
+}
+
+/// The facts of all functions that a class uses.
+#[derive(Debug, Default)]
+pub(crate) struct FactTable {
+    functions: BTreeMap<FunctionId, Facts>,
+}
+
+impl FactTable {
+    /// The facts of the functions that `nodes` and `functions` call, directly or not.
+    pub fn new(
+        module: &Module,
+        functions: impl IntoIterator<Item = FunctionId>,
+        expressions: &[&Expression],
+    ) -> FactTable {
+        let mut table = FactTable::default();
+        let mut roots: Vec<FunctionId> = functions.into_iter().collect();
+        walk(expressions.iter().map(|value| Node::Expression(value)).collect(), |node| {
+            roots.extend(callee(node));
+        });
+        for root in roots {
+            table.add(module, root);
+        }
+        table
+    }
+
+    /// Of a function that the class uses.
+    pub fn of(&self, function: FunctionId) -> &Facts {
+        &self.functions[&function]
+    }
+
+    /// Adds `root` after all that it calls; with a stack of its own, since chains of calls may be long.
+    fn add(&mut self, module: &Module, root: FunctionId) {
+        let mut open = vec![(root, false)];
+        while let Some((id, callees_done)) = open.pop() {
+            if self.functions.contains_key(&id) {
+                continue;
+            }
+            if callees_done {
+                let facts = self.collect(module, id);
+                self.functions.insert(id, facts);
+                continue;
+            }
+            open.push((id, true));
+            walk_statements(&module.functions[id.0 as usize].body, |node| {
+                open.extend(callee(node).map(|callee| (callee, false)));
+            });
+        }
+    }
+
+    fn collect(&self, module: &Module, id: FunctionId) -> Facts {
+        let function = &module.functions[id.0 as usize];
+        let mut facts = Facts::default();
+        walk_statements(&function.body, |node| {
+            self.written_by(module, node, &mut |root| match root {
+                Root::Local(local) => {
+                    facts.written_locals.insert(local);
+                }
+                Root::Member(_) | Root::State(_) | Root::Accepted => {
+                    facts.writes.insert(root);
+                }
+            });
+            if let Node::Statement(Statement { kind: StatementKind::Illuminance(_), .. }) = node {
+                facts.writes.extend(light_states().map(Root::State));
+            }
+            if let Some(callee) = callee(node) {
+                let of_callee = self.of(callee);
+                let not_local = |root: &&Root| !matches!(root, Root::Local(_));
+                facts.indexed.extend(of_callee.indexed.iter().filter(not_local));
+            }
+            if let Node::Expression(expression) = node {
+                facts.indexed.extend(indexed_root(expression));
+                if let ExpressionKind::Local(local) = expression.kind {
+                    facts.named_locals.insert(local);
+                }
+            }
+        });
+        facts.precise = self.precise_locals(module, id);
+        facts
+    }
+
+    /// Calls `report` with what this node itself writes, calls with all that they do included.
+    fn written_by(&self, module: &Module, node: Node, report: &mut impl FnMut(Root)) {
+        let Node::Expression(expression) = node else { return };
+        match &expression.kind {
+            ExpressionKind::Assign { target, .. } | ExpressionKind::Step { target, .. } => {
+                root_of(target).map(&mut *report);
+            }
+            ExpressionKind::ReferenceCall(call)
+                if call.function == ReferenceFunction::SampleBsdf =>
+            {
+                report(Root::State(state_id("rt_LightDirection")));
+                report(Root::State(state_id("rt_PDF")));
+            }
+            ExpressionKind::Builtin(call) => {
+                let entry = builtins::find(call.name);
+                if entry.is_some_and(|entry| entry.lowering == Lowering::Special(Special::Hit)) {
+                    report(Root::Accepted);
+                    report(Root::State(state_id("rt_HitDistance")));
+                }
+            }
+            _ => {}
+        }
+        if let Some((callee, arguments)) = called(expression) {
+            self.of(callee).writes.iter().copied().for_each(&mut *report);
+            let parameters = &module.functions[callee.0 as usize].parameters;
+            for (argument, passing) in arguments.iter().zip(parameters) {
+                if *passing != Passing::In {
+                    root_of(argument).map(&mut *report);
+                }
+            }
+        }
+    }
+
+    /// What the nodes may change that lives on outside of them.
+    pub fn assigned(&self, module: &Module, nodes: Vec<Node>) -> Assigned {
+        let mut assigned = Assigned::default();
+        let mut declared = BTreeSet::new();
+        walk(nodes, |node| {
+            self.written_by(module, node, &mut |root| {
+                assigned.roots.insert(root);
+            });
+            if let Node::Statement(statement) = node {
+                match &statement.kind {
+                    StatementKind::Declare(local, _) => {
+                        declared.insert(Root::Local(*local));
+                    }
+                    StatementKind::Return(_) => assigned.returns = true,
+                    _ => {}
+                }
+            }
+        });
+        assigned.roots.retain(|root| !declared.contains(root));
+        assigned
+    }
+
+    /// The variables whose values contribute to a `precise` variable or result, through others.
+    fn precise_locals(&self, module: &Module, id: FunctionId) -> BTreeSet<LocalId> {
+        let function = &module.functions[id.0 as usize];
+        let mut precise: BTreeSet<LocalId> = (0..)
+            .map(LocalId)
+            .zip(&function.locals)
+            .filter(|(_, local)| local.precise)
+            .map(|(id, _)| id)
+            .collect();
+        if precise.is_empty() && !function.precise {
+            return precise;
+        }
+        let mut sources: BTreeMap<LocalId, BTreeSet<LocalId>> = BTreeMap::new();
+        walk_statements(&function.body, |node| match node {
+            Node::Statement(statement) => match &statement.kind {
+                StatementKind::Declare(local, Some(value)) => {
+                    sources.entry(*local).or_default().extend(locals_in(value));
+                }
+                StatementKind::Return(Some(value)) if function.precise => {
+                    precise.extend(locals_in(value));
+                }
+                _ => {}
+            },
+            Node::Expression(expression) => {
+                self.written_by(module, node, &mut |root| {
+                    if let Root::Local(local) = root {
+                        sources.entry(local).or_default().extend(locals_in(expression));
+                    }
+                });
+            }
+        });
+        let mut open: Vec<LocalId> = precise.iter().copied().collect();
+        while let Some(local) = open.pop() {
+            for source in sources.remove(&local).unwrap_or_default() {
+                if precise.insert(source) || sources.contains_key(&source) {
+                    open.push(source);
+                }
+            }
+        }
+        precise
+    }
+}
+
+/// What a part of a function may change.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Assigned {
+    pub roots: BTreeSet<Root>,
+    /// It has a `return`.
+    pub returns: bool,
+}
+
+/// The variable that an lvalue is, or is a part of.
+pub(crate) fn root_of(target: &Expression) -> Option<Root> {
+    let mut part = target;
+    loop {
+        match &part.kind {
+            ExpressionKind::Local(id) => return Some(Root::Local(*id)),
+            ExpressionKind::Member(id) => return Some(Root::Member(*id)),
+            ExpressionKind::State(id) => return Some(Root::State(*id)),
+            ExpressionKind::Swizzle(whole, _)
+            | ExpressionKind::Field(whole, _)
+            | ExpressionKind::Index(whole, _) => part = whole,
+            _ => return None,
+        }
+    }
+}
+
+/// Up to how many elements a dynamic index is a choice among values instead of a memory access.
+pub(crate) const CHOICE: u32 = 4;
+
+/// The variable that this expression indexes dynamically so that it wants memory.
+fn indexed_root(expression: &Expression) -> Option<Root> {
+    let ExpressionKind::Index(whole, index) = &expression.kind else { return None };
+    let Type::Array(element, count) = &whole.ty else { return None };
+    let basic = !matches!(**element, Type::Array(..) | Type::Struct(_));
+    let constant = matches!(index.kind, ExpressionKind::Constant(_));
+    if constant || (*count <= CHOICE && basic) { None } else { root_of(whole) }
+}
+
+fn locals_in(expression: &Expression) -> BTreeSet<LocalId> {
+    let mut locals = BTreeSet::new();
+    walk_expression(expression, |node| {
+        if let Node::Expression(Expression { kind: ExpressionKind::Local(id), .. }) = node {
+            locals.insert(*id);
+        }
+    });
+    locals
+}
+
+fn callee(node: Node) -> Option<FunctionId> {
+    match node {
+        Node::Expression(expression) => called(expression).map(|(function, _)| function),
+        Node::Statement(_) => None,
+    }
+}

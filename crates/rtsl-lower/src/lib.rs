@@ -1,0 +1,94 @@
+//! Lowers the typed tree of `rtsl_sema` to functions of the single-ray representation.
+//!
+//! [`lower_class`] makes one function for each method of a class. In short:
+//!
+//! - A variable is a list of scalars (`layout`). Each scalar is a cell that holds an SSA value
+//!   (`cells`); where control meets again the cells that differ become results of the `if` or
+//!   carried values of the loop. Arrays with dynamic indices are slots.
+//! - Calls are replaced by the bodies of the functions (`calls`).
+//! - `break`, `continue` and `return` are flags in cells; statements that they skip are
+//!   guarded (`control`). Where an `if` ends with such a jump, what follows it becomes its other branch,
+//!   and no flag is needed.
+//! - Evaluation is from left to right. The target of a compound assignment is read before its right
+//!   side is evaluated. `out` arguments are copied out from left to right when the call returns.
+//! - Writes outside the function's own outputs are local: a member written by a method keeps
+//!   its value for that call.
+//! - `precise` covers all operations of the expressions that contribute to the variable within its
+//!   function, through other variables, and all operations of functions called in them.
+//!
+//! The tree is trusted. The only errors are those of size: see `limits`. This crate knows no syntax, masks or targets.
+
+mod access;
+mod addresses;
+mod builtins;
+mod calls;
+mod cells;
+mod class;
+mod construct;
+mod control;
+mod expressions;
+mod facts;
+mod illuminance;
+mod layout;
+mod limits;
+mod loops;
+mod members;
+mod operators;
+mod parameters;
+mod references;
+mod state;
+mod statements;
+mod switch;
+mod variables;
+mod walk;
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rtsl_ir::Builder;
+use rtsl_spec::Method;
+
+use self::calls::Frame;
+use self::cells::{Cell, Cells};
+use self::facts::{FactTable, Root};
+use self::layout::Layouts;
+use self::members::ConstantTables;
+use self::variables::{SlotPool, Variable, VariableId};
+use rtsl_sema::hir::{self, MemberId, Module, StateId};
+
+pub use self::class::lower_class;
+
+/// What a function of the representation is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    /// Initial values of members and parameters.
+    Initializer,
+    Constructor,
+    Method(Method),
+}
+
+/// A function being made.
+struct Lowering<'m> {
+    module: &'m Module,
+    class: &'m hir::Class,
+    layouts: &'m Layouts<'m>,
+    facts: &'m FactTable,
+    tables: &'m RefCell<ConstantTables>,
+    purpose: Purpose,
+    /// What the whole function may write, and which members want memory.
+    writes: BTreeSet<Root>,
+    indexed: BTreeSet<Root>,
+    builder: Builder,
+    cells: Cells,
+    variables: Vec<Variable>,
+    members: BTreeMap<MemberId, VariableId>,
+    states: BTreeMap<StateId, VariableId>,
+    slots: SlotPool,
+    /// Whether `hit` has accepted.
+    accepted: Cell,
+    /// The call whose body is being lowered.
+    frame: Frame<'m>,
+    /// Statements and expressions visited, and how many of them lie in one another.
+    visits: u32,
+    depth: u32,
+}

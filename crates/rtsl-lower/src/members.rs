@@ -1,0 +1,243 @@
+//! Members, and tables of constants.
+
+use std::sync::Arc;
+
+use rtsl_ir::{Constant, PlaceKind, UnaryOp, evaluate};
+use rtsl_source::Span;
+
+use crate::access::Access;
+use crate::facts::Root;
+use crate::limits::Lowered;
+use crate::variables::{RANK_OF_DATA, Storage as InPlace, VariableId};
+use crate::{Lowering, Purpose};
+use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
+
+/// Tables of constants that the class indexes dynamically. They become members that only the
+/// initializer sets, so that one copy serves all rays.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ConstantTables {
+    tables: Vec<ConstantTable>,
+}
+
+/// One table.
+#[derive(Clone, Debug)]
+pub(crate) struct ConstantTable {
+    /// No name of a text has two underscores.
+    pub name: String,
+    pub ty: Type,
+    /// Element by element and field by field.
+    pub values: Arc<[Constant]>,
+}
+
+impl ConstantTables {
+    /// The name of the table with these values.
+    fn intern(&mut self, ty: &Type, values: &Arc<[Constant]>) -> String {
+        // A constant that the text names is one and the same each time, and may be large.
+        let known = |table: &&ConstantTable| Arc::ptr_eq(&table.values, values) && table.ty == *ty;
+        let same = |table: &&ConstantTable| table.values == *values && table.ty == *ty;
+        let tables = &self.tables;
+        if let Some(table) = tables.iter().find(known).or_else(|| tables.iter().find(same)) {
+            return table.name.clone();
+        }
+        let name = format!("table__{}", self.tables.len());
+        self.tables.push(ConstantTable {
+            name: name.clone(),
+            ty: ty.clone(),
+            values: values.clone(),
+        });
+        name
+    }
+
+    /// All of them, in the order in which they were first used.
+    pub fn iter(&self) -> impl Iterator<Item = &ConstantTable> {
+        self.tables.iter()
+    }
+}
+
+impl<'m> Lowering<'m> {
+    /// Makes the variables for all members that the function may write.
+    pub fn begin_members(&mut self) -> Lowered<()> {
+        let written: Vec<MemberId> = self
+            .writes
+            .iter()
+            .filter_map(|root| match root {
+                Root::Member(id) => Some(*id),
+                Root::Local(_) | Root::State(_) | Root::Accepted => None,
+            })
+            .collect();
+        for id in written {
+            self.member_variable(id)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the function's outputs of the members that it may have written and that outlive it.
+    pub fn output_members(&mut self) -> Lowered<()> {
+        let members: Vec<(MemberId, VariableId)> =
+            self.members.iter().map(|(id, variable)| (*id, *variable)).collect();
+        for (id, variable) in members {
+            if !self.writes.contains(&Root::Member(id)) {
+                continue;
+            }
+            let kind = match (self.member(id).storage, self.purpose) {
+                (Storage::Scratch, Purpose::Method(_)) => PlaceKind::Scratch,
+                (Storage::Public | Storage::Private, Purpose::Constructor) => PlaceKind::Member,
+                _ => continue,
+            };
+            let values = self.get_variable(variable)?;
+            self.output_variable(variable, kind, &values);
+        }
+        Ok(())
+    }
+
+    /// The variable that a name stands for: a local, a member, state, or a table.
+    pub fn root_variable(&mut self, root: &Expression) -> Lowered<VariableId> {
+        match &root.kind {
+            ExpressionKind::Local(id) => self.local_variable(*id, root.span),
+            ExpressionKind::Member(id) => self.member_variable(*id),
+            ExpressionKind::State(id) => self.state_variable(*id, root.span),
+            _ => {
+                let values = constants_of(root).expect("only names and tables are roots");
+                self.table_variable(&root.ty, &values, root.span)
+            }
+        }
+    }
+
+    fn table_variable(
+        &mut self,
+        ty: &Type,
+        values: &Arc<[Constant]>,
+        span: Span,
+    ) -> Lowered<VariableId> {
+        let name = self.tables.borrow_mut().intern(ty, values);
+        self.new_place_variable(&name, ty, PlaceKind::Member, span)
+    }
+
+    /// The variable in a place of the host's that an array is: a member, or a table of constants.
+    pub fn place_of(&mut self, array: &Expression) -> Lowered<Option<VariableId>> {
+        let variable = match &array.kind {
+            ExpressionKind::Member(_) | ExpressionKind::Local(_) => self.root_variable(array)?,
+            _ if self.purpose == Purpose::Initializer => return Ok(None),
+            _ => match constants_of(array) {
+                Some(values) => self.table_variable(&array.ty, &values, array.span)?,
+                None => return Ok(None),
+            },
+        };
+        let in_place = matches!(self.variable(variable).storage, InPlace::Places(_));
+        Ok(in_place.then_some(variable))
+    }
+
+    fn member(&self, id: MemberId) -> &'m Member {
+        &self.class.members[id.0 as usize]
+    }
+
+    fn member_variable(&mut self, id: MemberId) -> Lowered<VariableId> {
+        if let Some(made) = self.members.get(&id) {
+            return Ok(*made);
+        }
+        let variable = self.new_member_variable(id)?;
+        self.members.insert(id, variable);
+        Ok(variable)
+    }
+
+    fn new_member_variable(&mut self, id: MemberId) -> Lowered<VariableId> {
+        let Member { name, ty, storage, span, .. } = self.member(id);
+        let kind = match (storage, self.purpose) {
+            _ if matches!(ty, Type::Buffer(_)) => PlaceKind::Buffer,
+            (Storage::Public | Storage::Private, _) => PlaceKind::Member,
+            (Storage::Scratch, purpose) => {
+                if !keeps_scratch(purpose) {
+                    return self.new_zero_member(id, name, ty, *span);
+                }
+                PlaceKind::Scratch
+            }
+        };
+        let host = self.new_place_variable(name, ty, kind, *span)?;
+        if !self.writes.contains(&Root::Member(id)) {
+            return Ok(host);
+        }
+        let values = self.read(&Access::whole(host, ty.clone(), *span))?;
+        let copy = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), *span)?;
+        self.set_variable(copy, &values);
+        Ok(copy)
+    }
+
+    fn new_zero_member(
+        &mut self,
+        id: MemberId,
+        name: &str,
+        ty: &Type,
+        span: Span,
+    ) -> Lowered<VariableId> {
+        let variable = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), span)?;
+        let layout = self.variable(variable).layout.clone();
+        let zeros = self.zeros(&layout);
+        self.set_variable(variable, &zeros);
+        Ok(variable)
+    }
+
+    fn is_indexed(&self, id: MemberId) -> bool {
+        self.indexed.contains(&Root::Member(id))
+    }
+}
+
+/// The scalars of an expression made of constants alone, element by element and field by field.
+fn constants_of(expression: &Expression) -> Option<Arc<[Constant]>> {
+    if let ExpressionKind::Constant(values) = &expression.kind {
+        return Some(values.clone());
+    }
+    let mut values = Vec::new();
+    collect_constants(expression, &mut values)?;
+    Some(values.into())
+}
+
+/// Appends the scalars; `None` where they are not plainly constants.
+fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Option<()> {
+    match (&expression.kind, &expression.ty) {
+        (ExpressionKind::Constant(constants), _) => values.extend_from_slice(constants),
+        (ExpressionKind::Construct(parts), Type::Array(..) | Type::Struct(_)) => {
+            for part in parts {
+                collect_constants(part, values)?;
+            }
+        }
+        (ExpressionKind::Construct(parts), Type::Vector(scalar, size)) => {
+            let first = values.len();
+            for part in parts {
+                collect_constants(part, values)?;
+            }
+            let plain = values[first..].iter().all(|value| value.scalar() == *scalar);
+            if !plain || values.len() - first != usize::from(*size) {
+                return None;
+            }
+        }
+        (ExpressionKind::Convert(value), Type::Scalar(to)) => {
+            let mut from = Vec::new();
+            collect_constants(value, &mut from)?;
+            let [from] = *from else { return None };
+            values.push(if from.scalar() == *to {
+                from
+            } else {
+                Constant::from_bits(*to, evaluate::convert(from.scalar(), *to)(from.bits()))
+            });
+        }
+        (ExpressionKind::Unary(UnaryOperator::Negate, value), _) => {
+            let first = values.len();
+            collect_constants(value, values)?;
+            for value in &mut values[first..] {
+                let negate = evaluate::unary(UnaryOp::Negate, value.scalar())?;
+                *value = Constant::from_bits(value.scalar(), negate(value.bits()));
+            }
+        }
+        _ => return None,
+    }
+    Some(())
+}
+
+/// Whether scratch holds what an earlier method has left. `intersect` starts afresh for every object, so that the
+/// order in which objects are tested never shows.
+fn keeps_scratch(purpose: Purpose) -> bool {
+    match purpose {
+        Purpose::Method(method) => method != rtsl_spec::Method::Intersect,
+        Purpose::Constructor | Purpose::Initializer => false,
+    }
+}

@@ -1,0 +1,162 @@
+//! Operators: componentwise, or GLSL's linear algebra.
+
+use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, Value};
+
+use crate::Lowering;
+use rtsl_sema::hir::{BinaryOperator, StepOperator, Type};
+
+/// A value with its type.
+type Operand<'a> = (&'a Type, &'a [Value]);
+
+/// What a binary operator does to two scalars.
+enum Scalars {
+    Compute(BinaryOp),
+    Compare(CompareOp),
+    /// The second operand takes the type of the first.
+    Shift(BinaryOp),
+    /// Of whole values: all components equal, or not.
+    Equal,
+    NotEqual,
+}
+
+impl Lowering<'_> {
+    /// `a operator b`.
+    pub fn binary(
+        &mut self,
+        operator: BinaryOperator,
+        a: (&Type, &Vec<Value>),
+        b: (&Type, &Vec<Value>),
+    ) -> Vec<Value> {
+        let (a, b): (Operand, Operand) = ((a.0, a.1), (b.0, b.1));
+        if operator == BinaryOperator::Multiply
+            && let Some(product) = self.linear_product(a, b)
+        {
+            return product;
+        }
+        match scalars_of(operator) {
+            Scalars::Compute(op) => {
+                self.componentwise(a.1, b.1, |lowering, a, b| lowering.builder.binary(op, a, b))
+            }
+            Scalars::Compare(op) => {
+                self.componentwise(a.1, b.1, |lowering, a, b| lowering.builder.compare(op, a, b))
+            }
+            Scalars::Shift(op) => self.componentwise(a.1, b.1, |lowering, a, b| {
+                let b = lowering.builder.convert(lowering.builder.scalar(a), b);
+                lowering.builder.binary(op, a, b)
+            }),
+            Scalars::Equal => vec![self.equal(a.1, b.1)],
+            Scalars::NotEqual => {
+                let equal = self.equal(a.1, b.1);
+                vec![self.builder.not(equal)]
+            }
+        }
+    }
+
+    /// Of each component; a single scalar serves for all.
+    pub fn componentwise(
+        &mut self,
+        a: &[Value],
+        b: &[Value],
+        mut operation: impl FnMut(&mut Self, Value, Value) -> Value,
+    ) -> Vec<Value> {
+        let count = a.len().max(b.len());
+        (0..count).map(|index| operation(self, a[index % a.len()], b[index % b.len()])).collect()
+    }
+
+    /// Whether all scalars are equal; not so with a NaN.
+    fn equal(&mut self, a: &[Value], b: &[Value]) -> Value {
+        let mut all = self.builder.bool(true);
+        for (a, b) in a.iter().zip(b) {
+            let equal = self.builder.compare(CompareOp::Equal, *a, *b);
+            all = self.both(all, equal);
+        }
+        all
+    }
+
+    /// A product of matrices and vectors; `None` for componentwise products.
+    fn linear_product(&mut self, a: Operand, b: Operand) -> Option<Vec<Value>> {
+        match (a.0, b.0) {
+            (Type::Matrix(inner, rows), Type::Matrix(columns, _)) => {
+                let (inner, rows) = (usize::from(*inner), usize::from(*rows));
+                let mut product = Vec::new();
+                for column in 0..usize::from(*columns) {
+                    let column = &b.1[column * inner..(column + 1) * inner];
+                    product.extend(self.matrix_times_column(a.1, rows, column));
+                }
+                Some(product)
+            }
+            (Type::Matrix(_, rows), Type::Vector(..)) => {
+                Some(self.matrix_times_column(a.1, usize::from(*rows), b.1))
+            }
+            (Type::Vector(..), Type::Matrix(_, rows)) => {
+                let columns = b.1.chunks(usize::from(*rows));
+                Some(columns.map(|column| self.sum_of_products(a.1, column)).collect())
+            }
+            _ => None,
+        }
+    }
+
+    fn matrix_times_column(
+        &mut self,
+        matrix: &[Value],
+        rows: usize,
+        column: &[Value],
+    ) -> Vec<Value> {
+        (0..rows)
+            .map(|row| {
+                let row: Vec<Value> = matrix.iter().skip(row).step_by(rows).copied().collect();
+                self.sum_of_products(&row, column)
+            })
+            .collect()
+    }
+
+    /// `a0 * b0 + a1 * b1 + ...` from the left: the order is fixed, so that contraction gives the
+    /// same bits everywhere.
+    fn sum_of_products(&mut self, a: &[Value], b: &[Value]) -> Value {
+        let mut sum = None;
+        for (a, b) in a.iter().zip(b) {
+            let product = self.builder.multiply(*a, *b);
+            sum = Some(match sum {
+                None => product,
+                Some(sum) => self.builder.add(sum, product),
+            });
+        }
+        sum.unwrap_or_else(|| self.builder.f32(0.0))
+    }
+
+    /// One more, or one less.
+    pub fn step(&mut self, by: StepOperator, value: Value) -> Value {
+        let one = match self.builder.scalar(value) {
+            Scalar::F32 => Constant::F32(1.0),
+            Scalar::I32 => Constant::I32(1),
+            Scalar::U32 => Constant::U32(1),
+            Scalar::Bool => Constant::Bool(true),
+        };
+        let one = self.builder.constant(one);
+        match by {
+            StepOperator::Increment => self.builder.add(value, one),
+            StepOperator::Decrement => self.builder.subtract(value, one),
+        }
+    }
+}
+
+fn scalars_of(operator: BinaryOperator) -> Scalars {
+    match operator {
+        BinaryOperator::Add => Scalars::Compute(BinaryOp::Add),
+        BinaryOperator::Subtract => Scalars::Compute(BinaryOp::Subtract),
+        BinaryOperator::Multiply => Scalars::Compute(BinaryOp::Multiply),
+        BinaryOperator::Divide => Scalars::Compute(BinaryOp::Divide),
+        BinaryOperator::Remainder => Scalars::Compute(BinaryOp::Remainder),
+        BinaryOperator::BitAnd | BinaryOperator::And => Scalars::Compute(BinaryOp::And),
+        BinaryOperator::BitOr | BinaryOperator::Or => Scalars::Compute(BinaryOp::Or),
+        BinaryOperator::BitXor | BinaryOperator::Xor => Scalars::Compute(BinaryOp::Xor),
+        BinaryOperator::ShiftLeft => Scalars::Shift(BinaryOp::ShiftLeft),
+        BinaryOperator::ShiftRight => Scalars::Shift(BinaryOp::ShiftRight),
+        BinaryOperator::Less => Scalars::Compare(CompareOp::Less),
+        BinaryOperator::LessEqual => Scalars::Compare(CompareOp::LessEqual),
+        BinaryOperator::Greater => Scalars::Compare(CompareOp::Greater),
+        BinaryOperator::GreaterEqual => Scalars::Compare(CompareOp::GreaterEqual),
+        BinaryOperator::Equal => Scalars::Equal,
+        BinaryOperator::NotEqual => Scalars::NotEqual,
+    }
+}

@@ -1,0 +1,166 @@
+//! Calls of other instances: `kd.lookup()`.
+//!
+//! The callee sees the caller's ray and hit. A state variable that it reads comes from the same place as the
+//! caller's where that is what the caller has; everything else is an override of the
+//! call: what the caller has written, the light of `illuminance`, arguments, and defaults of
+//! what the caller does not have. So linking needs to know nothing of the caller.
+
+use rtsl_ir::{OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
+use rtsl_source::Span;
+use rtsl_spec::builtins::{ReferenceMethod, SpecType, reference_method};
+use rtsl_spec::{Direction, Method, Role};
+
+use crate::Lowering;
+use crate::limits::Lowered;
+use crate::state::{entry, state_id};
+use crate::variables::Storage;
+use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId, Type};
+
+/// The state that a callee sees.
+type Overrides = Vec<(StateComponent, Value)>;
+
+impl<'m> Lowering<'m> {
+    pub fn lower_reference_call(
+        &mut self,
+        call: &'m hir::ReferenceCall,
+        span: Span,
+    ) -> Lowered<Vec<Value>> {
+        let (member, path) = self.lower_reference(&call.reference)?;
+        let method = registry_entry(call);
+        let mut arguments = Vec::new();
+        for argument in &call.arguments {
+            let state = if argument.ty == type_of_uv() { "rt_TextureUV" } else { "rt_TextureUVW" };
+            arguments.push((state_id(state), self.lower_expression(argument)?));
+        }
+        let overrides = self.overrides(call.role, method.runs, &arguments, span)?;
+
+        let given: Vec<StateId> = std::iter::once(&method.returns)
+            .chain(method.also_sets)
+            .map(|name| state_id(name))
+            .collect();
+        let results = given.iter().flat_map(|state| components(*state)).collect();
+        let (role, runs) = (call.role, method.runs);
+        let results = self.builder.push(OpKind::ReferenceCall(Box::new(ReferenceCall {
+            member,
+            path,
+            role,
+            method: runs,
+            overrides,
+            results,
+        })));
+        let mut results = results.iter();
+        let mut take = |state: StateId| -> Vec<Value> {
+            results.by_ref().take(components(state).len()).collect()
+        };
+        let result = take(given[0]);
+        for state in &given[1..] {
+            let values = take(*state);
+            let variable = self.state_variable(*state, span)?;
+            self.set_variable(variable, &values);
+        }
+        Ok(result)
+    }
+
+    pub fn lower_is_set(&mut self, reference: &'m Expression) -> Lowered<Vec<Value>> {
+        let (member, path) = self.lower_reference(reference)?;
+        Ok(vec![self.builder.push(OpKind::IsSet(member, path)).get(0)])
+    }
+
+    /// The name of a reference member, and which of its elements.
+    fn lower_reference(&mut self, reference: &'m Expression) -> Lowered<(String, ReferencePath)> {
+        match &reference.kind {
+            ExpressionKind::Member(id) => {
+                let member = &self.class.members[id.0 as usize];
+                Ok((member.name.clone(), ReferencePath::Single))
+            }
+            ExpressionKind::Index(array, index) => {
+                let (name, _) = self.lower_reference(array)?;
+                let index = self.lower_scalar(index)?;
+                let count = crate::access::element_count(&array.ty).unwrap_or(1);
+                Ok((name, ReferencePath::Element(self.clamp_index(index, count))))
+            }
+            _ => unreachable!("references are members or elements of members"),
+        }
+    }
+
+    fn overrides(
+        &mut self,
+        role: Role,
+        method: Method,
+        arguments: &[(StateId, Vec<Value>)],
+        span: Span,
+    ) -> Lowered<Overrides> {
+        let mut overrides = Overrides::new();
+        for variable in rtsl_spec::state_variables() {
+            let state = StateId(variable.index);
+            let Some(row) = role.row(variable.name) else { continue };
+            if !matches!(row.direction(method), Some(Direction::In | Direction::InOut)) {
+                continue;
+            }
+            let argument = arguments.iter().find(|(argument, _)| *argument == state);
+            let values = match argument {
+                Some((_, values)) => Some(values.clone()),
+                None => self.state_for_callee(state, row, span)?,
+            };
+            overrides.extend(components(state).into_iter().zip(values.unwrap_or_default()));
+        }
+        Ok(overrides)
+    }
+
+    /// What a callee shall see; `None` where it can read what the caller's host has set.
+    fn state_for_callee(
+        &mut self,
+        state: StateId,
+        of_callee: &rtsl_spec::Row,
+        span: Span,
+    ) -> Lowered<Option<Vec<Value>>> {
+        let name = entry(state).name;
+        let (direction, _) = self.row(state);
+        let has_it = self.class.roles.iter().any(|role| role.row(name).is_some());
+        if direction.is_none() && name == "rt_BSDFSeed" {
+            return Ok(Some((0..3).map(|_| self.builder.push(OpKind::Rand).get(0)).collect()));
+        }
+        if !has_it {
+            return Ok(self.constant_default(of_callee));
+        }
+        let variable = self.state_variable(state, span)?;
+        if matches!(self.variable(variable).storage, Storage::Places(_)) {
+            return Ok(None);
+        }
+        let values = self.get_variable(variable)?;
+        let unchanged = self.variable(variable).input.as_ref() == Some(&values);
+        Ok(if unchanged { None } else { Some(values) })
+    }
+}
+
+/// What the registry says of this call.
+fn registry_entry(call: &hir::ReferenceCall) -> &'static ReferenceMethod {
+    let name = match call.function {
+        ReferenceFunction::Lookup => "lookup",
+        ReferenceFunction::LookupFloat => "lookupFloat",
+        ReferenceFunction::Shade => "shade",
+        ReferenceFunction::Bsdf => "BSDF",
+        ReferenceFunction::SampleBsdf => "sampleBSDF",
+        ReferenceFunction::EvaluatePdf => "evaluatePDF",
+        ReferenceFunction::Emission => "emission",
+    };
+    let parameters: Vec<SpecType> = call
+        .arguments
+        .iter()
+        .map(|argument| {
+            let size = if argument.ty == type_of_uv() { 2 } else { 3 };
+            SpecType::Vec(rtsl_spec::builtins::Scalar::Float, size)
+        })
+        .collect();
+    reference_method(call.role, name, &parameters).expect("the checker found it in the registry")
+}
+
+fn type_of_uv() -> Type {
+    Type::Vector(rtsl_ir::Scalar::F32, 2)
+}
+
+/// All components of a state variable.
+fn components(state: StateId) -> Vec<StateComponent> {
+    let count = entry(state).ty.components();
+    (0..count).map(|component| StateComponent { variable: state.0, component }).collect()
+}

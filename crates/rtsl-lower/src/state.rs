@@ -1,0 +1,256 @@
+//! State variables: what the one table says they are in the method being lowered.
+//!
+//! - What the method only reads is loaded where it is read.
+//! - What it may write starts with the host's value, or with the default.
+//! - A default that depends on another variable is computed where the variable is read before it was set; a
+//!   flag in a cell says whether it was.
+//! - What the method's table does not have is a local that starts with the default.
+
+use rtsl_ir::{Constant, Place, PlaceKind, Scalar, Value};
+use rtsl_source::Span;
+use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable};
+
+use crate::cells::Cell;
+use crate::facts::Root;
+use crate::limits::Lowered;
+use crate::variables::{RANK_OF_DATA, Storage, Variable, VariableId};
+use crate::{Lowering, Purpose};
+use rtsl_sema::hir::{StateId, Type};
+
+/// A default that depends on other variables.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ComputedDefault {
+    /// Whether the variable has been set.
+    pub written: Cell,
+    default: Default,
+}
+
+/// The variables that hold the light's sample inside `illuminance`.
+pub(crate) fn light_states() -> impl Iterator<Item = StateId> {
+    let lit = |variable: &&StateVariable| {
+        Role::Material.row(variable.name).is_some_and(|row| row.illuminance)
+    };
+    rtsl_spec::state_variables().iter().filter(lit).map(|variable| StateId(variable.index))
+}
+
+/// The entry of the table's list of distinct variables.
+pub(crate) fn entry(id: StateId) -> &'static StateVariable {
+    &rtsl_spec::state_variables()[id.0 as usize]
+}
+
+/// The variable of this name.
+///
+/// # Panics
+/// If the table has none.
+pub(crate) fn state_id(name: &str) -> StateId {
+    let variable = rtsl_spec::lookup_state(name);
+    StateId(variable.unwrap_or_else(|| panic!("the table has {name}")).index)
+}
+
+/// The type of a state variable.
+pub(crate) fn type_of(ty: StateType) -> Type {
+    match ty {
+        StateType::Float => Type::Scalar(Scalar::F32),
+        StateType::Vec2 => Type::Vector(Scalar::F32, 2),
+        StateType::Vec3 => Type::Vector(Scalar::F32, 3),
+        StateType::Color => Type::Color,
+    }
+}
+
+impl Lowering<'_> {
+    /// Makes the variables for all state that the method may write or has to give.
+    pub fn begin_state(&mut self, span: Span) -> Lowered<()> {
+        for id in all_states() {
+            let (direction, _) = self.row(id);
+            if self.is_state_written(id) || is_output(direction) {
+                self.state_variable(id, span)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the function's outputs of what the method has to give.
+    pub fn output_state(&mut self) -> Lowered<()> {
+        for id in all_states() {
+            let (direction, _) = self.row(id);
+            if let Some(variable) = self.states.get(&id).copied()
+                && is_output(direction)
+            {
+                let values = self.get_variable(variable)?;
+                self.output_variable(variable, PlaceKind::State, &values);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the function's outputs of a variable with this value.
+    pub fn output_variable(&mut self, id: VariableId, kind: PlaceKind, values: &[Value]) {
+        let variable = self.variable(id);
+        let places: Vec<Place> = variable.layout.places(kind, &variable.name).collect();
+        let mut values = values.iter();
+        for place in places {
+            let len = place.len;
+            let place = self.builder.place(place);
+            for (component, value) in (0..len).zip(&mut values) {
+                self.builder.output(place, component, *value);
+            }
+        }
+    }
+
+    /// The variable of a state variable.
+    pub fn state_variable(&mut self, id: StateId, span: Span) -> Lowered<VariableId> {
+        if let Some(made) = self.states.get(&id) {
+            return Ok(*made);
+        }
+        let variable = self.new_state_variable(id, span)?;
+        self.states.insert(id, variable);
+        Ok(variable)
+    }
+
+    fn new_state_variable(&mut self, id: StateId, span: Span) -> Lowered<VariableId> {
+        let (direction, row) = self.row(id);
+        let ty = type_of(row.ty);
+        let written = self.is_state_written(id);
+        if direction == Some(Direction::In) && !written {
+            return self.new_place_variable(row.name, &ty, PlaceKind::State, span);
+        }
+        let layout = self.layouts.layout(&ty, span)?;
+        let (initial, default, input) = match direction {
+            Some(Direction::In | Direction::InOut) => {
+                let loaded = self.load_state(id);
+                (loaded.clone(), None, Some(loaded))
+            }
+            Some(Direction::Out) | None => match self.constant_default(row) {
+                Some(constant) => (constant, None, None),
+                None => {
+                    let written = self.new_flag();
+                    let default = ComputedDefault { written, default: row.default };
+                    (self.zeros(&layout), Some(default), None)
+                }
+            },
+        };
+        let names = self.scalar_names(row.name, &layout, RANK_OF_DATA);
+        let storage = Storage::Cells(Cell(self.cells.allocate_named(initial, names).start));
+        let name = row.name.to_owned();
+        Ok(self.add_variable(Variable { name, layout, storage, default, input }))
+    }
+
+    fn load_state(&mut self, id: StateId) -> Vec<Value> {
+        let variable = entry(id);
+        let len = variable.ty.components();
+        let place = Place {
+            kind: PlaceKind::State,
+            name: variable.name.to_owned(),
+            scalar: Scalar::F32,
+            len,
+        };
+        let place = self.builder.place(place);
+        (0..len).map(|component| self.builder.load(place, component)).collect()
+    }
+
+    /// A default that depends on nothing.
+    pub fn constant_default(&mut self, row: &Row) -> Option<Vec<Value>> {
+        let components: Vec<f32> = match row.default {
+            Default::Constant(value) => vec![value; row.ty.components() as usize],
+            Default::Components(components) => components.to_vec(),
+            Default::Variable(_)
+            | Default::Grey(_)
+            | Default::Luminance(_)
+            | Default::Tangent(_) => return None,
+        };
+        let constants = components.into_iter().map(Constant::F32);
+        Some(constants.map(|constant| self.builder.constant(constant)).collect())
+    }
+
+    /// The value of a state variable with a computed default.
+    pub fn effective_state(&mut self, id: VariableId) -> Lowered<Vec<Value>> {
+        let stored = self.stored(id);
+        let Some(ComputedDefault { written, default }) = self.variable(id).default else {
+            return Ok(stored);
+        };
+        let written = self.cells.get(written);
+        if self.builder.known(written) == Some(Constant::Bool(true)) {
+            return Ok(stored);
+        }
+        let default = self.computed_default(default, stored.len())?;
+        Ok(self.select_all(written, &stored, &default))
+    }
+
+    fn computed_default(&mut self, default: Default, len: usize) -> Lowered<Vec<Value>> {
+        let span = self.class.span;
+        match default {
+            Default::Constant(value) => Ok(vec![self.builder.f32(value); len]),
+            Default::Components(components) => {
+                Ok(components.iter().map(|value| self.builder.f32(*value)).collect())
+            }
+            Default::Variable(name) => {
+                let other = self.state_variable(state_id(name), span)?;
+                self.get_variable(other)
+            }
+            // What is stored is 0 where the other is unset, and so ends the pair's circle.
+            Default::Grey(name) => {
+                let other = self.state_variable(state_id(name), span)?;
+                Ok(vec![self.stored(other)[0]; len])
+            }
+            Default::Luminance(name) => {
+                let other = self.state_variable(state_id(name), span)?;
+                let color = self.stored(other);
+                self.call_prelude("luminance", &[Type::Color], vec![color], span)
+            }
+            Default::Tangent(second) => {
+                let normal = self.state_variable(state_id("rt_GeometricNormal"), span)?;
+                let normal = self.get_variable(normal)?;
+                let vec3 = Type::Vector(Scalar::F32, 3);
+                let arguments = vec![normal.clone()];
+                let first = self.call_prelude(
+                    "perpendicularTo",
+                    std::slice::from_ref(&vec3),
+                    arguments,
+                    span,
+                )?;
+                if !second {
+                    return Ok(first);
+                }
+                self.call_prelude("cross", &[vec3.clone(), vec3], vec![normal, first], span)
+            }
+        }
+    }
+
+    /// The direction and the row of a state variable in the method being lowered. A class with several
+    /// roles has the rows of those that have the method first.
+    pub fn row(&self, id: StateId) -> (Option<Direction>, &'static Row) {
+        let name = entry(id).name;
+        if let Purpose::Method(method) = self.purpose {
+            for role in self.roles_of(method) {
+                if let Some(row) = role.row(name)
+                    && let Some(direction) = row.direction(method)
+                {
+                    return (Some(direction), row);
+                }
+            }
+            if let Some(row) = self.roles_of(method).find_map(|role| role.row(name)) {
+                return (None, row);
+            }
+        }
+        let of_class = self.class.roles.iter().find_map(|role| role.row(name));
+        let of_any = || rtsl_spec::rows().iter().find(|row| row.name == name);
+        let row = of_class.or_else(of_any).expect("each distinct variable comes from a row");
+        (None, row)
+    }
+
+    fn roles_of(&self, method: Method) -> impl Iterator<Item = Role> {
+        self.class.roles.iter().copied().filter(move |role| method.roles().contains(role))
+    }
+
+    fn is_state_written(&self, id: StateId) -> bool {
+        self.writes.contains(&Root::State(id))
+    }
+}
+
+fn is_output(direction: Option<Direction>) -> bool {
+    matches!(direction, Some(Direction::Out | Direction::InOut))
+}
+
+fn all_states() -> impl Iterator<Item = StateId> {
+    rtsl_spec::state_variables().iter().map(|variable| StateId(variable.index))
+}

@@ -1,0 +1,244 @@
+//! Statements.
+
+use rtsl_ir::{Constant, Value};
+use rtsl_source::Span;
+
+use crate::Lowering;
+use crate::calls::Jumps;
+use crate::cells::Cell;
+use crate::facts::Root;
+use crate::limits::Lowered;
+use crate::variables::VariableId;
+use rtsl_sema::hir::{Expression, ExpressionKind, LocalId, Statement, StatementKind};
+
+/// Up to this many regions deep, what follows an `if` that ends in a jump becomes its other branch; deeper
+/// down flags take over, so that a long list of `if (...) return` does not nest without end.
+const REGIONS_FOR_BRANCHES: usize = 40;
+
+impl<'m> Lowering<'m> {
+    /// Statements in order, up to one that jumps. Where one may jump, what follows is guarded.
+    pub fn lower_list(&mut self, list: &'m [Statement]) -> Lowered<()> {
+        let mut rest = list;
+        while let Some(statement) = rest.first() {
+            let stopped = self.stopped();
+            match self.builder.known(stopped) {
+                Some(Constant::Bool(true)) => return Ok(()),
+                Some(_) => rest = self.lower_run(rest)?,
+                None => {
+                    let going = self.builder.not(stopped);
+                    let mut left = rest;
+                    self.lower_unstopped(going, statement.span, |lowering| {
+                        left = lowering.lower_run(rest)?;
+                        Ok(())
+                    })?;
+                    rest = left;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A region that is run only where nothing has jumped.
+    pub fn lower_unstopped(
+        &mut self,
+        condition: Value,
+        span: Span,
+        fill: impl FnOnce(&mut Self) -> Lowered<()>,
+    ) -> Lowered<()> {
+        self.lower_when(condition, span, |lowering| {
+            let before: Vec<(Cell, Value)> =
+                lowering.flags().map(|flag| (flag, lowering.cells.get(flag))).collect();
+            for (flag, _) in &before {
+                lowering.clear(*flag);
+            }
+            fill(lowering)?;
+            // A flag that stayed clear has not changed at all.
+            for (flag, value) in before {
+                let after = lowering.cells.get(flag);
+                if lowering.builder.known(after) == Some(Constant::Bool(false)) {
+                    lowering.cells.set(flag, value);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Statements in order, up to and with the first that may jump; returns those left.
+    fn lower_run(&mut self, list: &'m [Statement]) -> Lowered<&'m [Statement]> {
+        let mut rest = list;
+        while let Some((statement, after)) = rest.split_first() {
+            if self.takes_rest_as_branch(statement, after) {
+                self.lower_if_with_rest(statement, after)?;
+                return Ok(&[]);
+            }
+            self.lower_statement(statement)?;
+            rest = after;
+            let stopped = self.stopped();
+            if self.builder.known(stopped) != Some(Constant::Bool(false)) {
+                break;
+            }
+        }
+        Ok(rest)
+    }
+
+    /// An `if` of which one branch jumps for certain.
+    fn takes_rest_as_branch(&self, statement: &Statement, after: &[Statement]) -> bool {
+        let StatementKind::If { then, otherwise, .. } = &statement.kind else { return false };
+        !after.is_empty()
+            && self.builder.depth() < REGIONS_FOR_BRANCHES
+            && always_jumps(then) != always_jumps(otherwise)
+    }
+
+    /// `if (c) { ...; return; } rest` as `if (c) { ...; return; } else { rest }`.
+    fn lower_if_with_rest(
+        &mut self,
+        statement: &'m Statement,
+        after: &'m [Statement],
+    ) -> Lowered<()> {
+        let StatementKind::If { condition, then, otherwise } = &statement.kind else {
+            return Ok(());
+        };
+        self.enter(statement.span)?;
+        let condition = self.lower_scalar(condition)?;
+        let branch = |lowering: &mut Self, list: &'m [Statement]| {
+            lowering.lower_list(list)?;
+            if !always_jumps(list) {
+                lowering.lower_list(after)?;
+            }
+            Ok(Vec::new())
+        };
+        self.lower_if(
+            condition,
+            statement.span,
+            |lowering| branch(lowering, then),
+            |lowering| branch(lowering, otherwise),
+        )?;
+        self.leave();
+        Ok(())
+    }
+
+    fn lower_statement(&mut self, statement: &'m Statement) -> Lowered<()> {
+        self.enter(statement.span)?;
+        match &statement.kind {
+            StatementKind::Expression(value) => {
+                self.lower_expression(value)?;
+            }
+            StatementKind::Declare(local, value) => {
+                self.lower_declaration(*local, value.as_ref(), statement)?;
+            }
+            StatementKind::Block(list) => self.lower_list(list)?,
+            StatementKind::If { condition, then, otherwise } => {
+                let condition = self.lower_scalar(condition)?;
+                self.lower_if(
+                    condition,
+                    statement.span,
+                    |lowering| lowering.lower_list(then).map(|()| Vec::new()),
+                    |lowering| lowering.lower_list(otherwise).map(|()| Vec::new()),
+                )?;
+            }
+            StatementKind::Switch { selector, cases } => {
+                self.lower_switch(selector, cases, statement.span)?;
+            }
+            StatementKind::Loop(repeat) => self.lower_loop(repeat, statement.span)?,
+            StatementKind::Illuminance(illuminance) => {
+                self.lower_illuminance(illuminance, statement.span)?;
+            }
+            StatementKind::Return(value) => self.lower_return(value.as_ref())?,
+            StatementKind::Break => {
+                if let Some(jumps) = self.frame.jumps {
+                    self.raise(jumps.broke);
+                }
+            }
+            StatementKind::Continue => {
+                if let Some(Jumps { continued: Some(continued), .. }) = self.frame.jumps {
+                    self.raise(continued);
+                }
+            }
+        }
+        self.leave();
+        Ok(())
+    }
+
+    fn lower_declaration(
+        &mut self,
+        local: LocalId,
+        value: Option<&'m Expression>,
+        statement: &Statement,
+    ) -> Lowered<()> {
+        let function = self.frame.id.filter(|_| value.is_none());
+        if function.is_some_and(|id| !self.facts.of(id).named_locals.contains(&local)) {
+            return Ok(());
+        }
+        if let Some(table) = self.table_for(local, value)? {
+            self.frame.locals[local.0 as usize] = Some(table);
+            return Ok(());
+        }
+        let variable = self.local_variable(local, statement.span)?;
+        let values = match value {
+            Some(value) => self.lower_precisely(self.is_precise(local), value)?,
+            None => {
+                let layout = self.variable(variable).layout.clone();
+                self.zeros(&layout)
+            }
+        };
+        self.set_variable(variable, &values);
+        Ok(())
+    }
+
+    /// For an array of constants that nothing writes and that wants memory: the table that it can be.
+    fn table_for(
+        &mut self,
+        local: LocalId,
+        value: Option<&'m Expression>,
+    ) -> Lowered<Option<VariableId>> {
+        let (Some(value), Some(function)) = (value, self.frame.id) else { return Ok(None) };
+        let facts = self.facts.of(function);
+        // A `switch` has made its variables before, since it may jump over declarations.
+        let wanted = facts.indexed.contains(&Root::Local(local))
+            && !facts.written_locals.contains(&local)
+            && self.frame.locals[local.0 as usize].is_none();
+        // Another variable may be written while this one lives, so it is no other name for it.
+        let named = matches!(value.kind, ExpressionKind::Member(_) | ExpressionKind::Local(_));
+        if wanted && !named { self.place_of(value) } else { Ok(None) }
+    }
+
+    fn lower_return(&mut self, value: Option<&'m Expression>) -> Lowered<()> {
+        if let Some(value) = value {
+            let precise = self.frame.function.is_some_and(|function| function.precise);
+            let values = self.lower_precisely(precise, value)?;
+            if let Some(result) = self.frame.result {
+                self.set_variable(result, &values);
+            }
+        }
+        self.raise(self.frame.returned);
+        Ok(())
+    }
+
+    /// Whether a jump skips what follows here.
+    pub fn stopped(&mut self) -> Value {
+        let flags = self.flags();
+        self.any_flag(flags)
+    }
+
+    /// The flags that skip what follows here.
+    fn flags(&self) -> impl Iterator<Item = Cell> + use<> {
+        let jumps = self.frame.jumps;
+        let broke = jumps.map(|jumps| jumps.broke);
+        let continued = jumps.and_then(|jumps| jumps.continued);
+        [Some(self.frame.returned), broke, continued].into_iter().flatten()
+    }
+}
+
+/// Whether control never reaches the end of the list. Jumps inside loops are theirs.
+fn always_jumps(list: &[Statement]) -> bool {
+    list.iter().any(|statement| match &statement.kind {
+        StatementKind::Return(_) | StatementKind::Break | StatementKind::Continue => true,
+        StatementKind::Block(list) => always_jumps(list),
+        StatementKind::If { then, otherwise, .. } => always_jumps(then) && always_jumps(otherwise),
+        StatementKind::Expression(_)
+        | StatementKind::Declare(..)
+        | StatementKind::Switch { .. }
+        | StatementKind::Loop(_)
+        | StatementKind::Illuminance(_) => false,
+    })
+}

@@ -1,0 +1,176 @@
+//! Values of a function's places, and a host, for generated functions.
+
+use rtsl_spec::COLOR_COMPONENTS;
+
+use super::Entropy;
+use super::entropy::mix;
+use rtsl_ir::evaluate::CANONICAL_NAN;
+use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl_ir::{Constant, Function, PlaceId, PlaceKind, Scalar, Storage};
+
+/// The places of one function for one ray, in vectors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Memory {
+    places: Vec<PlaceMemory>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct PlaceMemory {
+    scalar: Scalar,
+    elements: u32,
+    bits: Vec<u32>,
+}
+
+impl Memory {
+    /// Storage for the places of `function` (slots have none here), filled from the bytes.
+    pub fn new(function: &Function, entropy: &mut Entropy<'_>) -> Self {
+        let places = function.places.iter().map(|place| {
+            let elements =
+                if place.kind == PlaceKind::Buffer { entropy.below(5) as u32 } else { 1 };
+            let count = if place.kind == PlaceKind::Slot { 0 } else { place.len * elements };
+            let bits = (0..count).map(|_| entropy.constant(place.scalar).bits()).collect();
+            PlaceMemory { scalar: place.scalar, elements, bits }
+        });
+        Memory { places: places.collect() }
+    }
+
+    /// The scalars of a place.
+    pub fn bits(&self, place: PlaceId) -> &[u32] {
+        &self.places[place.0 as usize].bits
+    }
+
+    /// All scalars, as constants; every NaN is the same, since their bits are nobody's business.
+    pub fn snapshot(&self) -> Vec<Vec<Constant>> {
+        let snapshot = |place: &PlaceMemory| {
+            let constants = place.bits.iter().map(|bits| Constant::from_bits(place.scalar, *bits));
+            constants.map(canonical).collect()
+        };
+        self.places.iter().map(snapshot).collect()
+    }
+}
+
+impl Storage for Memory {
+    fn load(&self, place: PlaceId, index: u32) -> u32 {
+        self.places[place.0 as usize].bits[index as usize]
+    }
+
+    fn elements(&self, buffer: PlaceId) -> u32 {
+        self.places[buffer.0 as usize].elements
+    }
+
+    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
+        self.places[place.0 as usize].bits[component as usize] = bits;
+    }
+}
+
+/// A host whose answers are hashes of the request with its weight, the ray and how often the ray has asked before.
+#[derive(Clone, Debug, Default)]
+pub struct HashHost {
+    /// Requests so far of each ray.
+    requests: Vec<u32>,
+    ignores_weights: bool,
+}
+
+/// As many lights as a [`HashHost`] has.
+const LIGHTS: u32 = 3;
+
+impl HashHost {
+    /// One whose answers do not depend on the weights of traced rays, as those of renderers do not.
+    pub fn ignoring_weights() -> Self {
+        HashHost { ignores_weights: true, ..HashHost::default() }
+    }
+
+    /// A hash for the next request of the ray in `lane`.
+    fn next(&mut self, lanes: LaneSet, lane: usize, request: &[f32]) -> u64 {
+        let ray = lanes.base as usize + lane;
+        if self.requests.len() <= ray {
+            self.requests.resize(ray + 1, 0);
+        }
+        self.requests[ray] += 1;
+        let start = mix(ray as u64) ^ u64::from(self.requests[ray]);
+        request.iter().fold(start, |hash, value| {
+            mix(hash ^ u64::from(canonical(Constant::F32(*value)).bits()))
+        })
+    }
+
+    fn next_ray(
+        &mut self,
+        lanes: LaneSet,
+        lane: usize,
+        rays: &RayLanes,
+        weight: Option<&LaneFloats>,
+    ) -> u64 {
+        let vectors = rays.origin.iter().chain(&rays.direction).chain([&rays.limit]);
+        let request: Vec<f32> = vectors.chain(weight).map(|values| values[lane]).collect();
+        self.next(lanes, lane, &request)
+    }
+}
+
+impl Host for HashHost {
+    fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
+        for lane in lanes.iter() {
+            let weight = (!self.ignores_weights).then_some(&rays.weight);
+            let hash = self.next_ray(lanes, lane, rays, weight);
+            for (component, values) in radiance.iter_mut().enumerate() {
+                values[lane] = unit(hash, component);
+            }
+        }
+    }
+
+    fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
+        lanes.iter().fold(0, |mask, lane| {
+            let occluded = self.next_ray(lanes, lane, rays, None) & 1;
+            mask | (occluded as u32) << lane
+        })
+    }
+
+    fn light_count(&mut self) -> u32 {
+        LIGHTS
+    }
+
+    fn light_sample(
+        &mut self,
+        lanes: LaneSet,
+        index: u32,
+        query: &LightQueryLanes,
+        light: &mut LightLanes,
+    ) -> u32 {
+        let mut reached = 0;
+        for lane in lanes.iter() {
+            let vectors = query.point.iter().chain(&query.normal).chain([&query.cosine]);
+            let mut request: Vec<f32> = vectors.map(|values| values[lane]).collect();
+            request.push(index as f32);
+            let hash = self.next(lanes, lane, &request);
+            reached |= (u32::from(hash & 3 != 0)) << lane;
+            let LightLanes { direction, distance, color, pdf } = &mut *light;
+            let vectors = direction.iter_mut().chain([distance]).chain(color).chain([pdf]);
+            for (component, values) in vectors.enumerate() {
+                values[lane] = unit(hash, component);
+            }
+        }
+        reached
+    }
+
+    fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
+        std::array::from_fn(|component| unit(7, component))
+    }
+
+    fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
+        for lane in lanes.iter() {
+            let hash = self.next(lanes, lane, &[]);
+            values[lane] = unit(hash, 0);
+        }
+    }
+}
+
+/// A number in [0,1) of a hash.
+fn unit(hash: u64, component: usize) -> f32 {
+    (mix(hash.wrapping_add(component as u64)) >> 40) as f32 / (1 << 24) as f32
+}
+
+fn canonical(constant: Constant) -> Constant {
+    match constant {
+        Constant::F32(value) if value.is_nan() => Constant::F32(f32::from_bits(CANONICAL_NAN)),
+        Constant::F32(_) | Constant::I32(_) | Constant::U32(_) | Constant::Bool(_) => constant,
+    }
+}
