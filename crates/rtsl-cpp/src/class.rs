@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use rtsl_abi::description::{ClassDescription, Field, FieldKind, ParameterDescription};
+use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_ir::Scalar;
-use rtsl_packet::abi::BUFFER_WORDS;
-use rtsl_packet::description::{ClassDescription, Field, FieldKind, ParameterDescription};
 use rtsl_spec::Method;
 
 use crate::ClassCode;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rtsl_abi::description::{ClassDescription, Field, FieldKind};
 use rtsl_ir::{Place, PlaceKind};
-use rtsl_packet::description::{ClassDescription, Field, FieldKind};
 use rtsl_spec::Method;
 
 use crate::identifier::{Scope, identifier};

@@ -1,10 +1,10 @@
 //! Kernels and tables of a library, for hosts that know classes by name: what object files have, as text.
 
-use rtsl_ir::{Constant, Scalar};
-use rtsl_packet::Shape;
-use rtsl_packet::description::{
+use rtsl_abi::Shape;
+use rtsl_abi::description::{
     ClassDescription, Field, FieldKind, KernelDescription, LibraryDescription, ParameterDescription,
 };
+use rtsl_ir::{Constant, Scalar};
 use rtsl_spec::{COLOR_COMPONENTS, Role, state_variables};
 
 use crate::class_names::ClassNames;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use rtsl_packet::abi;
+use rtsl_abi::offsets;
 use rtsl_spec::{
     COLOR_COMPONENTS, Default as StateDefault, Direction, Row, StateVariable, rows,
     state_component_count, state_variables,
@@ -13,7 +13,7 @@ use rtsl_spec::{
 pub fn kernel_header() -> String {
     let text = include_str!("rtsl_kernel.h");
     let numbers = [
-        ("@ABI@", abi::VERSION.to_string()),
+        ("@ABI@", offsets::VERSION.to_string()),
         ("@COLOR_COMPONENTS@", COLOR_COMPONENTS.to_string()),
         ("@STATE_COMPONENTS@", state_component_count().to_string()),
         ("@STATE@", state_constants()),

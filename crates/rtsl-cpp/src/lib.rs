@@ -38,8 +38,8 @@ mod while_loop;
 
 use std::collections::BTreeSet;
 
+use rtsl_abi::description::LibraryDescription;
 use rtsl_ir::Function;
-use rtsl_packet::description::LibraryDescription;
 use rtsl_spec::{COLOR_COMPONENTS, Method};
 
 use crate::class_names::reserved;

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
+use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_ir::Scalar;
-use rtsl_packet::abi::BUFFER_WORDS;
-use rtsl_packet::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 
 use crate::comment::harmless;
 use crate::identifier::Scope;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use rtsl_abi::description::LibraryDescription;
 use rtsl_ir::{Function, OpKind, PlaceKind};
-use rtsl_packet::description::LibraryDescription;
 use rtsl_spec::{Default as StateDefault, Role, Row, StateVariable, lookup_state, rows};
 
 use crate::ClassCode;

@@ -1,9 +1,9 @@
 //! Functions in, C++ out.
 
 use expect_test::{Expect, expect};
+use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_cpp::{ClassCode, emit};
 use rtsl_ir::Function;
-use rtsl_packet::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_spec::Method;
 
 const PLACES: &str = "

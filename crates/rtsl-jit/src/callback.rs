@@ -3,8 +3,9 @@
 use std::ffi::c_void;
 use std::sync::Arc;
 
+use rtsl_abi::RayRecord;
 use rtsl_llvm::{Callback, TargetFeatures};
-use rtsl_packet::{Kernel, RayRecord};
+use rtsl_packet::Kernel;
 
 use crate::compile::OptLevel;
 use crate::error::JitError;
@@ -43,7 +44,7 @@ impl CompiledCallback {
         level: OptLevel,
     ) -> Result<CompiledCallback, JitError> {
         rtsl_packet::verify(kernel)?;
-        record.check(kernel)?;
+        kernel.check_record(record)?;
         let callback = Callback { kernel, record, block_bytes };
         let (target, level) = (llvm.host(), level.for_work(kernel.work()));
         let text =

@@ -5,21 +5,18 @@ use std::mem::MaybeUninit;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
+use rtsl_abi::{
+    CallArguments, CallError, CallStatus, HOST_TABLE, HostArguments, HostCalls, Instances,
+    LaneMask, LeafArguments, LeafTest, Objects, RawCall, Signature, offsets,
+};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Kernel, abi};
+use rtsl_packet::Kernel;
 
-use crate::call::{CallArguments, CallStatus, Instances, RawCall};
-use crate::callbacks::{HOST_TABLE, HostCalls};
 use crate::compile::OptLevel;
 use crate::error::JitError;
-use crate::host_lanes::{CallError, HostArguments};
-use crate::lanes::LaneMask;
-use crate::leaf::{LeafArguments, LeafTest};
 use crate::llvm::Llvm;
 use crate::module::Module;
-use crate::objects::Objects;
 use crate::side_by_side::{LARGE_FRAME_BYTES, call_on_own_stack, call_side_by_side};
-use crate::signature::Signature;
 use crate::target::Target;
 
 pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
@@ -71,7 +68,7 @@ impl CompiledKernel {
             let address = module.function(&symbol(index))?;
             // Safety: the function is a kernel: made just now from packet code that keeps the rules.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
-            let signature = Signature::of(kernel);
+            let signature = kernel.signature();
             let frame_bytes = module.frame(&symbol(index));
             Ok(CompiledKernel {
                 _module: module.clone(),
@@ -95,7 +92,7 @@ impl CompiledKernel {
         self.width as usize
     }
 
-    /// The function itself, which takes a pointer to the call that `rtsl_packet::abi` describes. The code lives as long as
+    /// The function itself, which takes a pointer to the call that `rtsl_abi::offsets` describes. The code lives as long as
     /// any handle to the kernel.
     pub fn address(&self) -> *const c_void {
         self.entry as *const c_void
@@ -179,10 +176,23 @@ impl CompiledKernel {
 
     /// Runs the method for all rays of a host's arrays.
     ///
+    /// # Errors
+    /// If the arguments do not fit the kernel.
+    ///
+    /// # Panics
+    /// With a panic of the host.
+    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
+        self.signature().check_host(&call, self.width())?;
+        // Safety: the arguments fit, as was just found.
+        Ok(unsafe { self.run_host(call) })
+    }
+
+    /// Runs the method for all rays of a host's arrays.
+    ///
     /// # Safety
     /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code touches are there,
     /// with lanes for whole vectors of the rays, of which the single shape has exactly one.
-    pub(crate) unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
+    unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
@@ -266,7 +276,7 @@ fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatu
     if let Some(panic) = host.panic {
         resume_unwind(panic);
     }
-    CallStatus { budget_exhausted: raw.status & abi::STATUS_BUDGET != 0, nearest }
+    CallStatus { budget_exhausted: raw.status & offsets::STATUS_BUDGET != 0, nearest }
 }
 
 /// The text of a module of kernels, as [`CompiledKernel::compile`] hands it to LLVM.

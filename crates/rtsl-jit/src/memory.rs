@@ -14,8 +14,8 @@ unsafe impl Send for CodeMemory {}
 // Safety: shared references only read.
 unsafe impl Sync for CodeMemory {}
 
-/// The granularity of protection: the largest page size that the machine's systems use.
-pub const PAGE: usize = if cfg!(target_arch = "x86_64") { 4 << 10 } else { 64 << 10 };
+/// The granularity of protection.
+pub const PAGE: usize = rtsl_abi::PAGE_BYTES;
 
 impl CodeMemory {
     /// Fresh zeroed memory of at least `size` bytes, writable.

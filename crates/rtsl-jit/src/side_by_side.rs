@@ -11,14 +11,13 @@
 use std::ffi::c_void;
 
 use corosensei::{Coroutine, CoroutineResult, Yielder};
+use rtsl_abi::{Color, HOST_TABLE, HostCalls, HostTable, RawCall};
 use rtsl_ir::host::{
     LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, LightRequest, OcclusionRequest,
     RayLanes, TraceRequest,
 };
 use smallvec::SmallVec;
 
-use crate::call::RawCall;
-use crate::callbacks::{Color, HOST_TABLE, HostCalls, HostTable};
 use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
 

@@ -1,11 +1,9 @@
 //! Approximate operations against exact ones, with the text of every kind of machine that this one can run.
 
+use rtsl_abi::{CallArguments, InstanceBlock, Instances, LaneBlock, Layout, Shape};
 use rtsl_ir::{Function, UnaryOp, evaluate};
-use rtsl_jit::{
-    CallArguments, CompiledKernel, InstanceBlock, Instances, LaneBlock, Llvm, OptLevel,
-};
+use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::{Estimates, TargetFeatures};
-use rtsl_packet::{Layout, Shape};
 
 const RAYS: usize = 1024;
 

@@ -2,13 +2,14 @@
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 
-use rtsl_ir::{Builder, CompareOp, Constant, Function, Place, PlaceKind, Scalar, UnaryOp};
-use rtsl_jit::{
-    CallError, CallStatus, CompiledKernel, HostArguments, HostLanes, InstanceBlock, Instances,
-    LaneIndices, Llvm, Objects, OptLevel,
+use rtsl_abi::{
+    CallError, CallStatus, HostArguments, HostLanes, InstanceBlock, Instances, LaneIndices, Layout,
+    ObjectForm, Objects, Shape,
 };
+use rtsl_ir::{Builder, CompareOp, Constant, Function, Place, PlaceKind, Scalar, UnaryOp};
+use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Kernel, Layout, ObjectForm, Shape, interleave};
+use rtsl_packet::{Kernel, interleave};
 use rtsl_spec::{lookup_state, state_component_count};
 use rtsl_testing::functions::HashHost;
 

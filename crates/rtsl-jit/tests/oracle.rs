@@ -3,12 +3,13 @@
 
 mod oracle_support;
 
-use oracle_support::Case;
 use rtsl_ir::{
     BinaryOp, Builder, CompareOp, Function, Index, OpKind, Place, PlaceKind, Scalar, UnaryOp,
     Value, evaluate,
 };
 use rtsl_testing::functions::{Entropy, seeded_function};
+
+use oracle_support::Case;
 
 /// Functions of about `size / 3` operations each, from these seeds.
 fn check_generated(seeds: std::ops::Range<u64>, size: usize) {

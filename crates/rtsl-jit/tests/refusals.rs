@@ -4,13 +4,14 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
-use rtsl_jit::{
-    BoundBuffer, CallArguments, CompiledKernel, InstanceBlock, Instances, JitError, LaneBlock,
-    LaneIndices, LaneMask, LeafArguments, LeafKernel, LeafTest, Llvm, Objects, OptLevel,
+use rtsl_abi::{
+    BoundBuffer, CallArguments, InstanceBlock, Instances, LaneBlock, LaneIndices, LaneMask, Layout,
+    LeafArguments, LeafTest, ObjectForm, Objects, Shape,
 };
+use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
+use rtsl_jit::{CompiledKernel, JitError, LeafKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Kernel, Layout, ObjectForm, Shape};
+use rtsl_packet::Kernel;
 use rtsl_testing::functions::HashHost;
 
 const RAYS: usize = 4;

@@ -1,10 +1,10 @@
 //! Code for every target that has a name: LLVM takes the text, and puts in no call of a library,
 //! whose bits would not be ours.
 
+use rtsl_abi::{Layout, Shape};
 use rtsl_ir::PlaceKind;
 use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Layout, Shape};
 use rtsl_testing::functions::seeded_function;
 
 /// What a kernel may call: memory is copied and filled exactly, and helpers are in the module.

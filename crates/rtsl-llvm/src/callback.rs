@@ -1,7 +1,8 @@
 //! Functions for a host's own packets: one chunk, whose rays, mask and instance are found as a
-//! [record](rtsl_packet::RayRecord) says.
+//! [record](rtsl_abi::RayRecord) says.
 
-use rtsl_packet::{Kernel, Mark, MarkWord, RayRecord, abi};
+use rtsl_abi::{Mark, MarkWord, RayRecord, offsets};
+use rtsl_packet::Kernel;
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{Label, LlvmType, Operand};
@@ -34,7 +35,7 @@ impl Emitter<'_, '_> {
                 let row = record.rows[&(offset / 8)];
                 self.row_address(row)
             }
-            (PointerSource::Call, abi::CALL_INSTANCE) => self.instance_address(callback),
+            (PointerSource::Call, offsets::CALL_INSTANCE) => self.instance_address(callback),
             (source, offset) => unreachable!("{source:?} {offset} is nothing that records have"),
         }
     }

@@ -9,9 +9,9 @@
 //! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first does
 //! full chunks alone, several at a time, and leaves what remains to the second.
 
+use rtsl_abi::{Shape, offsets};
 use rtsl_ir::{PlaceKind, Value};
 use rtsl_packet::kernel::KernelOutput;
-use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, Part, PointerSource};
 use crate::operand::{Label, LlvmType, Operand, memory_element};
@@ -148,7 +148,7 @@ impl Emitter<'_, '_> {
     /// Finds the chunk's mask; begins the block `body` if any lane is on, else jumps to `skip`.
     fn emit_mask(&mut self, body: Label, skip: Label) {
         let width = self.width;
-        let masks = self.pointer(PointerSource::Call, abi::CALL_MASK);
+        let masks = self.pointer(PointerSource::Call, offsets::CALL_MASK);
         let unmasked = self.setup(format_args!("icmp eq ptr {masks}, null"));
         let param = self.kernel.body.params[0];
         if width == 1 {
@@ -374,7 +374,7 @@ impl Emitter<'_, '_> {
     }
 
     fn accepted_address(&mut self) -> Operand {
-        let array = self.pointer(PointerSource::Call, abi::CALL_ACCEPTED);
+        let array = self.pointer(PointerSource::Call, offsets::CALL_ACCEPTED);
         let base = self.chunk_base();
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }

@@ -6,7 +6,8 @@
 
 use std::fmt::Write;
 
-use rtsl_packet::{Kernel, abi};
+use rtsl_abi::offsets;
+use rtsl_packet::Kernel;
 
 /// A constructor.
 #[derive(Debug)]
@@ -47,7 +48,7 @@ impl Constructor {
 
     /// The function that calls them.
     pub(crate) fn function(&self) -> String {
-        let (size, slots) = (abi::CALL_SIZE, self.parts.iter().map(|part| part.outputs.len()));
+        let (size, slots) = (offsets::CALL_SIZE, self.parts.iter().map(|part| part.outputs.len()));
         let slots = slots.max().unwrap_or(0).max(1);
         let mut text = format!(
             "define i32 @\"{}\"(ptr %block) #0 {{\nentry:\n  %call = alloca [{size} x i8], align 8\n  \
@@ -58,10 +59,10 @@ impl Constructor {
             let _ = writeln!(text, "  %{name}.at = getelementptr i8, ptr %call, i64 {field}");
             let _ = writeln!(text, "  store {store}, ptr %{name}.at, align 4");
         };
-        call(abi::CALL_INSTANCE, "instance", "ptr %block");
-        call(abi::CALL_SCRATCH, "scratch", "ptr %table");
-        call(abi::CALL_COUNT, "count", "i32 1");
-        call(abi::CALL_STATUS, "status", "i32 0");
+        call(offsets::CALL_INSTANCE, "instance", "ptr %block");
+        call(offsets::CALL_SCRATCH, "scratch", "ptr %table");
+        call(offsets::CALL_COUNT, "count", "i32 1");
+        call(offsets::CALL_STATUS, "status", "i32 0");
         for (index, part) in self.parts.iter().enumerate() {
             part.call(index, &self.part_symbol(index), &mut text);
         }

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write};
 
+use rtsl_abi::Shape;
 use rtsl_ir::{Scalar, UnaryOp, Value};
 use rtsl_packet::kernel::{Op, OpKind};
-use rtsl_packet::{Kernel, Ranges, Shape};
+use rtsl_packet::{Kernel, Ranges};
 
 use crate::callback::Callback;
 use crate::chunk::Chunk;
@@ -274,7 +275,7 @@ entry:
 
     /// A pointer out of the call, or out of one of its tables, loaded once per call.
     pub fn pointer(&mut self, source: PointerSource, offset: u32) -> Operand {
-        use rtsl_packet::abi;
+        use rtsl_abi::offsets;
         if let Some(pointer) = self.pieces.pointers.get(&(source, offset)) {
             return *pointer;
         }
@@ -285,9 +286,9 @@ entry:
         }
         let table = match source {
             PointerSource::Call | PointerSource::Rays => None,
-            PointerSource::State => Some(abi::CALL_STATE),
-            PointerSource::Scratch => Some(abi::CALL_SCRATCH),
-            PointerSource::Host => Some(abi::CALL_HOST),
+            PointerSource::State => Some(offsets::CALL_STATE),
+            PointerSource::Scratch => Some(offsets::CALL_SCRATCH),
+            PointerSource::Host => Some(offsets::CALL_HOST),
         };
         let base = table.map(|table| self.pointer(PointerSource::Call, table));
         let address = match base {
@@ -372,7 +373,7 @@ fn negated_values(kernel: &Kernel) -> BTreeMap<Value, Value> {
 
 /// The number of the call's rays, in a local of this name.
 fn load_count(name: &str) -> String {
-    let count = rtsl_packet::abi::CALL_COUNT;
+    let count = rtsl_abi::offsets::CALL_COUNT;
     format!(
         "  %count.at = getelementptr i8, ptr %call, i64 {count}
   %count.word = load i32, ptr %count.at, align 4
@@ -383,7 +384,7 @@ fn load_count(name: &str) -> String {
 
 /// The first ray of the first chunk, in a local of this name.
 fn load_begin(name: Operand) -> String {
-    let begin = rtsl_packet::abi::CALL_BEGIN;
+    let begin = rtsl_abi::offsets::CALL_BEGIN;
     format!(
         "  %begin.at = getelementptr i8, ptr %call, i64 {begin}
   %begin.word = load i32, ptr %begin.at, align 4
@@ -405,7 +406,7 @@ fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
 /// The way into a function for full chunks of `chunk` rays; past it where the call has none, or a
 /// mask.
 fn enter_full_chunks(chunk: u32, start: Label) -> String {
-    let (count, mask) = (load_count("%count.all"), rtsl_packet::abi::CALL_MASK);
+    let (count, mask) = (load_count("%count.all"), rtsl_abi::offsets::CALL_MASK);
     format!(
         "{count}  %mask.at = getelementptr i8, ptr %call, i64 {mask}
   %mask = load ptr, ptr %mask.at, align 8

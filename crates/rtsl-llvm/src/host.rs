@@ -1,9 +1,9 @@
 //! Requests to the host: lanes are written to memory, the host is called through its table, and
 //! its answers are read.
 
+use rtsl_abi::offsets;
 use rtsl_ir::Value;
 use rtsl_ir::host::MAX_LANES;
-use rtsl_packet::abi;
 use rtsl_packet::kernel::{Op, OpKind};
 use rtsl_spec::COLOR_COMPONENTS;
 
@@ -35,7 +35,7 @@ impl Emitter<'_, '_> {
                 let answer = self.answer_memory();
                 self.call_host(
                     None,
-                    abi::HOST_TRACE,
+                    offsets::HOST_TRACE,
                     &format!("{lanes}, ptr {rays}, ptr {answer}"),
                 );
                 self.define_answers(op, 0, None);
@@ -43,11 +43,11 @@ impl Emitter<'_, '_> {
             OpKind::Occluded { mask, ray } => {
                 let (lanes, rays) = (self.lane_set(*mask), self.store_lanes(ray.operands()));
                 let arguments = format!("{lanes}, ptr {rays}");
-                let bits = self.call_for_lanes(*mask, abi::HOST_OCCLUDED, &arguments);
+                let bits = self.call_for_lanes(*mask, offsets::HOST_OCCLUDED, &arguments);
                 self.define(op.results.get(0), bits);
             }
             OpKind::LightCount => {
-                let count = self.call_host(Some("i32"), abi::HOST_LIGHT_COUNT, "");
+                let count = self.call_host(Some("i32"), offsets::HOST_LIGHT_COUNT, "");
                 self.define(op.results.get(0), count.expect("it returns one"));
             }
             OpKind::LightSample { mask, index, point, normal, cosine } => {
@@ -56,14 +56,14 @@ impl Emitter<'_, '_> {
                 let query = self.store_lanes(query.copied());
                 let (index, answer) = (self.uniform(*index), self.answer_memory());
                 let arguments = format!("{lanes}, i32 {index}, ptr {query}, ptr {answer}");
-                let bits = self.call_for_lanes(*mask, abi::HOST_LIGHT_SAMPLE, &arguments);
+                let bits = self.call_for_lanes(*mask, offsets::HOST_LIGHT_SAMPLE, &arguments);
                 self.define_answers(op, 1, Some(bits));
                 self.define(op.results.get(0), bits);
             }
             OpKind::Ambient => self.emit_ambient(op),
             OpKind::Rand(mask) => {
                 let (lanes, answer) = (self.lane_set(*mask), self.answer_memory());
-                self.call_host(None, abi::HOST_RAND, &format!("{lanes}, ptr {answer}"));
+                self.call_host(None, offsets::HOST_RAND, &format!("{lanes}, ptr {answer}"));
                 self.define_answers(op, 0, None);
             }
             OpKind::ReportBudget => self.emit_report(),
@@ -117,7 +117,7 @@ impl Emitter<'_, '_> {
         arguments: &str,
     ) -> Option<Operand> {
         let address = self.pointer(PointerSource::Host, function * 8);
-        let user = self.pointer(PointerSource::Call, abi::CALL_USER);
+        let user = self.pointer(PointerSource::Call, offsets::CALL_USER);
         let comma = if arguments.is_empty() { "" } else { ", " };
         let call = format!("{address}(ptr {user}{comma}{arguments}) #1");
         match result {
@@ -156,7 +156,7 @@ impl Emitter<'_, '_> {
 
     fn emit_ambient(&mut self, op: &Op) {
         let memory = self.answer_memory();
-        self.call_host(None, abi::HOST_AMBIENT, &format!("ptr {memory}"));
+        self.call_host(None, offsets::HOST_AMBIENT, &format!("ptr {memory}"));
         for (position, result) in op.results.iter().enumerate() {
             let at = self.offset(memory, position as u32 * 4);
             let component = self.instruction(format_args!("load float, ptr {at}, align 4"));
@@ -169,7 +169,7 @@ impl Emitter<'_, '_> {
         if self.callback.is_some() {
             return;
         }
-        let (offset, bit) = (abi::CALL_STATUS, abi::STATUS_BUDGET);
+        let (offset, bit) = (offsets::CALL_STATUS, offsets::STATUS_BUDGET);
         let at = self.instruction(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
         let old = self.instruction(format_args!("load i32, ptr {at}, align 4"));
         let new = self.instruction(format_args!("or i32 {old}, {bit}"));

@@ -4,7 +4,7 @@
 //! without a branch on what it found: whether a ray hits anything in a leaf cannot be foreseen, so a processor
 //! that is not asked works on several tests at a time.
 
-use rtsl_packet::abi;
+use rtsl_abi::offsets;
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{LlvmType, Operand};
@@ -25,9 +25,9 @@ pub fn test_header(symbol: &str) -> String {
 
 /// The function that does all tests of a call.
 pub fn all_tests(symbol: &str) -> String {
-    let (tests, count, size) = (abi::CALL_TESTS, abi::CALL_TEST_COUNT, abi::TEST_SIZE);
+    let (tests, count, size) = (offsets::CALL_TESTS, offsets::CALL_TEST_COUNT, offsets::TEST_SIZE);
     // A test of no objects writes nothing, and who makes a test again is not to find the last answer.
-    let (nearest, none) = (abi::TEST_NEAREST, abi::NO_OBJECT as i32);
+    let (nearest, none) = (offsets::TEST_NEAREST, offsets::NO_OBJECT as i32);
     format!(
         "define void @\"{symbol}\"(ptr noalias %call) #0 {{
 entry:
@@ -63,16 +63,16 @@ impl Emitter<'_, '_> {
             let at = emitter.setup(format_args!("getelementptr i8, ptr %test, i64 {offset}"));
             emitter.setup(format_args!("load i32, ptr {at}, align 4"))
         };
-        let ray = word(self, abi::TEST_RAY);
+        let ray = word(self, offsets::TEST_RAY);
         let ray = self.setup(format_args!("zext i32 {ray} to i64"));
-        let first = word(self, abi::TEST_FIRST);
+        let first = word(self, offsets::TEST_FIRST);
         self.test = Some(LeafTest { ray, first });
-        let all = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
-        let bytes = self.block_bytes() / abi::OBJECTS_IN_BLOCK;
+        let all = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
+        let bytes = self.block_bytes() / offsets::OBJECTS_IN_BLOCK;
         let number = self.setup(format_args!("zext i32 {first} to i64"));
         let offset = self.setup(format_args!("mul nuw i64 {number}, {bytes}"));
         let objects = self.setup(format_args!("getelementptr i8, ptr {all}, i64 {offset}"));
-        self.set_pointer(PointerSource::Call, abi::CALL_OBJECTS, objects);
+        self.set_pointer(PointerSource::Call, offsets::CALL_OBJECTS, objects);
     }
 
     /// The word of the ray that all lanes share, of a lane array; the array itself where there is no such ray.
@@ -99,9 +99,9 @@ impl Emitter<'_, '_> {
     pub fn store_nearest(&mut self, place: Operand, any: Operand) {
         let Some(LeafTest { first, .. }) = self.test else { return };
         let number = self.instruction(format_args!("add i32 {first}, {place}"));
-        let none = abi::NO_OBJECT as i32;
+        let none = offsets::NO_OBJECT as i32;
         let number = self.instruction(format_args!("select i1 {any}, i32 {number}, i32 {none}"));
-        let offset = abi::TEST_NEAREST;
+        let offset = offsets::TEST_NEAREST;
         let at = self.instruction(format_args!("getelementptr i8, ptr %test, i64 {offset}"));
         self.effect(format_args!("store i32 {number}, ptr {at}, align 4"));
     }

@@ -4,7 +4,7 @@
 //! it) and which instructions of a target are worth using, but no library, no process and
 //! nothing of RTSL but packet code.
 //!
-//! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_packet::abi` says what it finds
+//! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_abi::offsets` says what it finds
 //! there. One that interleaves has a second, which the first calls for full chunks. A [`Callback`] finds
 //! the same in a struct of a host's own. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction, no undefined value that
 //! reaches a lane that is on. Where approximation is allowed packet code says so, and the text says

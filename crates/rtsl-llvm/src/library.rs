@@ -4,11 +4,10 @@
 
 use std::fmt::Write;
 
-use rtsl_packet::abi;
-use rtsl_packet::description::{
+use rtsl_abi::description::{
     ClassDescription, KernelDescription, LibraryDescription, ParameterDescription,
 };
-
+use rtsl_abi::offsets;
 use rtsl_spec::Role;
 
 use crate::constructor::Constructor;
@@ -49,7 +48,7 @@ pub fn emit_library(library: &Library<'_>, target: &TargetFeatures) -> String {
         data.text,
         "@\"{}\" = constant %Library {{ i32 {}, i32 {}, ptr {classes}, ptr {version}, ptr {processor} }}",
         description.symbol(),
-        abi::VERSION,
+        offsets::VERSION,
         description.classes.len()
     );
     module.add_data(&data.text);
@@ -110,7 +109,7 @@ impl Data {
         format!(
             "%Parameter {{ ptr {name}, ptr {type_name}, ptr {label}, ptr {documentation}, i32 {}, i32 {}, i32 {}, i32 {}, \
              float {}, float {} }}",
-            abi::scalar_number(parameter.scalar),
+            offsets::scalar_number(parameter.scalar),
             parameter.len,
             parameter.offset,
             parameter.flags(),
@@ -127,7 +126,7 @@ impl Data {
             kernel.symbol,
             kernel.reads.len(),
             kernel.writes.len(),
-            abi::shape_number(kernel.shape),
+            offsets::shape_number(kernel.shape),
             kernel.width,
             kernel.flags(),
         )

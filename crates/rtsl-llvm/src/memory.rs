@@ -4,9 +4,9 @@
 //! be loaded: it is clamped here unless packet code shows that it has been. A buffer without
 //! elements has the address of a word of zero in place of its own.
 
+use rtsl_abi::{Shape, offsets};
 use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
 use rtsl_packet::kernel::{KernelOutput, KernelPlace};
-use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{LlvmType, Operand, memory_element};
@@ -22,8 +22,8 @@ impl LaneTable {
     /// Where the call has it.
     fn offset(self) -> u32 {
         match self {
-            LaneTable::State => abi::CALL_STATE,
-            LaneTable::Scratch => abi::CALL_SCRATCH,
+            LaneTable::State => offsets::CALL_STATE,
+            LaneTable::Scratch => offsets::CALL_SCRATCH,
         }
     }
 
@@ -295,7 +295,7 @@ impl Emitter<'_, '_> {
     fn load_member(&mut self, id: PlaceId, index: Index) -> Operand {
         let place = self.kernel.place(id);
         let element = memory_element(place.place.scalar);
-        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
+        let instance = self.pointer(PointerSource::Call, offsets::CALL_INSTANCE);
         let (base, pointers) =
             (self.offset(instance, place.location * 4), self.vector("ptr", false));
         match index {

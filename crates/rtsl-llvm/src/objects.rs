@@ -4,9 +4,9 @@
 //! shape a chunk's objects lie in a row: a vector of a word is one load for each block. In the stream shape
 //! each lane has an address of its own.
 
+use rtsl_abi::{Shape, offsets};
 use rtsl_ir::{Index, PlaceId, PlaceKind};
 use rtsl_packet::kernel::KernelPlace;
-use rtsl_packet::{Shape, abi};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::memory::Buffer;
@@ -14,7 +14,7 @@ use crate::module::ZERO_WORD;
 use crate::operand::{LlvmType, Operand, memory_element};
 
 /// Bytes from one word of an object to the next.
-const ROW: u32 = abi::OBJECTS_IN_BLOCK * 4;
+const ROW: u32 = offsets::OBJECTS_IN_BLOCK * 4;
 
 impl Emitter<'_, '_> {
     // The objects of a chunk.
@@ -44,8 +44,8 @@ impl Emitter<'_, '_> {
 
     /// The addresses of the rays' objects.
     fn objects_of_lanes(&mut self) -> Operand {
-        let indices = self.pointer(PointerSource::Call, abi::CALL_INDEX);
-        let objects = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let indices = self.pointer(PointerSource::Call, offsets::CALL_INDEX);
+        let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let base = self.chunk_base();
         let ty = self.lanes("i32");
         let at = self.instruction(format_args!("getelementptr i32, ptr {indices}, i64 {base}"));
@@ -59,10 +59,10 @@ impl Emitter<'_, '_> {
 
     /// The address of the chunk's first object.
     fn objects_of_chunk(&mut self) -> Operand {
-        let objects = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let (index, base) = (LlvmType { element: "i64", count: 1 }, self.chunk_base());
-        let offset = if self.width.is_multiple_of(abi::OBJECTS_IN_BLOCK) {
-            let bytes = self.block_bytes() / abi::OBJECTS_IN_BLOCK;
+        let offset = if self.width.is_multiple_of(offsets::OBJECTS_IN_BLOCK) {
+            let bytes = self.block_bytes() / offsets::OBJECTS_IN_BLOCK;
             self.instruction(format_args!("mul nuw {index} {base}, {bytes}"))
         } else {
             self.object_offsets(index, base)
@@ -72,9 +72,10 @@ impl Emitter<'_, '_> {
 
     /// How many bytes after the first objects of these numbers lie.
     fn object_offsets(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
-        let shift = abi::OBJECTS_IN_BLOCK.trailing_zeros();
-        let [shift, last, bytes, two] = [shift, abi::OBJECTS_IN_BLOCK - 1, self.block_bytes(), 2]
-            .map(|number| self.same(ty, number));
+        let shift = offsets::OBJECTS_IN_BLOCK.trailing_zeros();
+        let [shift, last, bytes, two] =
+            [shift, offsets::OBJECTS_IN_BLOCK - 1, self.block_bytes(), 2]
+                .map(|number| self.same(ty, number));
         let blocks = self.instruction(format_args!("lshr {ty} {numbers}, {shift}"));
         let blocks = self.instruction(format_args!("mul nuw {ty} {blocks}, {bytes}"));
         let places = self.instruction(format_args!("and {ty} {numbers}, {last}"));
@@ -103,7 +104,7 @@ impl Emitter<'_, '_> {
     fn object_word(&mut self, word: u32) -> (Operand, LlvmType) {
         let (objects, ty) = match self.kernel.shape {
             Shape::Packet | Shape::CommonOrigin | Shape::Single => {
-                let object = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+                let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
                 (object, self.vector("ptr", false))
             }
             Shape::Leaf => (self.found_objects(), self.vector("ptr", false)),
@@ -134,7 +135,7 @@ impl Emitter<'_, '_> {
     /// A word of the chunk's objects, from its place in the first one on: one load for each block.
     fn load_row(&mut self, element: &'static str, at: Operand) -> Operand {
         let ty = self.lanes(element);
-        let block = LlvmType { count: ty.count.min(abi::OBJECTS_IN_BLOCK), ..ty };
+        let block = LlvmType { count: ty.count.min(offsets::OBJECTS_IN_BLOCK), ..ty };
         let align = block.count * 4;
         let bytes = self.block_bytes();
         let mut row: Option<(Operand, u32)> = None;
@@ -171,7 +172,7 @@ impl Emitter<'_, '_> {
         let (index, by_lane) = self.clamp_index(index, id);
         let (at, pointers) = self.object_word(location);
         let words = self.vector("i32", by_lane);
-        let shift = self.same(words, abi::OBJECTS_IN_BLOCK.trailing_zeros());
+        let shift = self.same(words, offsets::OBJECTS_IN_BLOCK.trailing_zeros());
         let rows = self.instruction(format_args!("shl {words} {index}, {shift}"));
         match self.kernel.shape {
             Shape::Leaf if !by_lane => {
@@ -194,7 +195,8 @@ impl Emitter<'_, '_> {
     /// How many bytes after the chunk's first object the others lie, as a literal.
     fn row_offsets(&self) -> String {
         let offset = |lane: u32| {
-            let (block, place) = (lane / abi::OBJECTS_IN_BLOCK, lane % abi::OBJECTS_IN_BLOCK);
+            let (block, place) =
+                (lane / offsets::OBJECTS_IN_BLOCK, lane % offsets::OBJECTS_IN_BLOCK);
             u64::from(block) * u64::from(self.block_bytes()) + u64::from(place) * 4
         };
         let offsets = (0..self.width).map(|lane| format!("i64 {}", offset(lane)));
@@ -232,7 +234,7 @@ impl Emitter<'_, '_> {
 
     /// A buffer's address and count in the instance's block.
     fn entry_of_instance(&mut self, offset: u32) -> (Operand, Operand) {
-        let instance = self.pointer(PointerSource::Call, abi::CALL_INSTANCE);
+        let instance = self.pointer(PointerSource::Call, offsets::CALL_INSTANCE);
         let at = self.setup(format_args!("getelementptr i8, ptr {instance}, i64 {offset}"));
         let address = self.setup(format_args!("load ptr, ptr {at}, align 8"));
         let count_at = self.setup(format_args!("getelementptr i8, ptr {at}, i64 8"));
@@ -241,7 +243,7 @@ impl Emitter<'_, '_> {
 
     /// A buffer's address and count in the call's one object.
     fn entry_of_object(&mut self, offset: u32) -> (Operand, Operand) {
-        let object = self.pointer(PointerSource::Call, abi::CALL_OBJECTS);
+        let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let [low, high, count] = [0, 1, 2].map(|word| {
             let offset = offset + word * ROW;
             let at = self.setup(format_args!("getelementptr i8, ptr {object}, i64 {offset}"));

@@ -1,9 +1,9 @@
 //! Single-ray text in, LLVM text out.
 
 use expect_test::{Expect, expect};
+use rtsl_abi::{Layout, Mark, MarkWord, RayRecord, Shape};
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_llvm::{Callback, TargetFeatures};
-use rtsl_packet::{Layout, Mark, MarkWord, RayRecord, Shape};
 
 fn emit(text: &str, target: &str, shape: Shape, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
@@ -41,7 +41,7 @@ fn emit_callback(text: &str, target: &str, width: u32) -> String {
             Mark { row: 20, word: MarkWord::Constant(7) },
         ],
     };
-    record.check(&kernel).unwrap();
+    kernel.check_record(&record).unwrap();
     let target = TargetFeatures::new("x86_64-unknown-linux-gnu", target, "");
     let callback = Callback { kernel: &kernel, record: &record, block_bytes: 8 };
     rtsl_llvm::emit_callbacks([("callback", callback)], &target)

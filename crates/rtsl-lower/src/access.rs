@@ -1,6 +1,7 @@
 //! Parts of variables: `a.b[i].xy`, read and written without touching the rest.
 
 use rtsl_ir::{CompareOp, OpKind, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_sema::hir::{Expression, ExpressionKind, StructId, Type};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -8,7 +9,6 @@ use crate::addresses::LeafPart;
 use crate::facts::{CHOICE, root_of};
 use crate::limits::Lowered;
 use crate::variables::{Storage, VariableId};
-use rtsl_sema::hir::{Expression, ExpressionKind, StructId, Type};
 
 /// A part of a variable. Its indices have been evaluated, so that it can be read and then written.
 #[derive(Clone, Debug)]

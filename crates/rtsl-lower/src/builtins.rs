@@ -1,6 +1,7 @@
 //! Built-in functions, as the registry says.
 
 use rtsl_ir::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
+use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
 use rtsl_source::Span;
 use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Operation, Special};
 
@@ -8,7 +9,6 @@ use crate::Lowering;
 use crate::calls::Argument;
 use crate::limits::Lowered;
 use crate::state::state_id;
-use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
 
 impl<'m> Lowering<'m> {
     pub fn lower_builtin(

@@ -1,6 +1,7 @@
 //! Calls, replaced by the function's body.
 
 use rtsl_ir::Value;
+use rtsl_sema::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -9,7 +10,6 @@ use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::{self, Lowered};
 use crate::variables::{RANK_OF_PARAMETERS, VariableId};
-use rtsl_sema::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
 
 /// One call whose body is being lowered.
 #[derive(Clone, Debug)]

@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::{self, Reference};
 use rtsl_ir::{Builder, Function, Place, PlaceKind};
-use rtsl_source::Diagnostic;
-use rtsl_source::deep_stack;
+use rtsl_sema::hir::{
+    Class, ClassId, Expression, FunctionId, LocalId, Member, Module, Storage, Type,
+};
+use rtsl_source::{Diagnostic, deep_stack};
 use rtsl_spec::Method;
 
 use crate::access::Access;
@@ -19,9 +21,6 @@ use crate::members::ConstantTables;
 use crate::parameters::{parameters_of, reference_role, scratch_types};
 use crate::variables::{SlotPool, VariableId};
 use crate::{Lowering, Purpose};
-use rtsl_sema::hir::{
-    Class, ClassId, Expression, FunctionId, LocalId, Member, Module, Storage, Type,
-};
 
 /// Lowers a class of a checked module without errors.
 ///

@@ -1,13 +1,13 @@
 //! GLSL's constructors: `vec3(...)`, `mat2(...)`, `float[3](...)`, `Light(...)`, `color(...)`.
 
 use rtsl_ir::{Constant, Scalar, Value};
+use rtsl_sema::hir::{Expression, Type};
 use rtsl_source::Span;
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Lowering;
 use crate::layout::join_elements;
 use crate::limits::Lowered;
-use rtsl_sema::hir::{Expression, Type};
 
 // `color(r, g, b)` takes its components as they are.
 const _: () = assert!(COLOR_COMPONENTS == 3);

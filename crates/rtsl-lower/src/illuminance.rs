@@ -4,6 +4,7 @@
 //! rays that are still in the loop.
 
 use rtsl_ir::{CompareOp, OpKind, Scalar, Value};
+use rtsl_sema::hir::{Expression, Illuminance, Type};
 use rtsl_source::Span;
 use rtsl_spec::COLOR_COMPONENTS;
 
@@ -14,7 +15,6 @@ use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::state::{light_states, state_id};
 use crate::walk::Node;
-use rtsl_sema::hir::{Expression, Illuminance, Type};
 
 /// Where light is asked for.
 struct Query {

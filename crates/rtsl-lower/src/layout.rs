@@ -12,11 +12,11 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use rtsl_ir::{Place, PlaceKind, Scalar, Value};
+use rtsl_sema::hir::{Module, StructId, Type};
 use rtsl_source::Span;
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::limits::{self, Lowered};
-use rtsl_sema::hir::{Module, StructId, Type};
 
 /// A run of scalars of one type.
 #[derive(Clone, Debug, PartialEq, Eq)]

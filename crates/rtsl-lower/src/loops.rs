@@ -1,6 +1,7 @@
 //! `for`, `while`, `do`.
 
 use rtsl_ir::Value;
+use rtsl_sema::hir::{Expression, Loop};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -10,7 +11,6 @@ use crate::expressions::is_cheap;
 use crate::facts::{Assigned, Root};
 use crate::limits::Lowered;
 use crate::walk::Node;
-use rtsl_sema::hir::{Expression, Loop};
 
 impl<'m> Lowering<'m> {
     pub fn lower_loop(&mut self, repeat: &'m Loop, span: Span) -> Lowered<()> {

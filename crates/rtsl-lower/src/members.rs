@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rtsl_ir::{Constant, PlaceKind, UnaryOp, evaluate};
+use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 use rtsl_source::Span;
 
 use crate::access::Access;
@@ -10,7 +11,6 @@ use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::variables::{RANK_OF_DATA, Storage as InPlace, VariableId};
 use crate::{Lowering, Purpose};
-use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 
 /// Tables of constants that the class indexes dynamically. They become members that only the
 /// initializer sets, so that one copy serves all rays.

@@ -6,6 +6,7 @@
 //! what the caller does not have. So linking needs to know nothing of the caller.
 
 use rtsl_ir::{OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
+use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId, Type};
 use rtsl_source::Span;
 use rtsl_spec::builtins::{ReferenceMethod, SpecType, reference_method};
 use rtsl_spec::{Direction, Method, Role};
@@ -14,7 +15,6 @@ use crate::Lowering;
 use crate::limits::Lowered;
 use crate::state::{entry, state_id};
 use crate::variables::Storage;
-use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId, Type};
 
 /// The state that a callee sees.
 type Overrides = Vec<(StateComponent, Value)>;

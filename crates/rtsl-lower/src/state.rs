@@ -7,6 +7,7 @@
 //! - What the method's table does not have is a local that starts with the default.
 
 use rtsl_ir::{Constant, Place, PlaceKind, Scalar, Value};
+use rtsl_sema::hir::{StateId, Type};
 use rtsl_source::Span;
 use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable};
 
@@ -15,7 +16,6 @@ use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::variables::{RANK_OF_DATA, Storage, Variable, VariableId};
 use crate::{Lowering, Purpose};
-use rtsl_sema::hir::{StateId, Type};
 
 /// A default that depends on other variables.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! Statements.
 
 use rtsl_ir::{Constant, Value};
+use rtsl_sema::hir::{Expression, ExpressionKind, LocalId, Statement, StatementKind};
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -9,7 +10,6 @@ use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::variables::VariableId;
-use rtsl_sema::hir::{Expression, ExpressionKind, LocalId, Statement, StatementKind};
 
 /// Up to this many regions deep, what follows an `if` that ends in a jump becomes its other branch; deeper
 /// down flags take over, so that a long list of `if (...) return` does not nest without end.

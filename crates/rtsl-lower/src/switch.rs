@@ -1,12 +1,12 @@
 //! `switch`: the cases in order, each behind "its value, or fallen through".
 
 use rtsl_ir::{CompareOp, Value};
+use rtsl_sema::hir::{Expression, StatementKind, SwitchCase};
 use rtsl_source::Span;
 
 use crate::Lowering;
 use crate::calls::Jumps;
 use crate::limits::Lowered;
-use rtsl_sema::hir::{Expression, StatementKind, SwitchCase};
 
 impl<'m> Lowering<'m> {
     pub fn lower_switch(

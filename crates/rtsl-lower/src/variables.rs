@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use rtsl_ir::{Constant, Name, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_sema::hir::Type;
 use rtsl_source::Span;
 
 use crate::Lowering;
@@ -11,7 +12,6 @@ use crate::cells::Cell;
 use crate::layout::Layout;
 use crate::limits::{self, Lowered};
 use crate::state::ComputedDefault;
-use rtsl_sema::hir::Type;
 
 /// An index into [`Lowering::variables`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

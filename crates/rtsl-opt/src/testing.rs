@@ -1,7 +1,6 @@
 //! What the tests of passes share.
 
-use rtsl_ir::Function;
-use rtsl_ir::{Constant, Interpreter, Outcome, verify::verify};
+use rtsl_ir::{Constant, Function, Interpreter, Outcome, verify::verify};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function};
 
 /// Places that the bodies of tests may name.

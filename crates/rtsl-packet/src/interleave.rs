@@ -27,10 +27,11 @@
 //! Full chunks have a function of their own even where they are done one by one: without it, each
 //! tests whether it is full, which takes a tenth of a short kernel's time.
 
+use rtsl_abi::Shape;
 use rtsl_ir::PlaceKind;
 
 use crate::kernel::{KernelPlace, OpKind, Region};
-use crate::{Estimate, Kernel, Shape};
+use crate::{Estimate, Kernel};
 
 /// The numbers of chunks that may be done at a time.
 pub const FACTORS: [u32; 3] = [1, 2, 4];

@@ -55,11 +55,10 @@
 //! A kernel of [`Shape::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
 //! only.
 
+use rtsl_abi::Shape;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, UnaryOp, Value, Values,
 };
-
-use crate::Shape;
 
 /// The type of a packet value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

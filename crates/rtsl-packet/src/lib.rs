@@ -4,32 +4,25 @@
 //! ([`lower`]); [`kernel`] says what the result means, [`interpreter`] runs it and counts what it
 //! does. This crate knows no LLVM and no instruction set; W and the shape are parameters.
 
-pub mod abi;
-pub mod description;
 mod estimate;
 pub mod interleave;
 pub mod interpreter;
 pub mod kernel;
-mod layout;
 mod lower;
-mod objects;
 mod print;
 pub mod profile;
 mod range;
 mod record;
-mod shape;
+mod signature;
 pub mod uniformity;
 mod verify;
 mod work;
 
 pub use estimate::Estimate;
 pub use kernel::Kernel;
-pub use layout::{DataLocation, Layout};
 pub use lower::{LowerError, lower, lower_packet};
-pub use objects::ObjectForm;
 pub use profile::Profile;
 pub use range::Ranges;
-pub use record::{Mark, MarkWord, RayRecord, RecordError};
-pub use shape::Shape;
+pub use record::RecordError;
 pub use verify::{VerifyError, verify};
 pub use work::MAX_WORK;

@@ -124,7 +124,7 @@ mod tests {
     use rtsl_ir::{Function, Index, PlaceKind};
 
     use super::*;
-    use crate::{Layout, Shape};
+    use rtsl_abi::{Layout, Shape};
 
     /// Whether the index of the one load with a dynamic one is known to be inside.
     fn is_inside(index: &str) -> bool {

@@ -1,60 +1,11 @@
-//! Rays as a host keeps them, for functions that a host's own code can call back.
-//!
-//! A [kernel](crate::Kernel) for a record is a C function of one argument too, but the argument is a struct of the host's: the
-//! record says where in it the rays, their mask and the instance's data are found. It does one packet, of as many
-//! rays as the kernel is wide, and needs none of the tables that a [call](crate::abi) leads to.
+//! The kernels that a [record](RayRecord) of a host suffices for.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
+use rtsl_abi::{RayRecord, Shape};
 use rtsl_ir::{PlaceId, PlaceKind};
 
-use crate::Shape;
 use crate::kernel::{Kernel, OpKind, Region};
-
-/// How a host keeps a packet of rays, and how it asks about them. Offsets are bytes of the function's argument.
-///
-/// Rays are rows of one word a ray: row `r` of ray `i` is the word `r * width + i`, where `width` is the number of rays.
-/// Rows are 4-byte aligned; those of state components hold floats.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RayRecord {
-    /// Where the address of the first row stands.
-    pub rays: u32,
-    /// Where the address of the mask stands: a word a ray, 0 for those that are left out. All rays take part where `None`.
-    pub mask: Option<u32>,
-    /// Where the address of the block of the first instance stands. Blocks are 8-byte aligned and lie one after the other.
-    pub instances: u32,
-    /// Where the number of the instance stands, a u32; the first one's where `None`.
-    pub number: Option<u32>,
-    /// The row of each state component that the record has.
-    pub rows: BTreeMap<u32, u32>,
-    /// What else is written for rays with a hit.
-    pub marks: Vec<Mark>,
-}
-
-/// A word that is written to a row, for rays with a hit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Mark {
-    /// The row.
-    pub row: u32,
-    /// What is written.
-    pub word: MarkWord,
-}
-
-/// A word that the caller gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum MarkWord {
-    /// Always these bits.
-    Constant(u32),
-    /// What stands there in the argument.
-    Argument(u32),
-    /// What stands so many bytes behind the address that stands there in the argument.
-    Behind {
-        /// Where the address stands.
-        pointer: u32,
-        /// How many bytes.
-        offset: u32,
-    },
-}
 
 /// Why a kernel can't be called for a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -73,21 +24,21 @@ pub enum RecordError {
     AsksHost,
 }
 
-impl RayRecord {
-    /// Whether all that the kernel reads and sets is here.
+impl Kernel {
+    /// Checks that a record has all that the kernel reads and sets.
     ///
     /// # Errors
     /// See [`RecordError`].
-    pub fn check(&self, kernel: &Kernel) -> Result<(), RecordError> {
-        if kernel.shape != Shape::Packet || kernel.accepted_output().is_none() {
+    pub fn check_record(&self, record: &RayRecord) -> Result<(), RecordError> {
+        if self.shape != Shape::Packet || self.accepted_output().is_none() {
             return Err(RecordError::Shape);
         }
-        for id in used_places(kernel) {
-            let place = kernel.place(id);
+        for id in used_places(self) {
+            let place = self.place(id);
             let name = || place.place.name.clone();
             let mut components = place.location..place.location + place.place.len;
             match place.place.kind {
-                PlaceKind::State if !components.all(|it| self.rows.contains_key(&it)) => {
+                PlaceKind::State if !components.all(|it| record.rows.contains_key(&it)) => {
                     return Err(RecordError::NoRow(name()));
                 }
                 PlaceKind::Scratch => return Err(RecordError::NoPlace(name())),
@@ -95,7 +46,7 @@ impl RayRecord {
                 _ => {}
             }
         }
-        if asks_host(&kernel.prologue) || asks_host(&kernel.body) {
+        if asks_host(&self.prologue) || asks_host(&self.body) {
             return Err(RecordError::AsksHost);
         }
         Ok(())
@@ -137,7 +88,7 @@ mod tests {
     use rtsl_ir::Function;
 
     use super::*;
-    use crate::Layout;
+    use rtsl_abi::Layout;
 
     fn record(rows: &[u32]) -> RayRecord {
         let rows = rows.iter().map(|component| (*component, *component)).collect();
@@ -150,7 +101,7 @@ mod tests {
         layout.scratch.insert("s".to_owned(), 0);
         let kernel = crate::lower(&function, &layout, shape, 4).unwrap();
         let distance = rtsl_spec::lookup_state("rt_HitDistance").unwrap().first_component;
-        record(&[distance]).check(&kernel)
+        kernel.check_record(&record(&[distance]))
     }
 
     const HIT: &str =

@@ -17,11 +17,11 @@
 //! 9. There is one yield of the body for each output, and the outputs are of state, scratch
 //!    and accepted places.
 
+use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_ir::{BinaryOp, CompareOp, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
-use crate::abi::BUFFER_WORDS;
 use crate::kernel::{KernelPlace, Op, OpKind, Region, Type};
 use crate::lower::{MAX_SLOT_WORDS, local_words};
 

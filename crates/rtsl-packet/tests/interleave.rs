@@ -1,8 +1,9 @@
 //! Which kernels do several full chunks at a time.
 
+use rtsl_abi::{Layout, Shape};
 use rtsl_ir::{Function, PlaceKind};
+use rtsl_packet::Kernel;
 use rtsl_packet::interleave::{FACTORS, choose};
-use rtsl_packet::{Kernel, Layout, Shape};
 
 fn lower(text: &str, shape: Shape, width: u32) -> Kernel {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));

@@ -3,9 +3,10 @@
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
+use rtsl_abi::{Layout, Shape};
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, Storage as _};
+use rtsl_packet::Kernel;
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
-use rtsl_packet::{Kernel, Layout, Shape};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
 
 /// Full chunks and a part of one at every width.

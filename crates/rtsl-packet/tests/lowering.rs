@@ -1,8 +1,9 @@
 //! Single-ray text in, packet text out.
 
 use expect_test::{Expect, expect};
+use rtsl_abi::{Layout, ObjectForm, Shape};
 use rtsl_ir::{Function, PlaceKind};
-use rtsl_packet::{Kernel, Layout, LowerError, ObjectForm, Shape};
+use rtsl_packet::{Kernel, LowerError};
 
 fn lower(text: &str, shape: Shape, width: u32) -> Result<Kernel, LowerError> {
     lower_for(text, shape, width, None)

@@ -1,8 +1,9 @@
 //! Kernels that break one rule each.
 
+use rtsl_abi::Shape;
 use rtsl_ir::{BinaryOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, Value, Values};
 use rtsl_packet::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
-use rtsl_packet::{Shape, verify};
+use rtsl_packet::verify;
 
 /// Loads a state variable, a member in the prologue, and adds them:
 /// %0 mask, %1 = 1.0, %2 = radius, %3 = t, %4 = %3 + %2, %5 = any %0.

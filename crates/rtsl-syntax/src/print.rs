@@ -5,12 +5,13 @@
 
 use std::fmt::{self, Write};
 
+use rtsl_source::deep_stack;
+
 use crate::ast::{
     Annotation, AnnotationValue, BinaryOperator, Block, Class, ClassForm, Condition, Expression,
     ExpressionKind, Function, Initializer, Item, Parameter, Qualifier, Qualifiers, Statement,
     StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
 };
-use rtsl_source::deep_stack;
 
 /// The text of `unit`.
 pub fn print(unit: &TranslationUnit) -> String {

@@ -1,6 +1,6 @@
 //! What a host wants to be called back for.
 
-use rtsl_packet::RayRecord;
+use rtsl_abi::RayRecord;
 
 use crate::variant::Outputs;
 

@@ -8,14 +8,16 @@
 
 use std::sync::OnceLock;
 
+use rtsl_abi::offsets::OBJECTS_IN_BLOCK;
+use rtsl_abi::{
+    CallArguments, InstanceBlock, Instances, LaneBlock, Layout, ObjectForm, ObjectRow, Objects,
+    Shape,
+};
 use rtsl_ir::class::ParameterTarget;
 use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
-use rtsl_jit::{CallArguments, InstanceBlock, Instances, LaneBlock, ObjectRow, Objects};
-use rtsl_packet::abi::OBJECTS_IN_BLOCK;
 use rtsl_packet::kernel::KernelPlace;
 use rtsl_packet::uniformity::Uniformity;
-use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_source::Diagnostic;
 
 use crate::Instance;

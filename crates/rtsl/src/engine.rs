@@ -71,7 +71,7 @@ pub struct KernelRequest {
 }
 
 impl KernelRequest {
-    /// A kernel of a method; a [`Shape`](rtsl_packet::Shape) asks for the plain one of the shape.
+    /// A kernel of a method; a [`Shape`](rtsl_abi::Shape) asks for the plain one of the shape.
     pub fn new(program: &Arc<Program>, method: Method, variant: impl Into<Variant>) -> Self {
         KernelRequest { program: program.clone(), method, variant: variant.into() }
     }

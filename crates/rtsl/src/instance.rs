@@ -4,10 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Parameter, ParameterTarget, Reference};
 use rtsl_ir::{Function, OpKind, PlaceKind};
-use rtsl_jit::{BoundBuffer, InstanceBlock};
-use rtsl_packet::Layout;
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use crate::elements::parameter_name;

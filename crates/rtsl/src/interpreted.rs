@@ -1,12 +1,11 @@
 //! Methods on the interpreter, called as machine code is called.
 
-use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
-use rtsl_jit::{
-    CallArguments, CallError, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
-    LeafArguments, Objects, Signature,
+use rtsl_abi::{
+    CallArguments, CallError, CallStatus, HostArguments, Instances, LaneBlock, LaneMask, Layout,
+    LeafArguments, Objects, Shape, Signature,
 };
+use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
 use rtsl_packet::kernel::HIT_DISTANCE;
-use rtsl_packet::{Layout, Shape};
 use rtsl_spec::state_component_count;
 
 use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage};

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use rtsl_jit::{
-    CallArguments, CallError, CallStatus, CompiledKernel, ComponentSet, HostArguments,
-    LeafArguments, Objects,
+use rtsl_abi::{
+    CallArguments, CallError, CallStatus, ComponentSet, HostArguments, LeafArguments, Objects,
 };
+use rtsl_jit::CompiledKernel;
 
 use crate::interpreted::InterpretedKernel;
 

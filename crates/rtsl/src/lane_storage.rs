@@ -1,8 +1,10 @@
 //! The places of a method in the arguments of a call, as interpreters see them.
 
+use rtsl_abi::{
+    ComponentSet, DataLocation, InstanceBlock, Instances, LaneBlock, LaneMask, Layout, ObjectForm,
+    Objects, Signature,
+};
 use rtsl_ir::{Place, PlaceId, PlaceKind, Scalar};
-use rtsl_jit::{ComponentSet, InstanceBlock, Instances, LaneBlock, LaneMask, Objects, Signature};
-use rtsl_packet::{DataLocation, Layout, ObjectForm};
 use rtsl_spec::lookup_state;
 
 /// Where a method's places lie in calls of one shape.

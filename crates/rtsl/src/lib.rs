@@ -73,23 +73,26 @@ pub use unit::{Compilation, Unit};
 pub use value::{Numbers, Value};
 pub use variant::{KnownMembers, Outputs, Variant};
 
+pub use rtsl_abi::description;
+pub use rtsl_abi::offsets::{
+    NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,
+};
+pub use rtsl_abi::{
+    CallArguments, CallError, CallStatus, ComponentSet, HostArguments, HostLanes, InstanceBlock,
+    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, ObjectRow, Objects,
+    in_huge_pages, prefetch,
+};
+pub use rtsl_abi::{Layout, Mark, MarkWord, ObjectForm, RayRecord, Shape};
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
     Reference,
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
 pub use rtsl_jit::{
-    CallArguments, CallError, CallStatus, CompiledCallback, ComponentSet, Denoiser, DenoiserError,
-    DenoiserInput, ForkGuard, HostArguments, HostLanes, InstanceBlock, Instances, LaneBlock,
-    LaneIndices, LaneMask, LeafArguments, LeafTest, Llvm, LlvmError, ObjectRow, Objects, OptLevel,
-    Target, in_huge_pages, prefetch,
+    CompiledCallback, Denoiser, DenoiserError, DenoiserInput, ForkGuard, Llvm, LlvmError, OptLevel,
+    Target,
 };
-pub use rtsl_packet::abi::{
-    NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,
-};
-pub use rtsl_packet::description;
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
-pub use rtsl_packet::{Layout, Mark, MarkWord, ObjectForm, RayRecord, Shape};
 pub use rtsl_source::{
     Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
     code_info, codes, diagnostic_codes, most_similar, render,

@@ -1,8 +1,8 @@
 //! A method's packet code, to be run and counted.
 
-use rtsl_jit::{CallArguments, CallStatus, Signature};
+use rtsl_abi::{CallArguments, CallStatus, Layout, Signature};
+use rtsl_packet::Profile;
 use rtsl_packet::interpreter::{self, Rays};
-use rtsl_packet::{Layout, Profile};
 
 use crate::lane_storage::{CallStorage, LanePlaces};
 

@@ -18,17 +18,17 @@
 
 use std::sync::Arc;
 
+use rtsl_abi::{BufferEntry, DataLocation, Layout, Shape, Signature};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
-use rtsl_jit::{BufferEntry, CompiledCallback, CompiledKernel, OptLevel, Signature, Target};
+use rtsl_jit::{CompiledCallback, CompiledKernel, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_lower::lower_class;
 use rtsl_opt::unchanged::{self, PlaceScalar};
-use rtsl_packet::{DataLocation, Layout, Shape, interleave};
+use rtsl_packet::interleave;
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
-use rtsl_source::deep_stack;
-use rtsl_source::{Diagnostic, Diagnostics};
+use rtsl_source::{Diagnostic, Diagnostics, deep_stack};
 use rtsl_spec::{Method, lookup_state};
 use rtsl_syntax::IncludeLoader;
 use rtsl_syntax::ast::TranslationUnit;

@@ -4,13 +4,13 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use rtsl_abi::description::KernelDescription;
+use rtsl_abi::{InstanceBlock, LaneBlock, Layout, ObjectForm, Objects, Shape};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region, Value};
-use rtsl_jit::{CompiledCallback, InstanceBlock, LaneBlock, Objects};
+use rtsl_jit::CompiledCallback;
 use rtsl_opt::placed::PLACEMENT_SCALARS;
 use rtsl_opt::unchanged::{self, PlaceScalar};
-use rtsl_packet::description::KernelDescription;
-use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rtsl_jit::InstanceBlock;
+use rtsl_abi::InstanceBlock;
 use rtsl_source::Diagnostic;
 
 use crate::Instance;

@@ -5,7 +5,7 @@
 //! [`first_component`](rtsl_spec::StateVariable::first_component). The same block serves
 //! methods of all roles.
 
-use rtsl_jit::LaneBlock;
+use rtsl_abi::LaneBlock;
 use rtsl_spec::{Default as StateDefault, Role, rows, state_component_count, state_variables};
 
 /// State for `lanes` rays, all zero.

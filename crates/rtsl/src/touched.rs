@@ -1,7 +1,7 @@
 //! What of the state a method touches.
 
+use rtsl_abi::ComponentSet;
 use rtsl_ir::{Function, Index, OpKind, PlaceId, PlaceKind};
-use rtsl_jit::ComponentSet;
 use rtsl_spec::lookup_state;
 
 /// The state components that a linked method loads or stores: those whose arrays its kernels need.

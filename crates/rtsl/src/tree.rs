@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use rtsl_abi::Layout;
 use rtsl_ir::Place;
 use rtsl_ir::class::Class;
-use rtsl_packet::Layout;
 
 use crate::Instance;
 

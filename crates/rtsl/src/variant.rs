@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use rtsl_abi::{Layout, ObjectForm, Shape};
 use rtsl_ir::{Function, Index, OpKind, PlaceKind};
 use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
-use rtsl_packet::{Layout, ObjectForm, Shape};
 use rtsl_spec::{StateVariable, lookup_state, state_variables};
 
 use crate::program::LinkedMethod;

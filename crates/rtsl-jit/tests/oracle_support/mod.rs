@@ -2,15 +2,16 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rtsl_abi::offsets::BUFFER_WORDS;
+use rtsl_abi::{
+    BoundBuffer, CallArguments, CallStatus, DataLocation, InstanceBlock, Instances, LaneBlock,
+    LaneIndices, LaneMask, Layout, ObjectForm, Objects, Shape,
+};
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
-use rtsl_jit::{
-    BoundBuffer, CallArguments, CallStatus, CompiledKernel, InstanceBlock, Instances, LaneBlock,
-    LaneIndices, LaneMask, Llvm, Objects, OptLevel,
-};
+use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::abi::BUFFER_WORDS;
-use rtsl_packet::{DataLocation, Kernel, Layout, ObjectForm, Shape, interleave};
+use rtsl_packet::{Kernel, interleave};
 use rtsl_testing::functions::{Entropy, HashHost};
 
 /// Full chunks and a part of one at every width.

@@ -6,7 +6,6 @@ use rtsl_ir::class::Class;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, PlaceKind, Storage};
-
 use rtsl_lower::lower_class;
 use rtsl_sema::hir::{ClassId, Module};
 use rtsl_source::{Diagnostic, Severity, render};

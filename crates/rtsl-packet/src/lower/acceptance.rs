@@ -199,7 +199,7 @@ mod tests {
     use expect_test::expect;
     use rtsl_ir::Function;
 
-    use crate::{Layout, Shape};
+    use rtsl_abi::{Layout, Shape};
 
     /// The chunk of a function that offers a hit in a branch, and ends like this.
     fn lowered(end: &str) -> String {

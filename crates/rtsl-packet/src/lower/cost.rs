@@ -3,10 +3,10 @@
 //! The unit is about one addition of a vector, 0.4 cycles among other work. The figures weigh
 //! speculation against a branch; they need not be right for any one machine.
 
+use rtsl_abi::Shape;
 use rtsl_ir::{BinaryOp, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp};
 
 use super::{Calls, Lowering};
-use crate::Shape;
 
 /// For each lane, what may be done in vain rather than branched over: the more lanes, the less often
 /// a branch saves anything.

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use rtsl_abi::Shape;
 use rtsl_ir::{PlaceKind, Value};
 
 use super::Lowering;
-use crate::Shape;
 use crate::kernel::{OpKind, Region};
 
 impl Lowering<'_> {

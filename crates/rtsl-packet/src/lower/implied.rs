@@ -170,7 +170,7 @@ fn conclude(kind: &OpKind, known: &HashMap<Value, Known>) -> Option<Known> {
 mod tests {
     use rtsl_ir::Function;
 
-    use crate::{Layout, Shape};
+    use rtsl_abi::{Layout, Shape};
 
     /// Whether the chunk of a function that offers a hit still asks whether the root exists.
     fn asks(guard: &str, rest: &str) -> bool {

@@ -1,9 +1,9 @@
 //! Loads and stores.
 
+use rtsl_abi::Shape;
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, PlaceId, PlaceKind, Scalar, Value};
 
 use super::Lowering;
-use crate::Shape;
 use crate::kernel::OpKind;
 
 /// Up to this many scalars a dynamic index becomes a choice among constant ones: a vector whose

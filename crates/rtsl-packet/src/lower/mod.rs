@@ -17,6 +17,7 @@ mod nan_shadow;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rtsl_abi::{DataLocation, Layout, ObjectForm, Shape};
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value,
@@ -25,8 +26,8 @@ use rtsl_ir::{
 
 use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
 use crate::uniformity::Uniformity;
+use crate::verify;
 use crate::work::MAX_WORK;
-use crate::{DataLocation, Layout, ObjectForm, Shape, verify};
 
 /// The most memory that the slots of a kernel of the greatest width may take, in words: they live
 /// on the stack, and kernels call hosts that call kernels. The limit is the same for
@@ -70,7 +71,7 @@ pub fn lower(
     lower_for(function, layout, shape, width, Calls::Large)
 }
 
-/// The same for calls of one packet, as [records](crate::RayRecord) are of.
+/// The same for calls of one packet, as [records](rtsl_abi::RayRecord) are of.
 ///
 /// # Errors
 /// See [`LowerError`].

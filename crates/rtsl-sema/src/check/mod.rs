@@ -58,8 +58,7 @@ mod types;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl_source::deep_stack;
-use rtsl_source::{Code, Diagnostic, Diagnostics, Span};
+use rtsl_source::{Code, Diagnostic, Diagnostics, Span, deep_stack};
 use rtsl_syntax::ast;
 
 use crate::hir::Module;

@@ -15,14 +15,15 @@ mod operators;
 mod statements;
 mod types;
 
-use rtsl_source::{Code, Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes};
+use rtsl_source::{
+    Code, Diagnostic, Diagnostics, SourceMap, Span, deep_stack, diagnostic_codes as codes,
+};
 
 use crate::ast::{Identifier, TranslationUnit};
 use crate::message::shorten;
 use crate::symbol::Interner;
 use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Reading, Reserved, Word};
-use rtsl_source::deep_stack;
 
 /// How many tokens may be copied where one type or annotation serves several declarators.
 const MAX_COPIED_TOKENS: usize = 1 << 20;

@@ -1,11 +1,11 @@
 //! What hosts are told of a class.
 
-use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
-use rtsl_ir::{Place, PlaceKind, Scalar};
-use rtsl_packet::Layout;
-use rtsl_packet::description::{
+use rtsl_abi::Layout;
+use rtsl_abi::description::{
     ClassDescription, ElementDescription, Field, FieldKind, KernelDescription, ParameterDescription,
 };
+use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
+use rtsl_ir::{Place, PlaceKind, Scalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable};
 

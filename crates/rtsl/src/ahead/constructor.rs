@@ -1,8 +1,8 @@
 //! Constructors of a class and of those that its references are bound to, as kernels of one function.
 
+use rtsl_abi::{Layout, Shape};
 use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
 use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
-use rtsl_packet::{Layout, Shape};
 use rtsl_source::Diagnostic;
 
 use super::class::Construction;

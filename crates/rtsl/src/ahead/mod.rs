@@ -13,13 +13,14 @@ mod constructor;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use rtsl_abi::Shape;
+use rtsl_abi::description::{KernelDescription, LibraryDescription};
 use rtsl_cpp::ClassCode;
 use rtsl_ir::Function;
 use rtsl_ir::class::Class;
 use rtsl_jit::{JitError, Llvm, Target};
 use rtsl_llvm::{Constructor, Library};
-use rtsl_packet::description::{KernelDescription, LibraryDescription};
-use rtsl_packet::{Kernel, Shape};
+use rtsl_packet::Kernel;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::Method;
 

@@ -4,11 +4,11 @@
 //! What one of them sets the next ones read as a value, scratch included, so that nothing passes through memory but
 //! what the host's record has rows for. What it has none for holds its default.
 
+use rtsl_abi::RayRecord;
 use rtsl_ir::{
     BinaryOp, Constant, Function, Index, Op, OpKind, Output, Place, PlaceId, PlaceKind, Region,
     Scalar, StateComponent, Value,
 };
-use rtsl_packet::RayRecord;
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, Role, StateVariable, lookup_state, state_variables};
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use rtsl_abi::description::Field;
 use rtsl_ir::Scalar;
-use rtsl_packet::description::Field;
 
 use crate::subjects::Subject;
 

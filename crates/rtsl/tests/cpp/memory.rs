@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rtsl_abi::description::{ClassDescription, FieldKind};
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
-use rtsl_packet::description::{ClassDescription, FieldKind};
 use rtsl_testing::functions::HashHost;
 
 /// The words of one call.

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
 use rtsl::{Backend, Class, Compiler, Engine, EngineOptions, library};
+use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
+use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_cpp::ClassCode;
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::{Function, OpKind, PlaceKind, Scalar};
-use rtsl_packet::abi::BUFFER_WORDS;
-use rtsl_packet::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_spec::{Method, StateVariable, lookup_state, state_component_count};
 use rtsl_testing::functions::seeded_function;
 

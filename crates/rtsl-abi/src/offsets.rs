@@ -19,7 +19,7 @@
 //! | 64 | `user: *void` | passed to them |
 //! | 72 | `count: u32` | rays; 1 in the single shape, which looks at neither this nor the mask |
 //! | 76 | `status: u32` | kernels set bits: [`STATUS_BUDGET`] |
-//! | 80 | `begin: u32` | kernels that [begin at any chunk](crate::Kernel::begins_at_any_chunk): the ray that the first chunk starts with, a multiple of the width |
+//! | 80 | `begin: u32` | kernels that [begin at any chunk](crate::Signature::separate_chunks): the ray that the first chunk starts with, a multiple of the width |
 //! | 84 | `test_count: u32` | leaf shape, `intersect`: how many tests |
 //! | 88 | `tests: *LeafTest` | leaf shape, `intersect`: the tests |
 //!

@@ -6,6 +6,9 @@
 
 use std::ops::Range;
 
+/// The largest size of the pages that systems for this processor use.
+pub const PAGE_BYTES: usize = if cfg!(target_arch = "x86_64") { 4 << 10 } else { 64 << 10 };
+
 /// Smaller tables stay as they are.
 const LEAST_BYTES: usize = 4 << 20;
 
@@ -40,19 +43,12 @@ enum Advice {
 
 #[cfg(target_os = "linux")]
 fn advise<T>(memory: Range<*const T>, advice: Advice) {
-    use std::ffi::{c_int, c_void};
-
-    unsafe extern "C" {
-        fn madvise(address: *mut c_void, size: usize, advice: c_int) -> c_int;
-    }
-    const PAGE: usize = crate::memory::PAGE;
-
-    let start = memory.start.addr().next_multiple_of(PAGE);
-    let end = memory.end.addr() / PAGE * PAGE;
+    let start = memory.start.addr().next_multiple_of(PAGE_BYTES);
+    let end = memory.end.addr() / PAGE_BYTES * PAGE_BYTES;
     let address = memory.start.with_addr(start).cast_mut().cast();
     // Safety: whole pages within the memory. The advice changes nothing of what they hold, so it does no
     // harm that it is refused, or that pages outlive the memory's use.
-    unsafe { madvise(address, end.saturating_sub(start), advice as c_int) };
+    unsafe { libc::madvise(address, end.saturating_sub(start), advice as libc::c_int) };
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -11,14 +11,19 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_spec::COLOR_COMPONENTS;
 
-pub(crate) type Color = [f32; COLOR_COMPONENTS as usize];
+/// A color as kernels get it from the host.
+pub type Color = [f32; COLOR_COMPONENTS as usize];
 
-/// Pointers to the functions, in the order of the `HOST_` constants of `rtsl_packet::abi`.
+/// Pointers to the functions, in the order of the `HOST_` constants of [`offsets`](crate::offsets).
 #[repr(C)]
-pub(crate) struct HostTable {
+pub struct HostTable {
+    /// Computes the radiance along rays.
     pub trace: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes, *mut LaneColors),
+    /// Returns the set of lanes whose rays meet something.
     pub occluded: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes) -> u32,
+    /// Returns the number of lights.
     pub light_count: unsafe extern "C" fn(*mut c_void) -> u32,
+    /// Samples one light from points; returns the set of lanes that it reaches.
     pub light_sample: unsafe extern "C" fn(
         *mut c_void,
         u32,
@@ -27,17 +32,21 @@ pub(crate) struct HostTable {
         *const LightQueryLanes,
         *mut LightLanes,
     ) -> u32,
+    /// Gives the ambient light.
     pub ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
+    /// Gives each lane its next random number.
     pub rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
 }
 
-/// The functions that ask at once: which host stands in the user pointer.
-pub(crate) static HOST_TABLE: HostTable =
+/// The functions that ask the host of the [`HostCalls`] behind the user pointer at once.
+pub static HOST_TABLE: HostTable =
     HostTable { trace, occluded, light_count, light_sample, ambient, rand };
 
-/// What the user pointer points to.
-pub(crate) struct HostCalls<'a> {
+/// The host of a call, and its panic; the user pointer of [`HOST_TABLE`] leads here.
+pub struct HostCalls<'a> {
+    /// Answers requests.
     pub host: &'a mut dyn Host,
+    /// The panic that ended its answers, to be resumed once the kernel has returned.
     pub panic: Option<Box<dyn Any + Send>>,
 }
 
@@ -139,20 +148,20 @@ unsafe extern "C" fn rand(user: *mut c_void, base: u32, active: u32, values: *mu
 mod tests {
     use std::mem::offset_of;
 
-    use rtsl_packet::abi;
+    use crate::offsets;
 
     use super::*;
 
     #[test]
     fn the_table_is_in_the_order_of_the_interface() {
         for (offset, index) in [
-            (offset_of!(HostTable, trace), abi::HOST_TRACE),
-            (offset_of!(HostTable, occluded), abi::HOST_OCCLUDED),
-            (offset_of!(HostTable, light_count), abi::HOST_LIGHT_COUNT),
-            (offset_of!(HostTable, light_sample), abi::HOST_LIGHT_SAMPLE),
-            (offset_of!(HostTable, ambient), abi::HOST_AMBIENT),
-            (offset_of!(HostTable, rand), abi::HOST_RAND),
-            (size_of::<HostTable>(), abi::HOST_FUNCTIONS),
+            (offset_of!(HostTable, trace), offsets::HOST_TRACE),
+            (offset_of!(HostTable, occluded), offsets::HOST_OCCLUDED),
+            (offset_of!(HostTable, light_count), offsets::HOST_LIGHT_COUNT),
+            (offset_of!(HostTable, light_sample), offsets::HOST_LIGHT_SAMPLE),
+            (offset_of!(HostTable, ambient), offsets::HOST_AMBIENT),
+            (offset_of!(HostTable, rand), offsets::HOST_RAND),
+            (size_of::<HostTable>(), offsets::HOST_FUNCTIONS),
         ] {
             assert_eq!(offset, index as usize * size_of::<usize>());
         }

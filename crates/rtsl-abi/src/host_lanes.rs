@@ -3,11 +3,9 @@
 use std::marker::PhantomData;
 
 use rtsl_ir::host::Host;
-use rtsl_packet::abi::OBJECTS_IN_BLOCK;
 
-use crate::call::{CallStatus, Instances};
-use crate::components::ComponentSet;
-use crate::kernel::CompiledKernel;
+use crate::call::Instances;
+use crate::component_set::ComponentSet;
 use crate::lanes::LaneBlock;
 use crate::signature::LaneArrays;
 
@@ -98,7 +96,8 @@ impl<'a> HostLanes<'a> {
         arrays.filter(|(component, array)| !array.is_null() && has(*component)).collect()
     }
 
-    pub(crate) fn table(&self) -> &[*mut u32] {
+    /// The arrays by component, null for those that are not there.
+    pub fn table(&self) -> &[*mut u32] {
         match &self.arrays {
             Arrays::Own(table) => table,
             Arrays::Foreign(table) => table,
@@ -139,74 +138,9 @@ pub struct HostArguments<'a, 'lanes> {
     pub mask: Option<&'a [i32]>,
     /// For `intersect`: 0 or -1 is written for each ray, with as much room.
     pub accepted: Option<&'a mut [i32]>,
-    /// The objects, in the form that the kernel's shape takes. Leaves go by [`LeafKernel`](crate::LeafKernel).
+    /// The objects, in the form that the kernel's shape takes. The leaf shape takes
+    /// [`LeafArguments`](crate::LeafArguments) instead.
     pub instances: Instances<'a>,
     /// Answers the shader's questions.
     pub host: &'a mut dyn Host,
-}
-
-/// Why a call can't be made: its arguments do not fit the kernel. Nothing was called.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CallError {
-    /// A component of the state that the kernel touches has no array.
-    #[error("the state has no array for component {0}")]
-    MissingState(u32),
-    /// An array of scratch is missing.
-    #[error("scratch has no array {0}")]
-    MissingScratch(u32),
-    /// `intersect` reports hits.
-    #[error("`intersect` reports which rays it found a hit for, and there is no place for that")]
-    MissingAccepted,
-    /// The single shape is called for more rays than one, for none, or with a mask.
-    #[error("a kernel of the single shape takes one ray and no mask")]
-    NotOneRay,
-    /// Counts are numbers of 32 bits.
-    #[error("{0} rays are more than a call may have, 2^31 - 1")]
-    TooManyRays(usize),
-    /// There are more rays than lanes.
-    #[error("{rays} rays take {needed} lanes, and there are {given}")]
-    TooFewLanes {
-        /// Rays of the call.
-        rays: usize,
-        /// That number rounded up to the kernel's width.
-        needed: usize,
-        /// The lanes that the arrays have room for.
-        given: usize,
-    },
-    /// The kernel takes instances in another form.
-    #[error("a kernel of the {0} shape takes its instances in another form")]
-    InstanceForm(&'static str),
-    /// The instance or objects are not of the kernel's class.
-    #[error("the instance is not one of the kernel's class")]
-    ForeignInstance,
-    /// A number of an object is that of none.
-    #[error("there is no object of that number")]
-    NoSuchObject,
-    /// The objects of a leaf begin inside a block.
-    #[error("the objects of a leaf begin at a multiple of {OBJECTS_IN_BLOCK}, and {0} is none")]
-    NoBlockStart(u32),
-}
-
-impl CallError {
-    /// Panics with the error: of calls whose arguments must fit.
-    #[cold]
-    #[inline(never)]
-    pub fn refuse(&self) -> ! {
-        panic!("the call does not fit its kernel: {self}")
-    }
-}
-
-impl CompiledKernel {
-    /// Runs the method for all rays of a host's arrays.
-    ///
-    /// # Errors
-    /// If the arguments do not fit the kernel.
-    ///
-    /// # Panics
-    /// With a panic of the host.
-    pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
-        self.signature().check_host(&call, self.width())?;
-        // Safety: the arguments fit, as was just found.
-        Ok(unsafe { self.run_host(call) })
-    }
 }

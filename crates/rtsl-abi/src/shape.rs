@@ -13,7 +13,7 @@ pub enum Shape {
     /// Rays vary, and each has its own of many objects.
     Stream,
     /// One ray, objects vary: lane `i` is object `i` of a range. A kernel that accepts hits keeps the
-    /// nearest ([`Kernel::keeps_nearest`](crate::Kernel::keeps_nearest)).
+    /// nearest.
     Leaf,
     /// One ray, one object: plain scalar code.
     Single,

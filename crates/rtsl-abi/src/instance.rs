@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use rtsl_packet::ObjectForm;
-use rtsl_packet::abi::BUFFER_WORDS;
+use crate::ObjectForm;
+use crate::offsets::BUFFER_WORDS;
 
 /// The data of one instance in the layout of its class: members, and entries for the
 /// buffers, which the block keeps alive.
@@ -120,8 +120,9 @@ impl InstanceBlock {
         &self.entries
     }
 
+    /// The first byte of the block.
     #[inline]
-    pub(crate) fn pointer(&self) -> *const u8 {
+    pub fn pointer(&self) -> *const u8 {
         self.words.as_ptr().cast()
     }
 }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use rtsl_packet::abi::LANE_PADDING;
+use crate::offsets::LANE_PADDING;
 
-use crate::components::ComponentSet;
+use crate::component_set::ComponentSet;
 use crate::signature::LaneArrays;
 
 const PADDING: usize = LANE_PADDING as usize;
@@ -267,7 +267,7 @@ impl LaneBlock {
 
     /// The table of arrays for a kernel, which may read and write each up to the padding's end.
     #[inline]
-    pub(crate) fn table_mut(&mut self) -> *const *mut u32 {
+    pub fn table_mut(&mut self) -> *const *mut u32 {
         self.table.as_ptr()
     }
 
@@ -427,14 +427,15 @@ impl LaneMask {
         words.filter(|(_, word)| **word != 0).map(|(lane, _)| lane)
     }
 
+    /// The first lane. Kernels write through it where they accept hits.
     #[inline]
-    pub(crate) fn pointer(&self) -> *mut i32 {
+    pub fn pointer(&self) -> *mut i32 {
         self.words.words().cast()
     }
 
     /// The lanes as kernels read them.
     #[inline]
-    pub(crate) fn signed_words(&self) -> &[i32] {
+    pub fn signed_words(&self) -> &[i32] {
         // Safety: there are so many words, and i32 has the size and alignment of u32.
         unsafe { std::slice::from_raw_parts(self.pointer(), self.lanes) }
     }
@@ -470,8 +471,9 @@ impl LaneIndices {
         &mut self.words.all_mut()[..lanes]
     }
 
+    /// The number of the first lane's object.
     #[inline]
-    pub(crate) fn pointer(&self) -> *const u32 {
+    pub fn pointer(&self) -> *const u32 {
         self.words.words()
     }
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
 
-use crate::{Shape, abi};
+use crate::{Shape, offsets};
 
 /// Classes that were compiled together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub struct ClassDescription {
     /// The number of scratch arrays.
     pub scratch_arrays: u32,
     /// The symbol of the constructor, `uint32_t symbol(uint32_t *block)`, where there is one. It gives
-    /// [`STATUS_BUDGET`](crate::abi::STATUS_BUDGET) or 0.
+    /// [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET) or 0.
     pub constructor: Option<String>,
     /// The comments just before its methods.
     pub method_documentation: BTreeMap<Method, String>,
@@ -88,7 +88,7 @@ pub struct Field {
 pub enum FieldKind {
     /// Data of the instance.
     Member,
-    /// A buffer's entry, [`BUFFER_WORDS`](crate::abi::BUFFER_WORDS) words.
+    /// A buffer's entry, [`BUFFER_WORDS`](crate::offsets::BUFFER_WORDS) words.
     Buffer,
     /// A parameter of a constructor.
     Parameter,
@@ -150,31 +150,31 @@ pub struct KernelDescription {
 
 impl ClassDescription {
     /// The numbers of the element parameter and its buffer and the stride, as libraries have them:
-    /// [`NO_OBJECT`](abi::NO_OBJECT) twice and 0 where there is none.
+    /// [`NO_OBJECT`](offsets::NO_OBJECT) twice and 0 where there is none.
     pub fn element_numbers(&self) -> (u32, u32, u32) {
-        self.element.map_or((abi::NO_OBJECT, abi::NO_OBJECT, 0), |element| {
+        self.element.map_or((offsets::NO_OBJECT, offsets::NO_OBJECT, 0), |element| {
             (element.parameter, element.buffer, element.stride)
         })
     }
 }
 
 impl ParameterDescription {
-    /// The `PARAMETER_` bits of [`abi`].
+    /// The `PARAMETER_` bits of [`offsets`].
     pub fn flags(&self) -> u32 {
         let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
-        bit(self.is_required, abi::PARAMETER_REQUIRED)
-            | bit(self.is_buffer, abi::PARAMETER_BUFFER)
-            | bit(self.is_color, abi::PARAMETER_COLOR)
+        bit(self.is_required, offsets::PARAMETER_REQUIRED)
+            | bit(self.is_buffer, offsets::PARAMETER_BUFFER)
+            | bit(self.is_color, offsets::PARAMETER_COLOR)
     }
 }
 
 impl KernelDescription {
-    /// The `METHOD_` bits of [`abi`].
+    /// The `METHOD_` bits of [`offsets`].
     pub fn flags(&self) -> u32 {
         let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
-        bit(self.reads_scratch, abi::METHOD_READS_SCRATCH)
-            | bit(self.writes_scratch, abi::METHOD_WRITES_SCRATCH)
-            | bit(self.leaves_zeros, abi::METHOD_LEAVES_ZEROS)
+        bit(self.reads_scratch, offsets::METHOD_READS_SCRATCH)
+            | bit(self.writes_scratch, offsets::METHOD_WRITES_SCRATCH)
+            | bit(self.leaves_zeros, offsets::METHOD_LEAVES_ZEROS)
     }
 }
 

@@ -4,8 +4,8 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl_packet::ObjectForm;
-use rtsl_packet::abi::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
+use crate::ObjectForm;
+use crate::offsets::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
 
 use crate::huge_pages::with_capacity_in_huge_pages;
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
@@ -201,9 +201,9 @@ impl Objects {
         &self.entries
     }
 
-    /// Where an object's first word is, or the first object's where there are none.
+    /// The first word of an object; the first object's place where there are none.
     #[inline]
-    pub(crate) fn pointer(&self, object: usize) -> *const u8 {
+    pub fn pointer(&self, object: usize) -> *const u8 {
         let words = self.form.words().len();
         let bytes = object / IN_BLOCK * words * size_of::<ObjectRow>();
         let start = self.rows.as_ptr().cast::<u8>();

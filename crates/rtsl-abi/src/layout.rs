@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use rtsl_ir::{Place, PlaceKind};
 
-use crate::abi::BUFFER_WORDS;
+use crate::offsets::BUFFER_WORDS;
 use crate::{ObjectForm, Shape};
 
 /// The layout of one class, linked with those it refers to. The methods of the class share it.

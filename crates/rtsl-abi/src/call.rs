@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 
 use rtsl_ir::host::Host;
 
-use crate::callbacks::HostTable;
+use crate::host_table::HostTable;
 use crate::instance::InstanceBlock;
 use crate::lanes::{LaneBlock, LaneIndices, LaneMask};
 use crate::leaf::LeafTest;
@@ -44,7 +44,7 @@ pub enum Instances<'a> {
     /// An object for each ray, by its number: for the stream shape.
     Many(&'a Objects, &'a LaneIndices),
     /// Objects in a row, the first with this number, a multiple of
-    /// [`OBJECTS_IN_BLOCK`](rtsl_packet::abi::OBJECTS_IN_BLOCK): for the leaf shape. The ray is lane 0 of state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
+    /// [`OBJECTS_IN_BLOCK`](crate::offsets::OBJECTS_IN_BLOCK): for the leaf shape. The ray is lane 0 of state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
     /// other methods leave in lane `i` what they gave for the `i`th object: all that their text sets, also where that is
     /// what the ray's lane had.
     Range(&'a Objects, u32),
@@ -98,23 +98,37 @@ pub struct CallStatus {
     pub nearest: Option<u32>,
 }
 
-/// The call as machine code reads it; see `rtsl_packet::abi`. What only some shapes read is not
+/// The call as machine code reads it; see [`offsets`](crate::offsets). Fields that only some shapes read are not
 /// written for the others.
 #[repr(C)]
-pub(crate) struct RawCall {
+pub struct RawCall {
+    /// The lane arrays of the state, by component; null where code touches none.
     pub state: *const *mut u32,
+    /// The lane arrays of scratch.
     pub scratch: *const *mut u32,
+    /// 0 or -1 a ray; null for all rays.
     pub mask: *const i32,
+    /// Receives 0 or -1 a ray from `intersect`.
     pub accepted: *mut i32,
+    /// The block of the instance, or of what objects share.
     pub instance: *const u8,
+    /// Objects, for shapes that take them.
     pub objects: MaybeUninit<*const u8>,
+    /// The number of each ray's object, in the stream shape.
     pub index: MaybeUninit<*const u32>,
+    /// The functions that code calls with requests.
     pub host: *const HostTable,
+    /// The first argument of those functions.
     pub user: *mut c_void,
+    /// Rays, or objects in the leaf shape.
     pub count: u32,
+    /// Bits that code sets, such as [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET).
     pub status: u32,
+    /// The ray that the first chunk starts with, where code may begin at any chunk.
     pub begin: MaybeUninit<u32>,
+    /// How many tests, for `intersect` in the leaf shape.
     pub test_count: MaybeUninit<u32>,
+    /// The tests, for `intersect` in the leaf shape.
     pub tests: MaybeUninit<*mut LeafTest>,
 }
 
@@ -122,32 +136,32 @@ pub(crate) struct RawCall {
 mod tests {
     use std::mem::offset_of;
 
-    use rtsl_packet::abi;
+    use crate::offsets;
 
     use super::*;
 
     #[test]
     fn offsets_are_those_of_the_interface() {
         for (name, offset, expected) in [
-            ("state", offset_of!(RawCall, state), abi::CALL_STATE),
-            ("scratch", offset_of!(RawCall, scratch), abi::CALL_SCRATCH),
-            ("mask", offset_of!(RawCall, mask), abi::CALL_MASK),
-            ("accepted", offset_of!(RawCall, accepted), abi::CALL_ACCEPTED),
-            ("instance", offset_of!(RawCall, instance), abi::CALL_INSTANCE),
-            ("objects", offset_of!(RawCall, objects), abi::CALL_OBJECTS),
-            ("index", offset_of!(RawCall, index), abi::CALL_INDEX),
-            ("host", offset_of!(RawCall, host), abi::CALL_HOST),
-            ("user", offset_of!(RawCall, user), abi::CALL_USER),
-            ("count", offset_of!(RawCall, count), abi::CALL_COUNT),
-            ("status", offset_of!(RawCall, status), abi::CALL_STATUS),
-            ("begin", offset_of!(RawCall, begin), abi::CALL_BEGIN),
-            ("test count", offset_of!(RawCall, test_count), abi::CALL_TEST_COUNT),
-            ("tests", offset_of!(RawCall, tests), abi::CALL_TESTS),
-            ("size", size_of::<RawCall>(), abi::CALL_SIZE),
-            ("ray", offset_of!(LeafTest, ray), abi::TEST_RAY),
-            ("first", offset_of!(LeafTest, first), abi::TEST_FIRST),
-            ("nearest", offset_of!(LeafTest, nearest), abi::TEST_NEAREST),
-            ("size of a test", size_of::<LeafTest>(), abi::TEST_SIZE),
+            ("state", offset_of!(RawCall, state), offsets::CALL_STATE),
+            ("scratch", offset_of!(RawCall, scratch), offsets::CALL_SCRATCH),
+            ("mask", offset_of!(RawCall, mask), offsets::CALL_MASK),
+            ("accepted", offset_of!(RawCall, accepted), offsets::CALL_ACCEPTED),
+            ("instance", offset_of!(RawCall, instance), offsets::CALL_INSTANCE),
+            ("objects", offset_of!(RawCall, objects), offsets::CALL_OBJECTS),
+            ("index", offset_of!(RawCall, index), offsets::CALL_INDEX),
+            ("host", offset_of!(RawCall, host), offsets::CALL_HOST),
+            ("user", offset_of!(RawCall, user), offsets::CALL_USER),
+            ("count", offset_of!(RawCall, count), offsets::CALL_COUNT),
+            ("status", offset_of!(RawCall, status), offsets::CALL_STATUS),
+            ("begin", offset_of!(RawCall, begin), offsets::CALL_BEGIN),
+            ("test count", offset_of!(RawCall, test_count), offsets::CALL_TEST_COUNT),
+            ("tests", offset_of!(RawCall, tests), offsets::CALL_TESTS),
+            ("size", size_of::<RawCall>(), offsets::CALL_SIZE),
+            ("ray", offset_of!(LeafTest, ray), offsets::TEST_RAY),
+            ("first", offset_of!(LeafTest, first), offsets::TEST_FIRST),
+            ("nearest", offset_of!(LeafTest, nearest), offsets::TEST_NEAREST),
+            ("size of a test", size_of::<LeafTest>(), offsets::TEST_SIZE),
         ] {
             assert_eq!(offset, expected as usize, "{name}");
         }

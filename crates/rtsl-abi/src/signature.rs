@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Index, PlaceKind};
-use rtsl_packet::kernel::{KernelPlace, OpKind, Region};
-use rtsl_packet::{Kernel, Shape, abi};
+use crate::offsets;
+use crate::shape::Shape;
 
 use crate::call::{CallArguments, Instances};
-use crate::components::ComponentSet;
-use crate::host_lanes::{CallError, HostArguments};
+use crate::call_error::CallError;
+use crate::component_set::ComponentSet;
+use crate::host_lanes::HostArguments;
 use crate::instance::{BufferEntry, InstanceBlock};
 use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
@@ -33,37 +33,11 @@ pub struct Signature {
     pub shape: Shape,
     /// Whether it says which rays it found a hit for.
     pub accepts: bool,
-    /// Rays in a chunk, where a call may [begin at any](Kernel::begins_at_any_chunk).
+    /// Rays in a chunk, where a call may begin at any of them.
     pub separate_chunks: Option<u32>,
 }
 
 impl Signature {
-    /// What packet code takes.
-    pub fn of(kernel: &Kernel) -> Signature {
-        let places = |kind| kernel.places.iter().filter(move |it| it.place.kind == kind);
-        let end = |place: &KernelPlace| place.location.saturating_add(place.place.len);
-        let buffers = |of_objects| -> Arc<[BufferEntry]> {
-            let buffers = places(PlaceKind::Buffer).filter(|it| it.of_objects == of_objects);
-            let entry =
-                |it: &KernelPlace| BufferEntry { offset: it.location, element_words: it.place.len };
-            buffers.map(entry).collect()
-        };
-        let (buffers, object_buffers) = (buffers(false), buffers(true));
-        let entry_ends = buffers.iter().map(|it| it.offset.saturating_add(abi::BUFFER_WORDS));
-        let members = places(PlaceKind::Member).filter(|it| !it.of_objects).map(end);
-        Signature {
-            state: state_components(kernel),
-            scratch_arrays: places(PlaceKind::Scratch).map(end).max().unwrap_or(0),
-            block_words: members.chain(entry_ends).max().unwrap_or(0),
-            buffers,
-            object_words: kernel.object_words,
-            object_buffers,
-            shape: kernel.shape,
-            accepts: kernel.accepted_output().is_some(),
-            separate_chunks: kernel.begins_at_any_chunk().then_some(kernel.width),
-        }
-    }
-
     /// Checks that a call's arguments have the sizes that code relies on.
     ///
     /// # Errors
@@ -283,7 +257,7 @@ fn exists(all: bool) -> Result<(), CallError> {
 /// Checks that a range of objects begins a block and is among so many.
 #[inline(always)]
 fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError> {
-    if !first.is_multiple_of(abi::OBJECTS_IN_BLOCK) {
+    if !first.is_multiple_of(offsets::OBJECTS_IN_BLOCK) {
         return Err(CallError::NoBlockStart(first));
     }
     let end = (first as usize).checked_add(count);
@@ -294,40 +268,9 @@ fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError
 #[inline(always)]
 fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
     // A number of rays that does not round up is more than there are indices.
-    let padded = rays.checked_next_multiple_of(abi::LANE_PADDING as usize).unwrap_or(rays);
+    let padded = rays.checked_next_multiple_of(offsets::LANE_PADDING as usize).unwrap_or(rays);
     let read = padded.min(indices.len());
     // Not `all`, which looks at one after another.
     let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
     indices.len() >= rays && (greatest as usize) < instances
-}
-
-/// The state components that a kernel loads or stores.
-fn state_components(kernel: &Kernel) -> ComponentSet {
-    let mut components = ComponentSet::default();
-    add_loaded(kernel, &kernel.prologue, &mut components);
-    add_loaded(kernel, &kernel.body, &mut components);
-    for output in &kernel.outputs {
-        let place = kernel.place(output.place);
-        if place.place.kind == PlaceKind::State {
-            components.insert(place.location + output.component);
-        }
-    }
-    components
-}
-
-fn add_loaded(kernel: &Kernel, region: &Region, components: &mut ComponentSet) {
-    for op in &region.ops {
-        if let OpKind::Load(id, index) = &op.kind
-            && kernel.place(*id).place.kind == PlaceKind::State
-        {
-            let place = kernel.place(*id);
-            match index {
-                Index::Constant(index) => components.insert(place.location + index),
-                Index::Dynamic(_) => {
-                    (0..place.place.len).for_each(|it| components.insert(place.location + it));
-                }
-            }
-        }
-        op.kind.regions().for_each(|region| add_loaded(kernel, region, components));
-    }
 }

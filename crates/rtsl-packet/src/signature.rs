@@ -1,0 +1,67 @@
+//! The signature of a kernel, by which calls of its code are checked.
+
+use std::sync::Arc;
+
+use rtsl_abi::{BufferEntry, ComponentSet, Signature, offsets};
+use rtsl_ir::{Index, PlaceKind};
+
+use crate::kernel::{Kernel, KernelPlace, OpKind, Region};
+
+impl Kernel {
+    /// What calls of the kernel must bring.
+    pub fn signature(&self) -> Signature {
+        let places = |kind| self.places.iter().filter(move |it| it.place.kind == kind);
+        let end = |place: &KernelPlace| place.location.saturating_add(place.place.len);
+        let buffers = |of_objects| -> Arc<[BufferEntry]> {
+            let buffers = places(PlaceKind::Buffer).filter(|it| it.of_objects == of_objects);
+            let entry =
+                |it: &KernelPlace| BufferEntry { offset: it.location, element_words: it.place.len };
+            buffers.map(entry).collect()
+        };
+        let (buffers, object_buffers) = (buffers(false), buffers(true));
+        let entry_ends = buffers.iter().map(|it| it.offset.saturating_add(offsets::BUFFER_WORDS));
+        let members = places(PlaceKind::Member).filter(|it| !it.of_objects).map(end);
+        Signature {
+            state: state_components(self),
+            scratch_arrays: places(PlaceKind::Scratch).map(end).max().unwrap_or(0),
+            block_words: members.chain(entry_ends).max().unwrap_or(0),
+            buffers,
+            object_words: self.object_words,
+            object_buffers,
+            shape: self.shape,
+            accepts: self.accepted_output().is_some(),
+            separate_chunks: self.begins_at_any_chunk().then_some(self.width),
+        }
+    }
+}
+
+/// The state components that a kernel loads or stores.
+fn state_components(kernel: &Kernel) -> ComponentSet {
+    let mut components = ComponentSet::default();
+    add_loaded(kernel, &kernel.prologue, &mut components);
+    add_loaded(kernel, &kernel.body, &mut components);
+    for output in &kernel.outputs {
+        let place = kernel.place(output.place);
+        if place.place.kind == PlaceKind::State {
+            components.insert(place.location + output.component);
+        }
+    }
+    components
+}
+
+fn add_loaded(kernel: &Kernel, region: &Region, components: &mut ComponentSet) {
+    for op in &region.ops {
+        if let OpKind::Load(id, index) = &op.kind
+            && kernel.place(*id).place.kind == PlaceKind::State
+        {
+            let place = kernel.place(*id);
+            match index {
+                Index::Constant(index) => components.insert(place.location + index),
+                Index::Dynamic(_) => {
+                    (0..place.place.len).for_each(|it| components.insert(place.location + it));
+                }
+            }
+        }
+        op.kind.regions().for_each(|region| add_loaded(kernel, region, components));
+    }
+}
