@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl_render::film::Image;
+use rtsl_image::Image;
 use rtsl_render::{RenderRequest, render_scene};
 
 fn folder() -> PathBuf {
@@ -17,7 +17,7 @@ fn render(scene: PathBuf) -> Image {
         threads: Some(2),
         ..RenderRequest::default()
     };
-    let fail = |messages: rtsl_render::Messages| panic!("{}", messages.to_text(false));
+    let fail = |messages: rtsl::Messages| panic!("{}", messages.to_text(false));
     let result = render_scene(&request).unwrap_or_else(fail);
     assert_eq!(result.statistics.dropped_samples, 0);
     result.image

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use rtsl_render::mesh::read_gltf;
+use rtsl_scene::mesh::read_gltf;
 
 /// The reader. What it accepts keeps its word: every corner is a vertex.
 pub fn gltf(data: &[u8]) {

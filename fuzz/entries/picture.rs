@@ -1,7 +1,7 @@
 //! What is done with any bytes that claim to be an image.
 
-use rtsl_render::memory::{Amount, InputBudget};
-use rtsl_render::scene::{Encoding, Picture};
+use rtsl_image::{Encoding, Picture};
+use rtsl_memory::{Amount, InputBudget};
 
 /// The reader, with memory for 32 MiB. What it accepts has all its texels, and no more is held than they take.
 pub fn picture(data: &[u8]) {

@@ -1,6 +1,6 @@
 //! What is done with any bytes that claim to be a PLY file.
 
-use rtsl_render::mesh::read_ply;
+use rtsl_scene::mesh::read_ply;
 
 /// The reader. What it accepts keeps its word: every corner is a vertex.
 pub fn ply(data: &[u8]) {

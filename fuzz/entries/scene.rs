@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rtsl::{Diagnostics, SourceMap, render};
-use rtsl_render::reader::{MemoryFiles, read_scene};
+use rtsl_scene::reader::{MemoryFiles, read_scene};
 
 /// The reader; the scene can include itself.
 pub fn scene(data: &[u8]) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rtsl::{Backend, EngineOptions, Math, Outputs, Shape, StateVariable, Variant};
-use rtsl_render::memory::Amount;
+use rtsl_memory::Amount;
 
 use crate::names::find_state;
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use rtsl_render::replacement::replace_file;
+use rtsl_image::atomic_write::replace_file;
 
 use crate::commands::Failure;
 

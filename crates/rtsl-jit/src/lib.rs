@@ -7,8 +7,6 @@
 //! a [`Module`] owns the code. [`CompiledKernel::compile`] does all of it for packet kernels, and what it
 //! gives can be called: no way leads there from text.
 //!
-//! [`Denoiser`] loads another library at run time, that of Open Image Denoise, which renderers finish pictures with.
-//!
 //! `rtsl-abi` describes the calls. This crate must not know the language, the single-ray IR's operations or how packet
 //! code is made; it reads LLVM text and runs what LLVM makes of it, so that it holds `unsafe`, as only `rtsl-abi` of the
 //! compiler's other crates does.
@@ -18,7 +16,6 @@ mod api;
 mod callback;
 mod chunk_stack;
 mod compile;
-mod denoiser;
 mod ending;
 mod error;
 mod forks;
@@ -41,7 +38,6 @@ mod worker;
 
 pub use callback::CompiledCallback;
 pub use compile::OptLevel;
-pub use denoiser::{Denoiser, DenoiserError, DenoiserInput};
 pub use error::{JitError, LlvmError, LlvmVersion};
 pub use forks::{ForkGuard, UnderWay};
 pub use frames::MAX_FRAME_BYTES;

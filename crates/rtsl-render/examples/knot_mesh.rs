@@ -8,7 +8,7 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
-use rtsl_render::math::sine_and_cosine_of_degrees;
+use rtsl_math::sine_and_cosine_of_degrees;
 
 fn main() -> io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

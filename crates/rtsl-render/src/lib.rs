@@ -1,34 +1,24 @@
-//! Renderers that speak RTSL: the reader of scenes, acceleration, film, and the first renderer.
+//! The renderers: kernels for a scene's classes, hierarchies over its objects, and the loops that trace rays.
 //!
 //! [`render_scene`] does all of it: load, compile, build, render.
 //!
 //! This crate must NOT know any stage of the compiler: of the language it knows what the crate
 //! `rtsl` offers to every host.
 
-pub mod acceleration;
 pub mod batch;
 pub mod checkpoint;
 pub mod compiled;
-pub mod film;
 pub mod interactive;
 pub(crate) mod lanes;
-pub mod math;
 pub mod measure;
-pub mod memory;
-pub mod mesh;
-pub mod messages;
 pub mod progress;
-pub mod reader;
-pub mod replacement;
 pub mod request;
-pub mod sampling;
-pub mod scene;
 pub mod session;
-pub mod spectrum;
 pub mod statistics;
 pub(crate) mod tiles;
 
-pub use messages::Messages;
 pub use progress::{Progress, TilesDone};
-pub use request::{CheckpointRequest, RenderRequest, RenderResult, Renderer, render_scene};
+pub use request::{CheckpointRequest, RenderRequest, RenderResult, render_scene};
+pub use rtsl::Messages;
+pub use rtsl_scene::Renderer;
 pub use statistics::Statistics;

@@ -9,34 +9,15 @@ use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, diagnostic_codes as
 use crate::batch::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::{Checkpoint, Fingerprint};
 use crate::compiled::{BuildStep, CompiledScene};
-use crate::film::{Aov, AovImage, DENOISER_AOVS, Image};
 use crate::interactive::{self, RenderOptions};
-use crate::memory::{Amount, Need, check_render};
-use crate::messages::Messages;
 use crate::progress::{Progress, TilesDone};
-use crate::reader::{DiskFiles, FileSource, RecordedFiles};
-use crate::scene::{LoadOptions, Scene, Settings, load_scene};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
-
-/// The renderers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Renderer {
-    /// Packets of rays from tiles; runs `shade` of materials.
-    Interactive,
-    /// Paths; runs the methods of materials that sample and weigh.
-    Batch,
-}
-
-impl Renderer {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Renderer::Interactive => "interactive",
-            Renderer::Batch => "batch",
-        }
-    }
-}
+use rtsl::Messages;
+use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
+use rtsl_memory::{Amount, Need, check_render};
+use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
+use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 /// What to render, and how.
 #[derive(Clone, Default)]
@@ -222,7 +203,9 @@ fn fingerprint(
     files: &RecordedFiles<'_>,
 ) -> Fingerprint {
     let mut fingerprint = Fingerprint::of_settings(&loaded.scene.settings);
-    files.add_to(&mut fingerprint, &request.scene);
+    for (name, digest) in files.digests(&request.scene) {
+        fingerprint.set_digest(name, digest);
+    }
     fingerprint.set("version of the program", env!("CARGO_PKG_VERSION"));
     fingerprint.set("arithmetic", arithmetic(request.engine.math, &loaded.engine));
     fingerprint.set("parameters set", request.defines.join(" "));

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use rtsl::EngineOptions;
-use rtsl_render::film::{Aov, AovImage, ImageOptions, write_image_with};
+use rtsl_image::{Aov, AovImage, ImageOptions, write_image_with};
 use rtsl_render::interactive::AOVS;
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 /// A ball before a wall, seen without perspective: columns and rows of a quarter of a unit.
 const SCENE: &str = r#"

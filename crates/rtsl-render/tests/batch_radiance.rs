@@ -3,12 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
+use rtsl::Messages;
 use rtsl::{Backend, Engine, EngineOptions};
-use rtsl_render::Messages;
+use rtsl_image::Image;
 use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
-use rtsl_render::film::Image;
-use rtsl_render::reader::MemoryFiles;
-use rtsl_render::scene::{LoadOptions, load_scene};
+use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{LoadOptions, load_scene};
 
 /// How a scene is rendered.
 #[derive(Clone, Copy)]

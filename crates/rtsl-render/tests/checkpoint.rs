@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use rtsl_render::checkpoint::{Checkpoint, CheckpointError, Damage, Digest, Fingerprint, Section};
+use rtsl_render::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Section};
+use rtsl_scene::reader::Digest;
 
 fn fingerprint(seed: u64) -> Fingerprint {
     // Of its own, so that the format's pins do not change with the settings.

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use rtsl::Messages;
 use rtsl::{Backend, Engine, EngineOptions};
-use rtsl_render::Messages;
+use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::batch::BatchScene;
 use rtsl_render::compiled::CompiledScene;
-use rtsl_render::film::{Image, ImageOptions, write_image};
-use rtsl_render::reader::{DiskFiles, MemoryFiles};
-use rtsl_render::scene::{LoadOptions, Loaded, load_scene};
+use rtsl_scene::reader::{DiskFiles, MemoryFiles};
+use rtsl_scene::{LoadOptions, Loaded, load_scene};
 
 fn load(world: &str) -> Result<Loaded, Messages> {
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
+use rtsl::Messages;
 use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Method, Place, Role};
+use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
-use rtsl_render::Messages;
+use rtsl_math::Transform;
+use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_render::compiled::CompiledScene;
-use rtsl_render::film::Image;
 use rtsl_render::interactive::{RenderOptions, render};
-use rtsl_render::math::Transform;
-use rtsl_render::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
-use rtsl_render::scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
+use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
 
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
     let function = |text: &str| -> Function { text.parse().expect("the test's text is right") };

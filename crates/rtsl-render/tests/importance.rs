@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use rtsl::Messages;
 use rtsl::{Backend, Engine, EngineOptions};
-use rtsl_render::Messages;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, Rendered, render};
-use rtsl_render::reader::MemoryFiles;
-use rtsl_render::scene::{LoadOptions, Scene, load_scene};
+use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{LoadOptions, Scene, load_scene};
 
 const PIXELS: u64 = 24 * 16;
 const DEPTH: u64 = 8;

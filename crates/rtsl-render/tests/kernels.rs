@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use rtsl::Messages;
 use rtsl::{Backend, Engine, EngineOptions, Method};
-use rtsl_render::Messages;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, render};
-use rtsl_render::reader::MemoryFiles;
-use rtsl_render::scene::{LoadOptions, load_scene};
+use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{LoadOptions, load_scene};
 
 /// Leaves something for each of the later methods.
 const MARKED: &str = r"

@@ -4,9 +4,9 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 type Pixels = Vec<[f32; 3]>;
 

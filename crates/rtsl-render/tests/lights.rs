@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 /// A rectangle whose samples have a density, and that no ray finds: it has no `emission`.
 const PANEL: &str = "class Panel : rt_Light;

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use expect_test::{Expect, expect};
-use rtsl_render::film::Image;
-use rtsl_render::reader::FileSource;
+use rtsl_image::Image;
 use rtsl_render::request::render_scene_from;
-use rtsl_render::scene::{LoadOptions, Scene, load_scene};
 use rtsl_render::{Messages, RenderRequest, Renderer};
+use rtsl_scene::reader::FileSource;
+use rtsl_scene::{LoadOptions, Scene, load_scene};
 
 /// Files in memory, whatever is in them.
 #[derive(Default)]
@@ -105,7 +105,7 @@ fn one_mesh_in_five_formats_is_the_same() {
     for object in &objects {
         assert_eq!(object.elements, Some(12));
         for name in ["positions", "normals", "uvs", "indices"] {
-            let buffer = |of: &rtsl_render::scene::SceneObject| of.primitive.buffer(name).cloned();
+            let buffer = |of: &rtsl_scene::SceneObject| of.primitive.buffer(name).cloned();
             let (first, this): (Option<Arc<[u32]>>, _) = (buffer(&objects[0]), buffer(object));
             assert!(first.is_some_and(|buffer| !buffer.is_empty()) && buffer(&objects[0]) == this);
         }

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use rtsl_render::film::Aov;
-use rtsl_render::reader::MemoryFiles;
+use rtsl_image::Aov;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 /// One row of pixels, a quarter of a unit wide each, from x = -4 to x = 4, seen along z.
 fn head(camera_motion: &str) -> String {

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use expect_test::expect;
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 /// Classes with a mistake each, which shows on one half of the picture.
 const SHADERS: &str = "class BrokenTexture : rt_Texture;

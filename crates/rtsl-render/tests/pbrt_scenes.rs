@@ -27,7 +27,7 @@ fn check(name: &str, expected: f64) {
         threads: Some(2),
         ..RenderRequest::default()
     };
-    let fail = |messages: rtsl_render::Messages| panic!("{name}: {}", messages.to_text(false));
+    let fail = |messages: rtsl::Messages| panic!("{name}: {}", messages.to_text(false));
     let image = render_scene(&request).unwrap_or_else(fail).image;
     let sum: f64 = image.pixels.iter().flatten().map(|channel| f64::from(*channel)).sum();
     let mean = sum / (3 * image.pixels.len()) as f64;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Progress, RenderRequest, Renderer, TilesDone};
+use rtsl_scene::reader::MemoryFiles;
 
 #[test]
 fn steps_are_told_in_order() {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use expect_test::expect;
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{Messages, RenderRequest, RenderResult, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 fn try_render(scene: &str, shaders: &[(&str, &str)]) -> Result<RenderResult, Messages> {
     try_render_by(Some(Renderer::Interactive), scene, shaders)

@@ -3,13 +3,13 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use rtsl::Messages;
 use rtsl::{Engine, EngineOptions};
-use rtsl_render::Messages;
+use rtsl_image::Image;
 use rtsl_render::compiled::CompiledScene;
-use rtsl_render::film::Image;
 use rtsl_render::interactive::{RenderOptions, render};
-use rtsl_render::reader::MemoryFiles;
-use rtsl_render::scene::{LoadOptions, Scene, load_scene};
+use rtsl_scene::reader::MemoryFiles;
+use rtsl_scene::{LoadOptions, Scene, load_scene};
 
 const HEAD: &str = r#"
 LookAt 5 5 -12  5 5 0  0 1 0

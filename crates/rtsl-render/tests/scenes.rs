@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use rtsl::{Backend, EngineOptions};
-use rtsl_render::film::{Image, ImageOptions, write_image};
+use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::{RenderRequest, RenderResult, Renderer, render_scene};
 
 fn root() -> PathBuf {

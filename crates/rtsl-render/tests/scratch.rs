@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use rtsl::{Backend, EngineOptions};
-use rtsl_render::reader::MemoryFiles;
 use rtsl_render::request::render_scene_from;
 use rtsl_render::{RenderRequest, Renderer};
+use rtsl_scene::reader::MemoryFiles;
 
 /// A statement of `intersect`. Parameters of hits are those of a plane, plus `after`.
 #[derive(Clone, Copy, Debug)]

@@ -8,12 +8,14 @@ pub mod deep_stack;
 mod diagnostic;
 mod excerpt;
 mod map;
+mod messages;
 pub mod render;
 mod similar;
 
 pub use codes::{Code, CodeInfo, code_info, codes};
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity, Suggestion};
 pub use map::{FileId, Position, SourceFile, SourceMap, Span};
+pub use messages::Messages;
 pub use similar::most_similar;
 
 /// The constants that name every diagnostic: `diagnostic_codes::UNKNOWN_NAME` and so on.

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use rtsl_render::math::Transform;
-use rtsl_render::scene::EntityId;
+use rtsl_math::Transform;
 use rtsl_render::session::{Picked, Session, ViewMode};
+use rtsl_scene::EntityId;
 
 use crate::camera_control::{self, Vector};
 use crate::canvas::Canvas;

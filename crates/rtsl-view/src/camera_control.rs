@@ -3,7 +3,7 @@
 //! A camera's transform leads from its own space, x to the right, y up and z forward, to the world.
 //! Its handedness is kept, whichever it is. Angles are in degrees.
 
-use rtsl_render::math::Transform;
+use rtsl_math::Transform;
 
 /// A point or a direction in the world.
 pub type Vector = [f64; 3];

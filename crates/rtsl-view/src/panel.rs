@@ -4,8 +4,8 @@
 //! It is laid out anew for each paint and each event, as a list of rows: what is painted and what is
 //! hit can't differ.
 
-use rtsl_render::scene::EntityId;
 use rtsl_render::session::{Control, ControlKind, Thing};
+use rtsl_scene::EntityId;
 
 use crate::canvas::{Canvas, Color, LETTER, Rect};
 
@@ -314,7 +314,7 @@ fn shortened(text: &str, letters: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rtsl_render::scene::EntityKind;
+    use rtsl_scene::EntityKind;
 
     fn control(
         name: &str,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
 
-use rtsl_render::film::{ImageError, write_pixels};
+use rtsl_image::{ImageError, write_pixels};
 use rtsl_render::session::Session;
 use softbuffer::{Context, Surface};
 use winit::application::ApplicationHandler;

@@ -88,13 +88,10 @@ pub use rtsl_ir::class::{
     Reference,
 };
 pub use rtsl_ir::{Constant, Place, Scalar, host};
-pub use rtsl_jit::{
-    CompiledCallback, Denoiser, DenoiserError, DenoiserInput, ForkGuard, Llvm, LlvmError, OptLevel,
-    Target,
-};
+pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{
-    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Position, Severity, SourceMap, Span,
+    Code, CodeInfo, Diagnostic, Diagnostics, FileId, Messages, Position, Severity, SourceMap, Span,
     code_info, codes, diagnostic_codes, most_similar, render,
 };
 pub use rtsl_spec::{

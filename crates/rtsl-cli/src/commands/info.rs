@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rtsl::{
-    AnnotationValue, Class, Compiler, Denoiser, Engine, EngineOptions, Llvm, Parameter,
-    ParameterType, Scalar, default_value, library, type_name,
+    AnnotationValue, Class, Compiler, Engine, EngineOptions, Llvm, Parameter, ParameterType,
+    Scalar, default_value, library, type_name,
 };
+use rtsl_image::Denoiser;
 
 use super::{CommandResult, Failure, Outcome, compile_file, compiler, is_file_name};
 use crate::arguments::SearchPath;

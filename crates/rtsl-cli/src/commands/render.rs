@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use rtsl::{Denoiser, Diagnostic, diagnostic_codes as codes};
-use rtsl_render::film::{
-    Aov, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions, ViewTransform,
-    check_writable, denoised, denoiser_diagnostic, write_image_with,
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+use rtsl_image::{
+    Aov, Denoiser, ExrOptions, ExrPrecision, ImageFormat, ImageMetadata, ImageOptions,
+    ViewTransform, check_writable, denoised, denoiser_diagnostic, write_image_with,
 };
 use rtsl_render::{
     CheckpointRequest, Messages, Progress, RenderRequest, RenderResult, Renderer, render_scene,

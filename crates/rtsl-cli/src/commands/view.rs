@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rtsl_render::film::ImageFormat;
+use rtsl_image::ImageFormat;
 use rtsl_render::session::{Session, SessionOptions};
 use rtsl_view::{ViewError, ViewOptions, view};
 

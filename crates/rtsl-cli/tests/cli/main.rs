@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use expect_test::expect;
-use rtsl_render::film::Aov;
+use rtsl_image::Aov;
 
 use command::{DONE, Folder, INPUT_AT_FAULT, SPHERE, WRONG_USAGE};
 

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::acceleration::LANES;
 use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
-use crate::memory::{Amount, OutOfMemory, reserved};
 use crate::tiles::TILE;
+use rtsl_bvh::LANES;
+use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::FeatureSums;
 use super::film::{BatchFilm, TileRecord};

@@ -8,11 +8,11 @@ use rtsl::{
     new_state,
 };
 
-use crate::acceleration::lanes_of;
 use crate::compiled::problems::Problems;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
-use crate::sampling::Sampler;
+use rtsl_bvh::lanes_of;
+use rtsl_math::sampling::Sampler;
 
 use super::numbers::Numbers;
 use super::places::Whereabouts;

@@ -1,7 +1,7 @@
 //! What the camera rays of a wave meet besides light: features of pixels.
 
-use crate::acceleration::LANES;
-use crate::film::Aov;
+use rtsl_bvh::LANES;
+use rtsl_image::Aov;
 
 /// What the first surface of a path is.
 #[derive(Clone, Copy, Debug)]

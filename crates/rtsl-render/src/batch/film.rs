@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::acceleration::{LANES, lanes_of};
-use crate::film::{Aov, AovImage, Image};
-use crate::memory::{Amount, OutOfMemory, reserved};
 use crate::tiles::{TILE, Tile, tiles_of};
+use rtsl_bvh::{LANES, lanes_of};
+use rtsl_image::{Aov, AovImage, Image};
+use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::{FeatureSums, PathFeatures};
 use super::wave::{SAMPLES_IN_WAVE, Wave};

@@ -3,7 +3,7 @@
 //! A thread takes a tile and a range of its samples: one *wave* of paths. The wave goes from surface to
 //! surface as a whole. Each time:
 //!
-//! 1. The nearest hits of all rays are found, in packets of 64 or streams of a thousand ([`crate::acceleration`]).
+//! 1. The nearest hits of all rays are found, in packets of 64 or streams of a thousand ([`rtsl_bvh`]).
 //! 2. Rays that leave the scene bring back what the lights emit from there.
 //! 3. The others are sorted by *surface groups*: shapes of one class with materials of one class. A group's paths are
 //!    worked on in chunks, with one call of each method for a chunk: the shape's normals, coordinates and derivatives;

@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 
 use crate::lanes::sequences::{Samples, Sequences, end_of};
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
+use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
 use super::chunk::CHUNK;
 

@@ -9,7 +9,7 @@ use crate::lanes::eight::{Eight, Vectors, scaled};
 use crate::lanes::fours::fours;
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::sums;
-use crate::math::Affine;
+use rtsl_math::Affine;
 
 use super::chunk::{CHUNK, Row};
 use super::wave::{NO_INSTANCE, PathHit};

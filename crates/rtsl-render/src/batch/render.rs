@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
-use crate::film::{Aov, AovImage, Image};
-use crate::memory::OutOfMemory;
-use crate::messages::Messages;
 use crate::progress::TilesDone;
-use crate::request::Renderer;
 use crate::statistics::{NotFinite, RayCounts};
 use crate::tiles::{RenderThreads, TILE};
+use rtsl::Messages;
+use rtsl_image::{Aov, AovImage, Image};
+use rtsl_memory::OutOfMemory;
+use rtsl_scene::Renderer;
 
 use super::checkpoints::{CheckpointWriter, Checkpoints, restore};
 use super::features::is_feature;

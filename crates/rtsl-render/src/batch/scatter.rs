@@ -8,7 +8,7 @@ use rtsl::Method;
 use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
 use crate::lanes::surface_offset::off_surfaces;
-use crate::math::dot;
+use rtsl_math::dot;
 
 use super::chunk::{CHUNK, Chunk, ChunkLanes, LightRows, are_finite, get, set};
 use super::emission::weight;

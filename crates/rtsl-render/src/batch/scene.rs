@@ -9,13 +9,13 @@ use rtsl::{
     Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
 };
 
-use crate::acceleration::RAYS_OF_STREAM;
 use crate::compiled::placed_objects::GroupMember;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, CompiledScene};
-use crate::messages::Messages;
-use crate::scene::Scene;
+use rtsl::Messages;
+use rtsl_bvh::RAYS_OF_STREAM;
+use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
 use super::kernels::{KernelMaker, Of};

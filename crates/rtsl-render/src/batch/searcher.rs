@@ -1,10 +1,8 @@
 //! What rays of a wave hit.
 
-use crate::acceleration::{
-    HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of,
-};
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::{SearchMemory, Tracer};
+use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
 
 use super::chunk::Chunk;
 use super::scene::BatchScene;

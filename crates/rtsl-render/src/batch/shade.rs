@@ -3,14 +3,14 @@
 
 use std::cell::RefCell;
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::interactive::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};
 use crate::lanes::lane_streams::LaneStreams;
-use crate::sampling::hash;
 use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
+use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_math::sampling::hash;
 
 use super::tracer::{BatchMemory, PathTracer};
 use super::wave::{NO_INSTANCE, Path, PathHit};

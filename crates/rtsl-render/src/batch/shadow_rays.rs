@@ -1,7 +1,7 @@
 //! Rays towards samples of lights, and what those add if nothing lies between.
 
-use crate::acceleration::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 use crate::compiled::tracer::Tracer;
+use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::searcher::Searcher;
 use super::tracer::BatchMemory;

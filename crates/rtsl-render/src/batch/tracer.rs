@@ -2,11 +2,11 @@
 
 use rtsl::Method;
 
-use crate::acceleration::{LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::problems::Problems;
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
+use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
 
 use super::chunk::{Chunk, are_finite};
 use super::features::PathFeatures;

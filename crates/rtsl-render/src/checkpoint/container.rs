@@ -15,9 +15,11 @@
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
 
-use crate::memory::{filled, reserved};
+use rtsl_memory::{filled, reserved};
 
-use super::fingerprint::{Digest, Fingerprint, FingerprintValue};
+use rtsl_scene::reader::Digest;
+
+use super::fingerprint::{Fingerprint, FingerprintValue};
 use super::{Checkpoint, Damage, Numbers, Section};
 
 const MAGIC: [u8; 8] = *b"RTSLckp\n";

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::request::Renderer;
-use crate::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
-use crate::scene::Settings;
+use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
+use rtsl_scene::reader::Digest;
+use rtsl_scene::{Renderer, Settings};
 
 /// What a render depends on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -20,17 +20,6 @@ pub enum FingerprintValue {
     Text(String),
     /// Of something long.
     Digest(Digest),
-}
-
-/// A digest by BLAKE3: nobody finds two texts of one digest, so a scene that was edited is never taken for the old one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Digest(pub [u8; 32]);
-
-impl Digest {
-    /// That of bytes.
-    pub fn of(bytes: &[u8]) -> Self {
-        Digest(*blake3::hash(bytes).as_bytes())
-    }
 }
 
 impl Fingerprint {

@@ -14,10 +14,10 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
-use crate::replacement::Replacement;
+use rtsl_image::atomic_write::Replacement;
 
 pub use error::{CheckpointError, Damage, Occupant};
-pub use fingerprint::{Difference, Digest, Fingerprint, FingerprintValue};
+pub use fingerprint::{Difference, Fingerprint, FingerprintValue};
 
 /// What is kept of a render.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Shapes that give off light and can be sampled.
 
-use crate::acceleration::HitId;
+use rtsl_bvh::HitId;
 
 use super::compiled_scene::ShaderInstance;
 

@@ -7,7 +7,7 @@ use rtsl::{
     Shape, Variant, new_state, set_defaults,
 };
 
-use crate::acceleration::Bounds;
+use rtsl_bvh::Bounds;
 
 use super::compiled_scene::ShaderInstance;
 use super::shaders::Shader;

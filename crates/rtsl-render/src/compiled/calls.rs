@@ -6,9 +6,9 @@ use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, Program, new_state,
 };
 
-use crate::acceleration::{LANES, LaneMask};
 use crate::lanes::eight::{eights, is_finite};
 use crate::lanes::mask_bits::{bits, set_bits};
+use rtsl_bvh::{LANES, LaneMask};
 
 use super::compiled_scene::{CompiledScene, ShaderInstance};
 use super::problems::Problems;

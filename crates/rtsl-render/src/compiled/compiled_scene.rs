@@ -10,11 +10,11 @@ use rtsl::{
     diagnostic_codes as codes,
 };
 
-use crate::acceleration::{Bounds, Geometry, HitId};
 use crate::lanes::eight::{Eight, Vectors, scaled};
-use crate::math::{Affine, MovingTransform, Transform};
-use crate::messages::Messages;
-use crate::scene::{Scene, SceneObject, Settings};
+use rtsl::Messages;
+use rtsl_bvh::{Bounds, Geometry, HitId};
+use rtsl_math::{Affine, MovingTransform, Transform};
+use rtsl_scene::{Scene, SceneObject, Settings};
 
 use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
@@ -387,7 +387,7 @@ impl Builder<'_> {
         Specialisation::new(self.table.engine(), instances.cloned().collect())
     }
 
-    fn light(&self, light: &crate::scene::PlacedLight) -> Light {
+    fn light(&self, light: &rtsl_scene::PlacedLight) -> Light {
         Light {
             instance: self.table.instance(&light.light),
             forward: light.transform.affine(),

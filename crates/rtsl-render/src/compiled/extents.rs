@@ -1,6 +1,6 @@
 //! How long the boxes of shapes are, for bounds of what rounding does to their hits.
 
-use crate::acceleration::Bounds;
+use rtsl_bvh::Bounds;
 
 /// The lengths of a box along the axes, rounded up to powers of two: meshes have one for each face, so four bytes must
 /// do.

@@ -7,12 +7,12 @@ use rtsl::{
 };
 use smallvec::SmallVec;
 
-use crate::acceleration::{
+use crate::lanes::mask_bits::bits;
+use rtsl_bvh::{
     Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
     Pair, PairHit, RaySpace, RayStream, Serial, WIDTH,
 };
-use crate::lanes::mask_bits::bits;
-use crate::math::reciprocal;
+use rtsl_math::reciprocal;
 
 use super::calls::CallBlocks;
 use super::compiled_scene::CompiledScene;

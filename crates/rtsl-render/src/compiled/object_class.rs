@@ -9,9 +9,9 @@ use rtsl::{
     Variant, lookup_state,
 };
 
-use crate::acceleration::{Block, WIDTH, WideTree};
-use crate::math::Affine;
-use crate::scene::SceneObject;
+use rtsl_bvh::{Block, WIDTH, WideTree};
+use rtsl_math::Affine;
+use rtsl_scene::SceneObject;
 
 use super::shaders::Shader;
 

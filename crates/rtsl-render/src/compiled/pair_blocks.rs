@@ -7,8 +7,8 @@ use rtsl::{
     CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
 };
 
-use crate::acceleration::{Pair, PairHit, RayStream};
 use crate::lanes::fours::fours;
+use rtsl_bvh::{Pair, PairHit, RayStream};
 
 use super::object_class::ObjectClass;
 use super::variables::variables;

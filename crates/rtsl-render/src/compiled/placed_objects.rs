@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::Diagnostic;
 
-use crate::acceleration::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
-use crate::math::MovingTransform;
-use crate::scene::{PlacedGroup, Scene, SceneObject};
+use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
+use rtsl_math::MovingTransform;
+use rtsl_scene::{PlacedGroup, Scene, SceneObject};
 
 use super::compiled_scene::{Object, inverse};
 use super::object_class::{ObjectClass, objects_in_order};

@@ -3,9 +3,9 @@
 
 use fearless_simd::Simd;
 
-use crate::acceleration::{Instance, LaneMask, Lanes, RayPacket};
 use crate::lanes::eight::{Eight, Vectors};
-use crate::math::Affine;
+use rtsl_bvh::{Instance, LaneMask, Lanes, RayPacket};
+use rtsl_math::Affine;
 
 /// An instance, with both of its maps.
 pub struct Placement<'a> {

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rtsl::{Diagnostic, LoopOwners, Method, diagnostic_codes as codes};
 
-use crate::messages::Messages;
 use crate::statistics::NotFinite;
+use rtsl::Messages;
 
 use super::compiled_scene::CompiledScene;
 

@@ -9,7 +9,7 @@ use rtsl::{
     Outputs, Program, Role, Shape, Variant, lookup_state,
 };
 
-use crate::scene::{Scene, SceneObject};
+use rtsl_scene::{Scene, SceneObject};
 
 use super::compiled_scene::{ShaderInstance, inverse};
 use super::object_class::{hit_variant, packet_variant};

@@ -1,6 +1,6 @@
 //! Searches for what rays hit.
 
-use crate::acceleration::{Hits, LaneMask, RayPacket, RayStream, Search, Visits};
+use rtsl_bvh::{Hits, LaneMask, RayPacket, RayStream, Search, Visits};
 
 use super::compiled_scene::CompiledScene;
 use super::intersection::{IntersectionBlocks, Intersector};

@@ -3,11 +3,11 @@
 
 use fearless_simd::Simd;
 
-use crate::acceleration::{
+use crate::statistics::LaneUse;
+use rtsl_bvh::{
     Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit,
     RaySpace, RayStream, lanes_of,
 };
-use crate::statistics::LaneUse;
 
 /// What is counted.
 #[derive(Clone, Debug)]

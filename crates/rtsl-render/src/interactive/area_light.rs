@@ -17,13 +17,13 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
 
-use crate::acceleration::{Hits, LANES, LaneMask, Lanes, lanes_of};
 use crate::compiled::area_light::AreaLight;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit, not_finite};
 use crate::tiles::LaneContext;
+use rtsl_bvh::{Hits, LANES, LaneMask, Lanes, lanes_of};
 
 use super::light_samples::LightSamples;
 use super::surface::{prepare, runs};

@@ -11,7 +11,6 @@ use rtsl::host::{
 };
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
@@ -19,6 +18,7 @@ use crate::lanes::eight::{dots, eights_alone, is_lit, not_finite, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use crate::lanes::surface_offset::distance_to_light;
 use crate::tiles::LaneContext;
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 
 use super::area_light::sample;
 use super::light_samples::LightSamples;

@@ -4,7 +4,7 @@
 //! `generateRay`; the nearest hits, by the shapes' `intersect`; for the lanes of each object its
 //! normals, texture coordinates and derivatives; for the lanes of each material its `shade`, whose
 //! `trace` starts again with a packet of the rays that ask. What a ray brings back depends on that
-//! ray alone; see [`crate::acceleration`] for hits and [`crate::sampling`] for random numbers.
+//! ray alone; see [`rtsl_bvh`] for hits and [`rtsl_math::sampling`] for random numbers.
 
 mod area_light;
 mod host;

@@ -4,19 +4,19 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::acceleration::{LANES, lanes_of};
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::film::{Aov, AovImage, Image};
-use crate::memory::OutOfMemory;
-use crate::messages::Messages;
 use crate::statistics::{LaneUse, NotFinite, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
+use rtsl::Messages;
+use rtsl_bvh::{LANES, lanes_of};
+use rtsl_image::{Aov, AovImage, Image};
+use rtsl_memory::OutOfMemory;
 
 use super::tile_aovs::{TileAovs, TileValues, TileWork};
 use super::tile_sample::sample_tile;

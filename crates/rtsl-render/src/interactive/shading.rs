@@ -4,13 +4,13 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
 
-use crate::acceleration::{Hits, LANES, LaneMask, RayPacket};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, eights, eights_alone};
 use crate::tiles::LaneContext;
+use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
 use super::host::ShadingHost;
 use super::surface::{Run, prepare, runs};

@@ -4,7 +4,6 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
-use crate::acceleration::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use crate::compiled::calls::KernelCall;
 use crate::compiled::compiled_scene::{CompiledScene, Object};
 use crate::compiled::object_class::ObjectClass;
@@ -19,6 +18,7 @@ use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
 use crate::tiles::LaneContext;
+use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 
 use super::workspace::Level;
 

@@ -3,10 +3,10 @@
 
 use rtsl::Method;
 
-use crate::acceleration::{LANES, LaneMask, lanes_of};
 use crate::compiled::tracer::Tracer;
 use crate::lanes::eight::not_finite;
 use crate::tiles::{CameraRays, Tile, camera_rays};
+use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
 use super::shading::{PacketColors, ShadedRays, SpawnedRays};
 use super::workspace::Workspace;

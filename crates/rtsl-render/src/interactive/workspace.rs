@@ -2,12 +2,12 @@
 
 use rtsl::{LaneBlock, LaneIndices};
 
-use crate::acceleration::LANES;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::SearchMemory;
 use crate::statistics::RayCounts;
 use crate::tiles::CameraMemory;
+use rtsl_bvh::LANES;
 
 use super::light_samples::LightSamples;
 

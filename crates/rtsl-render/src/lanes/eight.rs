@@ -9,8 +9,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::LaneBlock;
 
-use crate::acceleration::{LaneMask, Lanes, lanes_of};
-use crate::math::{Affine, USUAL_SQUARES};
+use rtsl_bvh::{LaneMask, Lanes, lanes_of};
+use rtsl_math::{Affine, USUAL_SQUARES};
 
 /// A vector for each lane, component by component.
 pub type LaneVectors = [Lanes; 3];
@@ -204,7 +204,7 @@ impl<S: Simd> Eight<S> {
         mask32x8::from_bitmask(self.simd, lanes >> self.start & 0xFF)
     }
 
-    /// [`normalize_or`](crate::math::normalize_or) of each.
+    /// [`normalize_or`](rtsl_math::normalize_or) of each.
     #[inline(always)]
     pub fn normalized_or(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
         let square = dots(v, v);
@@ -331,8 +331,8 @@ pub fn not_finite(vectors: &LaneVectors, lanes: LaneMask) -> LaneMask {
 mod tests {
     use proptest::prelude::*;
 
-    use crate::acceleration::LANES;
-    use crate::math::normalize_or;
+    use rtsl_bvh::LANES;
+    use rtsl_math::normalize_or;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use crate::math::Affine;
+use rtsl_math::Affine;
 
 use super::eight::{Eight, Vectors};
 use super::fours::fours;

@@ -2,8 +2,8 @@
 
 use rtsl::host::{LaneFloats, LaneSet};
 
-use crate::acceleration::{LANES, LaneMask};
-use crate::sampling::{Sampler, child_key};
+use rtsl_bvh::{LANES, LaneMask};
+use rtsl_math::sampling::{Sampler, child_key};
 
 use super::sequences::{Samples, Sequences};
 
@@ -46,7 +46,7 @@ impl LaneStreams {
 
 #[cfg(test)]
 mod tests {
-    use crate::sampling::SamplerKind;
+    use rtsl_math::sampling::SamplerKind;
 
     use super::*;
 

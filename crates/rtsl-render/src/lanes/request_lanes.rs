@@ -2,7 +2,7 @@
 
 use rtsl::host::{LaneSet, MAX_LANES};
 
-use crate::acceleration::LaneMask;
+use rtsl_bvh::LaneMask;
 
 /// The lanes of a packet that ask.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {

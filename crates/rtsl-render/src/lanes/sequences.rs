@@ -6,7 +6,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
 
-use crate::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
+use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 
 use super::request_lanes::{from_packet, to_packet};
 
@@ -116,7 +116,7 @@ pub fn end_of(lanes: LaneSet) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use crate::sampling::SamplerKind;
+    use rtsl_math::sampling::SamplerKind;
 
     use super::*;
 

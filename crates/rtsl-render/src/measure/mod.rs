@@ -22,11 +22,11 @@ use rtsl::Engine;
 
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
-use crate::messages::Messages;
-use crate::reader::DiskFiles;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
+use rtsl::Messages;
+use rtsl_scene::reader::DiskFiles;
 
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;

@@ -4,8 +4,8 @@ use rtsl::{
     Annotation, AnnotationValue, Class, Constant, Instance, Parameter, ParameterType, Role, Scalar,
 };
 
-use crate::reader::Values;
-use crate::scene::{EntityId, EntityKind};
+use rtsl_scene::reader::Values;
+use rtsl_scene::{EntityId, EntityKind};
 
 /// A part of a scene that is an instance of a class.
 #[derive(Clone, Debug, PartialEq)]

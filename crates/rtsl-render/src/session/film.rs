@@ -3,12 +3,12 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::acceleration::{LANES, lanes_of};
-use crate::film::Image;
 use crate::interactive::{TileSample, TileSums};
-use crate::memory::{Amount, OutOfMemory, reserved};
 use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
+use rtsl_bvh::{LANES, lanes_of};
+use rtsl_image::Image;
+use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use rtsl::EngineOptions;
 
-use crate::memory::Amount;
-use crate::scene::Settings;
+use rtsl_memory::Amount;
+use rtsl_scene::Settings;
 
 /// What the host says instead of the scene.
 #[derive(Clone, Debug, Default)]

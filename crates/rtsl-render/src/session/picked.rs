@@ -1,6 +1,6 @@
 //! What lies under a pixel.
 
-use crate::scene::EntityId;
+use rtsl_scene::EntityId;
 
 /// The nearest hit of the ray through a pixel.
 #[derive(Clone, Debug, PartialEq)]

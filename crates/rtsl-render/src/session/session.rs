@@ -11,18 +11,18 @@ use crate::compiled::CompiledScene;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
-use crate::film::exposure_scale;
 use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
-use crate::math::Transform;
-use crate::memory::{Amount, Need, check_render};
-use crate::messages::Messages;
-use crate::reader::DiskFiles;
-use crate::sampling::hash;
-use crate::scene::{
-    EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource, Settings,
-};
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
+use rtsl::Messages;
+use rtsl_image::exposure_scale;
+use rtsl_math::Transform;
+use rtsl_math::sampling::hash;
+use rtsl_memory::{Amount, Need, check_render};
+use rtsl_scene::reader::DiskFiles;
+use rtsl_scene::{
+    EntityId, EntityKind, LoadOptions, Loaded, Origins, Scene, SceneSource, Settings,
+};
 
 use super::control::{Control, Thing};
 use super::film::{Film, SampleWork};

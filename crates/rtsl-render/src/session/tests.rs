@@ -3,8 +3,8 @@
 use rtsl::Method;
 
 use super::*;
-use crate::film::Image;
 use crate::request::{RenderRequest, render_scene};
+use rtsl_image::Image;
 
 const SCENE: &str = r#"
 LookAt 0 2 -6   0 0.5 0   0 1 0

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::film::{HeatScale, SrgbEncoder, logarithm};
+use rtsl_image::{HeatScale, SrgbEncoder, logarithm};
 
 /// What is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

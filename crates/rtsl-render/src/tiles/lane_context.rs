@@ -4,11 +4,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 
-use crate::acceleration::{LANES, LaneMask, Lanes, RayPacket};
 use crate::lanes::eight::{Eight, LaneVectors, Vectors, difference, dots, eights_alone, select};
 use crate::lanes::lane_streams::LaneStreams;
 use crate::lanes::surface_offset::off_surfaces;
-use crate::sampling::Sampler;
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
+use rtsl_math::sampling::Sampler;
 
 /// What belongs to each ray of a packet besides the ray itself.
 #[derive(Clone)]
@@ -170,7 +170,7 @@ impl Host for LaneContext {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::SamplerKind;
+    use rtsl_math::sampling::SamplerKind;
 
     #[test]
     fn weights_multiply_and_what_is_no_number_counts() {

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 
-use crate::memory::Amount;
-use crate::messages::Messages;
+use rtsl::Messages;
+use rtsl_memory::Amount;
 
 /// Each level of `trace` takes some of the host's stack, in debug builds most.
 const STACK_BYTES: usize = 128 << 20;

@@ -1,6 +1,6 @@
 //! Tiles of an image.
 
-use crate::acceleration::{LANES, LaneMask};
+use rtsl_bvh::{LANES, LaneMask};
 
 /// The side of a tile in pixels: a packet is one sample of each of its pixels.
 pub const TILE: usize = 8;

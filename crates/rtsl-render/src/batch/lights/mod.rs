@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 
 use crate::compiled::CompiledScene;
-use crate::scene::Scene;
+use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
 use super::kernels::{KernelMaker, Of};

@@ -5,8 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use crate::acceleration::Bounds;
-use crate::sampling::{hash, unit_float};
+use rtsl_bvh::Bounds;
+use rtsl_math::sampling::{hash, unit_float};
 
 use super::super::chunk::{CHUNK, Chunk, get, set};
 use super::super::scene::BatchScene;

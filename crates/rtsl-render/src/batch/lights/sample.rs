@@ -8,7 +8,7 @@ use crate::compiled::variables::variables;
 use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
-use crate::sampling::Sampler;
+use rtsl_math::sampling::Sampler;
 
 use super::super::chunk::{CHUNK, Callee, Chunk, LightRows, Row, Rows, get, set, set_numbers};
 use super::super::kernels::Of;

@@ -5,7 +5,7 @@
 //! What is known of lights comes from a few samples of each, whatever their classes. It steers how often a light is chosen and
 //! nothing else: every light has some probability at every point, and each sample is divided by it.
 
-use crate::acceleration::Bounds;
+use rtsl_bvh::Bounds;
 
 /// What samples told of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,208 @@
+//! A search: rays on their way through groups and instances. How packets and single rays go through a tree
+//! is said in the files beside.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use rtsl_math::Affine;
+
+use super::bounds::Bounds;
+use super::geometry::{Geometry, Group, Instance};
+use super::hit::{HitId, Hits};
+use super::objects::Objects;
+use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
+use super::packet_traversal::PacketVisit;
+use super::ray_lists::RayLists;
+use super::ray_space::RaySpace;
+use super::space::{PacketSpace, Serial, finite_lanes};
+use super::stream::{Pair, PairHit};
+use super::turns::RayVisit;
+
+/// Nearest hits, or any hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// For each ray the nearest hit.
+    Nearest,
+    /// For each ray whether there is one.
+    Any,
+}
+
+impl Geometry {
+    /// Finds the nearest hits of the rays of `lanes`.
+    pub fn nearest<O: Objects>(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut O,
+        visits: &mut Visits,
+    ) -> Hits {
+        self.search(rays, lanes, objects, visits, Search::Nearest)
+    }
+
+    /// The rays of `lanes` that hit anything before their limits.
+    pub fn any<O: Objects>(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut O,
+        visits: &mut Visits,
+    ) -> LaneMask {
+        self.search(rays, lanes, objects, visits, Search::Any).lanes(lanes)
+    }
+
+    fn search<O: Objects>(
+        &self,
+        rays: &RayPacket,
+        lanes: LaneMask,
+        objects: &mut O,
+        visits: &mut Visits,
+        search: Search,
+    ) -> Hits {
+        let mut hits = Hits::new(rays);
+        if let Some(scene) = self.groups.first() {
+            let mut traversal = Traversal {
+                geometry: self,
+                objects,
+                search,
+                hits: &mut hits,
+                visits,
+                serial: 0,
+                farthest: f32::INFINITY,
+                farthest_of: 0,
+            };
+            dispatch!(Level::new(), simd => traversal.visit_scene(simd, scene, rays, lanes));
+        }
+        hits
+    }
+}
+
+/// What searches have still to visit: empty between searches, kept for its memory.
+#[derive(Debug, Default)]
+pub struct Visits {
+    /// What packets have still to visit, the next last.
+    pub(super) packets: Vec<PacketVisit>,
+    /// Memory for what rays that take turns have still to visit.
+    pub(super) rays: Vec<RayVisit>,
+    /// How much of it is in use.
+    pub(super) rays_in_use: usize,
+    /// What streams have still to visit.
+    pub(super) lists: RayLists,
+    /// For each class, rays of a stream and its objects that were not yet tested.
+    pub(super) pairs: Vec<Vec<Pair>>,
+    /// Those of a test that hit.
+    pub(super) found: Vec<PairHit>,
+}
+
+/// A search on its way.
+pub(super) struct Traversal<'a, O> {
+    pub geometry: &'a Geometry,
+    pub objects: &'a mut O,
+    pub search: Search,
+    pub hits: &'a mut Hits,
+    pub visits: &'a mut Visits,
+    serial: Serial,
+    /// The farthest limit or hit of these lanes of the packet; of none, if that is not known.
+    pub farthest: f32,
+    pub farthest_of: LaneMask,
+}
+
+/// The instance whose group is visited, for rays as the scene knows them.
+pub(super) struct Outer<'a, Space: ?Sized> {
+    /// Which item of the scene it is.
+    pub item: u32,
+    /// Its own box, in which hits must lie.
+    pub bounds: Bounds,
+    /// The rays in the scene's space.
+    pub space: &'a Space,
+}
+
+impl<Space: ?Sized> Outer<'_, Space> {
+    /// The id of an item of the group.
+    pub fn id(outer: Option<&Self>, item: u32) -> HitId {
+        outer.map_or_else(|| HitId::new(item, 0), |outer| HitId::new(outer.item, item))
+    }
+}
+
+impl<'a> Outer<'a, [RaySpace]> {
+    /// For one of the rays.
+    #[inline(always)]
+    pub fn of(&self, ray: &RaySpace) -> Outer<'a, RaySpace> {
+        let of_lane = self.space.iter().find(|outer| outer.lane == ray.lane);
+        Outer { item: self.item, bounds: self.bounds, space: of_lane.unwrap_or(&self.space[0]) }
+    }
+}
+
+impl<'a, O: Objects> Traversal<'a, O> {
+    #[inline(always)]
+    fn visit_scene<S: Simd>(
+        &mut self,
+        simd: S,
+        scene: &'a Group,
+        rays: &RayPacket,
+        lanes: LaneMask,
+    ) {
+        let lanes = finite_lanes(simd, rays, lanes);
+        if lanes != 0 {
+            let space = PacketSpace::new(simd, rays, lanes, self.next_serial());
+            self.visit_group_with_packet(simd, scene, &space, lanes, None);
+        }
+    }
+
+    /// A serial number that was not used before in this search.
+    pub fn next_serial(&mut self) -> Serial {
+        self.serial += 1;
+        self.serial
+    }
+
+    /// The lanes that still look for a hit.
+    #[inline(always)]
+    pub fn open(&self, lanes: LaneMask) -> LaneMask {
+        match self.search {
+            Search::Nearest => lanes,
+            Search::Any => lanes & !self.hits.lanes(lanes),
+        }
+    }
+
+    /// The group that an item of the scene leads to, and how it is placed.
+    pub fn instance(&self, item: u32) -> Option<(&'a Group, &'a Instance)> {
+        let index = item.checked_sub(self.geometry.first_instance)?;
+        let instance = self.geometry.instances.get(index as usize)?;
+        Some((self.geometry.groups.get(instance.group as usize)?, instance))
+    }
+}
+
+/// The rays of a packet under a map.
+#[inline(always)]
+pub fn moved_packet(rays: &RayPacket, map: &Affine) -> RayPacket {
+    let [x, y, z, origin] = &map.columns;
+    let mut moved = rays.clone();
+    for row in 0..3 {
+        // The order of operations is that of `Affine::point` and `Affine::vector`.
+        let turned = |from: &[[f32; LANES]; 3], lane: usize| {
+            x[row] * from[0][lane] + y[row] * from[1][lane] + z[row] * from[2][lane]
+        };
+        for lane in 0..LANES {
+            moved.origin[row][lane] = turned(&rays.origin, lane) + origin[row];
+            moved.direction[row][lane] = turned(&rays.direction, lane);
+        }
+    }
+    moved
+}
+
+/// The rays of `lanes` under maps of their own, each by its time; others stay as they are.
+pub fn moved_packet_by(
+    rays: &RayPacket,
+    lanes: LaneMask,
+    map_at: impl Fn(f32) -> Affine,
+) -> RayPacket {
+    let mut moved = rays.clone();
+    for lane in lanes_of(lanes) {
+        let map = map_at(rays.time[lane]);
+        moved.set(lane, map.point(rays.origin_of(lane)), map.vector(rays.direction_of(lane)));
+    }
+    moved
+}
+
+/// A ray under a map; `None` where it is not finite there.
+pub(super) fn moved_ray(ray: &RaySpace, map: &Affine) -> Option<RaySpace> {
+    ray.moved(map.point(ray.origin), map.vector(ray.direction))
+}

@@ -1,0 +1,69 @@
+//! Pictures without noise, by Open Image Denoise where it is installed.
+//!
+//! A denoised picture is not unbiased, and its bits are the library's: the one thing here that may differ from machine to
+//! machine.
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+use crate::denoiser::{Denoiser, DenoiserError, DenoiserInput};
+
+use super::{Aov, AovImage, Image};
+
+/// Images that help the denoiser to keep edges and textures, where the renderer makes them.
+pub const DENOISER_AOVS: [Aov; 2] = [Aov::Albedo, Aov::Normal];
+
+/// The picture without noise. Of `aovs` it takes those of [`DENOISER_AOVS`].
+///
+/// # Errors
+/// The library refuses.
+pub fn denoised(
+    denoiser: &Denoiser,
+    image: &Image,
+    aovs: &[AovImage],
+) -> Result<Image, DenoiserError> {
+    let find =
+        |aov: Aov| aovs.iter().find(|image| image.aov == aov).map(|image| image.pixels.as_slice());
+    let pixels = denoiser.denoise(&DenoiserInput {
+        width: image.width,
+        height: image.height,
+        color: &image.pixels,
+        albedo: find(Aov::Albedo),
+        normal: find(Aov::Normal),
+    })?;
+    Ok(Image { pixels, ..*image })
+}
+
+/// The error as users read it.
+pub fn denoiser_diagnostic(error: &DenoiserError) -> Diagnostic {
+    let diagnostic = Diagnostic::new(codes::NO_DENOISER, error.to_string());
+    match error {
+        DenoiserError::Missing | DenoiserError::Unusable { .. } => diagnostic.help(
+            "install Open Image Denoise, or set `RTSL_OIDN` to its library or the folder of that",
+        ),
+        DenoiserError::Size { .. } | DenoiserError::Failed(_) => diagnostic,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_has_a_remedy() {
+        let text = |error: DenoiserError| {
+            let messages = rtsl_source::Messages::one(denoiser_diagnostic(&error));
+            messages.to_text(false)
+        };
+        expect_test::expect![[r#"
+            error[E0704]: Open Image Denoise is not installed
+             = help: install Open Image Denoise, or set `RTSL_OIDN` to its library or the folder of that
+
+        "#]].assert_eq(&text(DenoiserError::Missing));
+        let failed = text(DenoiserError::Failed("out of memory".to_owned()));
+        expect_test::expect![[r#"
+            error[E0704]: Open Image Denoise: out of memory
+
+        "#]]
+        .assert_eq(&failed);
+    }
+}

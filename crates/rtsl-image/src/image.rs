@@ -1,0 +1,62 @@
+//! An image in memory, of linear colours.
+
+use rtsl_math::power_of_two;
+use rtsl_memory::{OutOfMemory, collected, filled};
+
+use crate::view_transform::{ViewEncoder, ViewTransform};
+
+/// An image of linear RGB colours, rows from top to bottom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The colours, row by row from the top.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl Image {
+    /// A black image.
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn new(width: usize, height: usize) -> Result<Self, OutOfMemory> {
+        Ok(Image { width, height, pixels: filled(width.saturating_mul(height), [0.0; 3])? })
+    }
+
+    /// The image as bytes of sRGB after a multiplication by `2^exposure`.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn to_srgb(&self, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
+        self.to_view(ViewTransform::Standard, exposure)
+    }
+
+    /// The image as bytes that a screen shows, after a multiplication by `2^exposure`.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn to_view(&self, view: ViewTransform, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
+        let encoder = ViewEncoder::new(view, exposure);
+        let bytes = self.pixels.iter().flat_map(|color| encoder.encode(*color));
+        collected(3 * self.pixels.len(), bytes)
+    }
+}
+
+/// What an exposure of so many stops multiplies colours with.
+pub fn exposure_scale(stops: f32) -> f32 {
+    if stops.is_nan() { 1.0 } else { power_of_two(f64::from(stops)) as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposure_counts_stops() {
+        assert_eq!(exposure_scale(0.0), 1.0);
+        assert_eq!(exposure_scale(-3.0), 0.125);
+        assert_eq!(exposure_scale(0.5), std::f32::consts::SQRT_2);
+    }
+}

@@ -1,0 +1,311 @@
+//! Image files that scenes name: linear texels, levels for textures, sums for skies.
+
+use std::io::Cursor;
+
+use crate::srgb_decode;
+use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, OverBudget, filled, reserved};
+
+use super::exr_picture::read_exr;
+
+/// More texels are refused, whatever memory there is.
+const MOST_TEXELS: usize = 1 << 26;
+
+/// What a texel of a sky takes at most until its picture has become the numbers of a class: its 16 bytes, 12 for its
+/// colour and 4 for sums, and these twice while they find their final place.
+const SKY_TEXEL: Amount = Amount(16 + 2 * (12 + 4));
+
+/// An image in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Linear red, green and blue, and what the texel counts as a number: its opacity, or where all is opaque the
+    /// mean of the three. Rows from the top.
+    pub texels: Vec<[f32; 4]>,
+}
+
+/// How the numbers of an 8-bit or 16-bit file stand for light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// By the transfer function of sRGB.
+    Srgb,
+    /// In proportion.
+    Linear,
+}
+
+/// Why an image cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PictureError {
+    /// It is no image, or a damaged one. The text is a clause, to be preceded by the name of the file.
+    Malformed(String),
+    /// It would take too much memory.
+    OverBudget(OverBudget),
+}
+
+impl From<String> for PictureError {
+    fn from(problem: String) -> Self {
+        PictureError::Malformed(problem)
+    }
+}
+
+impl From<&str> for PictureError {
+    fn from(problem: &str) -> Self {
+        PictureError::Malformed(problem.to_owned())
+    }
+}
+
+impl From<OverBudget> for PictureError {
+    fn from(error: OverBudget) -> Self {
+        PictureError::OverBudget(error)
+    }
+}
+
+impl From<OutOfMemory> for PictureError {
+    fn from(error: OutOfMemory) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
+impl From<exr::error::Error> for PictureError {
+    fn from(error: exr::error::Error) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
+impl From<png::DecodingError> for PictureError {
+    fn from(error: png::DecodingError) -> Self {
+        PictureError::Malformed(error.to_string())
+    }
+}
+
+impl Picture {
+    /// What a picture takes until it has become the numbers of a class.
+    pub fn memory(width: usize, height: usize) -> Amount {
+        // Of a texture all levels, and these twice while they find their final place.
+        let area = |(width, height): (usize, usize)| width.saturating_mul(height);
+        let texels = level_sizes(width, height).map(area).fold(0, usize::saturating_add);
+        let texture = Amount::of::<[f32; 4]>(texels).times(2);
+        texture.max(SKY_TEXEL.times(area((width, height))))
+    }
+
+    /// Reads a PNG or an EXR file, which its first bytes tell apart. [`Picture::memory`] is held with it.
+    ///
+    /// # Errors
+    /// It is neither, damaged, or takes more memory than is left of the budget.
+    pub fn read(
+        bytes: &[u8],
+        encoding: Encoding,
+        budget: &InputBudget,
+    ) -> Result<(Picture, Held), PictureError> {
+        let (mut picture, held) = match bytes {
+            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes, budget)?,
+            [0x89, b'P', b'N', b'G', ..] => read_png(bytes, encoding, budget)?,
+            _ => return Err("it is neither a PNG nor an EXR file".into()),
+        };
+        if picture.texels.iter().all(|texel| texel[3] == 1.0) {
+            for texel in &mut picture.texels {
+                texel[3] = (texel[0] + texel[1] + texel[2]) / 3.0;
+            }
+        }
+        Ok((picture, held))
+    }
+
+    /// The texels of this picture and of ever smaller ones down to one texel, one after the other, each half the size of
+    /// the one before, rounded down.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn levels(self) -> Result<Vec<[f32; 4]>, OutOfMemory> {
+        let Picture { mut width, mut height, mut texels } = self;
+        // Where all levels are squares they take a third more, where they are lines as much again.
+        let all = level_sizes(width, height).map(|(width, height)| width * height).sum::<usize>();
+        texels
+            .try_reserve_exact(all - texels.len())
+            .map_err(|_| OutOfMemory(Amount::of::<[f32; 4]>(all)))?;
+        let mut start = 0;
+        for (columns, rows) in level_sizes(width, height).skip(1) {
+            let level = Level { start, width, height };
+            for place in 0..columns * rows {
+                let texel =
+                    level.mean(&texels, (place / columns, rows), (place % columns, columns));
+                texels.push(texel);
+            }
+            start += width * height;
+            (width, height) = (columns, rows);
+        }
+        Ok(texels)
+    }
+}
+
+/// The sizes of a picture and of those made of it.
+fn level_sizes(width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
+    let smaller = |(width, height): &(usize, usize)| {
+        (width.max(height) > &1).then(|| ((width / 2).max(1), (height / 2).max(1)))
+    };
+    std::iter::successors(Some((width, height)), smaller)
+}
+
+/// A picture among the texels of several.
+struct Level {
+    start: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Level {
+    /// The mean of the texels in one of so many parts of the rows, and of the columns.
+    fn mean(
+        &self,
+        texels: &[[f32; 4]],
+        (row, of_rows): (usize, usize),
+        (column, of_columns): (usize, usize),
+    ) -> [f32; 4] {
+        let part =
+            |place: usize, count: usize, of: usize| place * of / count..(place + 1) * of / count;
+        let (rows, columns) =
+            (part(row, of_rows, self.height), part(column, of_columns, self.width));
+        let count = (rows.len() * columns.len()) as f32;
+        let mut sum = [0.0; 4];
+        for row in rows {
+            for texel in &texels[self.start + row * self.width..][columns.clone()] {
+                for (sum, value) in sum.iter_mut().zip(texel) {
+                    *sum += value;
+                }
+            }
+        }
+        sum.map(|sum| sum / count)
+    }
+}
+
+impl Picture {
+    /// For each row what part of a sky's light comes from those above, and the same for the columns of each
+    /// row, each list ending with 1. `row_weight` is the solid angle of a row's texels, to any scale.
+    pub fn sums(&self, row_weight: impl Fn(usize) -> f64) -> (Vec<f32>, Vec<f32>) {
+        let luminance = |texel: &[f32; 4]| {
+            let [red, green, blue, _] = texel.map(f64::from);
+            (0.2126 * red + 0.7152 * green + 0.0722 * blue).max(0.0)
+        };
+        let brightness: Vec<f64> = self.texels.iter().map(luminance).collect();
+        let mut columns = Vec::with_capacity((self.width + 1) * self.height);
+        let mut totals = Vec::with_capacity(self.height);
+        for (row, line) in brightness.chunks(self.width).enumerate() {
+            columns.extend(running(line));
+            totals.push(line.iter().sum::<f64>() * row_weight(row));
+        }
+        (running(&totals), columns)
+    }
+}
+
+/// The parts of the whole before each number, and 1. Where all are 0 they count alike.
+fn running(numbers: &[f64]) -> Vec<f32> {
+    let total: f64 = numbers.iter().sum();
+    let mut sum = 0.0;
+    let mut parts = vec![0.0];
+    for (index, number) in numbers.iter().enumerate() {
+        sum += number;
+        let part =
+            if total > 0.0 { sum / total } else { (index + 1) as f64 / numbers.len() as f64 };
+        parts.push(part.min(1.0) as f32);
+    }
+    if let Some(last) = parts.last_mut() {
+        *last = 1.0;
+    }
+    parts
+}
+
+/// Whether a picture has texels, and not too many.
+pub fn check_size(width: usize, height: usize) -> Result<(), String> {
+    match width.checked_mul(height) {
+        Some(1..=MOST_TEXELS) => Ok(()),
+        Some(_) | None => Err(format!("it has {width} x {height} texels, at most 2^26 are read")),
+    }
+}
+
+fn read_png(
+    bytes: &[u8],
+    encoding: Encoding,
+    budget: &InputBudget,
+) -> Result<(Picture, Held), PictureError> {
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info()?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    check_size(width, height)?;
+    let held = budget.hold(Picture::memory(width, height))?;
+    let size = reader.output_buffer_size().ok_or("it is too large")?;
+    let of_decoder = budget.hold(Amount(size as u64))?;
+    let mut buffer = filled(size, 0)?;
+    let info = reader.next_frame(&mut buffer)?;
+    let channels = info.color_type.samples();
+    let light = |value: f64| match encoding {
+        Encoding::Srgb => srgb_decode(value) as f32,
+        Encoding::Linear => value as f32,
+    };
+    let texel = |values: &[f64]| match *values {
+        [grey] => [light(grey), light(grey), light(grey), 1.0],
+        [grey, alpha] => [light(grey), light(grey), light(grey), alpha as f32],
+        [red, green, blue] => [light(red), light(green), light(blue), 1.0],
+        [red, green, blue, alpha, ..] => [light(red), light(green), light(blue), alpha as f32],
+        [] => [0.0; 4],
+    };
+    let is_deep = info.bit_depth == png::BitDepth::Sixteen;
+    let mut texels = reserved(width * height)?;
+    for bytes in buffer.chunks_exact(channels * if is_deep { 2 } else { 1 }).take(width * height) {
+        let mut values = [0.0; 4];
+        let values = &mut values[..channels];
+        if is_deep {
+            let pairs = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
+            values.iter_mut().zip(pairs).for_each(|(value, it)| *value = f64::from(it) / 65_535.0);
+        } else {
+            values.iter_mut().zip(bytes).for_each(|(value, it)| *value = f64::from(*it) / 255.0);
+        }
+        texels.push(texel(values));
+    }
+    if texels.len() < width * height {
+        return Err("it ends too early".into());
+    }
+    drop(of_decoder);
+    Ok((Picture { width, height, texels }, held))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(width: usize, height: usize) -> Picture {
+        let texels = (0..width * height).map(|index| [index as f32, 1.0, 2.0, 1.0]).collect();
+        Picture { width, height, texels }
+    }
+
+    #[test]
+    fn levels_end_with_the_mean() {
+        assert!(level_sizes(8, 4).eq([(8, 4), (4, 2), (2, 1), (1, 1)]));
+        assert!(level_sizes(5, 3).eq([(5, 3), (2, 1), (1, 1)]));
+        let levels = picture(8, 4).levels().unwrap();
+        assert_eq!((levels.len(), levels[32][0], levels[40][0]), (43, 4.5, 13.5));
+        assert_eq!(levels[42], [15.5, 1.0, 2.0, 1.0]);
+        assert_eq!(picture(6, 4).levels().unwrap().last().map(|it| it[0]), Some(11.5));
+        assert_eq!(picture(1, 1).levels().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn sums_rise_to_one() {
+        let (rows, columns) = picture(3, 2).sums(|_| 1.0);
+        assert_eq!((rows.len(), columns.len()), (3, 8));
+        assert!(
+            rows.is_sorted() && columns[..4].is_sorted() && rows[2] == 1.0 && columns[3] == 1.0
+        );
+        let dark = Picture { texels: vec![[0.0; 4]; 4], width: 2, height: 2 };
+        assert_eq!(dark.sums(|_| 1.0).0, [0.0, 0.5, 1.0]);
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused() {
+        for bytes in [&b"GIF89a"[..], b"", b"\x89PNG\r\n", b"\x76\x2f\x31\x01xx"] {
+            let read = Picture::read(bytes, Encoding::Srgb, &InputBudget::default());
+            assert!(matches!(read, Err(PictureError::Malformed(_))));
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! PNG: 8 bits a channel.
+
+use std::io::{self, BufWriter, Write};
+
+use crate::atomic_write::Output;
+
+use super::{ImageMetadata, ViewTransform};
+
+/// Writes bytes of red, green and blue. `view` tells programs how to read them.
+pub fn write_png(
+    (width, height): (usize, usize),
+    bytes: &[u8],
+    view: ViewTransform,
+    metadata: &ImageMetadata,
+    file: &mut dyn Output,
+) -> io::Result<()> {
+    let mut buffered = BufWriter::new(file);
+    let mut encoder = png::Encoder::new(&mut buffered, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    match view {
+        ViewTransform::Standard | ViewTransform::Filmic => {
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        }
+        ViewTransform::Raw => encoder.set_source_gamma(png::ScaledFloat::new(1.0)),
+    }
+    encoder.add_text_chunk("Software".to_owned(), metadata.software())?;
+    if let Some(comment) = metadata.comment() {
+        encoder.add_text_chunk("Comment".to_owned(), comment)?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    buffered.flush()
+}

@@ -1,0 +1,15 @@
+//! Arithmetic that gives the same bits on every machine: only `+ - * /` and square roots, in a
+//! fixed order, never the platform's trigonometry or powers. [`sampling`] has random sequences and pixel filters.
+
+mod exponential;
+mod moving_transform;
+mod root;
+pub mod sampling;
+mod transform;
+mod trigonometry;
+
+pub use exponential::{exponential, power_of_two};
+pub use moving_transform::MovingTransform;
+pub use root::{fifth_root, power_12_5};
+pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
+pub use trigonometry::sine_and_cosine_of_degrees;

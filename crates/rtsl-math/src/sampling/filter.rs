@@ -1,0 +1,287 @@
+//! Pixel filters, by sampling them: a sample lies where its pixel's filter is large and counts for this pixel
+//! alone, so that sums have one order and tiles nothing to do with each other (Ernst, Stamminger and
+//! Greiner, "Filter Importance Sampling", 2006).
+//!
+//! All filters are products of one function of x and one of y, each even. A table inverts the integral of each
+//! function's magnitude; it comes from additions, multiplications and divisions of binary64 alone, so that it
+//! has the same bits everywhere.
+
+use std::sync::Arc;
+
+use crate::{exponential, sine_and_cosine_of_degrees};
+
+/// How a filter falls from the middle of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterShape {
+    /// Not at all.
+    Box,
+    /// Straight, to zero at the radius: the tent.
+    Triangle,
+    /// As a normal distribution, less its value at the radius.
+    Gaussian {
+        /// The standard deviation in pixels.
+        sigma: f64,
+    },
+    /// Mitchell's and Netravali's cubic splines, which are negative far from the middle.
+    Mitchell {
+        /// Their blur.
+        b: f64,
+        /// Their ringing.
+        c: f64,
+    },
+    /// The window of Blackman and Harris with four terms.
+    BlackmanHarris,
+}
+
+/// The filter of an image's pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelFilter {
+    shape: FilterShape,
+    radius: [f64; 2],
+    /// For x and y; none where places are what they are given.
+    tables: Option<Arc<[AxisTable; 2]>>,
+}
+
+impl PixelFilter {
+    /// A filter that reaches so far, in pixels, to each side of a pixel's middle.
+    pub fn new(shape: FilterShape, radius: [f64; 2]) -> Self {
+        if shape == FilterShape::Box && radius == [0.5; 2] {
+            return Self::default();
+        }
+        let tables = radius.map(|radius| AxisTable::new(shape, radius));
+        PixelFilter { shape, radius, tables: Some(Arc::new(tables)) }
+    }
+
+    /// How it falls.
+    pub fn shape(&self) -> FilterShape {
+        self.shape
+    }
+
+    /// How far it reaches along x and y.
+    pub fn radius(&self) -> [f64; 2] {
+        self.radius
+    }
+
+    /// What [`PixelFilter::sample`] makes of many points, each in its place, and their weights. Where places are what they are
+    /// given it does nothing, so weights have to be 1 before.
+    pub fn sample_each(&self, points: [&mut [f32]; 2], weights: &mut [f32]) {
+        if self.tables.is_none() {
+            return;
+        }
+        let [columns, rows] = points;
+        for ((x, y), weight) in columns.iter_mut().zip(rows).zip(weights) {
+            ([*x, *y], *weight) = self.sample([*x, *y]);
+        }
+    }
+
+    /// From a point of [0,1)^2 to the place of a sample and its weight.
+    ///
+    /// The place is in pixels from the pixel's corner, so that the pixel itself is [0,1)^2. Weights are 1 on average,
+    /// so the mean of radiance times weight is the filtered radiance; only a filter with negative parts has any but 1.
+    #[inline(always)]
+    pub fn sample(&self, point: [f32; 2]) -> ([f32; 2], f32) {
+        let Some(tables) = &self.tables else {
+            return (point, 1.0);
+        };
+        let (x, weight_x) = tables[0].sample(point[0]);
+        let (y, weight_y) = tables[1].sample(point[1]);
+        ([0.5 + x, 0.5 + y], weight_x * weight_y)
+    }
+}
+
+impl Default for PixelFilter {
+    /// The mean over the pixel.
+    fn default() -> Self {
+        PixelFilter { shape: FilterShape::Box, radius: [0.5; 2], tables: None }
+    }
+}
+
+/// Cells of a table. Each holds as much of the filter as any other; within one, places are even.
+const CELLS: usize = 512;
+/// Steps of the integral that a table inverts.
+const STEPS: usize = 1 << 14;
+
+/// The part of a filter along one axis.
+#[derive(Clone, Debug, PartialEq)]
+struct AxisTable {
+    /// Element `i`: the distance from the middle within which `i` / CELLS of the magnitude's integral lies.
+    distances: Vec<f32>,
+    /// How many cells come before the filter turns negative.
+    positive_cells: f32,
+    /// The integral of the magnitude, as a multiple of that of the filter.
+    weight: f32,
+}
+
+impl AxisTable {
+    fn new(shape: FilterShape, radius: f64) -> Self {
+        let width = radius / STEPS as f64;
+        let values: Vec<f64> =
+            (0..STEPS).map(|step| value(shape, radius, (step as f64 + 0.5) * width)).collect();
+        let signed: f64 = values.iter().sum();
+        let whole: f64 = values.iter().map(|value| value.abs()).sum();
+        let mut distances = vec![0.0];
+        let mut below = 0.0;
+        for (step, value) in values.iter().enumerate() {
+            let part = value.abs();
+            // Several cells may end in a step, and none.
+            while distances.len() < CELLS {
+                let wanted = whole * distances.len() as f64 / CELLS as f64;
+                if below + part <= wanted {
+                    break;
+                }
+                distances.push(((step as f64 + (wanted - below) / part) * width) as f32);
+            }
+            below += part;
+        }
+        distances.resize(CELLS + 1, radius as f32);
+        let positive: f64 = values.iter().filter(|value| **value > 0.0).sum();
+        AxisTable {
+            distances,
+            positive_cells: (positive / whole * CELLS as f64) as f32,
+            weight: (whole / signed) as f32,
+        }
+    }
+
+    /// From a number in [0,1) to a signed distance from the middle, and its weight.
+    #[inline(always)]
+    fn sample(&self, number: f32) -> (f32, f32) {
+        // Exact: what stratifies the number stratifies the place.
+        let side = 2.0 * number - 1.0;
+        let scaled = side.abs() * CELLS as f32;
+        let cell = (scaled as usize).min(CELLS - 1);
+        let (near, far) = (self.distances[cell], self.distances[cell + 1]);
+        let distance = near + (scaled - cell as f32) * (far - near);
+        let weight = if scaled <= self.positive_cells { self.weight } else { -self.weight };
+        (distance.copysign(side), weight)
+    }
+}
+
+/// A filter's value at a distance from the middle that is not greater than the radius, up to a factor.
+fn value(shape: FilterShape, radius: f64, distance: f64) -> f64 {
+    match shape {
+        FilterShape::Box => 1.0,
+        FilterShape::Triangle => radius - distance,
+        FilterShape::Gaussian { sigma } => {
+            // The series is good to exp(-44), which is nothing.
+            let at = |x: f64| exponential((-0.5 * (x / sigma) * (x / sigma)).max(-44.0));
+            (at(distance) - at(radius)).max(0.0)
+        }
+        FilterShape::Mitchell { b, c } => mitchell(b, c, 2.0 * distance / radius),
+        FilterShape::BlackmanHarris => blackman_harris(distance / radius),
+    }
+}
+
+/// The splines on [0, 2].
+fn mitchell(b: f64, c: f64, x: f64) -> f64 {
+    if x < 1.0 {
+        ((12.0 - 9.0 * b - 6.0 * c) * x + (-18.0 + 12.0 * b + 6.0 * c)) * x * x + (6.0 - 2.0 * b)
+    } else {
+        (((-b - 6.0 * c) * x + (6.0 * b + 30.0 * c)) * x + (-12.0 * b - 48.0 * c)) * x
+            + (8.0 * b + 24.0 * c)
+    }
+}
+
+/// The window on [0, 1], from its middle to its end.
+fn blackman_harris(x: f64) -> f64 {
+    let wave = |harmonic: f64| sine_and_cosine_of_degrees(180.0 * harmonic * x).1;
+    0.35875 + 0.48829 * wave(1.0) + 0.14128 * wave(2.0) + 0.01168 * wave(3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const SHAPES: [FilterShape; 7] = [
+        FilterShape::Box,
+        FilterShape::Triangle,
+        FilterShape::Gaussian { sigma: 0.5 },
+        FilterShape::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 },
+        FilterShape::Mitchell { b: 0.0, c: 1.0 },
+        FilterShape::Mitchell { b: 1.0, c: 0.0 },
+        FilterShape::BlackmanHarris,
+    ];
+
+    #[test]
+    fn the_mean_over_the_pixel_leaves_numbers_alone() {
+        let point = [0.1, 0.999_999_94];
+        assert_eq!(PixelFilter::default().sample(point), (point, 1.0));
+        assert_eq!(PixelFilter::new(FilterShape::Box, [0.5; 2]), PixelFilter::default());
+    }
+
+    #[test]
+    fn weighted_places_are_distributed_as_the_filter() {
+        const POINTS: usize = 1 << 16;
+        const BINS: usize = 40;
+        for shape in SHAPES {
+            let radius = 1.75;
+            let filter = PixelFilter::new(shape, [radius, 1.0]);
+            let mut bins = [0.0; BINS];
+            for index in 0..POINTS {
+                // The middle along y, whose weight is that of all its positive part.
+                let ([x, _], weight) = filter.sample([(index as f32 + 0.5) / POINTS as f32, 0.5]);
+                let bin = ((f64::from(x) - 0.5 + radius) / (2.0 * radius) * BINS as f64) as usize;
+                bins[bin.min(BINS - 1)] += f64::from(weight) / POINTS as f64;
+            }
+            let along_y = f64::from(filter.sample([0.5, 0.5]).1)
+                / f64::from(AxisTable::new(shape, radius).weight);
+            let exact = |bin: usize| {
+                let mean = (0..100).map(|step| {
+                    let x = (bin as f64 + (f64::from(step) + 0.5) / 100.0) / BINS as f64;
+                    value(shape, radius, ((2.0 * x - 1.0) * radius).abs())
+                });
+                mean.sum::<f64>() / 100.0
+            };
+            let whole: f64 = (0..BINS).map(exact).sum();
+            for (bin, found) in bins.into_iter().enumerate() {
+                let expected = exact(bin) / whole * along_y;
+                assert!((found - expected).abs() < 1.5e-3, "{shape:?}, {bin}: {found}, {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn weights_are_one_on_average_and_exactly_so_without_negative_parts() {
+        for shape in SHAPES {
+            let table = AxisTable::new(shape, 2.0);
+            let positive = table.positive_cells / CELLS as f32;
+            let mean = table.weight * (2.0 * positive - 1.0);
+            assert!((mean - 1.0).abs() < 1e-6, "{shape:?}: {mean}");
+            let has_negative = matches!(shape, FilterShape::Mitchell { c, .. } if c > 0.0);
+            let weights = (0..1000).map(|index| table.sample(index as f32 / 1000.0).1);
+            let weights: Vec<f32> = weights.collect();
+            assert_eq!(weights.iter().any(|weight| *weight < 0.0), has_negative, "{shape:?}");
+            assert_eq!(weights.iter().any(|weight| *weight != 1.0), has_negative, "{shape:?}");
+        }
+    }
+
+    /// Tables have these bits on every machine.
+    #[test]
+    fn tables_are_pinned() {
+        let digest = |shape| {
+            let distances = AxisTable::new(shape, 1.5).distances;
+            distances.iter().fold(0, |digest, it| crate::sampling::hash(digest, it.to_bits()))
+        };
+        expect_test::expect![
+            "[076d7f2f, db94cd83, ddae9a8e, cea1e3ff, ac5f64e0, 8196671c, 4826c591]"
+        ]
+        .assert_eq(&format!("{:08x?}", SHAPES.map(digest)));
+    }
+
+    proptest! {
+        #[test]
+        fn places_grow_with_numbers_and_keep_within_the_radius(
+            which in 0..SHAPES.len(),
+            radius in 0.1_f64..8.0,
+            numbers in any::<[u32; 2]>(),
+        ) {
+            let table = AxisTable::new(SHAPES[which], radius);
+            let mut numbers = numbers.map(crate::sampling::unit_float);
+            numbers.sort_by(f32::total_cmp);
+            let [low, high] = numbers.map(|number| table.sample(number).0);
+            prop_assert!(low <= high);
+            prop_assert!(low >= -radius as f32 && high <= radius as f32);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Memory that may not be there: what a render takes is known before it begins, and what cannot be had is an error.
+//!
+//! Rust ends the process where an allocation fails. Allocations whose size a user chooses therefore go through
+//! [`filled`] and [`collected`], and [`check_render`] compares all of them with what the system gives before anything
+//! is rendered. What the files of a scene take has a budget ([`InputBudget`]).
+
+mod amount;
+mod available;
+mod budget;
+mod need;
+
+use std::collections::TryReserveError;
+use std::io;
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+pub use amount::Amount;
+pub use available::{Available, Limit};
+pub use budget::{Held, InputBudget, OverBudget};
+pub use need::{Need, check_render};
+
+/// Memory that the system does not give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the system gives no {0} of memory")]
+pub struct OutOfMemory(pub Amount);
+
+impl OutOfMemory {
+    /// The error as users read it.
+    pub fn diagnostic(&self) -> Diagnostic {
+        Diagnostic::new(codes::OUT_OF_MEMORY, self.to_string()).help(need::REMEDY)
+    }
+}
+
+impl From<OutOfMemory> for io::Error {
+    fn from(error: OutOfMemory) -> Self {
+        io::Error::new(io::ErrorKind::OutOfMemory, error)
+    }
+}
+
+/// `count` times the same value.
+///
+/// # Errors
+/// There is no memory for them.
+pub fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, OutOfMemory> {
+    let mut values = reserved(count)?;
+    values.resize(count, value);
+    Ok(values)
+}
+
+/// The values of an iterator, which gives no more than `count`.
+///
+/// # Errors
+/// There is no memory for so many.
+pub fn collected<T>(
+    count: usize,
+    values: impl IntoIterator<Item = T>,
+) -> Result<Vec<T>, OutOfMemory> {
+    let mut all = reserved(count)?;
+    all.extend(values.into_iter().take(count));
+    Ok(all)
+}
+
+/// An empty vector with room for `count` values.
+///
+/// # Errors
+/// There is no memory for so many.
+pub fn reserved<T>(count: usize) -> Result<Vec<T>, OutOfMemory> {
+    let mut values = Vec::new();
+    let no_memory = |_: TryReserveError| OutOfMemory(Amount::of::<T>(count));
+    values.try_reserve_exact(count).map_err(no_memory)?;
+    Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_had_is_an_error() {
+        let error = filled(1 << 60, 0.0_f32).unwrap_err();
+        assert_eq!(error.to_string(), "the system gives no 4294967296.0 GiB of memory");
+        assert_eq!(filled(usize::MAX, [0_u64; 9]).unwrap_err().0, Amount(u64::MAX));
+        assert_eq!(collected(1 << 60, [1_u32]).unwrap_err().0, Amount(1 << 62));
+        assert_eq!(io::Error::from(error).kind(), io::ErrorKind::OutOfMemory);
+        assert_eq!(error.diagnostic().code, codes::OUT_OF_MEMORY);
+    }
+
+    #[test]
+    fn no_more_is_taken_than_was_reserved() {
+        assert_eq!(filled(3, 7), Ok(vec![7; 3]));
+        assert_eq!(collected(2, 0..9), Ok(vec![0, 1]));
+    }
+}

@@ -1,0 +1,84 @@
+//! What a render takes, compared with what there is before it begins.
+
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+
+use super::{Amount, Available, Limit, reserved};
+
+/// What can be done about too much.
+pub(super) const REMEDY: &str = "give a smaller size with `--size`, or ask for fewer images with `--aov`, or run it where there is more memory";
+
+/// The memory of a render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Need {
+    /// What it holds at once, at most.
+    pub bytes: Amount,
+    /// Addresses besides that it hardly uses: threads have stacks for the worst.
+    pub addresses: Amount,
+}
+
+/// Refuses an image that takes more memory than there is.
+///
+/// # Errors
+/// What it would take, and what there is.
+pub fn check_render((width, height): (usize, usize), need: Need) -> Result<(), Diagnostic> {
+    check(&format!("an image of {width} by {height} pixels"), need, &Available::now())?;
+    // Where no limit is known the system is asked itself. Nothing is written, so no page is taken.
+    let room = usize::try_from(need.bytes.0).ok().map(reserved::<u8>);
+    match room {
+        Some(Ok(_)) => Ok(()),
+        Some(Err(error)) => Err(error.diagnostic()),
+        None => Err(super::OutOfMemory(need.bytes).diagnostic()),
+    }
+}
+
+fn check(what: &str, need: Need, available: &[Available]) -> Result<(), Diagnostic> {
+    for Available { left, limit } in available {
+        let needed = match limit {
+            Limit::AddressSpace => need.bytes + need.addresses,
+            Limit::ControlGroup | Limit::Machine => need.bytes,
+        };
+        if needed > *left {
+            let message = format!("{what} takes about {needed} of memory, and there are {left}");
+            let note = match limit {
+                Limit::AddressSpace => {
+                    let stacks = need.addresses;
+                    format!("{limit} gives no more; the stacks of threads take {stacks} of it")
+                }
+                Limit::ControlGroup | Limit::Machine => format!("{limit} gives no more"),
+            };
+            return Err(Diagnostic::new(codes::OUT_OF_MEMORY, message).note(note).help(REMEDY));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_that_is_passed_is_named() {
+        let need = Need { bytes: Amount(3 << 30), addresses: Amount(1 << 30) };
+        let left = |gibibytes: u64, limit| Available { left: Amount(gibibytes << 30), limit };
+        let said = |available: &[Available]| {
+            let error = check("an image of 8 by 8 pixels", need, available).unwrap_err();
+            rtsl_source::Messages::one(error).to_text(false)
+        };
+        assert!(check("", need, &[]).is_ok());
+        assert!(check("", need, &[left(3, Limit::Machine), left(4, Limit::AddressSpace)]).is_ok());
+        let text = said(&[left(9, Limit::Machine), left(3, Limit::AddressSpace)]);
+        expect_test::expect![[r#"
+            error[E0641]: an image of 8 by 8 pixels takes about 4.0 GiB of memory, and there are 3.0 GiB
+             = note: the limit on the process's address space (`ulimit -v`) gives no more; the stacks of threads take 1.0 GiB of it
+             = help: give a smaller size with `--size`, or ask for fewer images with `--aov`, or run it where there is more memory
+
+        "#]].assert_eq(&text);
+        assert!(said(&[left(2, Limit::ControlGroup)]).contains("control group gives no more"));
+    }
+
+    #[test]
+    fn the_system_is_asked_where_no_limit_is_known() {
+        let need = Need { bytes: Amount(1 << 62), addresses: Amount(0) };
+        assert_eq!(check_render((8, 8), need).unwrap_err().code, codes::OUT_OF_MEMORY);
+    }
+}

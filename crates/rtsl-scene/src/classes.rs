@@ -1,0 +1,291 @@
+//! Finding the class of a name.
+//!
+//! `Torus` is looked for in the folder of the scene, first in the file `torus.rtsl`, then in
+//! every other `.rtsl` file there that declares a class of this name, in the order of their names;
+//! then in the standard library. So a file beside the scene wins over the library.
+//!
+//! After [`Classes::refresh`] files are read again, but a class whose text is as it was stays the same
+//! object: an engine knows it by its address and has its kernels already.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rtsl::{Class, Compilation, Compiler, Diagnostics, SourceMap, Unit};
+
+use crate::reader::{FileSource, Input};
+use rtsl::Messages;
+use rtsl_memory::{Amount, InputBudget, OverBudget};
+
+/// Classes by name, compiled when they are asked for.
+#[derive(Clone)]
+pub struct Classes<'a> {
+    compiler: Compiler,
+    files: &'a dyn FileSource,
+    /// The memory that files may take.
+    budget: InputBudget,
+    folder: PathBuf,
+    /// The shader files beside the scene that can be read.
+    beside: Option<Vec<ShaderFile>>,
+    /// `None` for a file with errors, which are reported once.
+    units: BTreeMap<PathBuf, Option<Unit>>,
+    /// What was looked for before: scenes name few classes, often.
+    found: BTreeMap<String, Found>,
+    /// What was found before the last refresh, until what came of it is accepted.
+    found_before: Option<BTreeMap<String, Found>>,
+    /// What compiled without errors, with the texts that it was made of.
+    compiled: BTreeMap<PathBuf, Compilation>,
+    messages: Messages,
+}
+
+/// A file, its text, and the classes that it seems to declare.
+#[derive(Clone)]
+struct ShaderFile {
+    path: PathBuf,
+    text: String,
+    declares: BTreeSet<String>,
+}
+
+/// What looking for a class gave.
+#[derive(Clone)]
+pub enum Found {
+    /// The class.
+    Class(Arc<Class>),
+    /// A file that declares it has errors, which were reported.
+    Broken,
+    /// There is none.
+    Nothing,
+}
+
+impl<'a> Classes<'a> {
+    /// The classes that a scene in `folder` sees.
+    pub fn new(compiler: Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
+        Classes {
+            compiler,
+            files,
+            budget: InputBudget::default(),
+            folder: folder.to_owned(),
+            beside: None,
+            units: BTreeMap::new(),
+            found: BTreeMap::new(),
+            found_before: None,
+            compiled: BTreeMap::new(),
+            messages: Messages::default(),
+        }
+    }
+
+    /// Forgets what the files said, so that the next search reads them again.
+    pub fn refresh(&mut self) {
+        self.beside = None;
+        self.units.clear();
+        let found = std::mem::take(&mut self.found);
+        self.found_before.get_or_insert(found);
+        self.messages = Messages::default();
+    }
+
+    /// What was found since the last refresh is of use.
+    pub fn accept_refresh(&mut self) {
+        self.found_before = None;
+    }
+
+    /// Finds what was found before the last refresh again, unless that was accepted.
+    pub fn undo_refresh(&mut self) {
+        if let Some(found) = self.found_before.take() {
+            self.found = found;
+            self.messages = Messages::default();
+        }
+    }
+
+    /// Reads files within a budget from now on.
+    pub fn set_budget(&mut self, budget: &InputBudget) {
+        self.budget = budget.clone();
+    }
+
+    /// Takes another compiler; what the one before compiled counts no longer if it had other options.
+    pub fn set_compiler(&mut self, compiler: Compiler) {
+        if compiler.options() != self.compiler.options() {
+            self.refresh();
+            self.compiled.clear();
+            self.compiler = compiler;
+        }
+    }
+
+    /// The files, other than the library's, that classes were compiled from, with what they include;
+    /// those that did not compile included.
+    pub fn source_files(&self) -> impl Iterator<Item = PathBuf> {
+        let included = self.compiled.iter();
+        let included = included.flat_map(|(path, it)| texts(path, &it.sources).skip(1));
+        let included = included.map(|(name, _)| PathBuf::from(name));
+        let beside = self.beside.iter().flatten().map(|file| file.path.clone());
+        beside.chain(included)
+    }
+
+    /// The class of a name.
+    pub fn find(&mut self, name: &str) -> Found {
+        if let Some(found) = self.found.get(name) {
+            return found.clone();
+        }
+        let found = self.search(name);
+        self.found.insert(name.to_owned(), found.clone());
+        found
+    }
+
+    fn search(&mut self, name: &str) -> Found {
+        let is_identifier = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        if name.is_empty() || !is_identifier {
+            return Found::Nothing;
+        }
+        for (path, text) in self.candidates(name) {
+            match self.unit(&path, &text) {
+                None => return Found::Broken,
+                Some(unit) => {
+                    if let Ok(class) = unit.class(name) {
+                        return Found::Class(class.clone());
+                    }
+                }
+            }
+        }
+        Found::Nothing
+    }
+
+    /// The names of all classes of the standard library.
+    pub fn standard_names() -> impl Iterator<Item = &'static str> {
+        rtsl::library::files().iter().flat_map(|file| declared_classes(file.text))
+    }
+
+    /// What compiling said: errors and warnings.
+    pub fn messages(&self) -> &Messages {
+        &self.messages
+    }
+
+    fn candidates(&mut self, name: &str) -> Vec<(PathBuf, String)> {
+        let preferred = format!("{}.rtsl", snake_case(name));
+        let beside = self.beside().iter().filter(|file| file.declares.contains(name));
+        let beside = beside.map(|file| (file.path.clone(), file.text.clone()));
+        let (first, others): (Vec<_>, Vec<_>) = beside
+            .partition(|(path, _)| path.file_name().is_some_and(|file| file == preferred.as_str()));
+        let declares = |text: &str| declared_classes(text).any(|declared| declared == name);
+        let standard = rtsl::library::files().iter().filter(|file| declares(file.text));
+        let standard = standard.map(|file| (PathBuf::from(file.path), file.text.to_owned()));
+        first.into_iter().chain(others).chain(standard).collect()
+    }
+
+    fn beside(&mut self) -> &[ShaderFile] {
+        let (files, folder, budget) = (self.files, &self.folder, &self.budget);
+        let messages = &mut self.messages;
+        self.beside.get_or_insert_with(|| {
+            let paths = files.list(folder).unwrap_or_default();
+            let shaders =
+                paths.into_iter().filter(|path| path.extension().is_some_and(|it| it == "rtsl"));
+            let read = |path: PathBuf| {
+                let Input { bytes, held } = match Input::read(files, &path, budget) {
+                    Ok(input) => input,
+                    // What cannot be read may be none of the scene's.
+                    Err(error) => {
+                        let over = OverBudget::of(&error);
+                        over.into_iter()
+                            .for_each(|it| messages.push_one(it.diagnostic(path.display())));
+                        return None;
+                    }
+                };
+                let text = String::from_utf8(bytes).ok()?;
+                held.keep(Amount(text.len() as u64));
+                let declares = declared_classes(&text).map(str::to_owned).collect();
+                Some(ShaderFile { path, text, declares })
+            };
+            shaders.filter_map(read).collect()
+        })
+    }
+
+    fn unit(&mut self, path: &Path, text: &str) -> Option<&Unit> {
+        if !self.units.contains_key(path) {
+            let unit = match self.compiled.get(path) {
+                Some(earlier) if is_current(path, text, earlier) => {
+                    self.accept(path, earlier.clone())
+                }
+                Some(_) | None => {
+                    let compilation = self.compiler.compile(&path.display().to_string(), text);
+                    self.accept(path, compilation)
+                }
+            };
+            self.units.insert(path.to_owned(), unit);
+        }
+        self.units.get(path).and_then(Option::as_ref)
+    }
+
+    /// Keeps what compiling a file said and gave; of a file with errors, what it gave before.
+    fn accept(&mut self, path: &Path, compilation: Compilation) -> Option<Unit> {
+        let mut diagnostics = Diagnostics::new();
+        diagnostics.extend(compilation.diagnostics.iter().cloned());
+        self.messages.push(compilation.sources.clone(), diagnostics);
+        let unit = compilation.unit.clone();
+        if unit.is_some() {
+            self.compiled.insert(path.to_owned(), compilation);
+        }
+        unit
+    }
+}
+
+/// Whether a file has this text still, and what it includes its text of then.
+fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
+    let mut texts = texts(path, &compilation.sources);
+    let is_own = texts.next().is_some_and(|(_, own)| own == text);
+    let is_as_it_was = |(name, text): (&str, &str)| {
+        // Another length tells enough of a file that may have become very long.
+        std::fs::metadata(name).is_ok_and(|now| now.is_file() && now.len() == text.len() as u64)
+            && std::fs::read(name).is_ok_and(|now| now == text.as_bytes())
+    };
+    is_own && texts.all(is_as_it_was)
+}
+
+/// The texts of a compilation by their names: that of the file itself, then those that it includes.
+/// The prelude's stand before them.
+fn texts<'a>(path: &Path, sources: &'a SourceMap) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let own = path.display().to_string();
+    let files = sources.files().map(|(_, file)| (file.name.as_str(), file.text.as_str()));
+    files.skip_while(move |(name, _)| *name != own)
+}
+
+/// The names that follow the word `class` in a text. Comments may add names that are none; the
+/// compiler has the last word.
+fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
+    let separator = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_');
+    let mut words = text.split(separator).filter(|word| !word.is_empty());
+    std::iter::from_fn(move || {
+        words.by_ref().find(|word| *word == "class")?;
+        words.next()
+    })
+}
+
+/// `ThinLens` as file names spell it: `thin_lens`.
+fn snake_case(name: &str) -> String {
+    let mut spelled = String::new();
+    let mut previous_lower = false;
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && previous_lower {
+            spelled.push('_');
+        }
+        previous_lower = letter.is_ascii_lowercase() || letter.is_ascii_digit();
+        spelled.push(letter.to_ascii_lowercase());
+    }
+    spelled
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_after_their_classes() {
+        assert_eq!(
+            ["Torus", "ThinLens", "FBm", "Sphere2D"].map(snake_case),
+            ["torus", "thin_lens", "fbm", "sphere2_d"]
+        );
+    }
+
+    #[test]
+    fn declared_classes_are_found_without_parsing() {
+        let text = "struct A {}; class Box : rt_Primitive; class Lamp : rt_Light, rt_Material {}";
+        assert_eq!(declared_classes(text).collect::<Vec<_>>(), ["Box", "Lamp"]);
+    }
+}

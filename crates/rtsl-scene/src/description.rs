@@ -1,0 +1,156 @@
+//! A scene as its text describes it, before any class is looked up.
+
+use rtsl::Span;
+
+use crate::reader::Parameter;
+use rtsl_math::Transform;
+
+/// Everything that a scene's text says.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Every use of a class or of a setting; the other fields index it.
+    pub entities: Vec<Entity>,
+    /// The camera.
+    pub camera: Option<EntityId>,
+    /// The film.
+    pub film: Option<EntityId>,
+    /// The pixel filter.
+    pub filter: Option<EntityId>,
+    /// The sampler.
+    pub sampler: Option<EntityId>,
+    /// The integrator.
+    pub integrator: Option<EntityId>,
+    /// Lights, in order.
+    pub lights: Vec<EntityId>,
+    /// Shapes outside all object definitions.
+    pub shapes: Vec<ShapeUse>,
+    /// Objects that `ObjectBegin` defines.
+    pub objects: Vec<ObjectDefinition>,
+    /// Uses of those objects.
+    pub instances: Vec<InstanceUse>,
+    /// When what moves starts and when it ends, in the units of the shutter's times.
+    pub transform_times: [f64; 2],
+}
+
+impl Default for Description {
+    /// Nothing yet.
+    fn default() -> Self {
+        Description {
+            entities: Vec::new(),
+            camera: None,
+            film: None,
+            filter: None,
+            sampler: None,
+            integrator: None,
+            lights: Vec::new(),
+            shapes: Vec::new(),
+            objects: Vec::new(),
+            instances: Vec::new(),
+            transform_times: [0.0, 1.0],
+        }
+    }
+}
+
+/// The index of an entity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EntityId(pub usize);
+
+/// A use of a class or of a setting, with its parameters.
+#[derive(Clone, Debug)]
+pub struct Entity {
+    /// What it is used as.
+    pub kind: EntityKind,
+    /// The class, or the name of the setting.
+    pub class: String,
+    /// The place of the class's name.
+    pub class_span: Span,
+    /// The name by which other parts of the scene, and `-D`, refer to it.
+    pub name: Option<String>,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// The transform that stood where it was made: from its own space to the world's, for a
+    /// camera from the world's to its own. Where it moves, that at the start.
+    pub transform: Transform,
+    /// Where it moves, the transform at the end.
+    pub end_transform: Option<Transform>,
+}
+
+/// What an entity is used as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EntityKind {
+    /// `Camera`
+    Camera,
+    /// `Film`
+    Film,
+    /// `PixelFilter`
+    Filter,
+    /// `Sampler`
+    Sampler,
+    /// `Integrator`
+    Integrator,
+    /// `Texture`
+    Texture,
+    /// `Material`, `MakeNamedMaterial`
+    Material,
+    /// `AreaLightSource`: a material whose `emission` lights the scene.
+    AreaLight,
+    /// `LightSource`
+    Light,
+    /// `Shape`
+    Shape,
+}
+
+impl EntityKind {
+    /// The word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            EntityKind::Camera => "camera",
+            EntityKind::Film => "film",
+            EntityKind::Filter => "pixel filter",
+            EntityKind::Sampler => "sampler",
+            EntityKind::Integrator => "integrator",
+            EntityKind::Texture => "texture",
+            EntityKind::Material => "material",
+            EntityKind::AreaLight => "area light",
+            EntityKind::Light => "light",
+            EntityKind::Shape => "shape",
+        }
+    }
+}
+
+/// A shape, placed and given a material.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeUse {
+    /// The shape; its transform places it.
+    pub shape: EntityId,
+    /// Its material; `None` for the default one.
+    pub material: Option<EntityId>,
+    /// What it emits.
+    pub area_light: Option<EntityId>,
+    /// Its normals point the other way.
+    pub reverse_orientation: bool,
+}
+
+/// Shapes that are placed together.
+#[derive(Clone, Debug)]
+pub struct ObjectDefinition {
+    /// The name.
+    pub name: String,
+    /// Where it is defined.
+    pub span: Span,
+    /// Its shapes; their transforms lead to the space in which the object was defined.
+    pub shapes: Vec<ShapeUse>,
+}
+
+/// An object, placed.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceUse {
+    /// The index of its definition.
+    pub object: usize,
+    /// The place of the directive.
+    pub span: Span,
+    /// From the definition's space to the world's; where it moves, that at the start.
+    pub transform: Transform,
+    /// Where it moves, the transform at the end.
+    pub end_transform: Option<Transform>,
+}

@@ -1,0 +1,31 @@
+//! Scenes: [`reader`] turns files into a [`Description`], and [`load_scene`] finds the classes that a description names,
+//! reads its [`mesh`]es and pictures, and makes instances of the classes.
+//!
+//! This crate knows the language only as `rtsl` offers it to every host, and no renderer.
+
+mod arguments;
+mod classes;
+mod description;
+mod format_parameters;
+mod load;
+pub mod mesh;
+mod mesh_shape;
+mod parallelogram;
+mod parts;
+pub mod reader;
+mod renderer;
+mod scene;
+mod settings;
+mod shutter;
+mod source;
+pub mod spectrum;
+mod standard_names;
+
+pub use description::{
+    Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse,
+};
+pub use load::Origins;
+pub use renderer::Renderer;
+pub use scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+pub use settings::Settings;
+pub use source::{LoadOptions, Loaded, SceneSource, load_scene};

@@ -1,0 +1,705 @@
+//! From the description of a scene to a scene: find classes, make instances.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rtsl::{
+    Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
+    most_similar,
+};
+
+use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
+use rtsl_math::Transform;
+
+use super::arguments::{Resolve, argument, texture};
+use super::classes::{Classes, Found};
+use super::description::{Description, Entity, EntityId, EntityKind, ShapeUse};
+use super::format_parameters::{image_values, translated, without_effect};
+use super::mesh_shape::MeshShape;
+use super::parts::SceneParts;
+use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
+use super::settings::Settings;
+use super::shutter::{SHUTTER, Shutter};
+use super::standard_names::StandardName;
+
+/// The entities that the parts of a scene come from, by the indices of the parts.
+#[derive(Clone, Debug)]
+pub struct Origins {
+    /// The camera's.
+    pub camera: EntityId,
+    /// The materials'; `None` for the default material.
+    pub materials: Vec<Option<EntityId>>,
+    /// The lights'.
+    pub lights: Vec<EntityId>,
+    /// The objects' shapes.
+    pub objects: Vec<EntityId>,
+}
+
+/// The class of shapes without a material.
+const DEFAULT_MATERIAL: &str = "Lambertian";
+
+/// The class of textures that are given as numbers, and its parameter.
+const CONSTANT_TEXTURE: &str = "Constant";
+const CONSTANT_COLOR: &str = "value";
+
+/// The parameter of every shape that cuts it out, unless its class has one of this name.
+const ALPHA: &str = "alpha";
+
+/// References behind references nest no deeper.
+const DEEPEST_REFERENCE: usize = 64;
+
+/// What can be referred to, by kind and name.
+pub type Names = BTreeMap<(ReferenceKind, String), EntityId>;
+
+pub fn names_of(description: &Description) -> Names {
+    let named = description.entities.iter().enumerate().filter_map(|(index, entity)| {
+        let kind = match entity.kind {
+            EntityKind::Camera => ReferenceKind::Camera,
+            EntityKind::Texture => ReferenceKind::Texture,
+            EntityKind::Material | EntityKind::AreaLight => ReferenceKind::Material,
+            EntityKind::Light => ReferenceKind::Light,
+            EntityKind::Shape => ReferenceKind::Primitive,
+            EntityKind::Film
+            | EntityKind::Filter
+            | EntityKind::Sampler
+            | EntityKind::Integrator => return None,
+        };
+        Some(((kind, entity.name.clone()?), EntityId(index)))
+    });
+    // The first of several with one name.
+    named.rev().collect()
+}
+
+/// What an instance is made of, by the names of parameters, and what that comes from.
+#[derive(Default)]
+struct Arguments {
+    values: Vec<(String, Value)>,
+    named: Vec<(EntityId, Arc<Instance>)>,
+    standard: Vec<Arc<Class>>,
+}
+
+/// The instance of an entity.
+#[derive(Clone)]
+enum Slot {
+    Empty,
+    /// It is being made: to ask for it now is a cycle.
+    Open,
+    Made(Made),
+    /// It can't be made, which was reported.
+    Failed,
+}
+
+/// An instance, and all that it was made of besides the parameters of its entity.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The instance.
+    pub instance: Arc<Instance>,
+    /// What cuts a shape out.
+    alpha: Option<Arc<Instance>>,
+    /// The entities that it refers to, as they were.
+    named: Vec<(EntityId, Arc<Instance>)>,
+    /// The classes of instances that stand for mere numbers.
+    standard: Vec<Arc<Class>>,
+}
+
+/// The instances of an earlier load.
+#[derive(Clone, Copy)]
+pub struct Earlier<'a> {
+    /// The instances, by entity.
+    pub made: &'a [Option<Made>],
+    /// The entities whose parameters changed since.
+    pub changed: &'a BTreeSet<EntityId>,
+}
+
+/// Makes the instances of a scene.
+pub struct Loader<'a, 'f> {
+    files: SceneFiles<'a>,
+    description: &'a Description,
+    classes: &'a mut Classes<'f>,
+    diagnostics: &'a mut Diagnostics,
+    earlier: Earlier<'a>,
+    instances: Vec<Slot>,
+    names: Names,
+    depth: usize,
+    /// Messages of what has no effect.
+    said: BTreeSet<String>,
+}
+
+impl<'a, 'f> Loader<'a, 'f> {
+    /// Makes the instances of `description`, or takes them from `earlier` where nothing changed.
+    pub fn new(
+        files: SceneFiles<'a>,
+        description: &'a Description,
+        classes: &'a mut Classes<'f>,
+        earlier: Earlier<'a>,
+        diagnostics: &'a mut Diagnostics,
+    ) -> Self {
+        Loader {
+            files,
+            description,
+            classes,
+            diagnostics,
+            earlier,
+            instances: vec![Slot::Empty; description.entities.len()],
+            names: names_of(description),
+            depth: 0,
+            said: BTreeSet::new(),
+        }
+    }
+
+    /// The instances by entity, for a later load.
+    pub fn into_made(self) -> Vec<Option<Made>> {
+        let made = self.instances.into_iter().map(|slot| match slot {
+            Slot::Made(made) => Some(made),
+            Slot::Empty | Slot::Open | Slot::Failed => None,
+        });
+        made.collect()
+    }
+
+    /// The scene; `None` if an error was reported.
+    pub fn scene(&mut self, settings: Settings) -> Option<(Scene, Origins)> {
+        let description = self.description;
+        let Some(camera_entity) = description.camera else {
+            // Where nothing could be read, that has been said.
+            if !(description.entities.is_empty() && self.diagnostics.has_errors()) {
+                self.diagnostics.push(
+                    Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
+                        .help("give one before `WorldBegin`: `Camera \"Pinhole\"`"),
+                );
+            }
+            return None;
+        };
+        let mut parts = SceneParts::default();
+        match Shutter::read(description, &description.entities[camera_entity.0]) {
+            Ok(shutter) => parts.shutter = shutter,
+            Err(diagnostic) => self.diagnostics.push(*diagnostic),
+        }
+        let camera = self.instance(camera_entity);
+        let (camera_to_world, camera_motion) =
+            parts.place_camera(&description.entities[camera_entity.0])?;
+        let world = self.objects(&description.shapes, &mut parts);
+        let groups =
+            description.objects.iter().map(|object| self.objects(&object.shapes, &mut parts));
+        let groups: Vec<Vec<u32>> = groups.collect();
+        let lights = self.lights(&mut parts);
+        self.check_unused_entities();
+        let instances = description.instances.iter().map(|it| {
+            let (transform, motion) = parts.shutter.place(it.transform, it.end_transform);
+            PlacedGroup { group: it.object as u32, transform, motion }
+        });
+        let instances = instances.collect();
+        let scene = Scene {
+            settings,
+            camera: camera?,
+            camera_to_world,
+            camera_motion,
+            materials: parts.materials,
+            lights,
+            ambient: parts.ambient,
+            objects: parts.objects,
+            world,
+            groups,
+            instances,
+        };
+        let origins = Origins {
+            camera: camera_entity,
+            materials: parts.material_origins,
+            lights: parts.light_origins,
+            objects: parts.object_origins,
+        };
+        Some((scene, origins))
+    }
+
+    fn objects(&mut self, shapes: &[ShapeUse], parts: &mut SceneParts) -> Vec<u32> {
+        let mut indices = Vec::with_capacity(shapes.len());
+        for shape in shapes {
+            let primitive = self.instance(shape.shape);
+            let material = self.material(shape.material, parts);
+            let emitter = shape.area_light.map(|light| self.material(Some(light), parts));
+            let (Some(primitive), Some(material)) = (primitive, material) else { continue };
+            let emitter = match emitter {
+                Some(None) => continue,
+                Some(emitter) => emitter,
+                None => None,
+            };
+            let entity = &self.description.entities[shape.shape.0];
+            let placement = self.standard_name(entity).map(StandardName::placement);
+            let placement = placement.unwrap_or(Transform::IDENTITY);
+            let (transform, motion) = parts.place_entity(entity, placement);
+            indices.push(parts.objects.len() as u32);
+            parts.object_origins.push(shape.shape);
+            parts.objects.push(SceneObject {
+                // The instance itself is the first element; where it is the only one, an object like others.
+                elements: primitive.element_count().filter(|count| *count != 1),
+                primitive,
+                transform,
+                motion,
+                material,
+                emitter,
+                reverse_orientation: shape.reverse_orientation,
+                alpha: self.alpha(shape.shape),
+            });
+        }
+        indices
+    }
+
+    /// What cuts out a shape whose instance was made.
+    fn alpha(&self, shape: EntityId) -> Option<Arc<Instance>> {
+        match &self.instances[shape.0] {
+            Slot::Made(made) => made.alpha.clone(),
+            Slot::Empty | Slot::Open | Slot::Failed => None,
+        }
+    }
+
+    /// The index of a material among those of the scene.
+    fn material(&mut self, material: Option<EntityId>, parts: &mut SceneParts) -> Option<u32> {
+        if let Some(index) = parts.material_indices.get(&material) {
+            return *index;
+        }
+        let instance = match material {
+            Some(material) => self.instance(material),
+            None => self.default_material(),
+        };
+        let index = instance.map(|instance| {
+            parts.materials.push(instance);
+            parts.material_origins.push(material);
+            parts.materials.len() as u32 - 1
+        });
+        parts.material_indices.insert(material, index);
+        index
+    }
+
+    fn default_material(&mut self) -> Option<Arc<Instance>> {
+        self.standard_instance(DEFAULT_MATERIAL, Vec::new())
+    }
+
+    /// An instance of a class that the renderer itself needs.
+    fn standard_instance(
+        &mut self,
+        class: &str,
+        arguments: Vec<(&str, Value)>,
+    ) -> Option<Arc<Instance>> {
+        match self.classes.find(class) {
+            Found::Class(class) => match Instance::new(&class, arguments) {
+                Ok(instance) => Some(instance),
+                Err(problems) => {
+                    self.diagnostics.extend(problems.into_vec());
+                    None
+                }
+            },
+            Found::Broken => None,
+            Found::Nothing => {
+                let message = format!("there is no class `{class}`, which the renderer needs");
+                self.diagnostics.push(Diagnostic::new(codes::UNKNOWN_CLASS, message));
+                None
+            }
+        }
+    }
+
+    fn lights(&mut self, parts: &mut SceneParts) -> Vec<PlacedLight> {
+        let mut lights = Vec::new();
+        for id in &self.description.lights {
+            let entity = &self.description.entities[id.0];
+            if entity.class == "ambient" {
+                self.add_ambient(entity, &mut parts.ambient);
+            } else if let Some(light) = self.instance(*id) {
+                let (transform, motion) = parts.place_entity(entity, Transform::IDENTITY);
+                if motion.is_some() {
+                    let message =
+                        "a light does not move: it stands where it is when the shutter opens";
+                    let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
+                    self.diagnostics.push(diagnostic.at(entity.class_span, ""));
+                }
+                lights.push(PlacedLight { light, transform });
+                parts.light_origins.push(*id);
+            }
+        }
+        lights
+    }
+
+    /// `LightSource "ambient" "rgb L" [ r g b ]`: what shaders get from `ambient()`.
+    fn add_ambient(&mut self, entity: &Entity, ambient: &mut [f32; 3]) {
+        for parameter in &entity.parameters {
+            match (&parameter.values, parameter.name.as_str()) {
+                (Values::Numbers(values), "L") if matches!(values.len(), 1 | 3) => {
+                    for (channel, sum) in ambient.iter_mut().enumerate() {
+                        *sum += values[channel % values.len()] as f32;
+                    }
+                }
+                _ => self.diagnostics.push(
+                    Diagnostic::new(
+                        codes::UNKNOWN_PARAMETER,
+                        format!("`ambient` has no parameter `{}` of this sort", parameter.name),
+                    )
+                    .at(parameter.declaration, "expected `\"rgb L\"`"),
+                ),
+            }
+        }
+    }
+
+    /// Textures and materials that nothing uses are checked all the same.
+    fn check_unused_entities(&mut self) {
+        for (index, entity) in self.description.entities.iter().enumerate() {
+            match entity.kind {
+                EntityKind::Texture | EntityKind::Material | EntityKind::AreaLight => {
+                    self.instance(EntityId(index));
+                }
+                EntityKind::Camera
+                | EntityKind::Film
+                | EntityKind::Filter
+                | EntityKind::Sampler
+                | EntityKind::Integrator
+                | EntityKind::Light
+                | EntityKind::Shape => {}
+            }
+        }
+    }
+
+    /// The instance of an entity, made when it is first asked for; `None` if it can't be made.
+    fn instance(&mut self, id: EntityId) -> Option<Arc<Instance>> {
+        match &self.instances[id.0] {
+            Slot::Made(made) => return Some(made.instance.clone()),
+            Slot::Failed => return None,
+            Slot::Open => {
+                let entity = &self.description.entities[id.0];
+                let message = format!(
+                    "{} `{}` refers to itself",
+                    entity.kind.word(),
+                    entity.name.as_deref().unwrap_or(&entity.class)
+                );
+                self.diagnostics.push(
+                    Diagnostic::new(codes::REFERENCE_CYCLE, message).at(entity.class_span, ""),
+                );
+                return None;
+            }
+            Slot::Empty => {}
+        }
+        self.instances[id.0] = Slot::Open;
+        self.depth += 1;
+        let made = self.make(id);
+        self.depth -= 1;
+        let instance = made.as_ref().map(|made| made.instance.clone());
+        if let Some(instance) = &instance {
+            self.warn_of_unset_references(id, instance);
+        }
+        self.instances[id.0] = made.map_or(Slot::Failed, Slot::Made);
+        instance
+    }
+
+    fn make(&mut self, id: EntityId) -> Option<Made> {
+        let entity = &self.description.entities[id.0];
+        if self.depth > DEEPEST_REFERENCE {
+            let message = format!("references lead more than {DEEPEST_REFERENCE} deep");
+            self.diagnostics
+                .push(Diagnostic::new(codes::LINK_LIMIT, message).at(entity.class_span, ""));
+            return None;
+        }
+        if self.is_left_out(entity) {
+            return None;
+        }
+        let class = self.class(entity)?;
+        self.check_format(entity, &class);
+        if let Some(made) = self.unchanged(id, &class) {
+            return Some(made.clone());
+        }
+        let mesh = self.standard_name(entity).and_then(|_| MeshShape::named(&entity.class));
+        let mut arguments = match mesh {
+            Some(mesh) => self.mesh_arguments(mesh, entity),
+            None => self.arguments(entity, &class),
+        }?;
+        let alpha = match alpha_parameter(entity, &class) {
+            Some(parameter) => self.alpha_texture(parameter, &mut arguments)?,
+            None => None,
+        };
+        let Arguments { values, named, standard } = arguments;
+        let given = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        match Instance::new(&class, given) {
+            Ok(instance) => Some(Made { instance, alpha, named, standard }),
+            Err(problems) => {
+                let placed = problems.into_vec().into_iter().map(|problem| match problem.primary {
+                    None => problem.at(entity.class_span, ""),
+                    Some(_) => problem,
+                });
+                self.diagnostics.extend(placed);
+                None
+            }
+        }
+    }
+
+    /// The instance of an earlier load, if it would come out the same.
+    fn unchanged(&mut self, id: EntityId, class: &Arc<Class>) -> Option<&'a Made> {
+        if self.earlier.changed.contains(&id) {
+            return None;
+        }
+        let made = self.earlier.made.get(id.0)?.as_ref()?;
+        let same_named = |(entity, earlier): &(EntityId, Arc<Instance>)| {
+            self.instance(*entity).is_some_and(|now| Arc::ptr_eq(&now, earlier))
+        };
+        let unchanged =
+            Arc::ptr_eq(made.instance.class(), class) && made.named.iter().all(same_named);
+        let same_class = |earlier: &Arc<Class>| match self.classes.find(&earlier.name) {
+            Found::Class(now) => Arc::ptr_eq(&now, earlier),
+            Found::Broken | Found::Nothing => false,
+        };
+        (unchanged && made.standard.iter().all(same_class)).then_some(made)
+    }
+
+    fn mesh_arguments(&mut self, mesh: MeshShape, entity: &Entity) -> Option<Arguments> {
+        match mesh.arguments(entity, self.files) {
+            Ok(values) => Some(Arguments { values, ..Arguments::default() }),
+            Err(diagnostic) => {
+                self.diagnostics.push(*diagnostic);
+                None
+            }
+        }
+    }
+
+    /// The arguments of an entity; `None` if one was reported to be wrong.
+    fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
+        let mut arguments = Arguments::default();
+        let mut complete = true;
+        if let Some(standard) = self.standard_name(entity) {
+            match image_values(entity, standard, self.files) {
+                Ok(values) => arguments.values = values,
+                Err(diagnostic) => {
+                    self.diagnostics.push(*diagnostic);
+                    complete = false;
+                }
+            }
+        }
+        let is_elsewhere = |it: &str| {
+            let takes = class.parameters.iter().any(|parameter| parameter.name == it);
+            !takes
+                && match entity.kind {
+                    EntityKind::Camera => SHUTTER.contains(&it),
+                    EntityKind::Shape => it == ALPHA,
+                    EntityKind::Film
+                    | EntityKind::Filter
+                    | EntityKind::Sampler
+                    | EntityKind::Integrator
+                    | EntityKind::Texture
+                    | EntityKind::Material
+                    | EntityKind::AreaLight
+                    | EntityKind::Light => false,
+                }
+        };
+        let parameters = self.parameters(entity, class).into_iter();
+        for parameter in parameters.filter(|it| !is_elsewhere(&it.name)) {
+            let value =
+                self.resolve(&mut arguments, |resolver| argument(class, &parameter, resolver));
+            match value {
+                Some(value) => arguments.values.push((parameter.name.clone(), value)),
+                None => complete = false,
+            }
+        }
+        complete.then_some(arguments)
+    }
+
+    /// What a parameter stands for, noting in `arguments` what it refers to; `None` if something was
+    /// reported to be wrong.
+    fn resolve<T>(
+        &mut self,
+        arguments: &mut Arguments,
+        find: impl FnOnce(&mut dyn Resolve) -> Result<T, Box<Diagnostic>>,
+    ) -> Option<T> {
+        let mut resolver =
+            Resolver { loader: self, reported: false, named: Vec::new(), standard: Vec::new() };
+        let found = find(&mut resolver);
+        let reported = resolver.reported;
+        arguments.named.append(&mut resolver.named);
+        arguments.standard.append(&mut resolver.standard);
+        match found {
+            Ok(found) => Some(found),
+            Err(diagnostic) => {
+                self.diagnostics.extend((!reported).then_some(*diagnostic));
+                None
+            }
+        }
+    }
+
+    /// The texture that cuts out a shape; none where it is 1 everywhere. `None` if it was reported to
+    /// be wrong.
+    fn alpha_texture(
+        &mut self,
+        parameter: &Parameter,
+        arguments: &mut Arguments,
+    ) -> Option<Option<Arc<Instance>>> {
+        if matches!(&parameter.values, Values::Numbers(values) if *values == [1.0]) {
+            return Some(None);
+        }
+        self.resolve(arguments, |resolver| texture(parameter, resolver)).map(Some)
+    }
+
+    /// The parameters as the entity's class calls them.
+    fn parameters<'e>(&mut self, entity: &'e Entity, class: &Class) -> Vec<Cow<'e, Parameter>> {
+        match self.standard_name(entity) {
+            Some(standard) => translated(entity, standard, class),
+            None => entity.parameters.iter().map(Cow::Borrowed).collect(),
+        }
+    }
+
+    /// Says what of a name of the format has no effect here, once for each thing.
+    fn check_format(&mut self, entity: &Entity, class: &Class) {
+        let Some(standard) = self.standard_name(entity) else { return };
+        let (kind, name) = (entity.kind.word(), &entity.class);
+        if standard.is_replaced() {
+            let message =
+                format!("{kind} `{name}` is not supported: `{}` takes its place", class.name);
+            self.say_once(message, entity.class_span);
+            return;
+        }
+        for (parameter, why) in without_effect(entity, standard, class) {
+            let message = format!("`{}` of {kind} `{name}` has no effect: {why}", parameter.name);
+            self.say_once(message, parameter.declaration);
+        }
+    }
+
+    /// Whether an entity is one that no class stands for, which is said once for each name.
+    fn is_left_out(&mut self, entity: &Entity) -> bool {
+        let left_out = StandardName::is_left_out(entity)
+            && matches!(self.classes.find(&entity.class), Found::Nothing);
+        if left_out && entity.kind != EntityKind::Material {
+            let (kind, name) = (entity.kind.word(), &entity.class);
+            let message = format!("{kind} `{name}` is not supported: it is left out");
+            self.say_once(message, entity.class_span);
+        }
+        left_out
+    }
+
+    /// Says which references of the instance are called through and not set, once for each of a class.
+    fn warn_of_unset_references(&mut self, id: EntityId, instance: &Instance) {
+        let span = self.description.entities[id.0].class_span;
+        for warning in instance.unset_reference_warnings() {
+            if self.said.insert(warning.message.clone()) {
+                self.diagnostics.push(warning.at(span, ""));
+            }
+        }
+    }
+
+    fn say_once(&mut self, message: String, span: Span) {
+        if self.said.insert(message.clone()) {
+            self.diagnostics.push(Diagnostic::new(codes::IGNORED_SETTING, message).at(span, ""));
+        }
+    }
+
+    /// What a name means that is the format's. A class of the scene wins over it.
+    fn standard_name(&mut self, entity: &Entity) -> Option<&'static StandardName> {
+        let standard = StandardName::of(entity)?;
+        match self.classes.find(&entity.class) {
+            Found::Nothing => Some(standard),
+            Found::Class(_) | Found::Broken => None,
+        }
+    }
+
+    fn unknown_name(&self, kind: ReferenceKind, name: &str) -> Box<Diagnostic> {
+        let message = format!("unknown {} `{name}`", kind.word());
+        let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
+        let names = self.names.keys().filter(|(other, _)| *other == kind);
+        Box::new(match most_similar(name, names.map(|(_, name)| name.as_str())) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic,
+        })
+    }
+
+    fn class(&mut self, entity: &Entity) -> Option<Arc<Class>> {
+        let standard = self.standard_name(entity);
+        let class = self.classes.find(standard.map_or(&entity.class, |standard| standard.class));
+        let class = match class {
+            Found::Class(class) => class,
+            Found::Broken => return None,
+            Found::Nothing => {
+                let message = format!("unknown {} class `{}`", entity.kind.word(), entity.class);
+                let diagnostic =
+                    Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
+                self.diagnostics.push(
+                    match most_similar(&entity.class, Classes::standard_names()) {
+                        Some(near) => diagnostic.suggest(
+                            "did you mean this?",
+                            entity.class_span,
+                            format!("\"{near}\""),
+                        ),
+                        None => diagnostic.note(
+                            "it is neither declared beside the scene nor in the standard library",
+                        ),
+                    },
+                );
+                return None;
+            }
+        };
+        let role = role_of(entity.kind);
+        if role.is_some_and(|role| !class.roles.contains(&role)) {
+            let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
+            let message = format!(
+                "`{}` is a class of role {}, expected a {}",
+                class.name,
+                roles.join(" and "),
+                role.map_or("", Role::name)
+            );
+            self.diagnostics
+                .push(Diagnostic::new(codes::WRONG_ROLE, message).at(entity.class_span, ""));
+            return None;
+        }
+        Some(class)
+    }
+}
+
+/// The parameter that cuts a shape out, unless it is one of its class.
+fn alpha_parameter<'e>(entity: &'e Entity, class: &Class) -> Option<&'e Parameter> {
+    let is_own = class.parameters.iter().any(|parameter| parameter.name == ALPHA);
+    let mut given = entity.parameters.iter();
+    given.find(|it| entity.kind == EntityKind::Shape && it.name == ALPHA && !is_own)
+}
+
+/// Looks up references for the arguments of one instance.
+struct Resolver<'l, 'a, 'f> {
+    loader: &'l mut Loader<'a, 'f>,
+    /// What went wrong was reported where it happened.
+    reported: bool,
+    /// What was asked for.
+    named: Vec<(EntityId, Arc<Instance>)>,
+    /// The classes of constants.
+    standard: Vec<Arc<Class>>,
+}
+
+impl Resolver<'_, '_, '_> {
+    fn report(
+        &mut self,
+        instance: Option<Arc<Instance>>,
+    ) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        self.reported |= instance.is_none();
+        instance.ok_or_else(|| Box::new(Diagnostic::new(codes::UNKNOWN_SCENE_NAME, "")))
+    }
+}
+
+impl Resolve for Resolver<'_, '_, '_> {
+    fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        let Some(id) = self.loader.names.get(&(kind, name.to_owned())).copied() else {
+            return Err(self.loader.unknown_name(kind, name));
+        };
+        let instance = self.loader.instance(id);
+        self.named.extend(instance.clone().map(|instance| (id, instance)));
+        self.report(instance)
+    }
+
+    fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>> {
+        let value = Value::from(color);
+        let instance =
+            self.loader.standard_instance(CONSTANT_TEXTURE, vec![(CONSTANT_COLOR, value)]);
+        self.standard.extend(instance.as_ref().map(|instance| instance.class().clone()));
+        self.report(instance)
+    }
+}
+
+fn role_of(kind: EntityKind) -> Option<Role> {
+    match kind {
+        EntityKind::Camera => Some(Role::Camera),
+        EntityKind::Shape => Some(Role::Primitive),
+        EntityKind::Texture => Some(Role::Texture),
+        EntityKind::Light => Some(Role::Light),
+        EntityKind::Material | EntityKind::AreaLight => Some(Role::Material),
+        EntityKind::Film | EntityKind::Filter | EntityKind::Sampler | EntityKind::Integrator => {
+            None
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! A mesh, and how it is put together.
+
+use rtsl::{Numbers, Scalar};
+
+use rtsl_memory::Amount;
+
+use super::MeshError;
+
+/// The numbers of one array, at most: kernels count them in 31 bits.
+const MOST_NUMBERS: usize = i32::MAX as usize;
+
+/// A mesh, as instances share it. The corners of all its faces are vertices.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// Three floats for each vertex, all of them finite.
+    pub positions: Numbers,
+    /// Three floats for each vertex, or nothing. A normal that has no length is none.
+    pub normals: Numbers,
+    /// Two floats for each vertex, or nothing.
+    pub uvs: Numbers,
+    /// Three ints for each triangle, or four for each quadrilateral: the numbers of its vertices.
+    pub indices: Numbers,
+}
+
+impl Mesh {
+    /// The memory of its arrays.
+    pub fn memory(&self) -> Amount {
+        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
+        arrays.into_iter().map(|numbers| Amount::of::<u32>(numbers.words().len())).sum()
+    }
+
+    /// The number of triangles, where it has triangles.
+    pub fn triangles(&self) -> usize {
+        self.indices.words().len() / 3
+    }
+
+    /// The number of vertices.
+    pub fn vertices(&self) -> usize {
+        self.positions.words().len() / 3
+    }
+}
+
+/// A mesh in the making: growing arrays of bits, unchecked.
+#[derive(Clone, Debug, Default)]
+pub struct MeshBuilder {
+    /// Three floats for each vertex.
+    pub positions: Vec<u32>,
+    /// Three floats for each vertex, or nothing.
+    pub normals: Vec<u32>,
+    /// Two floats for each vertex, or nothing.
+    pub uvs: Vec<u32>,
+    /// Three indices for each triangle, or four for each quadrilateral.
+    pub indices: Vec<u32>,
+}
+
+impl MeshBuilder {
+    /// What the arrays take until the mesh is finished: as much again while they grow, and later while they find
+    /// their final place, in steps, so that a budget is not asked for each number. `more` are about to be added.
+    pub fn memory(&self, more: usize) -> Amount {
+        const STEP: usize = 1 << 13;
+        let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
+        let numbers = arrays.into_iter().map(Vec::len).fold(more, usize::saturating_add);
+        Amount::of::<u32>(numbers.div_ceil(STEP)).times(2 * STEP)
+    }
+
+    /// Adds a polygon as a fan of triangles around its first corner; what has fewer than three
+    /// corners covers nothing and adds nothing.
+    ///
+    /// # Errors
+    /// Where there are too many.
+    pub fn polygon(&mut self, corners: &[u32]) -> Result<(), MeshError> {
+        if let [first, rest @ ..] = corners {
+            for pair in rest.windows(2) {
+                self.indices.extend([*first, pair[0], pair[1]]);
+            }
+        }
+        check_size(self.indices.len(), 3, "triangles")
+    }
+
+    /// Checks a mesh of triangles and gives the arrays their final place, one after the other, so that no
+    /// more than one of them is there twice.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn finish(self) -> Result<Mesh, MeshError> {
+        check_size(self.indices.len(), 3, "triangles")?;
+        check_whole(self.indices.len(), 3, "triangle")?;
+        self.finish_faces()
+    }
+
+    /// The same for quadrilaterals.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn finish_quadrilaterals(self) -> Result<Mesh, MeshError> {
+        check_size(self.indices.len(), 4, "quadrilaterals")?;
+        check_whole(self.indices.len(), 4, "quadrilateral")?;
+        self.finish_faces()
+    }
+
+    fn finish_faces(self) -> Result<Mesh, MeshError> {
+        check_size(self.positions.len(), 3, "vertices")?;
+        check_whole(self.positions.len(), 3, "vertex")?;
+        let vertices = self.positions.len() / 3;
+        check_count("normals", self.normals.len(), 3, vertices)?;
+        check_count("texture coordinates", self.uvs.len(), 2, vertices)?;
+        check_indices(&self.indices, vertices)?;
+        check_finite(&self.positions)?;
+        Ok(Mesh {
+            positions: Numbers::from_words(Scalar::F32, self.positions),
+            normals: Numbers::from_words(Scalar::F32, self.normals),
+            uvs: Numbers::from_words(Scalar::F32, self.uvs),
+            indices: Numbers::from_words(Scalar::I32, self.indices),
+        })
+    }
+}
+
+/// Whether so many numbers, `each` of them for one thing, can be addressed.
+pub(super) fn check_size(numbers: usize, each: usize, what: &'static str) -> Result<(), MeshError> {
+    if numbers > MOST_NUMBERS {
+        return Err(MeshError::TooLarge(MOST_NUMBERS / each, what));
+    }
+    Ok(())
+}
+
+fn check_whole(numbers: usize, each: usize, what: &'static str) -> Result<(), MeshError> {
+    if numbers.is_multiple_of(each) { Ok(()) } else { Err(MeshError::Incomplete(numbers, what)) }
+}
+
+fn check_count(
+    what: &'static str,
+    numbers: usize,
+    each: usize,
+    vertices: usize,
+) -> Result<(), MeshError> {
+    if numbers == 0 || numbers == vertices * each {
+        return Ok(());
+    }
+    Err(MeshError::CountMismatch { what, found: numbers / each, vertices })
+}
+
+fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> {
+    // The greatest first: a loop without exits is vectorised, and errors are rare. Negative ones are
+    // the greatest of all.
+    let greatest = indices.iter().fold(None, |greatest, index| greatest.max(Some(*index)));
+    match greatest {
+        None => Err(MeshError::Empty),
+        Some(greatest) if (greatest as usize) < vertices => Ok(()),
+        Some(greatest) => {
+            let index = i64::from(greatest.cast_signed());
+            Err(MeshError::IndexOutOfRange { index, vertices })
+        }
+    }
+}
+
+fn check_finite(positions: &[u32]) -> Result<(), MeshError> {
+    let is_bad = |bits: &u32| !f32::from_bits(*bits).is_finite();
+    match positions.iter().position(is_bad) {
+        Some(number) => Err(MeshError::NotFinite(number / 3)),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn builder(positions: &[f32], indices: &[u32]) -> MeshBuilder {
+        MeshBuilder {
+            positions: positions.iter().map(|x| x.to_bits()).collect(),
+            indices: indices.to_vec(),
+            ..MeshBuilder::default()
+        }
+    }
+
+    fn problem(builder: MeshBuilder) -> String {
+        builder.finish().expect_err("it is wrong").to_string()
+    }
+
+    #[test]
+    fn polygons_become_fans() {
+        let mut builder = MeshBuilder::default();
+        builder.polygon(&[7, 1, 2, 3, 4]).unwrap();
+        builder.polygon(&[1, 2]).unwrap();
+        builder.polygon(&[]).unwrap();
+        assert_eq!(builder.indices, [7, 1, 2, 7, 2, 3, 7, 3, 4]);
+    }
+
+    #[test]
+    fn what_kernels_may_not_see_is_refused() {
+        let corners = [0.0; 9];
+        assert_eq!(builder(&corners, &[0, 1, 2]).finish().unwrap().triangles(), 1);
+        assert_eq!(problem(builder(&corners, &[])), "it has no face");
+        assert_eq!(problem(builder(&corners[1..], &[0, 1, 2])), "8 numbers make no whole vertex");
+        assert_eq!(problem(builder(&corners, &[0, 1])), "2 numbers make no whole triangle");
+        assert_eq!(
+            problem(builder(&corners, &[0, 3, 1])),
+            "a face has the corner 3, but there are 3 vertices"
+        );
+        assert_eq!(
+            problem(builder(&corners, &[0, 1, u32::MAX])),
+            "a face has the corner -1, but there are 3 vertices"
+        );
+        let infinite = [0.0, 0.0, 0.0, 0.0, f32::INFINITY, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(
+            problem(builder(&infinite, &[0, 1, 2])),
+            "vertex 1 has a coordinate that is not finite"
+        );
+        let mut few = builder(&corners, &[0, 1, 2]);
+        few.uvs = vec![0; 4];
+        assert_eq!(problem(few), "it has 3 vertices, but 2 texture coordinates");
+    }
+}

@@ -1,0 +1,182 @@
+//! The reader of PLY files: text, and binary of either byte order.
+//!
+//! Of vertices it takes positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`,
+//! `texture_u texture_v` or `texture_s texture_t`), of faces the list `vertex_indices` or
+//! `vertex_index`; other properties and elements are skipped. Numbers may have any of the format's
+//! types.
+//!
+//! Why not a library: `ply-rs-bw` 4.0, the maintained one, is as fast, but refuses `.5` and `1.` in text,
+//! and comments that are not UTF-8, all of which exporters write.
+
+mod header;
+mod numbers;
+
+use std::io::{BufReader, Read};
+
+use rtsl_memory::{Amount, Held, InputBudget};
+
+use super::builder::check_size;
+use super::{Mesh, MeshBuilder, MeshError};
+use header::{Element, Header, Kind, NumberType};
+use numbers::NumberReader;
+
+/// Bytes that are asked for at a time.
+const BUFFER: usize = 1 << 16;
+
+/// Reads a mesh.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read_ply(source: impl Read) -> Result<Mesh, MeshError> {
+    read_ply_within(source, &InputBudget::default())
+}
+
+/// Reads a mesh within a budget, which keeps the memory of the mesh.
+///
+/// # Errors
+/// What is wrong with the file, or that it takes too much memory.
+pub fn read_ply_within(source: impl Read, budget: &InputBudget) -> Result<Mesh, MeshError> {
+    let mut held = budget.hold(Amount::default())?;
+    let mut reader = BufReader::with_capacity(BUFFER, source);
+    let header = Header::read(&mut reader)?;
+    let mut numbers = NumberReader::new(reader, header.encoding);
+    let mut builder = MeshBuilder::default();
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => read_vertices(element, &mut numbers, &mut builder, &mut held),
+            "face" => read_faces(element, &mut numbers, &mut builder, &mut held),
+            _ => skip(element, &mut numbers),
+        }?;
+    }
+    let mesh = builder.finish()?;
+    held.keep(mesh.memory());
+    Ok(mesh)
+}
+
+/// What a property of a vertex is, by its place among a vertex's numbers.
+fn vertex_slot(name: &str) -> Option<usize> {
+    let names: [&[&str]; 8] = [
+        &["x"],
+        &["y"],
+        &["z"],
+        &["nx"],
+        &["ny"],
+        &["nz"],
+        &["u", "s", "texture_u", "texture_s"],
+        &["v", "t", "texture_v", "texture_t"],
+    ];
+    names.iter().position(|names| names.contains(&name))
+}
+
+fn read_vertices<R: Read>(
+    element: &Element,
+    numbers: &mut NumberReader<R>,
+    builder: &mut MeshBuilder,
+    held: &mut Held,
+) -> Result<(), MeshError> {
+    let slots: Vec<Option<usize>> =
+        element.properties.iter().map(|property| vertex_slot(&property.name)).collect();
+    let has = |wanted: &[usize]| wanted.iter().all(|slot| slots.contains(&Some(*slot)));
+    if !has(&[0, 1, 2]) {
+        return Err(MeshError::Malformed("its vertices lack `x`, `y` or `z`".to_owned()));
+    }
+    let (normals, uvs) = (has(&[3, 4, 5]), has(&[6, 7]));
+    check_size(element.count.saturating_mul(3), 3, "vertices")?;
+    for _ in 0..element.count {
+        let mut vertex = [0_u32; 8];
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            match (slot, property.kind) {
+                (Some(slot), Kind::Scalar(ty)) => {
+                    vertex[*slot] = (numbers.next(ty)? as f32).to_bits();
+                }
+                (_, kind) => skip_property(kind, numbers)?,
+            }
+        }
+        held.grow_to(builder.memory(vertex.len()))?;
+        builder.positions.extend_from_slice(&vertex[..3]);
+        if normals {
+            builder.normals.extend_from_slice(&vertex[3..6]);
+        }
+        if uvs {
+            builder.uvs.extend_from_slice(&vertex[6..]);
+        }
+    }
+    Ok(())
+}
+
+fn read_faces<R: Read>(
+    element: &Element,
+    numbers: &mut NumberReader<R>,
+    builder: &mut MeshBuilder,
+    held: &mut Held,
+) -> Result<(), MeshError> {
+    let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
+    if !element.properties.iter().any(|property| is_corners(&property.name)) {
+        return Err(MeshError::Malformed("its faces lack `vertex_indices`".to_owned()));
+    }
+    let mut corners = Vec::new();
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.kind {
+                Kind::List { count, item } if is_corners(&property.name) => {
+                    corners.clear();
+                    for _ in 0..read_count(count, numbers)? {
+                        // With room for its triangles, and for the list to grow.
+                        if corners.len().is_power_of_two() {
+                            held.grow_to(builder.memory(6 * corners.len()))?;
+                        }
+                        corners.push(index(numbers.next(item)?));
+                    }
+                    held.grow_to(builder.memory(4 * corners.len()))?;
+                    builder.polygon(&corners)?;
+                }
+                kind => skip_property(kind, numbers)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// An index as the builder checks it: what is none becomes one that no vertex has.
+fn index(number: f64) -> u32 {
+    let index = number as u32;
+    if f64::from(index) == number { index } else { u32::MAX }
+}
+
+fn read_count<R: Read>(ty: NumberType, numbers: &mut NumberReader<R>) -> Result<u64, MeshError> {
+    let number = numbers.next(ty)?;
+    let count = number as u64;
+    if count as f64 == number {
+        return Ok(count);
+    }
+    Err(MeshError::Malformed(format!("it has a list of {number} numbers")))
+}
+
+fn skip<R: Read>(element: &Element, numbers: &mut NumberReader<R>) -> Result<(), MeshError> {
+    if element.name == "tristrips" {
+        return Err(MeshError::Malformed("it has triangle strips, expected faces".to_owned()));
+    }
+    // Elements without properties take no place; there may seem to be very many of them.
+    let count = if element.properties.is_empty() { 0 } else { element.count };
+    for _ in 0..count {
+        for property in &element.properties {
+            skip_property(property.kind, numbers)?;
+        }
+    }
+    Ok(())
+}
+
+fn skip_property<R: Read>(kind: Kind, numbers: &mut NumberReader<R>) -> Result<(), MeshError> {
+    match kind {
+        Kind::Scalar(ty) => numbers.next(ty).map(drop),
+        Kind::List { count, item } => {
+            for _ in 0..read_count(count, numbers)? {
+                numbers.next(item)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

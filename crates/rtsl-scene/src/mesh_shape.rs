@@ -1,0 +1,217 @@
+//! The format's shapes that are meshes. They become instances of the library's classes `TriangleMesh`
+//! and `BilinearMesh`, whose buffers are the mesh's arrays; or of `Parallelogram`, where that is all they are.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
+
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
+use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
+use rtsl_memory::{Held, InputBudget};
+
+use super::description::Entity;
+use super::parallelogram::Parallelogram;
+use super::standard_names::StandardName;
+
+/// A shape that is a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshShape {
+    /// `trianglemesh`: vertices and triangles in the scene's text.
+    Triangles,
+    /// `bilinearmesh`: vertices and quadrilaterals in the scene's text.
+    Quadrilaterals,
+    /// `plymesh`: a PLY file.
+    Ply,
+    /// `gltf`: a glTF file.
+    Gltf,
+}
+
+impl MeshShape {
+    /// The shape that the format calls so.
+    pub fn named(name: &str) -> Option<MeshShape> {
+        match name {
+            "trianglemesh" => Some(MeshShape::Triangles),
+            "bilinearmesh" => Some(MeshShape::Quadrilaterals),
+            "plymesh" => Some(MeshShape::Ply),
+            "gltf" => Some(MeshShape::Gltf),
+            _ => None,
+        }
+    }
+
+    fn parameters(self) -> &'static [&'static str] {
+        match self {
+            MeshShape::Triangles | MeshShape::Quadrilaterals => {
+                &["P", "N", "uv", "indices", "alpha"]
+            }
+            MeshShape::Ply | MeshShape::Gltf => &["filename", "alpha"],
+        }
+    }
+
+    /// The arguments that the class takes for `entity`.
+    pub fn arguments(
+        self,
+        entity: &Entity,
+        files: SceneFiles<'_>,
+    ) -> Result<Vec<(String, Value)>, Box<Diagnostic>> {
+        if let Some(parallelogram) = Parallelogram::of(entity) {
+            return Ok(parallelogram.arguments());
+        }
+        check_names(entity, self.parameters())?;
+        let mesh = match self {
+            MeshShape::Triangles => triangles(entity, files.budget),
+            MeshShape::Quadrilaterals => quadrilaterals(entity, files.budget),
+            MeshShape::Ply => file(entity, files, ply),
+            MeshShape::Gltf => file(entity, files, gltf),
+        }?;
+        let Mesh { positions, normals, uvs, indices } = mesh;
+        let buffers =
+            [("positions", positions), ("normals", normals), ("uvs", uvs), ("indices", indices)];
+        Ok(buffers.map(|(name, numbers)| (name.to_owned(), Value::Numbers(numbers))).into())
+    }
+}
+
+fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
+    let standard = StandardName::of(entity);
+    let is_unknown = |parameter: &&Parameter| {
+        let name = parameter.name.as_str();
+        !known.contains(&name) && !standard.is_some_and(|standard| standard.has_no_effect(name))
+    };
+    let Some(parameter) = entity.parameters.iter().find(is_unknown) else { return Ok(()) };
+    let name = &parameter.name;
+    let message = format!("`{}` has no parameter `{name}`", entity.class);
+    let diagnostic =
+        Diagnostic::new(codes::UNKNOWN_PARAMETER, message).at(parameter.declaration, "");
+    Err(Box::new(match most_similar(name, known.iter().copied()) {
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None => diagnostic.note(format!("it has {}", known.join(", "))),
+    }))
+}
+
+/// Holds what the arrays take that are made of the numbers in a scene's text.
+fn hold(entity: &Entity, budget: &InputBudget) -> Result<Held, Box<Diagnostic>> {
+    let numbers = ["P", "N", "uv", "indices"].map(|name| find(entity, name));
+    let count = numbers.into_iter().flatten().map(|parameter| parameter.values.len()).sum();
+    budget.hold(MeshBuilder::default().memory(count)).map_err(|error| {
+        Box::new(error.diagnostic(&entity.class).at(entity.class_span, "this shape"))
+    })
+}
+
+/// The shape's vertices, without any indices.
+fn vertices(entity: &Entity) -> Result<MeshBuilder, Box<Diagnostic>> {
+    Ok(MeshBuilder {
+        positions: floats(entity, "P")?,
+        normals: floats(entity, "N")?,
+        uvs: floats(entity, "uv")?,
+        indices: Vec::new(),
+    })
+}
+
+fn triangles(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagnostic>> {
+    let held = hold(entity, budget)?;
+    let mut builder = vertices(entity)?;
+    builder.indices = indices(entity, &[0, 1, 2])?;
+    let mesh = builder.finish().map_err(|error| unusable(entity, entity.class_span, &error))?;
+    held.keep(mesh.memory());
+    Ok(mesh)
+}
+
+fn quadrilaterals(entity: &Entity, budget: &InputBudget) -> Result<Mesh, Box<Diagnostic>> {
+    let held = hold(entity, budget)?;
+    let mut builder = vertices(entity)?;
+    builder.indices = indices(entity, &[0, 1, 2, 3])?;
+    let mesh = builder.finish_quadrilaterals();
+    let mesh = mesh.map_err(|error| unusable(entity, entity.class_span, &error))?;
+    held.keep(mesh.memory());
+    Ok(mesh)
+}
+
+/// Reads the file at a path.
+type ReadFile = fn(SceneFiles<'_>, &Path) -> Result<Mesh, MeshError>;
+
+fn ply(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
+    read_ply_within(files.files.open(path)?, files.budget)
+}
+
+/// The files that a glTF file names lie beside it. All of them are held until the mesh is made.
+fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
+    let file = files.read(path)?;
+    let buffers = RefCell::new(Vec::new());
+    let read = |name: &str| {
+        let Input { bytes, held } = files.read(&resolve(path, name))?;
+        buffers.borrow_mut().push(held);
+        Ok(bytes)
+    };
+    read_gltf_within(&file.bytes, &read, files.budget)
+}
+
+fn file(entity: &Entity, files: SceneFiles<'_>, read: ReadFile) -> Result<Mesh, Box<Diagnostic>> {
+    let parameter = find(entity, "filename").ok_or_else(|| {
+        let message = format!("`{}` names no file", entity.class);
+        let diagnostic = Diagnostic::new(codes::MISSING_PARAMETER, message);
+        diagnostic.at(entity.class_span, "expected for example `\"string filename\" \"mesh.ply\"`")
+    })?;
+    let Values::Texts(texts) = &parameter.values else { return Err(wrong(parameter, "a string")) };
+    let [name] = texts.as_slice() else { return Err(wrong(parameter, "one string")) };
+    let path = files.path(name);
+    let span = parameter.values_span;
+    read(files, &path).map_err(|error| match error {
+        MeshError::OverBudget(error) => {
+            Box::new(error.diagnostic(path.display()).at(span, "named here"))
+        }
+        MeshError::Unreadable(_) => {
+            let message = format!("cannot read `{}`: {error}", path.display());
+            let diagnostic = Diagnostic::new(codes::UNREADABLE_FILE, message);
+            Box::new(diagnostic.at(span, "named here").help(error.remedy()))
+        }
+        error => unusable(entity, span, &error),
+    })
+}
+
+fn find<'a>(entity: &'a Entity, name: &str) -> Option<&'a Parameter> {
+    entity.parameters.iter().find(|parameter| parameter.name == name)
+}
+
+/// The bits of the floats of a parameter; none where it is not given.
+fn floats(entity: &Entity, name: &str) -> Result<Vec<u32>, Box<Diagnostic>> {
+    let Some(parameter) = find(entity, name) else { return Ok(Vec::new()) };
+    let numbers = numbers(parameter)?;
+    let each = if name == "uv" { 2 } else { 3 };
+    if !numbers.len().is_multiple_of(each) {
+        return Err(wrong(parameter, &format!("{each} numbers for each vertex")));
+    }
+    Ok(numbers.iter().map(|number| (*number as f32).to_bits()).collect())
+}
+
+/// The indices of a shape, which may leave out those of a single face.
+fn indices(entity: &Entity, single: &[u32]) -> Result<Vec<u32>, Box<Diagnostic>> {
+    let Some(parameter) = find(entity, "indices") else { return Ok(single.to_vec()) };
+    let bits = |number: &f64| {
+        let whole = *number as i32;
+        (f64::from(whole) == *number).then_some(whole.cast_unsigned())
+    };
+    let indices: Option<Vec<u32>> = numbers(parameter)?.iter().map(bits).collect();
+    indices.ok_or_else(|| wrong(parameter, "whole numbers"))
+}
+
+fn numbers(parameter: &Parameter) -> Result<&[f64], Box<Diagnostic>> {
+    match &parameter.values {
+        Values::Numbers(numbers) => Ok(numbers),
+        Values::Booleans(_) | Values::Texts(_) => Err(wrong(parameter, "numbers")),
+    }
+}
+
+fn wrong(parameter: &Parameter, expected: &str) -> Box<Diagnostic> {
+    let message = format!(
+        "`{}` takes {expected}, found {} {}",
+        parameter.name,
+        parameter.values.len(),
+        parameter.values.description()
+    );
+    Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""))
+}
+
+fn unusable(entity: &Entity, span: Span, error: &MeshError) -> Box<Diagnostic> {
+    let message = format!("this `{}` cannot be used: {error}", entity.class);
+    Box::new(Diagnostic::new(codes::BAD_MESH, message).at(span, "").help(error.remedy()))
+}

@@ -1,0 +1,47 @@
+//! A scene in the making.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rtsl::Instance;
+
+use rtsl_math::{MovingTransform, Transform};
+
+use super::description::{Entity, EntityId};
+use super::scene::SceneObject;
+use super::shutter::Shutter;
+
+/// What grows while a scene is put together.
+#[derive(Default)]
+pub struct SceneParts {
+    pub materials: Vec<Arc<Instance>>,
+    /// By entity, `None` standing for the default material.
+    pub material_indices: BTreeMap<Option<EntityId>, Option<u32>>,
+    pub objects: Vec<SceneObject>,
+    pub ambient: [f32; 3],
+    pub material_origins: Vec<Option<EntityId>>,
+    pub light_origins: Vec<EntityId>,
+    pub object_origins: Vec<EntityId>,
+    pub shutter: Shutter,
+}
+
+/// Where something is when the shutter opens, and how it moves until it closes.
+pub type Placement = (Transform, Option<Arc<MovingTransform>>);
+
+impl SceneParts {
+    /// The placement of a shape or light that first undergoes `first`.
+    pub fn place_entity(&self, entity: &Entity, first: Transform) -> Placement {
+        let end = entity.end_transform.map(|end| end.after(first));
+        self.shutter.place(entity.transform.after(first), end)
+    }
+
+    /// The placement of the camera, from its own space to the world's; `None` where it has no inverse.
+    pub fn place_camera(&self, camera: &Entity) -> Option<Placement> {
+        let start = camera.transform.inverse()?;
+        let end = match camera.end_transform {
+            Some(end) => Some(end.inverse()?),
+            None => None,
+        };
+        Some(self.shutter.place(start, end))
+    }
+}

@@ -1,0 +1,194 @@
+//! Where the texts of a scene come from: the disk, or memory in tests.
+
+use std::collections::BTreeMap;
+use std::fs::{File, Metadata};
+use std::io::{self, Cursor, Read};
+use std::path::{Component, Path, PathBuf};
+
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
+use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
+
+/// Reads files.
+pub trait FileSource {
+    /// The contents of a file.
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// How many bytes a file has.
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        Ok(self.read(path)?.len() as u64)
+    }
+
+    /// The contents of a file piece by piece, for large ones that nobody keeps.
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        Ok(Box::new(Cursor::new(self.read(path)?)))
+    }
+
+    /// The files in a folder, sorted by name.
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
+}
+
+/// The file system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiskFiles;
+
+/// No scene or shader text is larger; spans count bytes in 32 bits.
+const LARGEST_FILE: u64 = 1 << 30;
+
+impl FileSource for DiskFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let length = regular_file(path)?.len();
+        if length > LARGEST_FILE {
+            return Err(io::Error::other("larger than 1 GiB"));
+        }
+        let mut bytes = reserved(length as usize)?;
+        File::open(path)?.take(LARGEST_FILE).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        Ok(regular_file(path)?.len())
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
+        regular_file(path)?;
+        Ok(Box::new(File::open(path)?))
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        // The folder of "scene.pbrt" is "", which the system does not know.
+        let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(shown)? {
+            let entry = entry?;
+            if entry.path().is_file() {
+                files.push(folder.join(entry.file_name()));
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+}
+
+/// Files as the entities of a scene name them: relative to the folder of the scene.
+#[derive(Clone, Copy)]
+pub struct SceneFiles<'a> {
+    /// The scene's file.
+    pub scene: &'a Path,
+    /// Where files come from.
+    pub files: &'a dyn FileSource,
+    /// The memory that they may take.
+    pub budget: &'a InputBudget,
+}
+
+/// The contents of a file, and their memory.
+pub struct Input {
+    /// The contents.
+    pub bytes: Vec<u8>,
+    /// Their memory, held as long as they are.
+    pub held: Held,
+}
+
+impl Input {
+    /// Reads a file, if there is memory for it.
+    ///
+    /// # Errors
+    /// What the system says, or an [`OverBudget`].
+    pub fn read(files: &dyn FileSource, path: &Path, budget: &InputBudget) -> io::Result<Self> {
+        let mut held = budget.hold(Amount(files.size(path)?))?;
+        let bytes = files.read(path)?;
+        // It may have grown.
+        held.grow_to(Amount(bytes.len() as u64))?;
+        Ok(Input { bytes, held })
+    }
+}
+
+/// The error that a file cannot be read.
+pub fn unreadable(path: &Path, error: &io::Error) -> Diagnostic {
+    match OverBudget::of(error) {
+        Some(over) => over.diagnostic(path.display()),
+        None => {
+            let message = format!("cannot read `{}`: {error}", path.display());
+            Diagnostic::new(codes::UNREADABLE_FILE, message)
+        }
+    }
+}
+
+impl SceneFiles<'_> {
+    /// The contents of a file, if there is memory for them.
+    ///
+    /// # Errors
+    /// As for [`Input::read`].
+    pub fn read(&self, path: &Path) -> io::Result<Input> {
+        Input::read(self.files, path, self.budget)
+    }
+
+    /// The path of the file that the scene calls `name`.
+    pub fn path(&self, name: &str) -> PathBuf {
+        resolve(self.scene, name)
+    }
+}
+
+/// What is known of a file that ends: devices and pipes need not.
+fn regular_file(path: &Path) -> io::Result<Metadata> {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_file() { Ok(metadata) } else { Err(io::Error::other("not a regular file")) }
+}
+
+/// Files that exist in memory only.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryFiles(pub BTreeMap<PathBuf, String>);
+
+impl FileSource for MemoryFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
+        Ok(text.clone().into_bytes())
+    }
+
+    fn size(&self, path: &Path) -> io::Result<u64> {
+        let text = self.0.get(path).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))?;
+        Ok(text.len() as u64)
+    }
+
+    fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        Ok(self.0.keys().filter(|path| path.parent() == Some(folder)).cloned().collect())
+    }
+}
+
+/// `path` as seen from the file `from`, with `.` and `..` resolved as far as text allows, so that
+/// one file has one name.
+pub fn resolve(from: &Path, path: &str) -> PathBuf {
+    let joined = from.parent().unwrap_or(Path::new("")).join(path);
+    let mut resolved = PathBuf::new();
+    for component in joined.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(resolved.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                resolved.pop();
+            }
+            Component::ParentDir
+            | Component::Normal(_)
+            | Component::RootDir
+            | Component::Prefix(_) => {
+                resolved.push(component);
+            }
+        }
+    }
+    resolved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_the_including_file() {
+        let resolved = |path| resolve(Path::new("scenes/a/main.pbrt"), path);
+        assert_eq!(resolved("part.pbrt"), Path::new("scenes/a/part.pbrt"));
+        assert_eq!(resolved("./../b/../part.pbrt"), Path::new("scenes/part.pbrt"));
+        assert_eq!(resolve(Path::new("main.pbrt"), "../../x"), Path::new("../../x"));
+        assert_eq!(resolved("/x/../y"), Path::new("/y"));
+    }
+}

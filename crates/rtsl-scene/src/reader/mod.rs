@@ -1,0 +1,43 @@
+//! The reader of scenes: the pbrt-v4 text format, with the names of RTSL classes as its types.
+//!
+//! ```text
+//! LookAt 0 2 -8  0 0 0  0 1 0
+//! Camera "Pinhole" "float fov" 40
+//! WorldBegin
+//! LightSource "PointLight" "point3 position" [ 4 8 -4 ] "string name" "lamp"
+//! Material "Lambertian" "rgb albedo" [ 0.7 0.5 0.3 ]
+//! Shape "Torus" "float R" 2
+//! ```
+//!
+//! What it makes is a [`Description`]: no class is looked up and no parameter is
+//! matched against one here. Three things are ours: the types of RTSL (`uint`, `vec4`, `mat3`)
+//! and references (`texture`, `material`, `primitive`, `light`, `camera`) as types of parameters;
+//! and `"string name"`, which names a shape, light or camera, so that other parts of the scene and
+//! the command line ([`defines`]) can speak of it. RTSL classes have no strings, so this collides
+//! with none of their parameters.
+//!
+//! No input makes the reader panic or recurse without bound: includes nest to a fixed depth, and
+//! the number of directives that one scene may expand to is limited; all memory is held in a budget before it is taken.
+
+mod command_memory;
+mod current_transform;
+pub mod defines;
+mod directive;
+mod files;
+mod interpreter;
+mod lexer;
+mod parameter;
+mod parser;
+mod recorded_files;
+mod spectra;
+mod state;
+
+pub use files::{DiskFiles, FileSource, Input, MemoryFiles, SceneFiles, resolve, unreadable};
+pub use interpreter::{read_scene, read_scene_within};
+pub use parameter::{
+    Component, Parameter, ParameterType, ReferenceKind, Values, parameter_type_words,
+};
+pub use recorded_files::{Digest, RecordedFiles};
+
+#[cfg(doc)]
+use crate::Description;

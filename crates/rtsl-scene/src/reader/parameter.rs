@@ -1,0 +1,206 @@
+//! Parameters as a scene gives them: `"float radius" 2`.
+//!
+//! What a class makes of them (does it have such a parameter, does the value fit?) is decided
+//! when the class is known, by [`crate`].
+
+use rtsl::Span;
+
+use rtsl_memory::Amount;
+
+/// A parameter with its values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The type that the scene declares.
+    pub kind: ParameterType,
+    /// Its name.
+    pub name: String,
+    /// The place of the declaration, quotes included.
+    pub declaration: Span,
+    /// The values.
+    pub values: Values,
+    /// The place of the values.
+    pub values_span: Span,
+}
+
+/// The values of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Numbers.
+    Numbers(Vec<f64>),
+    /// Truth values.
+    Booleans(Vec<bool>),
+    /// Quoted strings.
+    Texts(Vec<String>),
+}
+
+impl Values {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Values::Numbers(values) => values.len(),
+            Values::Booleans(values) => values.len(),
+            Values::Texts(values) => values.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The memory of the values.
+    pub fn memory(&self) -> Amount {
+        match self {
+            Values::Numbers(values) => Amount::of::<f64>(values.len()),
+            Values::Booleans(values) => Amount::of::<bool>(values.len()),
+            Values::Texts(values) => {
+                let bytes = values.iter().map(String::len).sum();
+                Amount::of::<String>(values.len()) + Amount::of::<u8>(bytes)
+            }
+        }
+    }
+
+    /// What they are, in words.
+    pub fn description(&self) -> &'static str {
+        match self {
+            Values::Numbers(_) => "numbers",
+            Values::Booleans(_) => "truth values",
+            Values::Texts(_) => "strings",
+        }
+    }
+}
+
+/// What a component of a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// A real number.
+    Float,
+    /// A whole number of 32 bits, signed.
+    Int,
+    /// A whole number of 32 bits, unsigned.
+    Uint,
+    /// A truth value.
+    Bool,
+}
+
+/// What a scene can refer to by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ReferenceKind {
+    /// A `Texture`.
+    Texture,
+    /// A `MakeNamedMaterial`.
+    Material,
+    /// A `Shape` with a `"string name"`.
+    Primitive,
+    /// A `LightSource` with a `"string name"`.
+    Light,
+    /// The `Camera`, by its `"string name"`.
+    Camera,
+}
+
+impl ReferenceKind {
+    /// The word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            ReferenceKind::Texture => "texture",
+            ReferenceKind::Material => "material",
+            ReferenceKind::Primitive => "primitive",
+            ReferenceKind::Light => "light",
+            ReferenceKind::Camera => "camera",
+        }
+    }
+}
+
+/// The types that a parameter's declaration can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterType {
+    /// `float`, `point3`, `mat4` and so on: values of so many components each.
+    Numeric {
+        /// What each component is.
+        component: Component,
+        /// How many components make a value.
+        count: usize,
+        /// Whether it is a colour.
+        color: bool,
+    },
+    /// `spectrum`: a colour, wavelengths and values in turn, or a name. The reader makes colours of them.
+    Spectrum,
+    /// `blackbody`: a temperature in kelvin. The reader makes a colour of it.
+    Blackbody,
+    /// `string`
+    Text,
+    /// `texture`, `material`, ...: the name of another part of the scene.
+    Reference(ReferenceKind),
+    /// Not declared: the value comes from the command line and fits what the class wants or not.
+    Given,
+}
+
+const fn numeric(component: Component, count: usize) -> ParameterType {
+    ParameterType::Numeric { component, count, color: false }
+}
+
+/// Linear red, green and blue.
+pub const COLOR: ParameterType =
+    ParameterType::Numeric { component: Component::Float, count: 3, color: true };
+
+/// Every type name, the format's own first, then RTSL's.
+const TYPES: &[(&str, ParameterType)] = &[
+    ("float", numeric(Component::Float, 1)),
+    ("integer", numeric(Component::Int, 1)),
+    ("bool", numeric(Component::Bool, 1)),
+    ("string", ParameterType::Text),
+    ("rgb", COLOR),
+    ("color", COLOR),
+    ("spectrum", ParameterType::Spectrum),
+    ("blackbody", ParameterType::Blackbody),
+    ("point2", numeric(Component::Float, 2)),
+    ("vector2", numeric(Component::Float, 2)),
+    ("point", numeric(Component::Float, 3)),
+    ("point3", numeric(Component::Float, 3)),
+    ("vector", numeric(Component::Float, 3)),
+    ("vector3", numeric(Component::Float, 3)),
+    ("normal", numeric(Component::Float, 3)),
+    ("normal3", numeric(Component::Float, 3)),
+    ("texture", ParameterType::Reference(ReferenceKind::Texture)),
+    ("material", ParameterType::Reference(ReferenceKind::Material)),
+    ("primitive", ParameterType::Reference(ReferenceKind::Primitive)),
+    ("shape", ParameterType::Reference(ReferenceKind::Primitive)),
+    ("light", ParameterType::Reference(ReferenceKind::Light)),
+    ("camera", ParameterType::Reference(ReferenceKind::Camera)),
+    ("int", numeric(Component::Int, 1)),
+    ("uint", numeric(Component::Uint, 1)),
+    ("vec2", numeric(Component::Float, 2)),
+    ("vec3", numeric(Component::Float, 3)),
+    ("vec4", numeric(Component::Float, 4)),
+    ("ivec2", numeric(Component::Int, 2)),
+    ("ivec3", numeric(Component::Int, 3)),
+    ("ivec4", numeric(Component::Int, 4)),
+    ("uvec2", numeric(Component::Uint, 2)),
+    ("uvec3", numeric(Component::Uint, 3)),
+    ("uvec4", numeric(Component::Uint, 4)),
+    ("bvec2", numeric(Component::Bool, 2)),
+    ("bvec3", numeric(Component::Bool, 3)),
+    ("bvec4", numeric(Component::Bool, 4)),
+    ("mat2", numeric(Component::Float, 4)),
+    ("mat2x2", numeric(Component::Float, 4)),
+    ("mat2x3", numeric(Component::Float, 6)),
+    ("mat2x4", numeric(Component::Float, 8)),
+    ("mat3", numeric(Component::Float, 9)),
+    ("mat3x2", numeric(Component::Float, 6)),
+    ("mat3x3", numeric(Component::Float, 9)),
+    ("mat3x4", numeric(Component::Float, 12)),
+    ("mat4", numeric(Component::Float, 16)),
+    ("mat4x2", numeric(Component::Float, 8)),
+    ("mat4x3", numeric(Component::Float, 12)),
+    ("mat4x4", numeric(Component::Float, 16)),
+];
+
+/// The type spelled `word`.
+pub fn parameter_type(word: &str) -> Option<ParameterType> {
+    TYPES.iter().find(|(spelling, _)| *spelling == word).map(|(_, kind)| *kind)
+}
+
+/// The spellings of all types.
+pub fn parameter_type_words() -> impl Iterator<Item = &'static str> {
+    TYPES.iter().map(|(spelling, _)| *spelling)
+}

@@ -1,0 +1,467 @@
+//! Commands of the scene format: a directive's word with its operands and parameters.
+//!
+//! The parser knows the shape of each directive from the table in [`super::directive`] and
+//! nothing of what it does. After an error it goes on at the next directive's word, so that one
+//! run reports several independent errors. Each command consumes at least one token.
+
+use std::collections::BTreeMap;
+
+use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, most_similar};
+
+use rtsl_memory::{Held, InputBudget};
+
+use super::directive::{Keyword, Operands, directive, directive_words};
+use super::lexer::{Lexer, Token, TokenKind};
+use super::parameter::{Parameter, ParameterType, Values, parameter_type, parameter_type_words};
+use super::spectra::is_color;
+
+/// A directive with all that belongs to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Command {
+    /// Which directive.
+    pub keyword: Keyword,
+    /// The place of its word.
+    pub span: Span,
+    /// Its numbers, as many as the directive has.
+    pub numbers: Vec<f64>,
+    /// Its quoted strings.
+    pub texts: Vec<SpannedText>,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A quoted string and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpannedText {
+    /// The string without its quotes.
+    pub text: String,
+    /// The place, quotes included.
+    pub span: Span,
+}
+
+/// Reads the commands of one file.
+pub struct Parser<'a> {
+    lexer: Lexer<'a>,
+    token: Token,
+    budget: &'a InputBudget,
+}
+
+/// Values of a parameter that are no news for a budget.
+const FEW_VALUES: usize = 4096;
+
+impl<'a> Parser<'a> {
+    /// A parser at the beginning of `text`, which is the text of `file`. Lists of values take no more memory than is
+    /// left of the budget.
+    pub fn within(budget: &'a InputBudget, file: FileId, text: &'a str) -> Self {
+        let mut lexer = Lexer::new(file, text);
+        let token = lexer.next_token();
+        Parser { lexer, token, budget }
+    }
+
+    /// The next command that has no error in it; `None` at the end.
+    pub fn next_command(&mut self, diagnostics: &mut Diagnostics) -> Option<Command> {
+        while self.token.kind != TokenKind::End {
+            match self.parse_command() {
+                Ok(command) => return Some(command),
+                Err(diagnostic) => {
+                    diagnostics.push(*diagnostic);
+                    if self.budget.is_exceeded() {
+                        return None;
+                    }
+                    self.skip_to_directive();
+                }
+            }
+        }
+        None
+    }
+
+    fn parse_command(&mut self) -> Parsed<Command> {
+        let word = self.advance();
+        let (keyword, operands) = self.expect_directive(&word)?;
+        let mut command = Command {
+            keyword,
+            span: word.span,
+            numbers: Vec::new(),
+            texts: Vec::new(),
+            parameters: Vec::new(),
+        };
+        if keyword == Keyword::ActiveTransform {
+            self.expect_word_operand(&mut command)?;
+        }
+        self.parse_numbers(&mut command, operands)?;
+        self.parse_texts(&mut command, operands)?;
+        if operands.parameters {
+            self.parse_parameters(&mut command)?;
+        }
+        Ok(command)
+    }
+
+    fn expect_directive(&self, word: &Token) -> Parsed<(Keyword, Operands)> {
+        if word.kind != TokenKind::Word {
+            return Err(unexpected(word, "a directive"));
+        }
+        let spelling = self.text_of(word.span);
+        directive(spelling).ok_or_else(|| {
+            let diagnostic = Diagnostic::new(
+                codes::UNKNOWN_DIRECTIVE,
+                format!("unknown directive `{}`", shorten(spelling)),
+            )
+            .at(word.span, "not a directive of the scene format");
+            Box::new(match most_similar(spelling, directive_words()) {
+                Some(near) => diagnostic.suggest("did you mean this?", word.span, near),
+                None => diagnostic,
+            })
+        })
+    }
+
+    /// `ActiveTransform` is followed by a plain word.
+    fn expect_word_operand(&mut self, command: &mut Command) -> Parsed<()> {
+        let token = self.advance();
+        if token.kind != TokenKind::Word {
+            return Err(unexpected(&token, "`StartTime`, `EndTime` or `All`"));
+        }
+        let text = self.text_of(token.span).to_owned();
+        command.texts.push(SpannedText { text, span: token.span });
+        Ok(())
+    }
+
+    fn parse_numbers(&mut self, command: &mut Command, operands: Operands) -> Parsed<()> {
+        if operands.numbers == 0 {
+            return Ok(());
+        }
+        let bracketed = self.accept(&TokenKind::Open);
+        while command.numbers.len() < operands.numbers {
+            let TokenKind::Number(value) = self.token.kind else {
+                let expected = format!(
+                    "{} numbers after `{}`, of which this is number {}",
+                    operands.numbers,
+                    command.keyword.word(),
+                    command.numbers.len() + 1
+                );
+                return Err(unexpected(&self.token, &expected).label_boxed(command.span));
+            };
+            self.advance();
+            command.numbers.push(value);
+        }
+        if bracketed && !self.accept(&TokenKind::Close) {
+            return Err(unexpected(&self.token, "`]`"));
+        }
+        Ok(())
+    }
+
+    fn parse_texts(&mut self, command: &mut Command, operands: Operands) -> Parsed<()> {
+        for index in 0..operands.texts + operands.optional_texts {
+            match &self.token.kind {
+                TokenKind::Text(text) => {
+                    let text = SpannedText { text: text.clone(), span: self.token.span };
+                    command.texts.push(text);
+                    self.advance();
+                }
+                _ if index >= operands.texts => break,
+                _ => {
+                    let expected = format!("a quoted name after `{}`", command.keyword.word());
+                    return Err(unexpected(&self.token, &expected).label_boxed(command.span));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn parse_parameters(&mut self, command: &mut Command) -> Parsed<()> {
+        let mut first_places = BTreeMap::new();
+        while let TokenKind::Text(declaration) = &self.token.kind {
+            let declaration = SpannedText { text: declaration.clone(), span: self.token.span };
+            self.advance();
+            let (kind, name) = parse_declaration(&declaration)?;
+            let (values, values_span) = self.parse_values(&declaration)?;
+            check_values(&kind, &values, &declaration, values_span)?;
+            if let Some(earlier) = first_places.insert(name.clone(), declaration.span) {
+                let message = format!("parameter `{}` is given twice", shorten(&name));
+                return Err(Box::new(
+                    Diagnostic::new(codes::DUPLICATE_NAME, message)
+                        .at(declaration.span, "again here")
+                        .label(earlier, "first here"),
+                ));
+            }
+            command.parameters.push(Parameter {
+                kind,
+                name,
+                declaration: declaration.span,
+                values,
+                values_span,
+            });
+        }
+        Ok(())
+    }
+
+    /// One value, or any number of values of one sort in brackets.
+    fn parse_values(&mut self, declaration: &SpannedText) -> Parsed<(Values, Span)> {
+        let start = self.token.span;
+        if !self.accept(&TokenKind::Open) {
+            let mut values = self.first_value(&self.token, declaration)?;
+            self.shrink(&mut values);
+            self.advance();
+            return Ok((values, start));
+        }
+        let mut values: Option<Values> = None;
+        let mut held: Option<Held> = None;
+        loop {
+            let end = self.token.span;
+            if self.accept(&TokenKind::Close) {
+                let mut values = values.unwrap_or(Values::Numbers(Vec::new()));
+                self.shrink(&mut values);
+                return Ok((values, start.to(end)));
+            }
+            match &mut values {
+                None => values = Some(self.first_value(&self.token, declaration)?),
+                Some(values) => {
+                    self.push_value(values, &self.token, declaration)?;
+                    if values.len() > FEW_VALUES && values.len().is_power_of_two() {
+                        held = Some(self.hold(values, held, declaration)?);
+                    }
+                }
+            }
+            self.advance();
+        }
+    }
+
+    /// Holds memory for a list that is about to double: what it has, and as much again for its growth.
+    fn hold(&self, values: &Values, held: Option<Held>, declaration: &SpannedText) -> Parsed<Held> {
+        drop(held);
+        self.budget.hold(values.memory().times(3)).map_err(|error| {
+            let what = shorten(&declaration.text);
+            Box::new(error.diagnostic(what).at(declaration.span, "its values are too many"))
+        })
+    }
+
+    fn first_value(&self, token: &Token, declaration: &SpannedText) -> Parsed<Values> {
+        match &token.kind {
+            TokenKind::Number(value) => Ok(Values::Numbers(vec![*value])),
+            TokenKind::Text(text) => Ok(Values::Texts(vec![text.clone()])),
+            TokenKind::Word if self.boolean(token).is_some() => {
+                Ok(Values::Booleans(self.boolean(token).into_iter().collect()))
+            }
+            _ => Err(unexpected(token, "a value").label_boxed(declaration.span)),
+        }
+    }
+
+    fn push_value(
+        &self,
+        values: &mut Values,
+        token: &Token,
+        declaration: &SpannedText,
+    ) -> Parsed<()> {
+        match (values, &token.kind) {
+            (Values::Numbers(values), TokenKind::Number(value)) => values.push(*value),
+            (Values::Texts(values), TokenKind::Text(text)) => values.push(text.clone()),
+            (Values::Booleans(values), TokenKind::Word) if self.boolean(token).is_some() => {
+                values.extend(self.boolean(token));
+            }
+            (values, _) => {
+                let expected = format!("more {} or `]`", values.description());
+                return Err(unexpected(token, &expected).label_boxed(declaration.span));
+            }
+        }
+        Ok(())
+    }
+
+    fn shrink(&self, values: &mut Values) {
+        match values {
+            Values::Numbers(values) => values.shrink_to_fit(),
+            Values::Booleans(values) => values.shrink_to_fit(),
+            Values::Texts(values) => values.shrink_to_fit(),
+        }
+    }
+
+    fn boolean(&self, token: &Token) -> Option<bool> {
+        match self.text_of(token.span) {
+            "true" => Some(true),
+            "false" => Some(false),
+            _ => None,
+        }
+    }
+
+    fn skip_to_directive(&mut self) {
+        while self.token.kind != TokenKind::End {
+            let is_word = self.token.kind == TokenKind::Word;
+            if is_word && directive(self.text_of(self.token.span)).is_some() {
+                return;
+            }
+            self.advance();
+        }
+    }
+
+    fn text_of(&self, span: Span) -> &'a str {
+        self.lexer.text().get(span.start as usize..span.end as usize).unwrap_or("")
+    }
+
+    fn advance(&mut self) -> Token {
+        let next = self.lexer.next_token();
+        std::mem::replace(&mut self.token, next)
+    }
+
+    fn accept(&mut self, kind: &TokenKind) -> bool {
+        let found = self.token.kind == *kind;
+        if found {
+            self.advance();
+        }
+        found
+    }
+}
+
+/// Errors are boxed: they are large and rare.
+type Parsed<T> = Result<T, Box<Diagnostic>>;
+
+trait LabelBoxed {
+    fn label_boxed(self, directive: Span) -> Self;
+}
+
+impl LabelBoxed for Box<Diagnostic> {
+    /// Adds the place that began what the error is in, unless it is the error's own.
+    fn label_boxed(self, start: Span) -> Self {
+        Box::new((*self).label(start, "for this"))
+    }
+}
+
+fn unexpected(token: &Token, expected: &str) -> Box<Diagnostic> {
+    let (code, found) = match &token.kind {
+        TokenKind::Word => (codes::SCENE_SYNTAX, "a word"),
+        TokenKind::Number(_) => (codes::SCENE_SYNTAX, "a number"),
+        TokenKind::Text(_) => (codes::SCENE_SYNTAX, "a quoted string"),
+        TokenKind::Open => (codes::SCENE_SYNTAX, "`[`"),
+        TokenKind::Close => (codes::SCENE_SYNTAX, "`]`"),
+        TokenKind::BadNumber => (codes::BAD_NUMBER, "what is not a finite number"),
+        TokenKind::UnclosedText => (codes::SCENE_SYNTAX, "a string without its closing quote"),
+        TokenKind::End => (codes::SCENE_SYNTAX, "the end of the file"),
+    };
+    let message = format!("found {found}, expected {expected}");
+    Box::new(Diagnostic::new(code, message).at(token.span, ""))
+}
+
+fn parse_declaration(declaration: &SpannedText) -> Parsed<(ParameterType, String)> {
+    let mut words = declaration.text.split_ascii_whitespace();
+    let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
+        let shown = shorten(&declaration.text);
+        return Err(Box::new(
+            Diagnostic::new(
+                codes::BAD_DECLARATION,
+                format!("`{shown}` does not declare a parameter, expected a type and a name"),
+            )
+            .at(declaration.span, "expected for example \"float radius\""),
+        ));
+    };
+    let found = parameter_type(kind).ok_or_else(|| {
+        let diagnostic = Diagnostic::new(
+            codes::BAD_DECLARATION,
+            format!("unknown parameter type `{}`", shorten(kind)),
+        )
+        .at(declaration.span, "not a type that a parameter can have");
+        Box::new(match most_similar(kind, parameter_type_words()) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None if kind == "blackbody" => {
+                diagnostic.help("give the colour as `rgb`: spectra are not supported")
+            }
+            None => diagnostic,
+        })
+    })?;
+    Ok((found, name.to_owned()))
+}
+
+/// Whether the values are of the sort, and in the groups, that the declared type wants.
+fn check_values(
+    kind: &ParameterType,
+    values: &Values,
+    declaration: &SpannedText,
+    span: Span,
+) -> Parsed<()> {
+    use super::parameter::Component;
+    let wrong = |message: String| {
+        let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message).at(span, "");
+        Err(Box::new(diagnostic.label(declaration.span, "declared here")))
+    };
+    let name = shorten(&declaration.text);
+    match (kind, values) {
+        (
+            ParameterType::Numeric { component: Component::Bool, count, .. },
+            Values::Booleans(list),
+        ) => {
+            check_groups(*count, list.len()).or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        // Older files quote their truth values.
+        (
+            ParameterType::Numeric { component: Component::Bool, count: 1, .. },
+            Values::Texts(list),
+        ) if list.iter().all(|text| text == "true" || text == "false") => Ok(()),
+        (ParameterType::Numeric { component: Component::Bool, .. }, other) => {
+            wrong(format!("`{name}` takes `true` or `false`, found {}", other.description()))
+        }
+        (ParameterType::Numeric { component, count, color }, Values::Numbers(list)) => {
+            // An RGB "spectrum" may be one grey value, as the format allows for constants.
+            let grey = *color && list.len() == 1;
+            let groups = if grey { Ok(()) } else { check_groups(*count, list.len()) };
+            groups
+                .and_then(|()| list.iter().try_for_each(|value| check_range(*component, *value)))
+                .or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        (ParameterType::Numeric { .. }, other) => {
+            wrong(format!("`{name}` takes numbers, found {}", other.description()))
+        }
+        (
+            ParameterType::Text | ParameterType::Spectrum | ParameterType::Reference(_),
+            Values::Texts(_),
+        ) => Ok(()),
+        (ParameterType::Given, _) => Ok(()),
+        (ParameterType::Spectrum, Values::Numbers(list)) => {
+            let groups = if is_color(list) { Ok(()) } else { check_groups(2, list.len()) };
+            groups
+                .and_then(|()| check_floats(list))
+                .or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        (ParameterType::Blackbody, Values::Numbers(list)) if list.len() == 1 && list[0] > 0.0 => {
+            check_floats(list).or_else(|problem| wrong(format!("`{name}` {problem}")))
+        }
+        (ParameterType::Blackbody, _) => wrong(format!("`{name}` takes one temperature in kelvin")),
+        (ParameterType::Spectrum, Values::Booleans(_)) => {
+            wrong(format!("`{name}` takes numbers or a name, found truth values"))
+        }
+        (ParameterType::Text | ParameterType::Reference(_), other) => {
+            wrong(format!("`{name}` takes quoted strings, found {}", other.description()))
+        }
+    }
+}
+
+fn check_groups(count: usize, length: usize) -> Result<(), String> {
+    if length == 0 {
+        Err("has no value".to_owned())
+    } else if !length.is_multiple_of(count) {
+        Err(format!("takes {count} numbers a value, found {length}"))
+    } else {
+        Ok(())
+    }
+}
+
+fn check_floats(list: &[f64]) -> Result<(), String> {
+    list.iter().try_for_each(|value| check_range(super::parameter::Component::Float, *value))
+}
+
+fn check_range(component: super::parameter::Component, value: f64) -> Result<(), String> {
+    use super::parameter::Component;
+    match component {
+        Component::Float if (value as f32).is_finite() => Ok(()),
+        Component::Float => Err(format!("takes binary32 numbers, {value:e} is too large")),
+        Component::Int if value == f64::from(value as i32) => Ok(()),
+        Component::Int => Err(format!("takes whole numbers of 32 bits, found {value}")),
+        Component::Uint if value == f64::from(value as u32) => Ok(()),
+        Component::Uint => Err(format!("takes whole numbers from 0 to 4294967295, found {value}")),
+        Component::Bool => Err("takes `true` or `false`".to_owned()),
+    }
+}
+
+/// A text as messages show it: long ones are cut.
+fn shorten(text: &str) -> String {
+    const LIMIT: usize = 60;
+    if text.len() <= LIMIT {
+        return text.to_owned();
+    }
+    format!("{}...", &text[..text.floor_char_boundary(LIMIT)])
+}

@@ -1,0 +1,87 @@
+//! Parameters that are spectra become colours.
+
+use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
+
+use crate::spectrum::{Sampled, blackbody, named, names};
+use rtsl_memory::{Amount, OverBudget};
+
+use super::files::{Input, SceneFiles, unreadable};
+use super::parameter::{COLOR, Parameter, ParameterType, Values};
+
+/// Makes linear red, green and blue of a spectrum, or one number where it is the same everywhere; leaves
+/// what is no spectrum as it is. `emits` tells spectra of lights, whose colours get luminance 1, from those
+/// of surfaces.
+pub fn convert(
+    parameter: &mut Parameter,
+    emits: bool,
+    files: SceneFiles<'_>,
+) -> Result<(), Box<Diagnostic>> {
+    let numbers = match (parameter.kind, &parameter.values) {
+        (ParameterType::Blackbody, Values::Numbers(kelvin)) => {
+            blackbody(kelvin.first().copied().unwrap_or(0.0)).to_vec()
+        }
+        (ParameterType::Spectrum, Values::Numbers(numbers)) if is_color(numbers) => numbers.clone(),
+        (ParameterType::Spectrum, Values::Numbers(numbers)) => match Sampled::from_pairs(numbers) {
+            Some(spectrum) => color(&spectrum, emits),
+            None => return Err(wrong(parameter, "wavelengths do not rise")),
+        },
+        (ParameterType::Spectrum, Values::Texts(texts)) => match texts.as_slice() {
+            [name] => named_or_file(parameter, name, emits, files)?,
+            _ => return Err(wrong(parameter, "one name is expected")),
+        },
+        _ => return Ok(()),
+    };
+    parameter.kind = COLOR;
+    parameter.values = Values::Numbers(numbers);
+    Ok(())
+}
+
+/// Whether numbers are a grey or a colour rather than wavelengths and values.
+pub fn is_color(numbers: &[f64]) -> bool {
+    matches!(numbers.len(), 1 | 3)
+}
+
+fn color(spectrum: &Sampled, emits: bool) -> Vec<f64> {
+    if emits { spectrum.light_color().to_vec() } else { spectrum.surface_color().to_vec() }
+}
+
+fn named_or_file(
+    parameter: &Parameter,
+    name: &str,
+    emits: bool,
+    files: SceneFiles<'_>,
+) -> Result<Vec<f64>, Box<Diagnostic>> {
+    if let Some(numbers) = named(name) {
+        return Ok(numbers.to_vec());
+    }
+    let unknown = || {
+        let message = format!("`{name}` is neither a spectrum that is known by name nor a file");
+        let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
+        let diagnostic = diagnostic.at(parameter.values_span, "");
+        match most_similar(name, names()) {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None => diagnostic.help("give three numbers: linear red, green and blue"),
+        }
+    };
+    let path = files.path(name);
+    let input = files.read(&path).and_then(|mut input| {
+        // The numbers of a text: two bytes may be one of eight, and they lie in pairs besides.
+        input.held.grow_to(Amount(input.bytes.len() as u64).times(16))?;
+        Ok(input)
+    });
+    let Input { bytes, held: _held } = input.map_err(|error| {
+        Box::new(match OverBudget::of(&error) {
+            Some(_) => unreadable(&path, &error).at(parameter.values_span, "named here"),
+            None => unknown(),
+        })
+    })?;
+    let spectrum = String::from_utf8(bytes).ok().and_then(|text| Sampled::from_text(&text));
+    let spectrum = spectrum
+        .ok_or_else(|| wrong(parameter, "the file does not hold rising wavelengths with values"))?;
+    Ok(color(&spectrum, emits))
+}
+
+fn wrong(parameter: &Parameter, problem: &str) -> Box<Diagnostic> {
+    let message = format!("`{}` is no spectrum: {problem}", parameter.name);
+    Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""))
+}

@@ -1,0 +1,66 @@
+//! When the camera's shutter is open, and what moves meanwhile.
+
+use std::sync::Arc;
+
+use rtsl::{Diagnostic, diagnostic_codes as codes};
+
+use crate::reader::Values;
+use rtsl_math::{MovingTransform, Transform};
+
+use super::description::{Description, Entity};
+
+/// The parameters of every camera that say when its shutter opens and closes.
+pub const SHUTTER: [&str; 2] = ["shutteropen", "shutterclose"];
+
+/// The parts of the scene's motion at which the shutter opens and closes: 0 at its start, 1 at its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shutter([f64; 2]);
+
+impl Default for Shutter {
+    /// Open for the whole motion.
+    fn default() -> Self {
+        Shutter([0.0, 1.0])
+    }
+}
+
+impl Shutter {
+    /// The shutter of `camera`: times from 0 to 1 where it says nothing.
+    pub fn read(description: &Description, camera: &Entity) -> Result<Shutter, Box<Diagnostic>> {
+        let mut times = [0.0, 1.0];
+        for (time, name) in times.iter_mut().zip(SHUTTER) {
+            let Some(parameter) = camera.parameters.iter().find(|it| it.name == name) else {
+                continue;
+            };
+            match &parameter.values {
+                Values::Numbers(numbers) if numbers.len() == 1 => *time = numbers[0],
+                Values::Numbers(_) | Values::Booleans(_) | Values::Texts(_) => {
+                    let message = format!("`{name}` takes one number");
+                    let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
+                    return Err(Box::new(diagnostic.at(parameter.values_span, "")));
+                }
+            }
+        }
+        if times[1] < times[0] {
+            let message = format!("the shutter closes at {} and opens at {}", times[1], times[0]);
+            let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
+            return Err(Box::new(diagnostic.at(camera.class_span, "")));
+        }
+        let [start, end] = description.transform_times;
+        Ok(Shutter(times.map(|time| (time - start) / (end - start))))
+    }
+
+    /// The place of what stands at `start` before the motion and at `end` after it, if it moves: where it
+    /// is when the shutter opens, and how it moves until it closes, if it does.
+    pub fn place(
+        self,
+        start: Transform,
+        end: Option<Transform>,
+    ) -> (Transform, Option<Arc<MovingTransform>>) {
+        // The reader has refused what cannot move.
+        let moving = end.and_then(|end| MovingTransform::new(start, end, self.0));
+        match moving {
+            None => (start, None),
+            Some(moving) => (moving.keys()[0], moving.moves().then(|| Arc::new(moving))),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Light of glowing bodies.
+
+use rtsl_math::exponential;
+
+use super::matching::{color, luminance};
+
+/// Planck's second radiation constant, in nanometres and kelvin.
+const SECOND_CONSTANT: f64 = 1.438_776_877e7;
+
+/// The colour of a black body's light, with luminance 1; components outside of sRGB's colours are 0.
+pub fn blackbody(kelvin: f64) -> [f64; 3] {
+    // By the peak's wavelength, so that numbers stay in range at every temperature.
+    let planck = |wavelength: f64| {
+        let micrometres = wavelength / 1000.0;
+        let fifth = micrometres * micrometres * micrometres * micrometres * micrometres;
+        let exponent = SECOND_CONSTANT / kelvin * (1.0 / wavelength - 1.0 / 830.0);
+        let scale = exponential(-SECOND_CONSTANT / (830.0 * kelvin));
+        1.0 / (fifth * (exponential(exponent) - scale))
+    };
+    let seen = color(planck).map(|component| component.max(0.0));
+    let sum = luminance(seen);
+    if sum > 0.0 { seen.map(|component| component / sum) } else { [0.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn daylight_is_nearly_white_and_lamps_are_warm() {
+        let [red, green, blue] = blackbody(6500.0);
+        for component in [red, green, blue] {
+            assert!((component - 1.0).abs() < 0.08, "{component}");
+        }
+        let [red, green, blue] = blackbody(2700.0);
+        assert!(red > 1.5 && green < 1.0 && blue < 0.35, "{red} {green} {blue}");
+        assert!(blackbody(1.0).iter().chain(&blackbody(1e9)).all(|it| it.is_finite()));
+    }
+}

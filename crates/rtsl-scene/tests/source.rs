@@ -1,0 +1,137 @@
+//! What stays the same object when a scene is loaded again.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use rtsl_scene::reader::{DiskFiles, Values};
+use rtsl_scene::{EntityId, EntityKind, LoadOptions, Loaded, SceneSource};
+
+const SCENE: &str = r#"
+Camera "Pinhole" "float fov" 40
+WorldBegin
+Texture "pattern" "spectrum" "Stripes"
+MakeNamedMaterial "striped" "string type" "Lambertian" "texture kd" "pattern"
+MakeNamedMaterial "plain" "string type" "Lambertian" "rgb kd" [0.1 0.2 0.3]
+NamedMaterial "striped"
+Shape "Sphere" "float radius" 1
+NamedMaterial "plain"
+Shape "Sphere" "float radius" 2
+"#;
+
+const STRIPES: &str = "#include \"shade.rtsl\"\nclass Stripes : rt_Texture;
+void lookup() { rt_TextureColor = color(shade()); }";
+
+/// A scene in a folder of its own, removed in the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let folder =
+            std::env::temp_dir().join(format!("rtsl-source-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let folder = Folder(folder);
+        folder.write("scene.pbrt", SCENE);
+        folder.write("stripes.rtsl", STRIPES);
+        folder.write("shade.rtsl", "float shade() { return 0.5; }");
+        folder
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.0.join(name), text).unwrap();
+    }
+
+    fn source(&self) -> SceneSource<'static> {
+        SceneSource::read(&self.0.join("scene.pbrt"), &DiskFiles, &LoadOptions::default())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn load(source: &mut SceneSource<'_>) -> Loaded {
+    source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
+}
+
+/// Which instances are the same: of the camera, the two materials, the two shapes.
+fn same(one: &Loaded, other: &Loaded) -> [bool; 5] {
+    let instances = |loaded: &Loaded| {
+        let scene = &loaded.scene;
+        let objects = scene.objects.iter().map(|object| &object.primitive);
+        let all = [&scene.camera].into_iter().chain(&scene.materials).chain(objects);
+        all.cloned().collect::<Vec<_>>()
+    };
+    let pairs = instances(one).into_iter().zip(instances(other));
+    let same: Vec<bool> = pairs.map(|(one, other)| Arc::ptr_eq(&one, &other)).collect();
+    same.try_into().unwrap()
+}
+
+fn entity(source: &SceneSource<'_>, kind: EntityKind, name: Option<&str>) -> EntityId {
+    let entities = &source.description().entities;
+    let found = entities.iter().position(|it| it.kind == kind && it.name.as_deref() == name);
+    EntityId(found.unwrap())
+}
+
+#[test]
+fn nothing_changed_and_nothing_is_made() {
+    let folder = Folder::new("nothing");
+    let mut source = folder.source();
+    let first = load(&mut source);
+    source.refresh_shaders();
+    assert_eq!(same(&first, &load(&mut source)), [true; 5]);
+}
+
+#[test]
+fn a_shader_and_what_refers_to_it_change() {
+    let folder = Folder::new("shader");
+    let mut source = folder.source();
+    let first = load(&mut source);
+    folder.write("stripes.rtsl", &STRIPES.replace("color(shade())", "color(1.0)"));
+    assert_eq!(same(&first, &load(&mut source)), [true; 5], "files are read when it is asked for");
+    source.refresh_shaders();
+    assert_eq!(same(&first, &load(&mut source)), [true, false, true, true, true]);
+}
+
+#[test]
+fn an_included_file_counts_as_part_of_the_shader() {
+    let folder = Folder::new("include");
+    let mut source = folder.source();
+    let first = load(&mut source);
+    assert!(source.source_files().iter().any(|path| path.ends_with("shade.rtsl")));
+    folder.write("shade.rtsl", "float shade() { return 0.75; }");
+    source.refresh_shaders();
+    assert_eq!(same(&first, &load(&mut source)), [true, false, true, true, true]);
+}
+
+#[test]
+fn an_error_leaves_what_was_made() {
+    let folder = Folder::new("error");
+    let mut source = folder.source();
+    let first = load(&mut source);
+    folder.write("stripes.rtsl", "class Stripes : rt_Texture; void lookup() { oops; }");
+    source.refresh_shaders();
+    let messages = source.load().unwrap_err().to_text(false);
+    assert!(messages.contains("oops"), "{messages}");
+    folder.write("stripes.rtsl", STRIPES);
+    source.refresh_shaders();
+    assert_eq!(same(&first, &load(&mut source)), [true; 5], "the text is as it was");
+}
+
+#[test]
+fn a_parameter_changes_its_instance_alone() {
+    let folder = Folder::new("parameter");
+    let mut source = folder.source();
+    let first = load(&mut source);
+    let plain = entity(&source, EntityKind::Material, Some("plain"));
+    source.set_parameter(plain, "kd", Values::Numbers(vec![0.5]));
+    let second = load(&mut source);
+    assert_eq!(same(&first, &second), [true, true, false, true, true]);
+    let camera = entity(&source, EntityKind::Camera, None);
+    let earlier = source.set_parameter(camera, "fov", Values::Numbers(vec![300.0]));
+    let messages = source.load().unwrap_err().to_text(false);
+    assert!(messages.contains("fov"), "out of its range: {messages}");
+    source.restore_parameter(camera, "fov", earlier);
+    assert_eq!(load(&mut source).scene.camera.member("fov"), Some(&[40.0_f32.to_bits()][..]));
+}
