@@ -111,6 +111,17 @@ impl Function {
         PlaceId(self.places.len() as u32 - 1)
     }
 
+    /// How deep regions are nested in the body, 0 where it has none in it.
+    pub fn nesting(&self) -> usize {
+        let (mut deepest, mut pending) = (0, vec![(&self.body, 0)]);
+        while let Some((region, depth)) = pending.pop() {
+            deepest = deepest.max(depth);
+            let inner = region.ops.iter().flat_map(|op| op.kind.regions());
+            pending.extend(inner.map(|region| (region, depth + 1)));
+        }
+        deepest
+    }
+
     /// Numbers the values anew in the order of the text form, without gaps.
     pub fn renumber(&mut self) {
         let names = self.names.without_values();

@@ -46,14 +46,14 @@ impl CompiledCallback {
         rtsl_packet::verify(kernel)?;
         kernel.check_record(record)?;
         let callback = Callback { kernel, record, block_bytes };
-        let (target, level) = (llvm.host(), level.for_work(kernel.work()));
+        let target = llvm.host();
         let text =
             rtsl_llvm::emit_callbacks([(SYMBOL, callback)], &features_of_host(target, features));
-        let module = match kernel.width {
-            1 => llvm.compile_for_one_ray(&text, target, level)?,
-            _ => llvm.compile(&text, target, level)?,
-        };
-        let module = Arc::new(module);
+        let module = level.compile_for_work(kernel.work(), |level| match kernel.width {
+            1 => llvm.compile_for_one_ray(&text, target, level),
+            _ => llvm.compile(&text, target, level),
+        });
+        let module = Arc::new(module?);
         let address = module.function(SYMBOL)?.cast();
         Ok(CompiledCallback { _module: module, address })
     }

@@ -20,6 +20,9 @@ use crate::worker;
 /// many operations in a row takes 7 seconds (LLVM 22, 8 lanes, Zen 3).
 const STRAIGHT_WORK: u64 = 1 << 14;
 
+/// The most work that is optimised where straight code needs too much stack and nothing else helps: a minute and a half.
+const RETRIED_WORK: u64 = 1 << 15;
+
 /// How much work goes into the code; the result is the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum OptLevel {
@@ -40,6 +43,26 @@ impl OptLevel {
     #[must_use]
     pub fn for_work(self, work: u64) -> OptLevel {
         if work > STRAIGHT_WORK { OptLevel::O0 } else { self }
+    }
+
+    /// What `compile` makes at the level [for so much work](OptLevel::for_work). Straight code gives every value that
+    /// outlives its block a place on the stack of its own, a vector each; where that is too much, it is made at the level
+    /// itself, at which values share places.
+    ///
+    /// # Errors
+    /// As of `compile`.
+    pub fn compile_for_work<T>(
+        self,
+        work: u64,
+        compile: impl Fn(OptLevel) -> Result<T, JitError>,
+    ) -> Result<T, JitError> {
+        let level = self.for_work(work);
+        let made = compile(level);
+        let can_retry = level != self && work <= RETRIED_WORK;
+        match made {
+            Err(JitError::Frame { .. }) if can_retry => compile(self),
+            made => made,
+        }
     }
 
     /// `LLVMCodeGenOptLevel`.

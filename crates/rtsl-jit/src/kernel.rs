@@ -44,6 +44,9 @@ impl CompiledKernel {
     /// What calls are checked against is derived from the packet code itself, so that whatever
     /// kernels are given, calls of what comes out touch no memory but that of their arguments.
     ///
+    /// What needs too much stack may need little enough where it does fewer rays at a time; a caller who has other packet
+    /// code tries.
+    ///
     /// # Errors
     /// See [`JitError`].
     pub fn compile(

@@ -5,9 +5,9 @@ use rtsl_source::Diagnostic;
 use rtsl_spec::Method;
 
 use crate::pipeline::Job;
-use crate::program::Program;
+use crate::program::{LinkedMethod, Program};
 use crate::variant::Variant;
-use crate::{engine, errors, pipeline};
+use crate::{engine, errors, nesting, pipeline};
 
 /// A form of a method on its way to machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,8 +61,16 @@ impl Program {
     /// As for [`Program::kernel`]; without LLVM, for the forms that need it.
     pub fn emit(&self, request: &EmitRequest) -> Result<Vec<u8>, Diagnostic> {
         let method = self.method(request.method)?;
-        let variant = self.canonical(&method, request.variant.clone());
-        let function = &*self.specialise(&method, &variant);
+        nesting::bear(method.nesting, || self.emit_linked(&method, request))
+    }
+
+    fn emit_linked(
+        &self,
+        method: &LinkedMethod,
+        request: &EmitRequest,
+    ) -> Result<Vec<u8>, Diagnostic> {
+        let variant = self.canonical(method, request.variant.clone());
+        let function = &*self.specialise(method, &variant);
         if request.emit == Emit::Ir {
             return Ok(function.to_string().into_bytes());
         }
@@ -84,13 +92,13 @@ impl Program {
             return Ok(text.into_bytes());
         }
         let llvm = llvm.as_ref().map_err(engine::no_llvm)?;
-        let level = self.shared().options.optimization.for_work(packet.work());
-        let result = match request.emit {
+        let level = self.shared().options.optimization;
+        let result = level.compile_for_work(packet.work(), |level| match request.emit {
             Emit::Ir | Emit::Packet | Emit::Llvm | Emit::OptimizedLlvm => {
                 llvm.optimized(&text, target, level).map(String::into_bytes)
             }
             Emit::Assembly => llvm.assembly(&text, target, level).map(String::into_bytes),
-        };
+        });
         result.map_err(|error| errors::machine_code(&function.name, packet.width, &error))
     }
 }

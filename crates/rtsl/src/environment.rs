@@ -7,8 +7,8 @@ use rtsl_ir::host::NoHost;
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
 use rtsl_source::Diagnostic;
 
-use crate::errors;
 use crate::parameters::Words;
+use crate::{errors, nesting};
 
 /// The scalars of members, constructor parameters and buffers, by name.
 #[derive(Clone, Debug, Default)]
@@ -42,7 +42,7 @@ impl Environment {
     /// # Errors
     /// Where it is not linked, or ran past its budget.
     pub fn run(&mut self, function: &Function) -> Result<(), Diagnostic> {
-        let interpreter = Interpreter::prepare(function);
+        let interpreter = nesting::bear_function(function, || Interpreter::prepare(function));
         let mut interpreter =
             interpreter.map_err(|error| errors::code_generation(&function.name, &error))?;
         let mut storage = FunctionStorage {

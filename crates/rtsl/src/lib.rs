@@ -39,6 +39,7 @@ pub mod library;
 mod link;
 mod loader;
 mod loops;
+mod nesting;
 mod options;
 mod packet_kernel;
 mod parameters;

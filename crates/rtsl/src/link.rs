@@ -17,6 +17,7 @@ use rtsl_ir::{
 use rtsl_opt::unchanged::PlaceScalar;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
+use rtsl_source::deep_stack;
 
 use crate::tree::{ClassTree, element_path};
 
@@ -162,7 +163,8 @@ impl Linker {
     }
 
     fn nested<T>(&mut self, work: impl FnOnce(&mut Self) -> Linking<T>) -> Linking<T> {
-        if self.depth >= MAX_NESTING {
+        // All later stages recurse as deep.
+        if self.depth >= MAX_NESTING.min(deep_stack::depth()) {
             return Err(limit_error(&self.out.name, "is nested too deeply"));
         }
         self.depth += 1;

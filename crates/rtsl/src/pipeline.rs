@@ -21,7 +21,9 @@ use std::sync::Arc;
 use rtsl_abi::{BufferEntry, DataLocation, Layout, Shape, Signature};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
-use rtsl_jit::{CompiledCallback, CompiledKernel, OptLevel, Target};
+use rtsl_jit::{
+    CompiledCallback, CompiledKernel, JitError, Llvm, MAX_FRAME_BYTES, OptLevel, Target,
+};
 use rtsl_llvm::TargetFeatures;
 use rtsl_lower::lower_class;
 use rtsl_opt::unchanged::{self, PlaceScalar};
@@ -41,6 +43,7 @@ use crate::errors;
 use crate::interpreted::InterpretedKernel;
 use crate::kernel::Kernel;
 use crate::link::{self, Linked};
+use crate::nesting;
 use crate::options::{EngineOptions, Math};
 use crate::packet_kernel::PacketKernel;
 use crate::prelude::{Prelude, prelude};
@@ -203,6 +206,15 @@ impl<'a> Job<'a> {
         Job { function, shape: variant.shape, width, layout }
     }
 
+    /// Fewer rays at a time, for a kernel that needs so much stack, which is too much: a value that waits on it has a
+    /// lane for each ray. Nobody can tell the widths apart but by time, and a kernel for fewer rays takes seconds less to
+    /// compile where an optimised one takes minutes more.
+    fn narrower_width(self, frame_bytes: usize) -> Option<u32> {
+        let narrower = Engine::WIDTHS.into_iter().filter(|width| *width < self.width);
+        let bytes = |width: u32| frame_bytes * width as usize / self.width as usize;
+        narrower.clone().filter(|it| bytes(*it) <= MAX_FRAME_BYTES).max().or(narrower.min())
+    }
+
     fn check_width(self) -> Result<(), Diagnostic> {
         if Engine::WIDTHS.contains(&self.width) {
             return Ok(());
@@ -213,6 +225,11 @@ impl<'a> Job<'a> {
 
 /// Makes the kernels of linked methods: all in one module, which costs less than one each.
 pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, Diagnostic> {
+    let nesting = jobs.iter().map(|job| job.function.nesting()).max().unwrap_or(0);
+    nesting::bear(nesting, || kernels_of_shallow(jobs, shared))
+}
+
+fn kernels_of_shallow(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, Diagnostic> {
     let Some(llvm) = &shared.llvm else {
         return jobs.iter().map(|job| interpreted(*job)).collect();
     };
@@ -222,6 +239,11 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
     let (name, width) = jobs.first().map_or(("", 1), |job| (job.function.name.as_str(), job.width));
     let features = target_features(llvm.host());
     let kernels = CompiledKernel::compile(llvm, &packets, &features, shared.options.optimization);
+    if let (&[job], Err(JitError::Frame { bytes, .. })) = (jobs, &kernels)
+        && let Some(width) = job.narrower_width(*bytes)
+    {
+        return kernels_of_shallow(&[Job { width, ..job }], shared);
+    }
     let kernels = kernels.map_err(|error| errors::machine_code(name, width, &error))?;
     Ok(kernels.into_iter().map(Kernel::compiled).collect())
 }
@@ -229,14 +251,16 @@ pub(crate) fn kernels(jobs: &[Job<'_>], shared: &Shared) -> Result<Vec<Kernel>, 
 /// A linked method on the interpreter.
 pub(crate) fn interpreted(job: Job<'_>) -> Result<Kernel, Diagnostic> {
     job.check_width()?;
-    let kernel = InterpretedKernel::new(job.function, job.layout, signature(job));
+    let kernel = nesting::bear_function(job.function, || {
+        InterpretedKernel::new(job.function, job.layout, signature(job))
+    });
     let failed = |error| errors::code_generation(&job.function.name, &error);
     kernel.map(Kernel::interpreted).map_err(failed)
 }
 
 /// The packet code of a kernel, with what a call of it takes.
 pub(crate) fn packet_kernel(job: Job<'_>, shared: &Shared) -> Result<PacketKernel, Diagnostic> {
-    let packet = packet(job, shared)?;
+    let packet = nesting::bear_function(job.function, || packet(job, shared))?;
     Ok(PacketKernel::new(packet, job.layout, signature(job)))
 }
 
@@ -275,6 +299,15 @@ pub(crate) fn callback(
     shared: &Shared,
 ) -> Result<CompiledCallback, Diagnostic> {
     let llvm = shared.llvm.as_ref().ok_or_else(|| errors::no_machine_code(&tree.class))?;
+    nesting::bear_any(|| callback_on_deep_stack(tree, callback, layout, (llvm, shared)))
+}
+
+fn callback_on_deep_stack(
+    tree: &ClassTree,
+    callback: &Callback,
+    layout: &Layout,
+    (llvm, shared): (&Arc<Llvm>, &Shared),
+) -> Result<CompiledCallback, Diagnostic> {
     let packet = callback_packet(tree, callback, layout, shared)?;
     let (record, block_bytes) = (&callback.record, layout.block_words * 4);
     let (features, level) = (target_features(llvm.host()), shared.options.optimization);

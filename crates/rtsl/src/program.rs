@@ -25,7 +25,7 @@ use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
 use crate::tree::{ClassTree, TreePlaces};
 use crate::variant::{KnownMembers, Variant};
-use crate::{Instance, ahead, errors};
+use crate::{Instance, ahead, errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
@@ -86,6 +86,8 @@ pub struct LinkedMethod {
     pub sets_scratch: bool,
     /// What it sets and leaves as it was.
     unchanged: Vec<PlaceScalar>,
+    /// How deep its regions nest.
+    pub(crate) nesting: usize,
 }
 
 impl Program {
@@ -262,8 +264,9 @@ impl Program {
         count: usize,
         number: impl Fn(usize) -> u32,
     ) -> Result<Objects, Diagnostic> {
-        let maker =
-            self.elements.get_or_init(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new));
+        let maker = self.elements.get_or_init(|| {
+            nesting::bear_any(|| ElementMaker::new(&self.tree, &self.layout).map(Box::new))
+        });
         let maker = maker.as_ref().map_err(Clone::clone)?;
         maker.make((instance, block), count, number, &self.shared)
     }
@@ -289,9 +292,11 @@ impl Program {
         variant: &Variant,
     ) -> Result<KernelDescription, Diagnostic> {
         let linked = self.method(method)?;
-        let variant = self.canonical(&linked, variant.clone());
-        let width = variant.width_in(self.width());
-        Ok(ahead::describe_kernel(method, &linked, &variant, width, String::new()))
+        Ok(nesting::bear(linked.nesting, || {
+            let variant = self.canonical(&linked, variant.clone());
+            let width = variant.width_in(self.width());
+            ahead::describe_kernel(method, &linked, &variant, width, String::new())
+        }))
     }
 
     /// A method, linked.
@@ -303,8 +308,10 @@ impl Program {
             return Err(errors::missing_method(self.class(), method));
         };
         cell.get_or_init(|| {
-            let linked = pipeline::link(&self.tree, method, &self.shared.options)?;
-            Ok(Arc::new(LinkedMethod::new(linked)))
+            nesting::bear_linked(&self.tree, method, || {
+                let linked = pipeline::link(&self.tree, method, &self.shared.options)?;
+                Ok(Arc::new(LinkedMethod::new(linked)))
+            })
         })
         .clone()
     }
@@ -382,13 +389,19 @@ impl Program {
 
     /// The function of a variant.
     pub(crate) fn specialise(&self, method: &LinkedMethod, variant: &Variant) -> Arc<Function> {
-        let method = method.in_shape(variant.shape);
-        pipeline::specialise(&method.function, variant, &self.layout, &self.shared.options)
+        nesting::bear(method.nesting, || {
+            let method = method.in_shape(variant.shape);
+            pipeline::specialise(&method.function, variant, &self.layout, &self.shared.options)
+        })
     }
 
     /// The variant without what makes no difference to the method, so that equal kernels are
     /// made once.
     pub(crate) fn canonical(&self, method: &LinkedMethod, variant: Variant) -> Variant {
+        nesting::bear(method.nesting, || self.canonical_of_shallow(method, variant))
+    }
+
+    fn canonical_of_shallow(&self, method: &LinkedMethod, variant: Variant) -> Variant {
         let method = method.in_shape(variant.shape);
         let outputs = variant.stored().of_method(&method);
         let known = variant.known.of_function(&method.function, &self.layout);
@@ -441,7 +454,8 @@ impl Program {
     ) -> Result<rtsl_packet::Kernel, Diagnostic> {
         let function = self.specialise(method, variant);
         let layout = variant.layout(&self.layout);
-        pipeline::packet(Job::new(&function, variant, &layout, &self.shared), &self.shared)
+        let job = Job::new(&function, variant, &layout, &self.shared);
+        nesting::bear(method.nesting, || pipeline::packet(job, &self.shared))
     }
 
     pub(crate) fn tree(&self) -> &ClassTree {
@@ -499,8 +513,17 @@ impl LinkedMethod {
         let places = (0..function.places.len() as u32).map(PlaceId);
         let reads_scratch =
             places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
-        let function = Arc::new(function);
-        LinkedMethod { function, warnings, reads, writes, reads_scratch, sets_scratch, unchanged }
+        let (nesting, function) = (function.nesting(), Arc::new(function));
+        LinkedMethod {
+            function,
+            warnings,
+            reads,
+            writes,
+            reads_scratch,
+            sets_scratch,
+            unchanged,
+            nesting,
+        }
     }
 }
 

@@ -163,8 +163,19 @@ impl<'a> Execution<'a> {
 
     fn op(&mut self, op: &'a Op) {
         self.outcome.profile.count(self.kernel, op, self.active);
-        let result = || op.results.get(0);
         match &op.kind {
+            OpKind::If { condition, then, otherwise } => {
+                self.branch(op, *condition, then, otherwise);
+            }
+            OpKind::Loop { initial, body } => self.repeat(op, initial, body),
+            kind => self.plain(op, kind),
+        }
+    }
+
+    /// An operation without regions: apart from those with regions, whose stack frames are as many as regions nest.
+    fn plain(&mut self, op: &'a Op, kind: &'a OpKind) {
+        let result = || op.results.get(0);
+        match kind {
             OpKind::Constant(constant) => self.define(result(), |_, _| constant.bits()),
             OpKind::Unary(op, a) => {
                 let function = evaluate::unary(*op, self.scalar(*a)).expect("verified");
@@ -215,10 +226,7 @@ impl<'a> Execution<'a> {
                 self.store(*place, *index, *value, *mask);
             }
             OpKind::Length(buffer) => self.length(result(), *buffer),
-            OpKind::If { condition, then, otherwise } => {
-                self.branch(op, *condition, then, otherwise);
-            }
-            OpKind::Loop { initial, body } => self.repeat(op, initial, body),
+            OpKind::If { .. } | OpKind::Loop { .. } => unreachable!("it has regions"),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }
             | OpKind::LightCount

@@ -27,7 +27,7 @@ use rtsl_spec::Method;
 use crate::engine::{self, Engine, Shared};
 use crate::program::Program;
 use crate::variant::{Outputs, Variant};
-use crate::{errors, pipeline};
+use crate::{errors, nesting, pipeline};
 
 pub use bindings::Bindings;
 pub(crate) use class::describe_kernel;
@@ -113,6 +113,14 @@ impl Engine {
     ) -> Result<AheadLibrary, Diagnostic> {
         check_prefix(&options.prefix)?;
         check_methods(classes, options)?;
+        nesting::bear_any(|| self.ahead_on_deep_stack(classes, options))
+    }
+
+    fn ahead_on_deep_stack(
+        &self,
+        classes: &[Arc<Class>],
+        options: &AheadOptions,
+    ) -> Result<AheadLibrary, Diagnostic> {
         let mut library = AheadLibrary {
             description: LibraryDescription { prefix: options.prefix.clone(), classes: Vec::new() },
             kernels: Vec::new(),
@@ -150,7 +158,7 @@ impl AheadLibrary {
     /// The same classes as C++17 that stands alone: a struct for each, with a member function for each method. It
     /// computes the same bits.
     pub fn cpp(&self) -> String {
-        rtsl_cpp::emit(&self.description, &self.code())
+        nesting::bear_any(|| rtsl_cpp::emit(&self.description, &self.code()))
     }
 
     /// The code of each class, linked and optimised.
@@ -170,8 +178,9 @@ impl AheadLibrary {
     pub fn object(&self, target: Option<&Target>) -> Result<Vec<u8>, Diagnostic> {
         let llvm = Llvm::load().map_err(|error| engine::no_llvm(&error))?;
         let target = target.unwrap_or(llvm.host());
-        let level = self.shared.options.optimization.for_work(self.work());
-        let object = llvm.object(&self.llvm_text(target), target, level);
+        let level = self.shared.options.optimization;
+        let text = nesting::bear_any(|| self.llvm_text(target));
+        let object = level.compile_for_work(self.work(), |level| llvm.object(&text, target, level));
         object.map_err(|error| self.object_error(&error))
     }
 
