@@ -1,8 +1,8 @@
-//! Why a call does not fit its kernel.
+//! Why a kernel can't be called.
 
 use crate::offsets::OBJECTS_IN_BLOCK;
 
-/// Why a call can't be made: its arguments do not fit the kernel. Nothing was called.
+/// Why a call can't be made: its arguments do not fit the kernel, or there is no memory for it. Nothing was called.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
     /// A component of the state that the kernel touches has no array.
@@ -42,13 +42,16 @@ pub enum CallError {
     /// The objects of a leaf begin inside a block.
     #[error("the objects of a leaf begin at a multiple of {OBJECTS_IN_BLOCK}, and {0} is none")]
     NoBlockStart(u32),
+    /// The kernel needs a large stack while its host answers, and the system gives no memory for one.
+    #[error("the system gives no memory for the stack that the kernel needs")]
+    NoStack,
 }
 
 impl CallError {
-    /// Panics with the error: of calls whose arguments must fit.
+    /// Panics with the error: of calls that must be possible.
     #[cold]
     #[inline(never)]
     pub fn refuse(&self) -> ! {
-        panic!("the call does not fit its kernel: {self}")
+        panic!("the kernel can't be called: {self}")
     }
 }

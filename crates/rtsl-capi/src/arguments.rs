@@ -241,7 +241,7 @@ fn check_program(
     Err(Error::new(RtslResult::Instance, problem))
 }
 
-/// A call whose arguments do not fit the kernel.
+/// A call that can't be made.
 fn refused(error: &CallError) -> Error {
     let result = match error {
         CallError::MissingState(_)
@@ -253,6 +253,7 @@ fn refused(error: &CallError) -> Error {
         | CallError::NoSuchObject
         | CallError::NoBlockStart(_) => RtslResult::Argument,
         CallError::InstanceForm(_) | CallError::ForeignInstance => RtslResult::Instance,
+        CallError::NoStack => RtslResult::Memory,
     };
     Error::new(result, error.to_string())
 }

@@ -40,6 +40,8 @@ pub enum RtslResult {
     Forked = 12,
     /// The process is ending, and nothing is compiled any more.
     Ending = 13,
+    /// The system gives no memory for the stack that the kernel needs; nothing was called.
+    Memory = 14,
 }
 
 /// Why a call failed.

@@ -59,10 +59,12 @@ thread_local! {
 }
 
 impl ChunkStack {
-    /// A stack not in use for a kernel that takes so much; `None` if the system has none to give, or the thread is ending.
+    /// A stack not in use for a kernel that takes so much; `None` if the system has no memory for one. What was kept serves
+    /// again, so a thread that has had one and kept it gets one.
     pub fn take(frame_bytes: usize) -> Option<ChunkStack> {
         let take = |kept: &RefCell<Kept>| kept.borrow_mut().take(frame_bytes);
-        KEPT.try_with(take).ok().flatten()
+        // A thread that is ending keeps none.
+        KEPT.try_with(take).unwrap_or_else(|_| Kept::default().make(frame_bytes))
     }
 
     /// Keeps it for the next.

@@ -104,7 +104,8 @@ impl CompiledKernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
+    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a panic of the
+    /// host.
     // Always inlined: else the arguments are written to memory and read back at once in pieces of other
     // sizes, which takes 4 ns, a fifth of what a short kernel takes for 64 rays.
     #[inline(always)]
@@ -115,10 +116,10 @@ impl CompiledKernel {
         }
     }
 
-    /// The same, where arguments that do not fit are an error.
+    /// The same, where what makes a call impossible is an error.
     ///
     /// # Errors
-    /// If the arguments' sizes do not fit the kernel.
+    /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
     /// With a panic of the host.
@@ -167,11 +168,11 @@ impl CompiledKernel {
             // checked; what the kernel's shape reads is written; the code keeps to the interface.
             None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
             // Safety: the same.
-            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) },
+            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
                 let mask = mask.map(LaneMask::signed_words);
-                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
             }
         }
         Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
@@ -180,22 +181,28 @@ impl CompiledKernel {
     /// Runs the method for all rays of a host's arrays.
     ///
     /// # Errors
-    /// If the arguments do not fit the kernel.
+    /// If the arguments do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
     /// With a panic of the host.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         self.signature().check_host(&call, self.width())?;
         // Safety: the arguments fit, as was just found.
-        Ok(unsafe { self.run_host(call) })
+        unsafe { self.run_host(call) }
     }
 
     /// Runs the method for all rays of a host's arrays.
     ///
+    /// # Errors
+    /// [`CallError::NoStack`].
+    ///
     /// # Safety
     /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code touches are there,
     /// with lanes for whole vectors of the rays, of which the single shape has exactly one.
-    unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> CallStatus {
+    unsafe fn run_host(
+        &self,
+        call: HostArguments<'_, '_>,
+    ) -> Result<CallStatus, CallError> {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {
@@ -229,13 +236,13 @@ impl CompiledKernel {
             // kernel's shape reads is written; the code keeps to the interface.
             None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
             // Safety: the same.
-            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) },
+            None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) };
+                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
             }
         }
-        finish(&raw, host, None)
+        Ok(finish(&raw, host, None))
     }
 
     /// Runs `intersect` in the leaf shape.

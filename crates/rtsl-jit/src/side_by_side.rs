@@ -19,6 +19,7 @@ use rtsl_ir::host::{
 use smallvec::SmallVec;
 
 use crate::chunk_stack::ChunkStack;
+use crate::host_lanes::CallError;
 use crate::kernel::Entry;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
@@ -67,7 +68,10 @@ struct ChunkUser<'a> {
     call: *mut c_void,
 }
 
-/// Runs the chunks of a call.
+/// Runs the chunks of a call, as many side by side as there are stacks.
+///
+/// # Errors
+/// If there is not one stack for a kernel with a large frame; nothing has run then.
 ///
 /// # Safety
 /// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays and takes no more stack than
@@ -78,7 +82,9 @@ pub(crate) unsafe fn call_side_by_side(
     width: u32,
     frame_bytes: usize,
     mask: Option<&[i32]>,
-) {
+) -> Result<(), CallError> {
+    let is_large = frame_bytes > LARGE_FRAME_BYTES;
+    let mut first = if is_large { Some(large_stack(frame_bytes)?) } else { None };
     let count = raw.count;
     let end_of = |begin: u32| count.min(begin + width);
     let has_rays = |begin: &u32| {
@@ -91,32 +97,52 @@ pub(crate) unsafe fn call_side_by_side(
         let group: PerChunk<u32> = begins.by_ref().take(MOST_CHUNKS).collect();
         let mut waiting = PerChunk::new();
         for begin in &group {
+            // One alone has nobody to wait for.
+            let has_own_stack = group.len() > 1 || is_large;
+            let take = || if has_own_stack { ChunkStack::take(frame_bytes) } else { None };
+            let mut stack = first.take().or_else(take);
+            if is_large && stack.is_none() {
+                // Those before it end and leave theirs. Small frames have room on the caller's stack.
+                // Safety: the chunks are suspended.
+                unsafe { answer_all(raw, &mut waiting) };
+                stack = take();
+            }
             raw.begin.write(*begin);
             raw.count = end_of(*begin);
-            // One alone has nobody to wait for.
-            let has_own_stack = group.len() > 1 || frame_bytes > LARGE_FRAME_BYTES;
-            let stack = if has_own_stack { ChunkStack::take(frame_bytes) } else { None };
             // Safety: the caller's promise; and below all are run to their ends.
             waiting.extend(unsafe { start(entry, raw, stack) });
         }
         // Safety: the chunks have just been suspended.
         unsafe { answer_all(raw, &mut waiting) };
         if group.len() < MOST_CHUNKS {
-            break;
+            return Ok(());
         }
     }
 }
 
+/// A stack for a frame that does not wait on the caller's: hosts whose answers call kernels would run out of theirs.
+fn large_stack(frame_bytes: usize) -> Result<ChunkStack, CallError> {
+    ChunkStack::take(frame_bytes).ok_or(CallError::NoStack)
+}
+
 /// Runs a whole call on a stack of its own. The host answers what it asks on the stack of its thread.
+///
+/// # Errors
+/// If there is no stack; nothing has run then.
 ///
 /// # Safety
 /// `raw` is a complete call for `entry`, whose code takes no more stack than `frame_bytes`.
-pub(crate) unsafe fn call_on_own_stack(entry: Entry, raw: &mut RawCall, frame_bytes: usize) {
-    let stack = ChunkStack::take(frame_bytes);
+pub(crate) unsafe fn call_on_own_stack(
+    entry: Entry,
+    raw: &mut RawCall,
+    frame_bytes: usize,
+) -> Result<(), CallError> {
+    let stack = large_stack(frame_bytes)?;
     // Safety: the caller's promise; and it is run to its end just below.
-    let mut waiting = unsafe { start(entry, raw, stack) }.into_iter().collect();
+    let mut waiting = unsafe { start(entry, raw, Some(stack)) }.into_iter().collect();
     // Safety: it has just been suspended.
     unsafe { answer_all(raw, &mut waiting) };
+    Ok(())
 }
 
 /// Answers requests until all chunks have ended.

@@ -65,7 +65,8 @@ impl Kernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, and with a panic of the host.
+    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a panic of the
+    /// host.
     // Inlined for the same reason as that of `CompiledKernel`.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
@@ -75,10 +76,10 @@ impl Kernel {
         }
     }
 
-    /// The same, where arguments that do not fit are an error and nothing is called.
+    /// The same, where what makes a call impossible is an error and nothing is called.
     ///
     /// # Errors
-    /// If the arguments' sizes do not fit the kernel.
+    /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
     /// With a panic of the host.
@@ -126,7 +127,7 @@ impl Kernel {
     /// ```
     ///
     /// # Errors
-    /// If the arguments do not fit the kernel.
+    /// If the arguments do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
     /// With a panic of the host.

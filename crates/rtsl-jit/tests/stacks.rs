@@ -1,0 +1,116 @@
+//! Kernels that keep much while their host answers have stacks of their own. Where the system gives no memory for them,
+//! a call is an error before anything has run, or does with the stacks that there are.
+#![cfg(target_os = "linux")]
+#![allow(unsafe_code, reason = "limits the memory of its own process")]
+
+use std::process::Command;
+
+use rtsl_ir::generate::HashHost;
+use rtsl_ir::{Builder, OpKind, Place, PlaceKind, Scalar};
+use rtsl_jit::{
+    CallArguments, CallError, CallStatus, CompiledKernel, InstanceBlock, Instances, LaneBlock,
+    Llvm, OptLevel,
+};
+use rtsl_llvm::TargetFeatures;
+use rtsl_packet::{Kernel, Layout, Shape};
+
+/// 64 KiB for 16 rays at a time.
+const KEPT: usize = 1_000;
+
+/// Rays of three groups of chunks that could run side by side.
+const RAYS: usize = 16 * 16 * 2 + 5;
+
+/// Keeps values while it asks for a ray, and gives their sum and what the ray brings.
+fn kernel(shape: Shape) -> Kernel {
+    let mut builder = Builder::new("Keeps.shade");
+    let (kind, name) = (PlaceKind::Scratch, "kept".to_owned());
+    let place = builder.place(Place { kind, name, scalar: Scalar::F32, len: 2 });
+    let x = builder.load(place, 0);
+    let mut kept = vec![x];
+    for _ in 0..KEPT {
+        let product = builder.multiply(*kept.last().unwrap(), x);
+        kept.push(product);
+    }
+    let (origin, direction) = ([x; 3], [x; 3]);
+    let answer = builder.push(OpKind::Trace { origin, direction, limit: x, weight: x });
+    let sum = kept.into_iter().fold(answer.get(0), |sum, value| builder.add(sum, value));
+    builder.output(place, 1, sum);
+    let function = builder.finish();
+    let layout = Layout::new([], [], &function.places);
+    rtsl_packet::lower(&function, &layout, shape, 16).unwrap()
+}
+
+fn call(kernel: &CompiledKernel, rays: usize) -> Result<(CallStatus, Vec<u32>), CallError> {
+    let (mut state, mut scratch) = (LaneBlock::new(0, rays), LaneBlock::new(2, rays));
+    for (index, x) in scratch.floats_mut(0).iter_mut().enumerate() {
+        *x = 1.0 - index as f32 * 1e-4;
+    }
+    let status = kernel.try_call(CallArguments {
+        state: &mut state,
+        scratch: &mut scratch,
+        count: rays,
+        mask: None,
+        accepted: None,
+        instances: Instances::One(&InstanceBlock::new(&[], Vec::new())),
+        host: &mut HashHost::default(),
+    });
+    status.map(|status| (status, scratch.words(1).to_vec()))
+}
+
+/// Lets the system give no more memory, or as much as it has.
+fn limit_memory(is_limited: bool) {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
+    let pages: u64 = pages.split(' ').next().unwrap().parse().unwrap();
+    // Some for the heap of the test, less than a stack.
+    let used = (pages << 12) + (256 << 10);
+    // Safety: the limits are read and written where they are; the hard limit stays.
+    unsafe {
+        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        assert_eq!(libc::getrlimit(libc::RLIMIT_AS, &mut limit), 0);
+        limit.rlim_cur = if is_limited { used } else { limit.rlim_max };
+        assert_eq!(libc::setrlimit(libc::RLIMIT_AS, &limit), 0);
+    }
+}
+
+#[test]
+fn calls_without_stacks_are_errors() {
+    let program = std::env::current_exe().unwrap();
+    let arguments = ["--exact", "stacks_run_out", "--ignored", "--nocapture"];
+    let output = Command::new(program).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (said, complained) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{}\n{said}\n{complained}", output.status);
+    assert!(said.contains("1 passed"), "{said}");
+}
+
+#[test]
+#[ignore = "run by the test before it, in a process of its own"]
+fn stacks_run_out() {
+    let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
+    let features = TargetFeatures::new("", "", "");
+    // The packet's chunks are separate; in the leaf shape they are not.
+    for (shape, rays) in [(Shape::Packet, RAYS), (Shape::Packet, 1), (Shape::Single, 1)] {
+        let compile = || CompiledKernel::compile(&llvm, &[kernel(shape)], &features, OptLevel::O1);
+        let kernel = compile().unwrap().remove(0);
+        let work = move || {
+            limit_memory(true);
+            let without = call(&kernel, rays);
+            limit_memory(false);
+            // The first stack of this thread, which one ray needs.
+            let one = call(&kernel, 1);
+            assert!(one.is_ok());
+            limit_memory(true);
+            let with_one = call(&kernel, rays);
+            limit_memory(false);
+            (without, with_one, call(&kernel, rays))
+        };
+        // A thread that has no stacks yet.
+        let (without, with_one, with_all) = std::thread::spawn(work).join().unwrap();
+        match shape {
+            Shape::Single => assert!(without.is_ok(), "its frame is small"),
+            _ => assert_eq!(without, Err(CallError::NoStack), "{shape:?}"),
+        }
+        assert!(with_all.is_ok());
+        assert_eq!(with_one, with_all, "{shape:?}");
+    }
+}
