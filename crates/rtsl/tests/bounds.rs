@@ -9,8 +9,8 @@ use rtsl::ahead::AheadOptions;
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
     Backend, CallArguments, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
-    EngineOptions, Instance, Instances, Kernel, LaneIndices, LaneMask, Math, Method, Outputs,
-    Program, RayRecord, Shape, library, lookup_state, new_state,
+    EngineOptions, Instance, Instances, Kernel, LaneIndices, LaneMask, Math, Method, OptLevel,
+    Outputs, Program, RayRecord, Shape, library, lookup_state, new_state,
 };
 
 /// The stack that a host's thread must have.
@@ -140,20 +140,30 @@ fn component(state: &str) -> usize {
 }
 
 fn engine(width: u32) -> Engine {
+    engine_at(width, OptLevel::O2)
+}
+
+fn engine_at(width: u32, optimization: OptLevel) -> Engine {
     let options = EngineOptions {
         backend: Backend::Jit,
         width: Some(width),
         math: Math::Strict,
+        optimization,
         ..EngineOptions::default()
     };
     Engine::new(options).expect("tests need an LLVM").0
 }
 
 fn instance(text: &str) -> Arc<Instance> {
+    try_instance(text).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+fn try_instance(text: &str) -> Result<Arc<Instance>, Vec<Diagnostic>> {
     let compilation = Compiler::default().compile("t", text);
-    let report = compilation.report(false);
-    let unit = compilation.unit.unwrap_or_else(|| panic!("{report}"));
-    Instance::new(unit.class("T").unwrap(), []).unwrap()
+    let Some(unit) = compilation.unit else {
+        return Err(compilation.diagnostics.iter().cloned().collect());
+    };
+    Ok(Instance::new(unit.class("T").unwrap(), []).unwrap())
 }
 
 /// Answers nothing, or by shading again so many times.
@@ -282,7 +292,19 @@ fn keep_values(
     let mut refused = 0;
     for Subject { method, .. } in subjects {
         for &count in counts {
-            let (method, instance) = (*method, &*instance(&text(*method, count)));
+            let method = *method;
+            let instance = match try_instance(&text(method, count)) {
+                Ok(instance) => instance,
+                Err(errors) => {
+                    let codes: Vec<_> = errors.iter().map(|it| it.code.as_str()).collect();
+                    println!("{} {count}: {codes:?}", method.name());
+                    // It has 400,000 values and more.
+                    assert!(codes == ["E0451"] && count > 60_000, "{errors:?}");
+                    refused += 1;
+                    continue;
+                }
+            };
+            let instance = &*instance;
             let cases = engines.iter().flat_map(|it| shapes.iter().map(move |shape| (it, *shape)));
             for (engine, shape) in cases {
                 let start = Instant::now();
@@ -323,9 +345,9 @@ fn methods_and_shapes_keep_values() {
             keep_values(&engines, &SUBJECTS[..3], &[10], &SHAPES),
             keep_values(wide, &SUBJECTS[1..3], &[500], &SHAPES),
             keep_values(wide, others, &[300], &[Shape::Packet]),
-            // Of 16 rays at a time eight fit.
-            keep_values(wide, one(intersect), &[4_500], &[Shape::Leaf]),
-            keep_values(wide, one(shade), &[2_000, 4_500], &[Shape::Packet]),
+            // Of 16 rays at a time four fit.
+            keep_values(wide, one(intersect), &[9_000], &[Shape::Leaf]),
+            keep_values(wide, one(shade), &[2_000, 9_000], &[Shape::Packet]),
             keep_values(wide, one(lookup), &[35_000], &[Shape::Single]),
         ];
         assert_eq!(refused, [0, 0, 0, 0, 0, 1]);
@@ -338,12 +360,12 @@ fn methods_and_shapes_keep_values() {
 fn any_number_of_values_is_kept_or_refused() {
     on_small_stack(|| {
         let engines = [1, 16].map(engine);
-        let most = [30_000, 35_000, 100_000];
+        let most = [30_000, 35_000, 60_000, 100_000];
         keep_values(&engines, &SUBJECTS[1..3], &[10, 100, 1_000, 3_000, 10_000], &SHAPES);
         keep_values(&engines, &SUBJECTS[1..3], &most, &[Shape::Leaf, Shape::Packet]);
         keep_values(&engines[1..], &SUBJECTS, &[3_000, 10_000, 30_000], &[Shape::Stream]);
-        keep_values(&engines[1..], &SUBJECTS, &[35_000, 100_000], &[Shape::Packet]);
-        for count in [10, 100, 1_000, 3_000, 4_000, 6_000, 10_000, 30_000, 35_000, 100_000] {
+        keep_values(&engines[1..], &SUBJECTS, &[60_000, 100_000], &[Shape::Packet]);
+        for count in [10, 100, 1_000, 3_000, 4_000, 6_000, 10_000, 30_000, 35_000, 60_000] {
             let instance = instance(&text(Method::Intersect, count));
             for (width, most) in [(1, 31_000), (4, 15_000), (8, 7_500), (16, 3_900)] {
                 let start = Instant::now();
@@ -388,7 +410,8 @@ fn callback(width: u32) -> Callback {
 #[test]
 fn too_much_stack_is_an_error_that_says_what_is_needed() {
     let instance = instance(&text(Method::Intersect, 4_500));
-    let (engine, shapes) = (engine(16), vec![(Shape::Packet, 16)]);
+    // Straight code of so many values is made at once.
+    let (engine, shapes) = (engine_at(16, OptLevel::O0), vec![(Shape::Packet, 16)]);
     let program = engine.program(&instance);
     let options = AheadOptions { shapes, ..AheadOptions::default() };
     let library = engine.ahead(&[program.class().clone()], &options).unwrap();
@@ -418,11 +441,9 @@ fn long_methods_with_many_blocks_need_little_stack() {
         "class T : rt_Primitive; void intersect() {{ float x = rt_RayOrigin.x, y = rt_RayOrigin.y, p = x;\n{loops}hit(p); }}"
     ));
     let engine = engine(16);
-    for shape in [Shape::Packet, Shape::Leaf] {
-        let (instance, method) = (&*instance, Method::Intersect);
-        let case = Case { engine: &engine, instance, method, shape, count: COUNT, again: 0 };
-        assert_eq!(case.run(), Ok(1.0));
-    }
+    let (method, shape) = (Method::Intersect, Shape::Packet);
+    let case = Case { engine: &engine, instance: &instance, method, shape, count: COUNT, again: 0 };
+    assert_eq!(case.run(), Ok(1.0));
     assert!(engine.program(&instance).callback(&callback(16)).is_ok());
 }
 
