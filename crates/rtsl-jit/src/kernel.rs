@@ -199,10 +199,7 @@ impl CompiledKernel {
     /// # Safety
     /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code touches are there,
     /// with lanes for whole vectors of the rays, of which the single shape has exactly one.
-    unsafe fn run_host(
-        &self,
-        call: HostArguments<'_, '_>,
-    ) -> Result<CallStatus, CallError> {
+    unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
         let mut raw = RawCall {

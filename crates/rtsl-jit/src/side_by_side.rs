@@ -19,8 +19,8 @@ use rtsl_ir::host::{
 use smallvec::SmallVec;
 
 use crate::chunk_stack::ChunkStack;
-use crate::host_lanes::CallError;
 use crate::kernel::Entry;
+use rtsl_abi::CallError;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
 const MOST_CHUNKS: usize = 16;

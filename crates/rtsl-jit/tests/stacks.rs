@@ -5,14 +5,13 @@
 
 use std::process::Command;
 
-use rtsl_ir::generate::HashHost;
+use rtsl_abi::{CallArguments, CallError, CallStatus, InstanceBlock, Instances, LaneBlock};
+use rtsl_abi::{Layout, Shape};
 use rtsl_ir::{Builder, OpKind, Place, PlaceKind, Scalar};
-use rtsl_jit::{
-    CallArguments, CallError, CallStatus, CompiledKernel, InstanceBlock, Instances, LaneBlock,
-    Llvm, OptLevel,
-};
+use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
-use rtsl_packet::{Kernel, Layout, Shape};
+use rtsl_packet::Kernel;
+use rtsl_testing::functions::HashHost;
 
 /// 64 KiB for 16 rays at a time.
 const KEPT: usize = 1_000;

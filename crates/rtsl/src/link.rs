@@ -15,9 +15,9 @@ use rtsl_ir::{
     PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
 };
 use rtsl_opt::unchanged::PlaceScalar;
+use rtsl_source::deep_stack;
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
-use rtsl_source::deep_stack;
 
 use crate::tree::{ClassTree, element_path};
 

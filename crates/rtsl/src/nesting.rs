@@ -4,8 +4,8 @@
 //! call from threads with little stack; in builds without optimisation a level of a pass takes some KiB.
 
 use rtsl_ir::Function;
-use rtsl_spec::Method;
 use rtsl_source::deep_stack;
+use rtsl_spec::Method;
 
 use crate::tree::ClassTree;
 
