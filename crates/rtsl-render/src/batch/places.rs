@@ -19,6 +19,8 @@ pub struct Places<'a> {
     scene: &'a CompiledScene,
     /// The object, where all lanes have the same.
     object: Option<&'a Object>,
+    /// The lengths of the box of what was hit, where that is the same for all lanes.
+    extents: Option<[f32; 3]>,
     /// Whether the objects have spaces of their own.
     is_placed: bool,
     /// Whether none is placed by an instance.
@@ -31,11 +33,13 @@ pub type Whereabouts<'a> = (&'a [PathHit; CHUNK], &'a Row);
 impl<'a> Places<'a> {
     /// Where the objects of these hits stand.
     pub fn new(scene: &'a CompiledScene, class: u32, hits: &[PathHit]) -> Self {
-        let first = hits.first().map_or(0, |hit| hit.object);
+        let (first, element) = hits.first().map_or((0, 0), |hit| (hit.object, hit.element));
         let is_one = hits.iter().all(|hit| hit.object == first);
+        let is_one_element = is_one && hits.iter().all(|hit| hit.element == element);
         Places {
             scene,
             object: is_one.then(|| &scene.objects[first as usize]),
+            extents: is_one_element.then(|| scene.extents.lengths(first, element)),
             is_placed: scene.classes[class as usize].is_placed(),
             is_in_world: scene.geometry.instances.is_empty()
                 || hits.iter().all(|hit| hit.instance == NO_INSTANCE),
@@ -117,12 +121,17 @@ impl<'a> Places<'a> {
         of_rays: &Vectors<S>,
     ) -> Vectors<S> {
         let (hits, _) = lanes;
-        let [x, y, z, _] = fours(eight.simd(), |lane| {
-            let PathHit { object, element, .. } = hits[eight.start() + lane];
-            let [x, y, z] = self.scene.extents.lengths(object, element);
-            [x, y, z, 0.0]
-        });
-        let extents = [x, y, z];
+        let extents = match self.extents {
+            Some(extents) => eight.splat_vector(extents),
+            None => {
+                let [x, y, z, _] = fours(eight.simd(), |lane| {
+                    let PathHit { object, element, .. } = hits[eight.start() + lane];
+                    let [x, y, z] = self.scene.extents.lengths(object, element);
+                    [x, y, z, 0.0]
+                });
+                [x, y, z]
+            }
+        };
         if self.is_in_world {
             return self.sizes_in_group(eight, lanes, &sums(of_rays, &extents));
         }

@@ -4,6 +4,7 @@
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
 
+use rtsl_bvh::{HitId, Hits, LaneMask, RayPacket, lanes_of};
 use crate::compiled::calls::KernelCall;
 use crate::compiled::compiled_scene::{CompiledScene, Object};
 use crate::compiled::object_class::ObjectClass;
@@ -12,7 +13,7 @@ use crate::compiled::placement::Placement;
 use crate::compiled::shaders::SurfaceNeeds;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, LaneVectors, Vectors, eights, points_on_rays};
+use crate::lanes::eight::{Eight, Vectors, eights, points_on_rays};
 use crate::lanes::surface_offset::{sizes_on_rays, sums, surface_offsets};
 use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
@@ -94,19 +95,17 @@ impl Run<'_> {
         }
     }
 
-    /// The lengths of the boxes of what was hit.
-    fn extents(&self, scene: &CompiledScene, hits: &Hits) -> LaneVectors {
-        let own = scene.extents.lengths(self.index, self.hit.element);
-        let mut extents = own.map(|length| [length; LANES]);
-        if self.class.has_elements() {
-            for lane in lanes_of(self.lanes) {
-                let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
-                let element = hit.map_or(0, |hit| hit.element);
-                let lengths = scene.extents.lengths(self.index, element);
-                (0..3).for_each(|axis| extents[axis][lane] = lengths[axis]);
-            }
+    /// The lengths of the boxes of what eight lanes hit. What lanes get that are not of the run means nothing.
+    #[inline(always)]
+    fn extents<S: Simd>(&self, eight: Eight<S>, scene: &CompiledScene, hits: &Hits) -> Vectors<S> {
+        let own = eight.splat_vector(scene.extents.lengths(self.index, self.hit.element));
+        if !self.class.has_elements() {
+            return own;
         }
-        extents
+        eight.each(&own, |lane, _| {
+            let hit = HitObject::of(&scene.geometry, &scene.items, hits.id[lane]);
+            scene.extents.lengths(self.index, hit.map_or(0, |hit| hit.element))
+        })
     }
 
     /// What kernels that take the objects of hits are called for.
@@ -270,7 +269,6 @@ impl SurfaceOfRun<'_> {
         let SurfaceOfRun { run, rays, hits, .. } = *self;
         let v = variables();
         let is_elsewhere = run.placement.is_some() || !run.object.inverse.is_identity();
-        let extents = run.extents(self.tracer.scene, hits);
         for eight in eights(simd, run.lanes) {
             let world = eight_rays(eight, rays);
             let EightRays { origin, direction, .. } = world;
@@ -292,7 +290,8 @@ impl SurfaceOfRun<'_> {
             eight.store_vectors(state, v.shading_normal, &shading);
             context.set_normals(eight, &geometric, &shading, &direction);
             let sizes = sizes_on_rays(&origin, &direction, distance);
-            let sizes = self.sizes_of_points(eight, &sizes, &eight.vectors(&extents));
+            let extents = run.extents(eight, self.tracer.scene, hits);
+            let sizes = self.sizes_of_points(eight, &sizes, &extents);
             context.set_points(eight, &point, surface_offsets(eight, &geometric, &sizes));
             if has_tangents {
                 self.tangents_to_world(eight, state);
