@@ -7,6 +7,7 @@ use rtsl::{
 };
 
 use crate::lanes::eight::{eights, is_finite};
+use rtsl_bvh::{LANES, LaneMask};
 use crate::lanes::mask_bits::{bits, set_bits};
 use rtsl_bvh::{LANES, LaneMask};
 
@@ -93,17 +94,6 @@ impl CallBlocks {
             }
             _ => 0,
         }
-    }
-}
-
-impl CallBlocks {
-    /// The lanes of `lanes` whose colour at component `first` of the state is not finite.
-    pub fn not_finite(&self, first: usize, lanes: LaneMask) -> LaneMask {
-        dispatch!(SimdLevel::new(), simd => {
-            let lost = eights(simd, lanes)
-                .map(|eight| eight.lanes(!is_finite(&eight.load_vectors(&self.state, first))));
-            lost.fold(0, |all, lost| all | lost)
-        })
     }
 }
 

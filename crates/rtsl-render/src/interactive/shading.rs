@@ -8,7 +8,8 @@ use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{LaneVectors, eights, eights_alone};
+use crate::lanes::eight::{LaneVectors, eights, eights_alone, is_finite};
+use crate::lanes::surface_offset::sums;
 use crate::tiles::LaneContext;
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
@@ -104,8 +105,7 @@ fn add_sky(
         let Some(call) = call else { continue };
         dispatch!(SimdLevel::new(), simd => set_directions(simd, light, rays, lanes, blocks));
         blocks.call(&call, lanes, None, context);
-        call.report_not_finite(blocks.not_finite(v.emission_color, lanes));
-        add_colors(&blocks.state, v.emission_color, lanes, colors);
+        call.report_not_finite(add_colors(&blocks.state, v.emission_color, lanes, colors));
     }
 }
 
@@ -131,9 +131,14 @@ fn set_directions<S: Simd>(
     }
 }
 
-/// The colour of each lane that a call left at component `first`, added to `sum`.
-fn add_colors(state: &LaneBlock, first: usize, lanes: LaneMask, sum: &mut PacketColors) {
-    dispatch!(SimdLevel::new(), simd => add_in_vectors(simd, state, first, lanes, sum));
+/// Adds the colour of each lane that a call left at component `first` to `sum`. Returns the lanes whose colours are not finite.
+fn add_colors(
+    state: &LaneBlock,
+    first: usize,
+    lanes: LaneMask,
+    sum: &mut PacketColors,
+) -> LaneMask {
+    dispatch!(SimdLevel::new(), simd => add_in_vectors(simd, state, first, lanes, sum))
 }
 
 #[inline(always)]
@@ -143,11 +148,14 @@ fn add_in_vectors<S: Simd>(
     first: usize,
     lanes: LaneMask,
     sum: &mut PacketColors,
-) {
+) -> LaneMask {
+    let mut lost = 0;
     for eight in eights(simd, lanes) {
         let (old, new) = (eight.vectors(sum), eight.load_vectors(state, first));
-        eight.blend_vectors(&[old[0] + new[0], old[1] + new[1], old[2] + new[2]], sum);
+        eight.blend_vectors(&sums(&old, &new), sum);
+        lost |= eight.lanes(!is_finite(&new));
     }
+    lost
 }
 
 /// A call of a material for the lanes that it shades.
@@ -239,7 +247,6 @@ fn shade(
             blocks.call(&call, shading.lanes, None, host)
         }
     };
-    let not_finite = blocks.not_finite(result, shading.lanes);
+    let not_finite = add_colors(&blocks.state, result, shading.lanes, colors);
     call.report_not_finite(host.context.lit_by_finite(not_finite));
-    add_colors(&blocks.state, result, shading.lanes, colors);
 }
