@@ -74,9 +74,11 @@ impl Lamp<'_> {
         if found == 0 {
             return 0;
         }
-        let mut level = workspace.take_level();
-        let lit = self.emission(simd, &mut level, context, &hits, found, &normals, samples);
+        let (mut level, mut own) = (workspace.take_level(), workspace.take_spawned());
+        let contexts = [context, &mut own.context];
+        let lit = self.emission(simd, &mut level, contexts, &hits, found, &normals, samples);
         workspace.return_level(level);
+        workspace.keep_spawned(own);
         lit
     }
 
@@ -168,7 +170,7 @@ impl Lamp<'_> {
         &self,
         simd: S,
         level: &mut Level,
-        context: &mut LaneContext,
+        [context, own]: [&mut LaneContext; 2],
         hits: &Hits,
         found: LaneMask,
         normals: &LaneVectors,
@@ -178,12 +180,12 @@ impl Lamp<'_> {
         let emitter = &scene.materials[self.light.emitter as usize];
         let Some(call) = scene.call(emitter, Method::Emission, problems) else { return 0 };
         // The light's surface has normals of its own; its random numbers are those of the rays.
-        let mut own = context.clone();
+        own.begin_beside(context);
         for run in &runs(scene, hits, found) {
-            prepare(self.tracer, run, &samples.rays, hits, level, &mut own);
+            prepare(self.tracer, run, &samples.rays, hits, level, own);
         }
         level.blocks.clear_scratch(call.scratch_arrays);
-        level.blocks.call(&call, found, None, &mut own);
+        level.blocks.call(&call, found, None, own);
         let mut lit = 0;
         for eight in eights_alone(simd, found) {
             let color = eight.load_vectors(&level.blocks.state, variables().emission_color);
@@ -194,7 +196,7 @@ impl Lamp<'_> {
             let seen = dots(&own.geometric_normals(eight), &direction);
             lit |= eight.lanes(is_lit(&color) & (sampled * seen).simd_ge(0.0));
         }
-        context.streams = own.streams;
+        context.streams.clone_from(&own.streams);
         let lost = not_finite(&samples.color, lit);
         call.report_not_finite(lost);
         context.take_not_finite(lost);

@@ -14,7 +14,7 @@ use rtsl::{LaneBlock, Method};
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
-use crate::lanes::eight::{dots, eights_alone, is_lit, not_finite, select};
+use crate::lanes::eight::{dots, eights_alone, is_finite, is_lit, not_finite, scaled, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use crate::lanes::surface_offset::distance_to_light;
 use crate::tiles::LaneContext;
@@ -23,7 +23,7 @@ use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 use super::area_light::sample;
 use super::light_samples::LightSamples;
 use super::shading::SpawnedRays;
-use super::workspace::Workspace;
+use super::workspace::{SpawnedPacket, Workspace};
 
 /// Answers the materials of a packet.
 pub struct ShadingHost<'a> {
@@ -67,50 +67,37 @@ impl Host for ShadingHost<'_> {
     }
 
     fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
-        let (rays, lanes) = self.packet(requests.iter().map(|it| (it.lanes, it.rays)));
-        let mut weights = [1.0; LANES];
-        for request in requests.iter() {
-            to_packet(request.lanes, &request.rays.weight, &mut weights);
-        }
-        let mut context = self.context.spawn(lanes, &weights);
-        let settings = &self.tracer.scene.settings;
-        let lanes = lanes & !context.less_important_than(settings.cutoff);
-        if lanes == 0 || self.depth >= settings.max_depth || self.tracer.problems.any() {
-            return;
-        }
-        self.workspace.rays.traced += u64::from(lanes.count_ones());
-        let depth = self.depth + 1;
-        let (tracer, workspace) = (self.tracer, &mut *self.workspace);
-        let traced = self.spawned.radiance(tracer, workspace, &rays, lanes, &mut context, depth);
-        self.context.take_not_finite(not_finite(&traced, lanes));
-        for request in requests {
-            for (channel, color) in request.radiance.iter_mut().enumerate() {
-                from_packet(request.lanes, &traced[channel], color);
+        let mut packet = self.workspace.take_spawned();
+        let lanes = dispatch!(Level::new(), simd => self.spawn(simd, requests, &mut packet));
+        if lanes != 0 {
+            self.workspace.rays.traced += u64::from(lanes.count_ones());
+            let SpawnedPacket { rays, context, .. } = &mut *packet;
+            let (tracer, workspace, depth) = (self.tracer, &mut *self.workspace, self.depth + 1);
+            let traced = self.spawned.radiance(tracer, workspace, rays, lanes, context, depth);
+            self.context.take_not_finite(not_finite(&traced, lanes));
+            for request in requests {
+                for (channel, color) in request.radiance.iter_mut().enumerate() {
+                    from_packet(request.lanes, &traced[channel], color);
+                }
             }
         }
+        self.workspace.keep_spawned(packet);
     }
 
     fn occluded_together(&mut self, requests: &mut [OcclusionRequest<'_>]) {
-        let (rays, lanes) = self.packet(requests.iter().map(|it| (it.lanes, it.rays)));
-        let occluded = self.shadow(&rays, lanes);
+        let mut packet = self.workspace.take_spawned();
+        let asked = requests.iter().map(|it| (it.lanes, it.rays));
+        let lanes = dispatch!(Level::new(), simd => self.set_rays(simd, asked, &mut packet.rays));
+        let occluded = self.shadow(&packet.rays, lanes);
+        self.workspace.keep_spawned(packet);
         for request in requests {
             request.occluded = request_bits(request.lanes, occluded);
         }
     }
 
     fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
-        let scene = self.tracer.scene;
-        let index = index as usize;
         let mut samples = self.workspace.take_light_samples();
-        samples.begin(requests, scene.epsilon, &self.context.time);
-        let reached = if let Some(light) = scene.lights.get(index) {
-            dispatch!(Level::new(), simd => self.sample_light(simd, light, &mut samples))
-        } else if let Some(light) = scene.area_lights.get(index - scene.lights.len()) {
-            sample(self.tracer, self.workspace, self.context, light, &mut samples)
-        } else {
-            0
-        };
-        samples.answer(reached, requests);
+        dispatch!(Level::new(), simd => self.answer(simd, index as usize, requests, &mut samples));
         self.workspace.keep_light_samples(samples);
     }
 
@@ -124,16 +111,37 @@ impl Host for ShadingHost<'_> {
 }
 
 impl ShadingHost<'_> {
-    /// The rays of requests, each in its own lane.
-    fn packet<'a>(
+    /// Makes a packet of the rays of requests. Returns the lanes whose rays are worth tracing.
+    #[inline(always)]
+    fn spawn<S: Simd>(
+        &mut self,
+        simd: S,
+        requests: &[TraceRequest<'_>],
+        packet: &mut SpawnedPacket,
+    ) -> LaneMask {
+        let SpawnedPacket { rays, weights, context } = packet;
+        let asking = self.set_rays(simd, requests.iter().map(|it| (it.lanes, it.rays)), rays);
+        for request in requests {
+            to_packet(request.lanes, &request.rays.weight, weights);
+        }
+        self.context.spawn(asking, weights, context);
+        let settings = &self.tracer.scene.settings;
+        if self.depth >= settings.max_depth || self.tracer.problems.any() {
+            return 0;
+        }
+        asking & !context.less_important_than(simd, settings.cutoff, asking)
+    }
+
+    /// Sets the rays of requests, each in its own lane; returns the lanes that ask.
+    #[inline(always)]
+    fn set_rays<'a, S: Simd>(
         &self,
+        simd: S,
         requests: impl Iterator<Item = (LaneSet, &'a RayLanes)>,
-    ) -> (RayPacket, LaneMask) {
-        let mut packet = RayPacket {
-            epsilon: [self.tracer.scene.epsilon; LANES],
-            time: self.context.time,
-            ..RayPacket::default()
-        };
+        packet: &mut RayPacket,
+    ) -> LaneMask {
+        packet.epsilon = [self.tracer.scene.epsilon; LANES];
+        packet.time = self.context.time;
         let mut asking = 0;
         for (lanes, rays) in requests {
             asking |= mask_of(lanes);
@@ -143,8 +151,29 @@ impl ShadingHost<'_> {
             }
             to_packet(lanes, &rays.limit, &mut packet.limit);
         }
-        self.context.leave_surfaces(&mut packet, asking);
-        (packet, asking)
+        self.context.leave_in_vectors(simd, packet, asking);
+        asking
+    }
+
+    /// Answers requests for samples of a light.
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        index: usize,
+        requests: &mut [LightRequest<'_>],
+        samples: &mut LightSamples,
+    ) {
+        let scene = self.tracer.scene;
+        samples.begin(requests, scene.epsilon, &self.context.time);
+        let reached = if let Some(light) = scene.lights.get(index) {
+            self.sample_light(simd, light, samples)
+        } else if let Some(light) = scene.area_lights.get(index - scene.lights.len()) {
+            sample(self.tracer, self.workspace, self.context, light, samples)
+        } else {
+            0
+        };
+        samples.answer(reached, requests);
     }
 
     /// The lanes that have anything on their rays.
@@ -173,17 +202,14 @@ impl ShadingHost<'_> {
         self.set_points(simd, light, samples, reads_normals);
         let blocks = &mut self.workspace.light;
         blocks.call(&call, samples.lanes, None, self.context);
-        let lit = read_samples(simd, light, &blocks.state, samples, self.context.offsets());
-        if !scene.shader(&light.instance).program.has(Method::Emission) {
-            samples.hide_from_rays(simd);
-        }
+        let is_hidden = !scene.shader(&light.instance).program.has(Method::Emission);
+        let offsets = self.context.offsets();
+        let (lit, lost) = read_samples(simd, light, &blocks.state, samples, offsets, is_hidden);
         let reaching = samples.within_cones(simd, lit);
-        self.context.leave_surfaces(&mut samples.rays, reaching);
+        self.context.leave_in_vectors(simd, &mut samples.rays, reaching);
         let reaching = reaching & !self.shadow(&samples.rays, reaching);
-        let lost =
-            not_finite(&samples.color, reaching) | not_finite(&samples.rays.direction, reaching);
-        call.report_not_finite(lost);
-        self.context.take_not_finite(lost);
+        call.report_not_finite(lost & reaching);
+        self.context.take_not_finite(lost & reaching);
         reaching
     }
 
@@ -217,8 +243,9 @@ impl ShadingHost<'_> {
     }
 }
 
-/// The samples that `illumination` left, taken into world space. Returns those that are not black. The rays to them
-/// end a little before.
+/// The samples that `illumination` left, taken into world space. Returns those that are not black, and those that are not
+/// finite. The rays to them end a little before. Samples of a light that no traced ray finds become those of a light without extent:
+/// whole contributions, of which materials leave no part to rays.
 #[inline(always)]
 fn read_samples<S: Simd>(
     simd: S,
@@ -226,10 +253,11 @@ fn read_samples<S: Simd>(
     state: &LaneBlock,
     samples: &mut LightSamples,
     offsets: &Lanes,
-) -> LaneMask {
+    is_hidden: bool,
+) -> (LaneMask, LaneMask) {
     let v = variables();
     let is_placed = !light.forward.is_identity();
-    let mut lit = 0;
+    let (mut lit, mut lost) = (0, 0);
     for eight in eights_alone(simd, samples.lanes) {
         let mut direction = eight.load_vectors(state, v.light_direction);
         let mut distance = eight.load(state, v.light_distance);
@@ -239,17 +267,23 @@ fn read_samples<S: Simd>(
             direction = eight.normalized_or(&world, &direction);
         }
         let color = eight.load_vectors(state, v.light_color);
-        let density = eight.load(state, v.pdf);
+        let mut density = eight.load(state, v.pdf);
         // A density that is NaN makes the sample so: nobody takes it for a delta.
         let nan = eight.splat_vector([f32::NAN; 3]);
-        let color = select(density.simd_eq(density), &color, &nan);
+        let mut color = select(density.simd_eq(density), &color, &nan);
+        lit |= eight.lanes(is_lit(&color));
+        if is_hidden {
+            let divisor = density.simd_gt(0.0).select(density, eight.splat(1.0));
+            color = scaled(&color, 1.0 / divisor);
+            density = eight.splat(0.0);
+        }
+        lost |= eight.lanes(!(is_finite(&color) & is_finite(&direction)));
         eight.blend_vectors(&direction, &mut samples.rays.direction);
         let limit = distance_to_light(eight, distance, eight.numbers(offsets));
         eight.blend(limit, &mut samples.rays.limit);
         eight.blend(distance, &mut samples.distance);
         eight.blend_vectors(&color, &mut samples.color);
         eight.blend(density, &mut samples.pdf);
-        lit |= eight.lanes(is_lit(&color));
     }
-    lit
+    (lit, lost)
 }

@@ -42,6 +42,7 @@ impl LightSamples {
 
     /// Begins with what requests ask for at these times. What the light gives means nothing yet but that
     /// distances are 0.
+    #[inline(always)]
     pub fn begin(&mut self, requests: &[LightRequest<'_>], epsilon: f32, time: &Lanes) {
         self.lanes = 0;
         self.distance = [0.0; LANES];
@@ -75,19 +76,6 @@ impl LightSamples {
         within
     }
 
-    /// Makes samples of a light that no traced ray finds those of a light without extent: whole contributions, of which materials
-    /// leave no part to rays.
-    #[inline(always)]
-    pub fn hide_from_rays<S: Simd>(&mut self, simd: S) {
-        for eight in eights_alone(simd, self.lanes) {
-            let density = eight.numbers(&self.pdf);
-            let divisor = density.simd_gt(0.0).select(density, eight.splat(1.0));
-            let color = scaled(&eight.vectors(&self.color), 1.0 / divisor);
-            eight.blend_vectors(&color, &mut self.color);
-            eight.blend(eight.splat(0.0), &mut self.pdf);
-        }
-    }
-
     /// Normals on the side of the surface from which light is asked for: where a cone leads behind it, those
     /// of the back, around which skies sample then.
     #[inline(always)]
@@ -103,6 +91,7 @@ impl LightSamples {
     }
 
     /// Answers requests: `reached` are the lanes that the light reaches.
+    #[inline(always)]
     pub fn answer(&self, reached: LaneMask, requests: &mut [LightRequest<'_>]) {
         for LightRequest { lanes, light, reached: answer, .. } in requests {
             *answer = request_bits(*lanes, reached);

@@ -2,12 +2,16 @@
 
 use rtsl::{LaneBlock, LaneIndices};
 
+use rtsl_bvh::{LANES, Lanes, RayPacket};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::SearchMemory;
+use crate::lanes::lane_streams::LaneStreams;
+use rtsl_math::sampling::Sampler;
 use crate::statistics::RayCounts;
 use crate::tiles::CameraMemory;
 use rtsl_bvh::LANES;
+use crate::tiles::{CameraMemory, LaneContext};
 
 use super::light_samples::LightSamples;
 
@@ -15,6 +19,8 @@ use super::light_samples::LightSamples;
 pub struct Workspace {
     /// Levels of shading not in use: one is in use for each ray whose shading spawned the next.
     free_levels: Vec<Level>,
+    /// Packets of spawned rays not in use.
+    free_spawned: Vec<Box<SpawnedPacket>>,
     /// Samples of lights not in use.
     free_light_samples: Option<Box<LightSamples>>,
     /// For searches.
@@ -26,6 +32,18 @@ pub struct Workspace {
     /// Rays traced so far.
     pub rays: RayCounts,
     scratch_arrays: usize,
+    sampler: Sampler,
+}
+
+/// Rays that materials ask for, and what belongs to them. What lanes have that do not ask means nothing.
+// Seven kilobytes: made anew for each request they were cleared and copied, which took as long as leaving surfaces does.
+pub struct SpawnedPacket {
+    /// The rays.
+    pub rays: RayPacket,
+    /// How much of their radiance is taken.
+    pub weights: Lanes,
+    /// What belongs to them besides.
+    pub context: LaneContext,
 }
 
 /// What shading a packet needs.
@@ -50,13 +68,32 @@ impl Workspace {
     pub fn new(scene: &CompiledScene) -> Self {
         Workspace {
             free_levels: Vec::new(),
+            free_spawned: Vec::new(),
             free_light_samples: None,
             search: SearchMemory::new(scene),
             camera: CameraMemory::new(scene),
             light: CallBlocks::new(scene.scratch_arrays),
             rays: RayCounts::default(),
             scratch_arrays: scene.scratch_arrays,
+            sampler: scene.settings.sampler,
         }
+    }
+
+    /// A packet that is not in use.
+    pub fn take_spawned(&mut self) -> Box<SpawnedPacket> {
+        self.free_spawned.pop().unwrap_or_else(|| {
+            let streams = LaneStreams::new([0; LANES], 0);
+            Box::new(SpawnedPacket {
+                rays: RayPacket::default(),
+                weights: [1.0; LANES],
+                context: LaneContext::new(self.sampler, streams, [0.0; LANES]),
+            })
+        })
+    }
+
+    /// Takes a packet back, to be used again.
+    pub fn keep_spawned(&mut self, packet: Box<SpawnedPacket>) {
+        self.free_spawned.push(packet);
     }
 
     /// A level that is not in use.

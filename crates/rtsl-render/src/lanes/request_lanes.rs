@@ -15,13 +15,13 @@ pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
 }
 
 /// Copies a request's lanes to those of a packet or chunk.
-#[inline]
+#[inline(always)]
 pub fn to_packet<T: Copy, const N: usize>(lanes: LaneSet, from: &[T; MAX_LANES], to: &mut [T; N]) {
     copy(lanes, from, &mut to[(lanes.base as usize).min(N)..]);
 }
 
 /// Copies those of a packet or chunk to a request's.
-#[inline]
+#[inline(always)]
 pub fn from_packet<T: Copy, const N: usize>(
     lanes: LaneSet,
     from: &[T; N],

@@ -33,6 +33,7 @@ impl<const LANES: usize> Sequences<LANES> {
     }
 
     /// Begins other sequences: `derive` sets the keys of the first lanes, as many as it is given.
+    #[inline(always)]
     pub fn restart(&mut self, count: usize, derive: impl FnOnce(&mut [u32])) {
         derive(&mut self.keys[..count]);
         self.dimensions[..count].fill(0);

@@ -64,17 +64,32 @@ impl LaneContext {
         lanes & !self.not_finite
     }
 
-    /// The context of rays that those of `lanes` spawn, of whose radiance they take so much.
-    pub fn spawn(&mut self, lanes: LaneMask, weights: &Lanes) -> Self {
-        let importance = std::array::from_fn(|lane| self.importance[lane] * weights[lane]);
-        let streams = self.streams.spawn(lanes);
-        LaneContext { importance, ..LaneContext::new(self.sampler, streams, self.time) }
+    /// Begins as the context of other surfaces that the same rays hit.
+    pub fn begin_beside(&mut self, other: &LaneContext) {
+        self.sampler = other.sampler;
+        self.begin(other.streams.clone(), other.time);
     }
 
-    /// The lanes whose importance is less than this. One that is NaN is not.
-    pub fn less_important_than(&self, cutoff: f32) -> LaneMask {
-        let bits = self.importance.iter().enumerate();
-        bits.fold(0, |mask, (lane, it)| mask | LaneMask::from(*it < cutoff) << lane)
+    /// Makes `spawned` the context of rays that those of `lanes` spawn, of whose radiance they take so much. What is known of surfaces
+    /// means nothing there until they hit some.
+    #[inline(always)]
+    pub fn spawn(&mut self, lanes: LaneMask, weights: &Lanes, spawned: &mut LaneContext) {
+        for (lane, importance) in spawned.importance.iter_mut().enumerate() {
+            *importance = self.importance[lane] * weights[lane];
+        }
+        self.streams.spawn(lanes, &mut spawned.streams);
+        (spawned.sampler, spawned.time) = (self.sampler, self.time);
+        (spawned.behind, spawned.not_finite) = (0, 0);
+    }
+
+    /// Those of `lanes` whose importance is less than this. One that is NaN is not.
+    #[inline(always)]
+    pub fn less_important_than<S: Simd>(&self, simd: S, cutoff: f32, lanes: LaneMask) -> LaneMask {
+        let mut less = 0;
+        for eight in eights_alone(simd, lanes) {
+            less |= eight.lanes(eight.numbers(&self.importance).simd_lt(cutoff));
+        }
+        less
     }
 
     /// The normal of the surface that a lane hit.
@@ -122,8 +137,9 @@ impl LaneContext {
         dispatch!(Level::new(), simd => self.leave_in_vectors(simd, rays, lanes));
     }
 
+    /// The same where the instructions are known already.
     #[inline(always)]
-    fn leave_in_vectors<S: Simd>(&self, simd: S, rays: &mut RayPacket, lanes: LaneMask) {
+    pub fn leave_in_vectors<S: Simd>(&self, simd: S, rays: &mut RayPacket, lanes: LaneMask) {
         for eight in eights_alone(simd, lanes) {
             let (origin, direction) = (eight.vectors(&rays.origin), eight.vectors(&rays.direction));
             let normal = eight.vectors(&self.geometric_normals);
@@ -175,14 +191,17 @@ mod tests {
     #[test]
     fn weights_multiply_and_what_is_no_number_counts() {
         let sampler = Sampler { kind: SamplerKind::Independent, columns: 1, rows: 1, seed: 0 };
-        let mut camera = LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]);
-        assert_eq!(camera.less_important_than(1.0), 0);
+        let context = || LaneContext::new(sampler, LaneStreams::new([0; LANES], 0), [0.0; LANES]);
+        let less = |context: &LaneContext, cutoff: f32, lanes: LaneMask| dispatch!(Level::new(), simd => context.less_important_than(simd, cutoff, lanes));
+        let (mut camera, mut spawned, mut again) = (context(), context(), context());
+        assert_eq!(less(&camera, 1.0, LaneMask::MAX), 0);
         let mut weights = [0.5; LANES];
         weights[3] = f32::NAN;
-        let mut spawned = camera.spawn(LaneMask::MAX, &weights);
-        assert_eq!(spawned.less_important_than(0.5), 0);
+        camera.spawn(LaneMask::MAX, &weights, &mut spawned);
+        assert_eq!(less(&spawned, 0.5, LaneMask::MAX), 0);
         weights[5] = 1.0;
-        let again = spawned.spawn(LaneMask::MAX, &weights);
-        assert_eq!(again.less_important_than(0.5), !(1 << 3 | 1 << 5));
+        spawned.spawn(LaneMask::MAX, &weights, &mut again);
+        assert_eq!(less(&again, 0.5, LaneMask::MAX), !(1 << 3 | 1 << 5));
+        assert_eq!(less(&again, 0.5, 0b111000), 0b010000);
     }
 }
