@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use crate::offsets::LANE_PADDING;
-
 use crate::component_set::ComponentSet;
+use crate::offsets::LANE_PADDING;
 use crate::signature::LaneArrays;
 
 const PADDING: usize = LANE_PADDING as usize;

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::ObjectForm;
-use crate::offsets::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
-
 use crate::huge_pages::with_capacity_in_huge_pages;
 use crate::instance::{BoundBuffer, BufferEntries, InstanceBlock};
+use crate::offsets::{BUFFER_WORDS, LANE_PADDING, NO_OBJECT, OBJECTS_IN_BLOCK};
 use crate::prefetch::prefetch_values;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;

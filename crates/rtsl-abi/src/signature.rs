@@ -2,9 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::offsets;
-use crate::shape::Shape;
-
 use crate::call::{CallArguments, Instances};
 use crate::call_error::CallError;
 use crate::component_set::ComponentSet;
@@ -13,6 +10,8 @@ use crate::instance::{BufferEntry, InstanceBlock};
 use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
+use crate::offsets;
+use crate::shape::Shape;
 
 /// What a kernel takes; calls are checked against it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-
 use rtsl_math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;

@@ -7,6 +7,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl_abi::prefetch;
+use smallvec::SmallVec;
 
 use super::bounds::Bounds;
 use super::geometry::{Group, INSTANCE};
@@ -17,7 +18,6 @@ use super::space::{CHUNK, PacketSpace, finite_lanes, greatest};
 use super::traversal::{Outer, Search, Traversal};
 use super::turns::MOST_IN_TURN;
 use super::wide_tree::{Block, Child, WIDTH, WideNode, WideTree};
-use smallvec::SmallVec;
 
 /// Fewer rays than these go on from a node each on its own way. From half to four times as many the speed hardly
 /// differs; nor does it help to let such rays wait until there are more of them to take turns.

@@ -2,7 +2,6 @@
 //! is said in the files beside.
 
 use fearless_simd::{Level, Simd, dispatch};
-
 use rtsl_math::Affine;
 
 use super::bounds::Bounds;

@@ -1,9 +1,8 @@
 //! Images of something else than colour ("arbitrary output variables"): what each pixel shows, and what it
 //! takes to render.
 
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
-
 use rtsl_memory::{OutOfMemory, collected, filled};
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use super::{HeatScale, SrgbEncoder, logarithm};
 

@@ -5,9 +5,8 @@
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
-use crate::denoiser::{Denoiser, DenoiserError, DenoiserInput};
-
 use super::{Aov, AovImage, Image};
+use crate::denoiser::{Denoiser, DenoiserError, DenoiserInput};
 
 /// Images that help the denoiser to keep edges and textures, where the renderer makes them.
 pub const DENOISER_AOVS: [Aov; 2] = [Aov::Albedo, Aov::Normal];

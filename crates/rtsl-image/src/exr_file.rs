@@ -9,11 +9,10 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, Text, Vec2, WritableImage, f16,
 };
-
-use crate::atomic_write::Output;
 use rtsl_memory::{OutOfMemory, collected};
 
 use super::{AovImage, Image, ImageMetadata};
+use crate::atomic_write::Output;
 
 /// How an EXR keeps its numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

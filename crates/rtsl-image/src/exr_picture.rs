@@ -16,7 +16,6 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::f16;
 use rayon::prelude::*;
-
 use rtsl_memory::{Amount, Held, InputBudget, filled};
 
 use super::picture::{Picture, PictureError, check_size};

@@ -3,14 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
-
-use crate::atomic_write::{Output, check_replaceable, replace_file};
 use rtsl_memory::collected;
+use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use super::exr_file::write_exr;
 use super::png_file::write_png;
 use super::{AovImage, ExrOptions, Image, ImageMetadata, ViewTransform};
+use crate::atomic_write::{Output, check_replaceable, replace_file};
 
 /// The formats that images are kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

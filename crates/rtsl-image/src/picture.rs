@@ -2,10 +2,10 @@
 
 use std::io::Cursor;
 
-use crate::srgb_decode;
 use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, OverBudget, filled, reserved};
 
 use super::exr_picture::read_exr;
+use crate::srgb_decode;
 
 /// More texels are refused, whatever memory there is.
 const MOST_TEXELS: usize = 1 << 26;

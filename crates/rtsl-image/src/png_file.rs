@@ -2,9 +2,8 @@
 
 use std::io::{self, BufWriter, Write};
 
-use crate::atomic_write::Output;
-
 use super::{ImageMetadata, ViewTransform};
+use crate::atomic_write::Output;
 
 /// Writes bytes of red, green and blue. `view` tells programs how to read them.
 pub fn write_png(

@@ -11,7 +11,7 @@
 use std::ffi::c_void;
 
 use corosensei::{Coroutine, CoroutineResult, Yielder};
-use rtsl_abi::{Color, HOST_TABLE, HostCalls, HostTable, RawCall};
+use rtsl_abi::{CallError, Color, HOST_TABLE, HostCalls, HostTable, RawCall};
 use rtsl_ir::host::{
     LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, LightRequest, OcclusionRequest,
     RayLanes, TraceRequest,
@@ -20,7 +20,6 @@ use smallvec::SmallVec;
 
 use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
-use rtsl_abi::CallError;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
 const MOST_CHUNKS: usize = 16;

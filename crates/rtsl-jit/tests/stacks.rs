@@ -5,8 +5,9 @@
 
 use std::process::Command;
 
-use rtsl_abi::{CallArguments, CallError, CallStatus, InstanceBlock, Instances, LaneBlock};
-use rtsl_abi::{Layout, Shape};
+use rtsl_abi::{
+    CallArguments, CallError, CallStatus, InstanceBlock, Instances, LaneBlock, Layout, Shape,
+};
 use rtsl_ir::{Builder, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;

@@ -1,6 +1,9 @@
 //! Expressions.
 
 use rtsl_ir::{UnaryOp, Value};
+use rtsl_sema::hir::{
+    BinaryOperator, Expression, ExpressionKind, StepOperator, Type, UnaryOperator,
+};
 use rtsl_spec::builtins::{self, Lowering as BuiltinLowering, Special};
 
 use crate::access::{Access, element_count};
@@ -10,9 +13,6 @@ use crate::limits::Lowered;
 use crate::variables::RANK_OF_TEMPORARIES;
 use crate::walk::{Node, walk_expression};
 use crate::{Lowering, Purpose};
-use rtsl_sema::hir::{
-    BinaryOperator, Expression, ExpressionKind, StepOperator, Type, UnaryOperator,
-};
 
 impl<'m> Lowering<'m> {
     /// The scalars of an expression's value, leaf by leaf; none for `void`.

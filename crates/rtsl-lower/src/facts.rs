@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_spec::builtins::{self, Lowering, Special};
-
-use crate::state::{light_states, state_id};
-use crate::walk::{Node, called, walk, walk_expression, walk_statements};
 use rtsl_sema::hir::{
     Expression, ExpressionKind, FunctionId, LocalId, MemberId, Module, Passing, ReferenceFunction,
     StateId, Statement, StatementKind, Type,
 };
+use rtsl_spec::builtins::{self, Lowering, Special};
+
+use crate::state::{light_states, state_id};
+use crate::walk::{Node, called, walk, walk_expression, walk_statements};
 
 /// What an lvalue is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

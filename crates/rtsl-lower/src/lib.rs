@@ -46,6 +46,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::Builder;
+use rtsl_sema::hir::{self, MemberId, Module, StateId};
 use rtsl_spec::Method;
 
 use self::calls::Frame;
@@ -54,7 +55,6 @@ use self::facts::{FactTable, Root};
 use self::layout::Layouts;
 use self::members::ConstantTables;
 use self::variables::{SlotPool, Variable, VariableId};
-use rtsl_sema::hir::{self, MemberId, Module, StateId};
 
 pub use self::class::lower_class;
 

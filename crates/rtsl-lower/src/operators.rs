@@ -1,9 +1,9 @@
 //! Operators: componentwise, or GLSL's linear algebra.
 
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, Value};
+use rtsl_sema::hir::{BinaryOperator, StepOperator, Type};
 
 use crate::Lowering;
-use rtsl_sema::hir::{BinaryOperator, StepOperator, Type};
 
 /// A value with its type.
 type Operand<'a> = (&'a Type, &'a [Value]);

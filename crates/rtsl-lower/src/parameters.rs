@@ -1,9 +1,9 @@
 //! What hosts may set.
 
 use rtsl_ir::class::{self, Annotation, Parameter, ParameterTarget, ParameterType};
+use rtsl_sema::hir::{Class, Module, Storage, Type};
 
 use crate::layout::Layouts;
-use rtsl_sema::hir::{Class, Module, Storage, Type};
 
 /// The parameters of a class: those of its constructor, then its public members.
 pub(crate) fn parameters_of(module: &Module, layouts: &Layouts, class: &Class) -> Vec<Parameter> {

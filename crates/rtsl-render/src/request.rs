@@ -4,7 +4,11 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, diagnostic_codes as codes};
+use rtsl::{Backend, Diagnostic, Engine, EngineOptions, Math, Messages, diagnostic_codes as codes};
+use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
+use rtsl_memory::{Amount, Need, check_render};
+use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
+use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 use crate::batch::{self, BatchFilm, BatchOptions, BatchScene, Checkpoints, is_feature};
 use crate::checkpoint::{Checkpoint, Fingerprint};
@@ -13,11 +17,6 @@ use crate::interactive::{self, RenderOptions};
 use crate::progress::{Progress, TilesDone};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
-use rtsl::Messages;
-use rtsl_image::{Aov, AovImage, DENOISER_AOVS, Image};
-use rtsl_memory::{Amount, Need, check_render};
-use rtsl_scene::reader::{DiskFiles, FileSource, RecordedFiles};
-use rtsl_scene::{LoadOptions, Renderer, Scene, Settings, load_scene};
 
 /// What to render, and how.
 #[derive(Clone, Default)]

@@ -3,8 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl::Messages;
-use rtsl::{Backend, Engine, EngineOptions};
+use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
 use rtsl_scene::reader::MemoryFiles;

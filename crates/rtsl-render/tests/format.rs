@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl::Messages;
-use rtsl::{Backend, Engine, EngineOptions};
+use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_image::{Image, ImageOptions, write_image};
 use rtsl_render::batch::BatchScene;
 use rtsl_render::compiled::CompiledScene;

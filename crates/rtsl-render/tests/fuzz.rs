@@ -14,10 +14,11 @@ mod scene;
 
 use std::path::Path;
 
-use mutation::{Random, mutate, seeds};
 use rtsl_render::checkpoint::{Checkpoint, Fingerprint, Section};
 use rtsl_scene::Settings;
 use rtsl_scene::reader::Digest;
+
+use mutation::{Random, mutate, seeds};
 
 /// Calls `target` with mutations of the files in `folder` that end in `extension`.
 fn run(folder: &str, extension: &str, count: usize, target: fn(&[u8])) {

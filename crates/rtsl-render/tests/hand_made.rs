@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use rtsl::Messages;
-use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Method, Place, Role};
+use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Messages, Method, Place, Role};
 use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;

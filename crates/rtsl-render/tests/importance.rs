@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl::Messages;
-use rtsl::{Backend, Engine, EngineOptions};
+use rtsl::{Backend, Engine, EngineOptions, Messages};
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, Rendered, render};
 use rtsl_scene::reader::MemoryFiles;

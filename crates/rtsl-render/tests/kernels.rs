@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rtsl::Messages;
-use rtsl::{Backend, Engine, EngineOptions, Method};
+use rtsl::{Backend, Engine, EngineOptions, Messages, Method};
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use rtsl::Messages;
-use rtsl::{Engine, EngineOptions};
+use rtsl::{Engine, EngineOptions, Messages};
 use rtsl_image::Image;
 use rtsl_render::compiled::CompiledScene;
 use rtsl_render::interactive::{RenderOptions, render};

@@ -11,11 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rtsl::{Class, Compilation, Compiler, Diagnostics, SourceMap, Unit};
+use rtsl::{Class, Compilation, Compiler, Diagnostics, Messages, SourceMap, Unit};
+use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 use crate::reader::{FileSource, Input};
-use rtsl::Messages;
-use rtsl_memory::{Amount, InputBudget, OverBudget};
 
 /// Classes by name, compiled when they are asked for.
 #[derive(Clone)]

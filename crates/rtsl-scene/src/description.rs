@@ -1,9 +1,9 @@
 //! A scene as its text describes it, before any class is looked up.
 
 use rtsl::Span;
+use rtsl_math::Transform;
 
 use crate::reader::Parameter;
-use rtsl_math::Transform;
 
 /// Everything that a scene's text says.
 #[derive(Clone, Debug)]

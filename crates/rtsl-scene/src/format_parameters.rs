@@ -3,14 +3,13 @@
 use std::borrow::Cow;
 
 use rtsl::{Class, Diagnostic, ParameterType as ClassType, Value, diagnostic_codes as codes};
-
-use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values, unreadable};
+use rtsl_image::{Encoding, Picture, PictureError};
 use rtsl_math::sine_and_cosine_of_degrees;
 use rtsl_memory::Amount;
 
 use super::description::{Entity, EntityKind};
 use super::standard_names::StandardName;
-use rtsl_image::{Encoding, Picture, PictureError};
+use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values, unreadable};
 
 /// The parameters of an entity as its class calls them.
 pub fn translated<'e>(

@@ -8,8 +8,6 @@ use rtsl::{
     Class, Diagnostic, Diagnostics, Instance, Role, Span, Value, diagnostic_codes as codes,
     most_similar,
 };
-
-use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 use rtsl_math::Transform;
 
 use super::arguments::{Resolve, argument, texture};
@@ -22,6 +20,7 @@ use super::scene::{PlacedGroup, PlacedLight, Scene, SceneObject};
 use super::settings::Settings;
 use super::shutter::{SHUTTER, Shutter};
 use super::standard_names::StandardName;
+use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 
 /// The entities that the parts of a scene come from, by the indices of the parts.
 #[derive(Clone, Debug)]

@@ -5,14 +5,13 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use rtsl::{Diagnostic, Span, Value, diagnostic_codes as codes, most_similar};
-
-use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
-use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 use rtsl_memory::{Held, InputBudget};
 
 use super::description::Entity;
 use super::parallelogram::Parallelogram;
 use super::standard_names::StandardName;
+use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
+use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
 /// A shape that is a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,8 @@
 
 use rtsl::Value;
 
-use crate::reader::{Parameter, Values};
-
 use super::description::{Entity, EntityKind};
+use crate::reader::{Parameter, Values};
 
 /// By what part of the largest coordinate the fourth corner may lie elsewhere than the other three say.
 /// Files have numbers of six or seven digits, so it rarely lies right. Each corner is moved by at

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::Instance;
-
 use rtsl_math::{MovingTransform, Transform};
 
 use super::description::{Entity, EntityId};

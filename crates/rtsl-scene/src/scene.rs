@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use rtsl::Instance;
-
 use rtsl_math::{MovingTransform, Transform};
 
 use super::Settings;

@@ -1,12 +1,11 @@
 //! Settings of the image: film, sampler and integrator.
 
 use rtsl::{Diagnostic, Diagnostics, diagnostic_codes as codes, most_similar};
-
-use crate::reader::{Parameter, ParameterType, Values};
-use crate::renderer::Renderer;
 use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 
 use super::description::{Description, Entity, EntityId};
+use crate::reader::{Parameter, ParameterType, Values};
+use crate::renderer::Renderer;
 
 /// Everything about an image that is not a shader.
 #[derive(Clone, Debug, PartialEq)]

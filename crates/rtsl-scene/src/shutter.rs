@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
-
-use crate::reader::Values;
 use rtsl_math::{MovingTransform, Transform};
 
 use super::description::{Description, Entity};
+use crate::reader::Values;
 
 /// The parameters of every camera that say when its shutter opens and closes.
 pub const SHUTTER: [&str; 2] = ["shutteropen", "shutterclose"];

@@ -6,12 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rtsl::{Compiler, CompilerOptions, Diagnostics, Instance, SourceMap};
-
-use crate::reader::{
-    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
-};
-use rtsl::Messages;
+use rtsl::{Compiler, CompilerOptions, Diagnostics, Instance, Messages, SourceMap};
 use rtsl_memory::{Amount, InputBudget};
 
 use super::classes::Classes;
@@ -20,6 +15,9 @@ use super::load::{Earlier, Loader, Made, Origins};
 use super::scene::Scene;
 use super::settings::Settings;
 use super::standard_names::StandardName;
+use crate::reader::{
+    FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
+};
 
 /// What the command line adds to a scene.
 #[derive(Clone, Debug, Default)]

@@ -11,12 +11,13 @@ use std::path::Path;
 
 use base64::Engine;
 use exr::prelude::*;
-use mutation::Random;
 use rtsl::{Diagnostics, SourceMap, diagnostic_codes as codes};
 use rtsl_image::{Encoding as Transfer, Picture, PictureError};
 use rtsl_memory::{Amount, InputBudget};
 use rtsl_scene::mesh::{MeshError, read_gltf_within, read_ply_within};
 use rtsl_scene::reader::{MemoryFiles, read_scene_within};
+
+use mutation::Random;
 
 const WIDTH: usize = 45;
 const HEIGHT: usize = 37;

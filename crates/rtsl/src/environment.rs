@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use rtsl_ir::host::NoHost;
-
 use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
 use rtsl_source::Diagnostic;
 

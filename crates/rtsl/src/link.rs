@@ -15,8 +15,7 @@ use rtsl_ir::{
     PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
 };
 use rtsl_opt::unchanged::PlaceScalar;
-use rtsl_source::deep_stack;
-use rtsl_source::{Diagnostic, diagnostic_codes as codes};
+use rtsl_source::{Diagnostic, deep_stack, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
 use crate::tree::{ClassTree, element_path};

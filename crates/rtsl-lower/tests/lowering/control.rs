@@ -1,7 +1,8 @@
 //! Statements and jumps.
 
-use crate::harness::{class, count, eval, eval_with, text_of};
 use rtsl_spec::Method;
+
+use crate::harness::{class, count, eval, eval_with, text_of};
 
 #[track_caller]
 fn check(body: &str, cases: &[(f32, f32)]) {

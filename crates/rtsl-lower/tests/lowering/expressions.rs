@@ -1,7 +1,8 @@
 //! Expressions: operators, conversions, constructors, evaluation order, built-ins.
 
-use crate::harness::{class, count, eval, eval_with, text_of};
 use rtsl_spec::Method;
+
+use crate::harness::{class, count, eval, eval_with, text_of};
 
 #[track_caller]
 fn check(expression: &str, expected: f32) {

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
-use crate::tiles::TILE;
 use rtsl_bvh::LANES;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::FeatureSums;
 use super::film::{BatchFilm, TileRecord};
+use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
+use crate::tiles::TILE;
 
 /// Where and when a render keeps what it has.
 #[derive(Clone, Debug)]

@@ -7,16 +7,15 @@ use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneIndices, LaneMask as MaskBlock, Method,
     new_state,
 };
-
-use crate::compiled::problems::Problems;
-use crate::lanes::eight::eights_of;
-use crate::lanes::fours::fours;
 use rtsl_bvh::lanes_of;
 use rtsl_math::sampling::Sampler;
 
 use super::numbers::Numbers;
 use super::places::Whereabouts;
 use super::wave::{Path, PathHit};
+use crate::compiled::problems::Problems;
+use crate::lanes::eight::eights_of;
+use crate::lanes::fours::fours;
 
 /// Lanes of a chunk: the more, the fewer calls; the fewer, the more of it stays in caches. An odd number of vectors of sixteen:
 /// arrays a power of two apart fall into the same places of a cache. A thousand spheres took 8 % less time with 240 than

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::tiles::{TILE, Tile, tiles_of};
 use rtsl_bvh::{LANES, lanes_of};
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::{FeatureSums, PathFeatures};
 use super::wave::{SAMPLES_IN_WAVE, Wave};
+use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a lock of its own.
 pub struct BatchFilm {

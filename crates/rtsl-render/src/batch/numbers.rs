@@ -2,11 +2,10 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
-
-use crate::lanes::sequences::{Samples, Sequences, end_of};
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
 use super::chunk::CHUNK;
+use crate::lanes::sequences::{Samples, Sequences, end_of};
 
 /// Lanes whose numbers are made at a time.
 const STEP: usize = 8;

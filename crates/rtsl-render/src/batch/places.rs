@@ -2,17 +2,16 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
+use rtsl_math::Affine;
 
+use super::chunk::{CHUNK, Row};
+use super::wave::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 use crate::compiled::compiled_scene::Object;
 use crate::lanes::eight::{Eight, Vectors, scaled};
 use crate::lanes::fours::fours;
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::sums;
-use rtsl_math::Affine;
-
-use super::chunk::{CHUNK, Row};
-use super::wave::{NO_INSTANCE, PathHit};
 
 /// Where objects of one class of the traversal stand. Where all lanes have the same, its maps are taken once.
 pub struct Places<'a> {

@@ -3,12 +3,6 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::checkpoint::CheckpointError;
-use crate::compiled::object_class_numbers::ObjectClasses;
-use crate::compiled::problems::{Problems, exhausted_budgets};
-use crate::progress::TilesDone;
-use crate::statistics::{NotFinite, RayCounts};
-use crate::tiles::{RenderThreads, TILE};
 use rtsl::Messages;
 use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::OutOfMemory;
@@ -21,6 +15,12 @@ use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::tracer::{BatchMemory, PathTracer};
 use super::wave::SAMPLES_IN_WAVE;
+use crate::checkpoint::CheckpointError;
+use crate::compiled::object_class_numbers::ObjectClasses;
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::progress::TilesDone;
+use crate::statistics::{NotFinite, RayCounts};
+use crate::tiles::{RenderThreads, TILE};
 
 /// The images of something else than colour that it makes.
 const AOVS: [Aov; 8] = [

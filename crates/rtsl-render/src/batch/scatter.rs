@@ -4,10 +4,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::Method;
-
-use crate::compiled::variables::{variables, vector};
-use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
-use crate::lanes::surface_offset::off_surfaces;
 use rtsl_math::dot;
 
 use super::chunk::{CHUNK, Chunk, ChunkLanes, LightRows, are_finite, get, set};
@@ -21,6 +17,9 @@ use super::surface::ChunkSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::{BatchMemory, PathTracer};
 use super::wave::{Path, PathHit, Wave};
+use crate::compiled::variables::{variables, vector};
+use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
+use crate::lanes::surface_offset::off_surfaces;
 
 /// What the numbers of a vertex are for: sequences of their own.
 pub const NUMBERS_OF_SHAPES: u32 = 0x102;

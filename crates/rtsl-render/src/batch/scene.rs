@@ -6,14 +6,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Method, Objects, Program, SourceMap, diagnostic_codes as codes,
+    Diagnostic, Diagnostics, Engine, Messages, Method, Objects, Program, SourceMap,
+    diagnostic_codes as codes,
 };
-
-use crate::compiled::placed_objects::GroupMember;
-use crate::compiled::problems::{Problems, exhausted_budgets};
-use crate::compiled::shaders::is_own_material;
-use crate::compiled::{BuildStep, CompiledScene};
-use rtsl::Messages;
 use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_scene::Scene;
 
@@ -23,6 +18,10 @@ use super::lights::{Lights, is_sampled};
 use super::material::MaterialSource;
 use super::surface_group::{GroupKey, GroupParts, SurfaceGroup};
 use super::tracer::PathTracer;
+use crate::compiled::placed_objects::GroupMember;
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::shaders::is_own_material;
+use crate::compiled::{BuildStep, CompiledScene};
 
 /// Of classes with no more objects than this each is called for by itself: what its methods read of it is read
 /// once.

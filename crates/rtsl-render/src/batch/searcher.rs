@@ -1,13 +1,13 @@
 //! What rays of a wave hit.
 
-use crate::compiled::placed_objects::HitObject;
-use crate::compiled::tracer::{SearchMemory, Tracer};
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
 
 use super::chunk::Chunk;
 use super::scene::BatchScene;
 use super::tracer::PathTracer;
 use super::wave::{NO_INSTANCE, PathHit, Wave};
+use crate::compiled::placed_objects::HitObject;
+use crate::compiled::tracer::{SearchMemory, Tracer};
 
 /// What searches need besides the rays.
 pub struct Searcher {

@@ -3,17 +3,17 @@
 
 use std::cell::RefCell;
 
+use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_math::sampling::hash;
+
+use super::tracer::{BatchMemory, PathTracer};
+use super::wave::{NO_INSTANCE, Path, PathHit};
 use crate::compiled::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::interactive::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};
 use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
-use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
-use rtsl_math::sampling::hash;
-
-use super::tracer::{BatchMemory, PathTracer};
-use super::wave::{NO_INSTANCE, Path, PathHit};
 
 /// What a path's numbers are for: those of `shade`, and of the paths that its rays are.
 const NUMBERS_OF_SHADE: u32 = 0x107;

@@ -1,11 +1,11 @@
 //! Rays towards samples of lights, and what those add if nothing lies between.
 
-use crate::compiled::tracer::Tracer;
 use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::searcher::Searcher;
 use super::tracer::BatchMemory;
 use super::wave::Path;
+use crate::compiled::tracer::Tracer;
 
 /// A ray towards a sample of a light.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,6 @@
 //! A wave of paths on its way through the scene.
 
 use rtsl::Method;
-
-use crate::compiled::problems::Problems;
-use crate::compiled::tracer::Tracer;
-use crate::statistics::RayCounts;
-use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
 
 use super::chunk::{Chunk, are_finite};
@@ -16,6 +11,10 @@ use super::searcher::Searcher;
 use super::shade::ShadeMemory;
 use super::shadow_rays::{ShadowRay, trace_shadow_rays};
 use super::wave::{Path, Wave};
+use crate::compiled::problems::Problems;
+use crate::compiled::tracer::Tracer;
+use crate::statistics::RayCounts;
+use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 
 /// What paths are traced with.
 #[derive(Clone, Copy)]

@@ -16,7 +16,6 @@ use std::borrow::Cow;
 use std::io::{self, Read, Write};
 
 use rtsl_memory::{filled, reserved};
-
 use rtsl_scene::reader::Digest;
 
 use super::fingerprint::{Fingerprint, FingerprintValue};

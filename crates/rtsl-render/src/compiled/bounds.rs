@@ -6,7 +6,6 @@ use rtsl::{
     CallArguments, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program, Role,
     Shape, Variant, new_state, set_defaults,
 };
-
 use rtsl_bvh::Bounds;
 
 use super::compiled_scene::ShaderInstance;

@@ -5,14 +5,11 @@ use rtsl::host::Host;
 use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneMask as MaskBlock, Method, Program, new_state,
 };
-
-use crate::lanes::eight::{eights, is_finite};
-use rtsl_bvh::{LANES, LaneMask};
-use crate::lanes::mask_bits::{bits, set_bits};
 use rtsl_bvh::{LANES, LaneMask};
 
 use super::compiled_scene::{CompiledScene, ShaderInstance};
 use super::problems::Problems;
+use crate::lanes::mask_bits::{bits, set_bits};
 
 /// The blocks of one call.
 pub struct CallBlocks {

@@ -6,12 +6,9 @@ use std::time::{Duration, Instant};
 use fearless_simd::Simd;
 use rayon::prelude::*;
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Method, SourceMap,
+    Diagnostic, Diagnostics, Engine, Instance, InstanceBlock, Messages, Method, SourceMap,
     diagnostic_codes as codes,
 };
-
-use crate::lanes::eight::{Eight, Vectors, scaled};
-use rtsl::Messages;
 use rtsl_bvh::{Bounds, Geometry, HitId};
 use rtsl_math::{Affine, MovingTransform, Transform};
 use rtsl_scene::{Scene, SceneObject, Settings};
@@ -24,6 +21,7 @@ use super::placed_objects::{GroupItems, GroupMember, PlacedObjects};
 use super::placement::Placement;
 use super::shaders::{Purpose, Shader, ShaderTable, SurfaceNeeds, is_own_material};
 use super::specialisation::{Specialisation, Specialised};
+use crate::lanes::eight::{Eight, Vectors, scaled};
 
 /// An instance, ready for the kernels of its shader.
 pub struct ShaderInstance {

@@ -5,14 +5,12 @@ use rtsl::host::NoHost;
 use rtsl::{
     CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method,
 };
-use smallvec::SmallVec;
-
-use crate::lanes::mask_bits::bits;
 use rtsl_bvh::{
     Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
     Pair, PairHit, RaySpace, RayStream, Serial, WIDTH,
 };
 use rtsl_math::reciprocal;
+use smallvec::SmallVec;
 
 use super::calls::CallBlocks;
 use super::compiled_scene::CompiledScene;
@@ -20,6 +18,7 @@ use super::object_class::ObjectClass;
 use super::pair_blocks::PairBlocks;
 use super::problems::Problems;
 use super::variables::variables;
+use crate::lanes::mask_bits::bits;
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {

@@ -8,7 +8,6 @@ use rtsl::{
     Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement, Program, Shape,
     Variant, lookup_state,
 };
-
 use rtsl_bvh::{Block, WIDTH, WideTree};
 use rtsl_math::Affine;
 use rtsl_scene::SceneObject;

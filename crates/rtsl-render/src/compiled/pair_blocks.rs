@@ -6,12 +6,11 @@ use rtsl::host::NoHost;
 use rtsl::{
     CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
 };
-
-use crate::lanes::fours::fours;
 use rtsl_bvh::{Pair, PairHit, RayStream};
 
 use super::object_class::ObjectClass;
 use super::variables::variables;
+use crate::lanes::fours::fours;
 
 /// The most pairs of a call.
 const MOST_PAIRS: usize = 256;

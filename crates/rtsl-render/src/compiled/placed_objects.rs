@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::Diagnostic;
-
 use rtsl_bvh::{Bounds, Geometry, Group, HitId, INSTANCE, Instance, Item};
 use rtsl_math::MovingTransform;
 use rtsl_scene::{PlacedGroup, Scene, SceneObject};

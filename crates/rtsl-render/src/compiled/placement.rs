@@ -2,10 +2,10 @@
 //! for each ray what its time says where the instance moves.
 
 use fearless_simd::Simd;
-
-use crate::lanes::eight::{Eight, Vectors};
 use rtsl_bvh::{Instance, LaneMask, Lanes, RayPacket};
 use rtsl_math::Affine;
+
+use crate::lanes::eight::{Eight, Vectors};
 
 /// An instance, with both of its maps.
 pub struct Placement<'a> {

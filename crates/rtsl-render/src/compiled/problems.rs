@@ -4,12 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rtsl::{Diagnostic, LoopOwners, Method, diagnostic_codes as codes};
-
-use crate::statistics::NotFinite;
-use rtsl::Messages;
+use rtsl::{Diagnostic, LoopOwners, Messages, Method, diagnostic_codes as codes};
 
 use super::compiled_scene::CompiledScene;
+use crate::statistics::NotFinite;
 
 /// What went wrong while rendering: a shader ran past its budget, which ends the render; or it gave values that are not
 /// finite.

@@ -8,7 +8,6 @@ use rtsl::{
     Diagnostics, Engine, Instance, InstanceBlock, Kernel, KernelRequest, LinkedMethod, Method,
     Outputs, Program, Role, Shape, Variant, lookup_state,
 };
-
 use rtsl_scene::{Scene, SceneObject};
 
 use super::compiled_scene::{ShaderInstance, inverse};

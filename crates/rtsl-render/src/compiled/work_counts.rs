@@ -2,12 +2,12 @@
 //! pays: searches that count are code of their own.
 
 use fearless_simd::Simd;
-
-use crate::statistics::LaneUse;
 use rtsl_bvh::{
     Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit,
     RaySpace, RayStream, lanes_of,
 };
+
+use crate::statistics::LaneUse;
 
 /// What is counted.
 #[derive(Clone, Debug)]

@@ -16,18 +16,17 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::Method;
+use rtsl_bvh::{Hits, LANES, LaneMask, Lanes, lanes_of};
 
+use super::light_samples::LightSamples;
+use super::surface::{prepare, runs};
+use super::workspace::{Level, Workspace};
 use crate::compiled::area_light::AreaLight;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit, not_finite};
 use crate::tiles::LaneContext;
-use rtsl_bvh::{Hits, LANES, LaneMask, Lanes, lanes_of};
-
-use super::light_samples::LightSamples;
-use super::surface::{prepare, runs};
-use super::workspace::{Level, Workspace};
 
 /// How far from a sample, relative to its distance, the shape may be found: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;

@@ -10,7 +10,12 @@ use rtsl::host::{
     OcclusionRequest, RayLanes, TraceRequest,
 };
 use rtsl::{LaneBlock, Method};
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 
+use super::area_light::sample;
+use super::light_samples::LightSamples;
+use super::shading::SpawnedRays;
+use super::workspace::{SpawnedPacket, Workspace};
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::variables::variables;
@@ -18,12 +23,6 @@ use crate::lanes::eight::{dots, eights_alone, is_finite, is_lit, not_finite, sca
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 use crate::lanes::surface_offset::distance_to_light;
 use crate::tiles::LaneContext;
-use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
-
-use super::area_light::sample;
-use super::light_samples::LightSamples;
-use super::shading::SpawnedRays;
-use super::workspace::{SpawnedPacket, Workspace};
 
 /// Answers the materials of a packet.
 pub struct ShadingHost<'a> {

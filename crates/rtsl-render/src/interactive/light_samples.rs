@@ -3,10 +3,10 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use rtsl::host::LightRequest;
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 
 use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, eights_alone, scaled, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
-use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 
 /// Points that ask for light, and the samples that they get.
 pub struct LightSamples {

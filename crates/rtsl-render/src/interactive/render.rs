@@ -4,6 +4,14 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use rtsl::Messages;
+use rtsl_bvh::{LANES, lanes_of};
+use rtsl_image::{Aov, AovImage, Image};
+use rtsl_memory::OutOfMemory;
+
+use super::tile_aovs::{TileAovs, TileValues, TileWork};
+use super::tile_sample::sample_tile;
+use super::workspace::{Workspace, rays_of};
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::problems::{Problems, exhausted_budgets};
@@ -13,14 +21,6 @@ use crate::compiled::work_counts::WorkCounts;
 use crate::statistics::{LaneUse, NotFinite, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
-use rtsl::Messages;
-use rtsl_bvh::{LANES, lanes_of};
-use rtsl_image::{Aov, AovImage, Image};
-use rtsl_memory::OutOfMemory;
-
-use super::tile_aovs::{TileAovs, TileValues, TileWork};
-use super::tile_sample::sample_tile;
-use super::workspace::{Workspace, rays_of};
 
 /// The images besides colour that this renderer makes.
 pub const AOVS: [Aov; 8] = [

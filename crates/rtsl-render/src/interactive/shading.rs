@@ -3,7 +3,11 @@
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
+use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
+use super::host::ShadingHost;
+use super::surface::{Run, prepare, runs};
+use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::Light;
 use crate::compiled::tracer::Tracer;
@@ -11,11 +15,6 @@ use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, eights, eights_alone, is_finite};
 use crate::lanes::surface_offset::sums;
 use crate::tiles::LaneContext;
-use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
-
-use super::host::ShadingHost;
-use super::surface::{Run, prepare, runs};
-use super::workspace::{Level, Workspace};
 
 /// A colour for each lane, channel by channel.
 pub type PacketColors = LaneVectors;

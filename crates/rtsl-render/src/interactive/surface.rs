@@ -3,8 +3,9 @@
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
-
 use rtsl_bvh::{HitId, Hits, LaneMask, RayPacket, lanes_of};
+
+use super::workspace::Level;
 use crate::compiled::calls::KernelCall;
 use crate::compiled::compiled_scene::{CompiledScene, Object};
 use crate::compiled::object_class::ObjectClass;
@@ -19,9 +20,6 @@ use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
 use crate::tiles::LaneContext;
-use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
-
-use super::workspace::Level;
 
 /// Lanes that hit one object, whichever of its elements.
 pub struct Run<'a> {

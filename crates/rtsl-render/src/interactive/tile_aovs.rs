@@ -3,17 +3,17 @@
 
 use std::time::Duration;
 
-use crate::compiled::object_class_numbers::ObjectClasses;
-use crate::compiled::tracer::Tracer;
-use crate::compiled::work_counts::WorkCounts;
-use crate::statistics::LaneUse;
-use crate::tiles::{CameraRays, Tile, camera_rays};
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_image::Aov;
 use rtsl_math::dot;
 
 use super::surface::{prepare, runs};
 use super::workspace::Workspace;
+use crate::compiled::object_class_numbers::ObjectClasses;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::work_counts::WorkCounts;
+use crate::statistics::LaneUse;
+use crate::tiles::{CameraRays, Tile, camera_rays};
 
 /// Sums of the samples of a tile.
 pub struct TileAovs {

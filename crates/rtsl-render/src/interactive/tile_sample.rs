@@ -2,14 +2,13 @@
 //! interactive session have in common.
 
 use rtsl::Method;
-
-use crate::compiled::tracer::Tracer;
-use crate::lanes::eight::not_finite;
-use crate::tiles::{CameraRays, Tile, camera_rays};
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
 
 use super::shading::{PacketColors, ShadedRays, SpawnedRays};
 use super::workspace::Workspace;
+use crate::compiled::tracer::Tracer;
+use crate::lanes::eight::not_finite;
+use crate::tiles::{CameraRays, Tile, camera_rays};
 
 /// One sample of every pixel of a tile.
 pub struct TileSample {

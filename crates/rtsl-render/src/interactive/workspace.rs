@@ -1,19 +1,16 @@
 //! The memory of one thread: blocks of state and scratch, used over and over.
 
 use rtsl::{LaneBlock, LaneIndices};
-
 use rtsl_bvh::{LANES, Lanes, RayPacket};
+use rtsl_math::sampling::Sampler;
+
+use super::light_samples::LightSamples;
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::tracer::SearchMemory;
 use crate::lanes::lane_streams::LaneStreams;
-use rtsl_math::sampling::Sampler;
 use crate::statistics::RayCounts;
-use crate::tiles::CameraMemory;
-use rtsl_bvh::LANES;
 use crate::tiles::{CameraMemory, LaneContext};
-
-use super::light_samples::LightSamples;
 
 /// What one thread needs.
 pub struct Workspace {

@@ -8,7 +8,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::LaneBlock;
-
 use rtsl_bvh::{LaneMask, Lanes, lanes_of};
 use rtsl_math::{Affine, USUAL_SQUARES};
 

@@ -1,7 +1,6 @@
 //! Affine maps of eight lanes, each its own.
 
 use fearless_simd::Simd;
-
 use rtsl_math::Affine;
 
 use super::eight::{Eight, Vectors};

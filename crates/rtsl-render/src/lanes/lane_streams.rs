@@ -1,7 +1,6 @@
 //! Where the rays of a packet stand in their sequences of random numbers.
 
 use rtsl::host::{LaneFloats, LaneSet};
-
 use rtsl_bvh::{LANES, LaneMask};
 use rtsl_math::sampling::{Sampler, child_key};
 

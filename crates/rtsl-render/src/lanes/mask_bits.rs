@@ -3,7 +3,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x8, u32x8};
 use rtsl::LaneMask as MaskBlock;
-
 use rtsl_bvh::{LANES, LaneMask};
 
 /// Words that are done at a time.

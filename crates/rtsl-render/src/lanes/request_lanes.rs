@@ -1,7 +1,6 @@
 //! Between the lanes of requests, which come chunk by chunk, and those of a packet.
 
 use rtsl::host::{LaneSet, MAX_LANES};
-
 use rtsl_bvh::LaneMask;
 
 /// The lanes of a packet that ask.

@@ -5,7 +5,6 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
-
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 
 use super::request_lanes::{from_packet, to_packet};

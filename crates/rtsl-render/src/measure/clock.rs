@@ -3,15 +3,15 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::compiled::tracer::Tracer;
-use crate::interactive::{Workspace, rays_of, sample_tile};
-use crate::statistics::RayCounts;
-use crate::tiles::{RenderThreads, Tile, camera_rays};
 use rtsl_bvh::LaneMask;
 
 use super::rays::{Packet, RaySets};
 use super::report::{FrameMeasurement, RayMeasurement};
 use super::{Effort, Spread};
+use crate::compiled::tracer::Tracer;
+use crate::interactive::{Workspace, rays_of, sample_tile};
+use crate::statistics::RayCounts;
+use crate::tiles::{RenderThreads, Tile, camera_rays};
 
 /// What is measured, and how.
 pub struct Clock<'a> {

@@ -17,16 +17,15 @@ mod spread;
 
 use std::time::Duration;
 
-use self::clock::Clock;
-use rtsl::Engine;
+use rtsl::{Engine, Messages};
+use rtsl_scene::reader::DiskFiles;
 
+use self::clock::Clock;
 use crate::compiled::problems::{Problems, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
 use crate::tiles::{RenderThreads, tiles_of};
-use rtsl::Messages;
-use rtsl_scene::reader::DiskFiles;
 
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;

@@ -1,13 +1,13 @@
 //! The rays that are traced against the clock, made once.
 
 use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
+use rtsl_bvh::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
+use rtsl_math::dot;
+use rtsl_math::sampling::{hash, unit_float};
 
 use crate::compiled::tracer::Tracer;
 use crate::interactive::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
-use rtsl_bvh::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
-use rtsl_math::dot;
-use rtsl_math::sampling::{hash, unit_float};
 
 /// Rays of some lanes.
 pub struct Packet {

@@ -3,7 +3,6 @@
 use rtsl::{
     Annotation, AnnotationValue, Class, Constant, Instance, Parameter, ParameterType, Role, Scalar,
 };
-
 use rtsl_scene::reader::Values;
 use rtsl_scene::{EntityId, EntityKind};
 

@@ -3,15 +3,15 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::interactive::{TileSample, TileSums};
-use crate::statistics::LaneUse;
-use crate::tiles::{TILE, Tile, tiles_of};
 use rtsl_bvh::{LANES, lanes_of};
 use rtsl_image::Image;
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::scatter::Scatter;
 use super::view_mode::{Display, PixelFacts};
+use crate::interactive::{TileSample, TileSums};
+use crate::statistics::LaneUse;
+use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a lock of its own, so that threads fill it without waiting for one another.
 pub struct Film {

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use rtsl::EngineOptions;
-
 use rtsl_memory::Amount;
 use rtsl_scene::Settings;
 

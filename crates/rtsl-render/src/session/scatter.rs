@@ -1,7 +1,8 @@
 //! How far the samples of pixels lie apart: what tells where a picture needs more of them.
 
-use crate::interactive::TileSample;
 use rtsl_bvh::{LANES, Lanes, lanes_of};
+
+use crate::interactive::TileSample;
 
 /// Sums over the samples of a tile.
 #[derive(Clone, Copy, Debug)]

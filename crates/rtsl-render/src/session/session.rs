@@ -5,16 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rtsl::{Diagnostic, Engine, SourceMap, diagnostic_codes as codes};
-
-use crate::compiled::CompiledScene;
-use crate::compiled::problems::{Problems, exhausted_budgets};
-use crate::compiled::tracer::Tracer;
-use crate::compiled::work_counts::WorkCounts;
-use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
-use crate::statistics::{LaneUse, RayCounts};
-use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
-use rtsl::Messages;
+use rtsl::{Diagnostic, Engine, Messages, SourceMap, diagnostic_codes as codes};
 use rtsl_image::exposure_scale;
 use rtsl_math::Transform;
 use rtsl_math::sampling::hash;
@@ -30,6 +21,13 @@ use super::options::SessionOptions;
 use super::picked::Picked;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
+use crate::compiled::CompiledScene;
+use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::tracer::Tracer;
+use crate::compiled::work_counts::WorkCounts;
+use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
+use crate::statistics::{LaneUse, RayCounts};
+use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 
 /// A whole frame shall take no longer, or is made smaller: 25 frames a second.
 const FRAME_TARGET: Duration = Duration::from_millis(40);

@@ -1,10 +1,10 @@
 //! Sessions of a small scene in a folder of its own.
 
 use rtsl::Method;
+use rtsl_image::Image;
 
 use super::*;
 use crate::request::{RenderRequest, render_scene};
-use rtsl_image::Image;
 
 const SCENE: &str = r#"
 LookAt 0 2 -6   0 0.5 0   0 1 0

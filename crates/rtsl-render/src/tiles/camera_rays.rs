@@ -3,13 +3,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
-
-use crate::compiled::calls::CallBlocks;
-use crate::compiled::compiled_scene::CompiledScene;
-use crate::compiled::tracer::Tracer;
-use crate::compiled::variables::{variables, vector};
-use crate::lanes::eight::{LaneVectors, eights_alone};
-use crate::lanes::lane_streams::LaneStreams;
 use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket, lanes_of, moved_packet_by};
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 use rtsl_math::{dot, normalize_or};
@@ -17,6 +10,12 @@ use rtsl_scene::Settings;
 
 use super::lane_context::LaneContext;
 use super::tile::Tile;
+use crate::compiled::calls::CallBlocks;
+use crate::compiled::compiled_scene::CompiledScene;
+use crate::compiled::tracer::Tracer;
+use crate::compiled::variables::{variables, vector};
+use crate::lanes::eight::{LaneVectors, eights_alone};
+use crate::lanes::lane_streams::LaneStreams;
 
 /// Camera rays, what belongs to them, and their weights.
 pub struct CameraRays {

@@ -3,12 +3,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::host::{Host, LaneFloats, LaneSet};
+use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
+use rtsl_math::sampling::Sampler;
 
 use crate::lanes::eight::{Eight, LaneVectors, Vectors, difference, dots, eights_alone, select};
 use crate::lanes::lane_streams::LaneStreams;
 use crate::lanes::surface_offset::off_surfaces;
-use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
-use rtsl_math::sampling::Sampler;
 
 /// What belongs to each ray of a packet besides the ray itself.
 #[derive(Clone)]

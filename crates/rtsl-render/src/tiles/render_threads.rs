@@ -3,9 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use rtsl::{Diagnostic, diagnostic_codes as codes};
-
-use rtsl::Messages;
+use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
 use rtsl_memory::Amount;
 
 /// Each level of `trace` takes some of the host's stack, in debug builds most.

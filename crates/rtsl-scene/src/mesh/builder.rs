@@ -1,7 +1,6 @@
 //! A mesh, and how it is put together.
 
 use rtsl::{Numbers, Scalar};
-
 use rtsl_memory::Amount;
 
 use super::MeshError;

@@ -1,11 +1,11 @@
 //! What commands of a scene leave in memory, before they are carried out.
 
-use crate::{Entity, EntityKind, InstanceUse};
 use rtsl_memory::Amount;
 
 use super::directive::Keyword;
 use super::parameter::Parameter;
 use super::parser::Command;
+use crate::{Entity, EntityKind, InstanceUse};
 
 /// What is made of an entity besides its description, when the scene is loaded.
 const OF_ENTITY: Amount = Amount(512);

@@ -7,9 +7,8 @@
 
 use rtsl::{Diagnostic, Diagnostics, SourceMap, Span, diagnostic_codes as codes, most_similar};
 
-use crate::{Description, EntityKind};
-
 use super::parameter::{Parameter, ParameterType, Values};
+use crate::{Description, EntityKind};
 
 /// Applies definitions to a scene, in order.
 pub fn apply_defines(

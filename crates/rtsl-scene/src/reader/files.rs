@@ -6,7 +6,6 @@ use std::io::{self, Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 
 use rtsl::{Diagnostic, diagnostic_codes as codes};
-
 use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
 
 /// Reads files.

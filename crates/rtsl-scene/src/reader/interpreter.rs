@@ -7,8 +7,6 @@ use std::rc::Rc;
 use rtsl::{
     Diagnostic, Diagnostics, FileId, SourceMap, Span, diagnostic_codes as codes, most_similar,
 };
-
-use crate::{Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, InputBudget};
 
@@ -18,9 +16,9 @@ use super::directive::Keyword;
 use super::files::{FileSource, Input, SceneFiles, resolve, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
 use super::parser::{Command, Parser, SpannedText};
-
 use super::spectra;
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
+use crate::{Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 
 /// Includes nest no deeper.
 const DEEPEST_INCLUDE: usize = 64;

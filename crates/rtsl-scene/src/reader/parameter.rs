@@ -4,7 +4,6 @@
 //! when the class is known, by [`crate`].
 
 use rtsl::Span;
-
 use rtsl_memory::Amount;
 
 /// A parameter with its values.

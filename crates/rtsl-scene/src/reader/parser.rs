@@ -7,7 +7,6 @@
 use std::collections::BTreeMap;
 
 use rtsl::{Diagnostic, Diagnostics, FileId, Span, diagnostic_codes as codes, most_similar};
-
 use rtsl_memory::{Held, InputBudget};
 
 use super::directive::{Keyword, Operands, directive, directive_words};

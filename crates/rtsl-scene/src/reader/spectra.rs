@@ -1,12 +1,11 @@
 //! Parameters that are spectra become colours.
 
 use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
-
-use crate::spectrum::{Sampled, blackbody, named, names};
 use rtsl_memory::{Amount, OverBudget};
 
 use super::files::{Input, SceneFiles, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
+use crate::spectrum::{Sampled, blackbody, named, names};
 
 /// Makes linear red, green and blue of a spectrum, or one number where it is the same everywhere; leaves
 /// what is no spectrum as it is. `emits` tells spectra of lights, whose colours get luminance 1, from those

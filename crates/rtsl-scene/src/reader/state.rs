@@ -5,10 +5,9 @@ use std::rc::Rc;
 
 use rtsl::Span;
 
-use crate::{EntityId, EntityKind};
-
 use super::current_transform::CurrentTransform;
 use super::parameter::Parameter;
+use crate::{EntityId, EntityKind};
 
 /// What applies to the next shape, light or texture.
 #[derive(Clone, Debug)]

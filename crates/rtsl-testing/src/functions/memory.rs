@@ -1,12 +1,12 @@
 //! Values of a function's places, and a host, for generated functions.
 
+use rtsl_ir::evaluate::CANONICAL_NAN;
+use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
+use rtsl_ir::{Constant, Function, PlaceId, PlaceKind, Scalar, Storage};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use super::Entropy;
 use super::entropy::mix;
-use rtsl_ir::evaluate::CANONICAL_NAN;
-use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use rtsl_ir::{Constant, Function, PlaceId, PlaceKind, Scalar, Storage};
 
 /// The places of one function for one ray, in vectors.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,14 +9,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
-
-use crate::compiled::CompiledScene;
 use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
 use super::kernels::{KernelMaker, Of};
 use super::scene::ObjectEntry;
 use super::wave::{NO_INSTANCE, PathHit};
+use crate::compiled::CompiledScene;
 
 pub use sample::LightMemory;
 use selection::{LightProbe, Selection};

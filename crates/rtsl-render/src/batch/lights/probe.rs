@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use smallvec::SmallVec;
-
 use rtsl_bvh::Bounds;
 use rtsl_math::sampling::{hash, unit_float};
+use smallvec::SmallVec;
 
 use super::super::chunk::{CHUNK, Chunk, get, set};
 use super::super::scene::BatchScene;

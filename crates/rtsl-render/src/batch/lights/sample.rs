@@ -3,11 +3,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, Method, new_state};
-
-use crate::compiled::variables::variables;
-use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
-use crate::lanes::lane_maps::LaneMaps;
-use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
 use rtsl_math::sampling::Sampler;
 
 use super::super::chunk::{CHUNK, Callee, Chunk, LightRows, Row, Rows, get, set, set_numbers};
@@ -18,6 +13,10 @@ use super::super::tracer::PathTracer;
 use super::super::wave::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
+use crate::lanes::lane_maps::LaneMaps;
+use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
 
 /// How far before a sample of a shape, relative to its distance, shadow rays end at most: rounding of silhouettes.
 const TOLERANCE: f32 = 1e-3;

@@ -7,9 +7,9 @@ use std::io;
 use base64::Engine;
 use gltf::buffer::{Source, View};
 use gltf::{Document, Glb};
+use rtsl_memory::{Amount, OverBudget};
 
 use crate::mesh::MeshError;
-use rtsl_memory::{Amount, OverBudget};
 
 /// What the structure of a file takes in memory, at most: things of it are structs of up to so many bytes; each
 /// number of a list may refer to nothing, which is a message; and texts, with buffers in them, are copied.

@@ -15,7 +15,6 @@ use std::io;
 
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive, Semantic};
-
 use rtsl_math::Transform;
 use rtsl_memory::{Amount, Held, InputBudget};
 

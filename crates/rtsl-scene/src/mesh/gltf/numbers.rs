@@ -3,9 +3,8 @@
 use gltf::Accessor;
 use gltf::accessor::DataType;
 
-use crate::mesh::MeshError;
-
 use super::buffers::Buffers;
+use crate::mesh::MeshError;
 
 /// `COUNT` numbers for each of many things, all of them within their buffer.
 pub struct Numbers<'a, const COUNT: usize> {

@@ -2,9 +2,8 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use crate::mesh::MeshError;
-
 use super::header::{Encoding, NumberType};
+use crate::mesh::MeshError;
 
 /// Numbers as text are no longer.
 const LONGEST_NUMBER: usize = 128;
