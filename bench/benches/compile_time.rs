@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use rtsl::library::{self, LibraryFile};
 use rtsl::{
-    Backend, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
-    ParameterType, Scalar, Shape, Value,
+    Backend, CallMode, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions, Instance, Method,
+    ParameterType, Scalar, Value,
 };
 use rtsl_render::{Progress, RenderRequest, render_scene};
 
@@ -129,13 +129,13 @@ fn make_kernel(file: &LibraryFile, class: &str, method: Method) {
     let class = classes.iter().find(|it| it.name == class).expect("it was there before");
     let (engine, _) = Engine::new(options()).expect("it was there before");
     let program = engine.program(&instance(class));
-    program.kernel(method, Shape::Packet).expect("the library compiles");
+    program.kernel(method, CallMode::Packet).expect("the library compiles");
 }
 
 fn emit_method(class: &Arc<Class>, method: Method, emit: Emit) {
     let (engine, _) = Engine::new(options()).expect("it was there before");
     let program = engine.program_of_class(class);
-    let request = EmitRequest { emit, method, variant: Shape::Packet.into(), target: None };
+    let request = EmitRequest { emit, method, variant: CallMode::Packet.into(), target: None };
     program.emit(&request).expect("the library compiles");
 }
 

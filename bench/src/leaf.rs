@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafArguments,
-    LeafKernel, LeafTest, Method, Shape, lookup_state, new_state,
+    CallArguments, CallMode, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafArguments,
+    LeafKernel, LeafTest, Method, lookup_state, new_state,
 };
 use serde::Serialize;
 
@@ -43,7 +43,7 @@ pub struct LeafResult {
 /// The classes whose names contain `filter`.
 pub fn leaves(filter: Option<&str>) -> Vec<Leaf> {
     let shader =
-        |file, class| Shader { file, class, method: Method::Intersect, shape: Shape::Leaf };
+        |file, class| Shader { file, class, method: Method::Intersect, shape: CallMode::Leaf };
     let all = [
         Leaf { name: "sphere", shader: shader("sphere.rtsl", "Sphere"), object: sphere },
         Leaf { name: "triangle", shader: shader("triangle.rtsl", "Triangle"), object: triangle },
@@ -100,8 +100,8 @@ pub fn run_leaf(leaf: &Leaf, engines: &Engines, plan: Plan) -> Result<LeafResult
         kernel.map_err(|error| error.message)
     };
     let objects = Arc::new(program.objects(instances.iter().map(|it| &**it)));
-    let together = kernel(Shape::Leaf)?.for_leaves(objects);
-    let ways = [Way::Single(kernel(Shape::Single)?), Way::Together(together)];
+    let together = kernel(CallMode::Leaf)?.for_leaves(objects);
+    let ways = [Way::Single(kernel(CallMode::Single)?), Way::Together(together)];
     let mut rays = Rays {
         states: (0..RAYS).map(|_| ray(&mut random)).collect(),
         scratch: program.new_scratch(OBJECTS),

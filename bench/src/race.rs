@@ -1,6 +1,6 @@
 //! What a race is.
 
-use rtsl::{Method, Numbers, Outputs, Scalar, Shape, Value, lookup_state};
+use rtsl::{CallMode, Method, Numbers, Outputs, Scalar, Value, lookup_state};
 
 use crate::kernels::Kernel;
 use crate::packet::RAYS;
@@ -43,7 +43,7 @@ pub struct Shader {
     /// Of that class.
     pub method: Method,
     /// What its rays have in common.
-    pub shape: Shape,
+    pub shape: CallMode,
 }
 
 /// The hand-written forms of a kernel.

@@ -1,8 +1,8 @@
 //! What is done with any text that claims to be a shader.
 
 use rtsl::{
-    Backend, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions, MemoryLoader,
-    Shape, Target,
+    Backend, CallMode, Compiler, CompilerOptions, Emit, EmitRequest, Engine, EngineOptions,
+    MemoryLoader, Target,
 };
 use rtsl_source::{Diagnostics, SourceMap, render};
 use rtsl_syntax::{parse, print};
@@ -49,7 +49,7 @@ pub fn compile(data: &[u8]) -> bool {
     for class in unit.classes() {
         let program = engine.program_of_class(class);
         for method in class.methods.keys().copied() {
-            for shape in Shape::ALL {
+            for shape in CallMode::ALL {
                 let target = Target::by_name("x86-64-v3");
                 let request =
                     EmitRequest { emit: Emit::Llvm, method, variant: shape.into(), target };

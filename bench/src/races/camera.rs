@@ -1,6 +1,6 @@
 //! A camera.
 
-use rtsl::{Method, Shape};
+use rtsl::{CallMode, Method};
 
 use crate::kernels::Lens;
 use crate::race::{Parameter, Race, Shader, WrittenForms, independent};
@@ -16,7 +16,7 @@ pub fn races() -> Vec<Race> {
             file: "lens.rtsl",
             class: "Lens",
             method: Method::GenerateRay,
-            shape: Shape::Packet,
+            shape: CallMode::Packet,
         },
         state: &["rt_ScreenCoord", "rt_LensCoord", "rt_RayOrigin", "rt_RayDirection"],
         others: &[],

@@ -1,6 +1,6 @@
 //! Elementary functions.
 
-use rtsl::{Method, Shape};
+use rtsl::{CallMode, Method};
 
 use crate::kernels::{Exp, InverseSqrt, Log, Pow, SinCos};
 use crate::race::{Race, Shader, WrittenForms, independent};
@@ -13,7 +13,7 @@ pub fn races() -> Vec<Race> {
             file: "functions.rtsl",
             class,
             method: Method::EvaluatePdf,
-            shape: Shape::Packet,
+            shape: CallMode::Packet,
         },
         state: &["rt_HitDistance", "rt_PDF"],
         others: &[],

@@ -1,6 +1,6 @@
 //! Materials.
 
-use rtsl::{Method, Shape};
+use rtsl::{CallMode, Method};
 
 use crate::kernels::{Dielectric, Ggx, Ward};
 use crate::race::{Parameter, Race, Shader, WrittenForms, independent};
@@ -17,7 +17,7 @@ fn ward() -> Race {
             file: "ward.rtsl",
             class: "Ward",
             method: Method::Bsdf,
-            shape: Shape::Packet,
+            shape: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",
@@ -71,7 +71,7 @@ fn ggx() -> Race {
             file: "ggx.rtsl",
             class: "Ggx",
             method: Method::SampleBsdf,
-            shape: Shape::Packet,
+            shape: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",
@@ -110,7 +110,7 @@ fn dielectric() -> Race {
             file: "dielectric.rtsl",
             class: "Dielectric",
             method: Method::SampleBsdf,
-            shape: Shape::Packet,
+            shape: CallMode::Packet,
         },
         state: &[
             "rt_RayDirection",

@@ -1,6 +1,6 @@
 //! Noise.
 
-use rtsl::{Method, Shape};
+use rtsl::{CallMode, Method};
 
 use crate::kernels::{HashedFbm, TableFbm};
 use crate::race::{Parameter, Race, Shader, WrittenForms, independent};
@@ -9,7 +9,7 @@ use crate::random::Random;
 pub fn races() -> Vec<Race> {
     let race = |name, file, class, parameters, written| Race {
         name,
-        shader: Shader { file, class, method: Method::Lookup, shape: Shape::Packet },
+        shader: Shader { file, class, method: Method::Lookup, shape: CallMode::Packet },
         state: &["rt_TextureUVW", "rt_FloatTextureValue"],
         others: &[],
         inputs: 3,

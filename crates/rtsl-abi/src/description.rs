@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use rtsl_ir::Scalar;
 use rtsl_spec::{Method, Role};
 
-use crate::{Shape, offsets};
+use crate::{CallMode, offsets};
 
 /// Classes that were compiled together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -131,7 +131,7 @@ pub struct KernelDescription {
     /// The method.
     pub method: Method,
     /// What its lanes have in common.
-    pub shape: Shape,
+    pub shape: CallMode,
     /// Rays at a time.
     pub width: u32,
     /// The symbol, `void symbol(RtslCall *call)`.

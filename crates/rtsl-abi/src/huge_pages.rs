@@ -10,12 +10,12 @@ use std::ops::Range;
 pub const PAGE_BYTES: usize = if cfg!(target_arch = "x86_64") { 4 << 10 } else { 64 << 10 };
 
 /// Smaller tables stay as they are.
-const LEAST_BYTES: usize = 4 << 20;
+const MIN_BYTES: usize = 4 << 20;
 
 /// An empty vector whose memory is of large pages, if it is large and the system has such.
 pub fn with_capacity_in_huge_pages<T>(capacity: usize) -> Vec<T> {
     let mut vector = Vec::with_capacity(capacity);
-    if capacity.saturating_mul(size_of::<T>()) >= LEAST_BYTES {
+    if capacity.saturating_mul(size_of::<T>()) >= MIN_BYTES {
         advise(vector.spare_capacity_mut().as_ptr_range(), Advice::HugePage);
     }
     vector
@@ -23,7 +23,7 @@ pub fn with_capacity_in_huge_pages<T>(capacity: usize) -> Vec<T> {
 
 /// The same elements in memory as [`with_capacity_in_huge_pages`] has it.
 pub fn in_huge_pages<T>(elements: Vec<T>) -> Vec<T> {
-    if size_of_val(elements.as_slice()) < LEAST_BYTES {
+    if size_of_val(elements.as_slice()) < MIN_BYTES {
         return elements;
     }
     let mut moved = with_capacity_in_huge_pages(elements.len());
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn large_tables_keep_their_elements() {
-        for count in [0, 3, LEAST_BYTES / 4 + 5] {
+        for count in [0, 3, MIN_BYTES / 4 + 5] {
             let elements: Vec<u32> = (0..count as u32).collect();
             assert_eq!(in_huge_pages(elements.clone()), elements);
         }

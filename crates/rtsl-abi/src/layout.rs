@@ -7,7 +7,7 @@ use std::ops::Range;
 use rtsl_ir::{Place, PlaceKind};
 
 use crate::offsets::BUFFER_WORDS;
-use crate::{ObjectForm, Shape};
+use crate::{CallMode, ObjectForm};
 
 /// The layout of one class, linked with those it refers to. The methods of the class share it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl Layout {
 
     /// The words that stand in blocks of objects in calls of this shape; `None` where they have one
     /// instance's block.
-    pub fn object_form(&self, shape: Shape) -> Option<ObjectForm> {
+    pub fn object_form(&self, shape: CallMode) -> Option<ObjectForm> {
         let all = || ObjectForm::new(0..self.block_words);
         self.objects.clone().or_else(|| shape.has_many_objects().then(all))
     }

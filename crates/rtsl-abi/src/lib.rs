@@ -1,6 +1,6 @@
 //! The binary interface of kernels: what a call takes, as callers write it and as code reads it.
 //!
-//! [`offsets`] describes the struct that a kernel is called with. A [`Shape`] says which of its
+//! [`offsets`] describes the struct that a kernel is called with. A [`CallMode`] says which of its
 //! inputs differ from lane to lane, a [`Layout`] where a class's data lies, a [`Signature`] what a kernel needs of a call,
 //! and [`LaneBlock`], [`InstanceBlock`] and [`Objects`] are the memory that it is given. [`description`] tells hosts
 //! without a compiler the same about a class.
@@ -42,5 +42,5 @@ pub use object_form::ObjectForm;
 pub use objects::{ObjectRow, Objects};
 pub use prefetch::prefetch;
 pub use record::{Mark, MarkWord, RayRecord};
-pub use shape::Shape;
+pub use shape::CallMode;
 pub use signature::Signature;

@@ -60,7 +60,7 @@
 
 use rtsl_ir::Scalar;
 
-use crate::Shape;
+use crate::CallMode;
 
 /// The version of all this, and of what libraries say of themselves. Other offsets or meanings are another version.
 pub const VERSION: u32 = 1;
@@ -116,19 +116,19 @@ pub const METHOD_WRITES_SCRATCH: u32 = 2;
 pub const METHOD_LEAVES_ZEROS: u32 = 4;
 
 /// The number of a shape in libraries.
-pub const fn shape_number(shape: Shape) -> u32 {
+pub const fn shape_number(shape: CallMode) -> u32 {
     match shape {
-        Shape::Single => 0,
-        Shape::Packet => 1,
-        Shape::CommonOrigin => 2,
-        Shape::Stream => 3,
-        Shape::Leaf => 4,
+        CallMode::Single => 0,
+        CallMode::Packet => 1,
+        CallMode::CommonOrigin => 2,
+        CallMode::Stream => 3,
+        CallMode::Leaf => 4,
     }
 }
 
 /// The shape of this number.
-pub fn shape_of_number(number: u32) -> Option<Shape> {
-    Shape::ALL.into_iter().find(|shape| shape_number(*shape) == number)
+pub fn shape_of_number(number: u32) -> Option<CallMode> {
+    CallMode::ALL.into_iter().find(|shape| shape_number(*shape) == number)
 }
 
 /// The number of a type of scalar in libraries.

@@ -5,10 +5,10 @@ use rtsl_ir::{Place, PlaceKind};
 /// What the lanes of one call have in common. The author of a shader wrote for one ray and
 /// one object; the shape says which of the two is many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Shape {
+pub enum CallMode {
     /// Rays vary, the object is one.
     Packet,
-    /// As [`Shape::Packet`], but all rays start where the first one does.
+    /// As [`CallMode::Packet`], but all rays start where the first one does.
     CommonOrigin,
     /// Rays vary, and each has its own of many objects.
     Stream,
@@ -19,28 +19,33 @@ pub enum Shape {
     Single,
 }
 
-/// The state variable that [`Shape::CommonOrigin`] reads once for all rays.
+/// The state variable that [`CallMode::CommonOrigin`] reads once for all rays.
 const ORIGIN: &str = "rt_RayOrigin";
 
-impl Shape {
+impl CallMode {
     /// All shapes.
-    pub const ALL: [Shape; 5] =
-        [Shape::Packet, Shape::CommonOrigin, Shape::Stream, Shape::Leaf, Shape::Single];
+    pub const ALL: [CallMode; 5] = [
+        CallMode::Packet,
+        CallMode::CommonOrigin,
+        CallMode::Stream,
+        CallMode::Leaf,
+        CallMode::Single,
+    ];
 
     /// The name that the command line and the text form use.
     pub const fn name(self) -> &'static str {
         match self {
-            Shape::Packet => "packet",
-            Shape::CommonOrigin => "common-origin",
-            Shape::Stream => "stream",
-            Shape::Leaf => "leaf",
-            Shape::Single => "single",
+            CallMode::Packet => "packet",
+            CallMode::CommonOrigin => "common-origin",
+            CallMode::Stream => "stream",
+            CallMode::Leaf => "leaf",
+            CallMode::Single => "single",
         }
     }
 
     /// The shape of this name.
-    pub fn from_name(name: &str) -> Option<Shape> {
-        Shape::ALL.into_iter().find(|shape| shape.name() == name)
+    pub fn from_name(name: &str) -> Option<CallMode> {
+        CallMode::ALL.into_iter().find(|shape| shape.name() == name)
     }
 
     /// Whether what `place` holds before a call differs from lane to lane; where it does not,
@@ -54,13 +59,13 @@ impl Shape {
             matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer);
         let of_object = is_data && of_objects;
         match self {
-            Shape::Packet => of_ray,
-            Shape::CommonOrigin => {
+            CallMode::Packet => of_ray,
+            CallMode::CommonOrigin => {
                 of_ray && !(place.kind == PlaceKind::State && place.name == ORIGIN)
             }
-            Shape::Stream => of_ray || of_object,
-            Shape::Leaf => of_object || place.kind == PlaceKind::Accepted,
-            Shape::Single => false,
+            CallMode::Stream => of_ray || of_object,
+            CallMode::Leaf => of_object || place.kind == PlaceKind::Accepted,
+            CallMode::Single => false,
         }
     }
 
@@ -68,26 +73,28 @@ impl Shape {
     /// not, to store what was read changes other lanes. `accepts`: the method accepts hits.
     pub fn stores_where_it_reads(self, place: &Place, accepts: bool) -> bool {
         match self {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream => self.varies(place, false),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
+                self.varies(place, false)
+            }
             // The lane of the one ray; in the other methods of the leaf shape, those of the objects.
-            Shape::Single => true,
-            Shape::Leaf => accepts,
+            CallMode::Single => true,
+            CallMode::Leaf => accepts,
         }
     }
 
     /// Whether there are many objects in a call.
     pub const fn has_many_objects(self) -> bool {
         match self {
-            Shape::Stream | Shape::Leaf => true,
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => false,
+            CallMode::Stream | CallMode::Leaf => true,
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => false,
         }
     }
 
     /// The width of kernels of this shape where `width` is asked for.
     pub const fn width(self, width: u32) -> u32 {
         match self {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => width,
-            Shape::Single => 1,
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => width,
+            CallMode::Single => 1,
         }
     }
 }

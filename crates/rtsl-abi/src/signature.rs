@@ -11,7 +11,7 @@ use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 use crate::offsets;
-use crate::shape::Shape;
+use crate::shape::CallMode;
 
 /// What a kernel takes; calls are checked against it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct Signature {
     /// The buffers that it needs of each object, by words of the object.
     pub object_buffers: Arc<[BufferEntry]>,
     /// What the lanes of a call have in common.
-    pub shape: Shape,
+    pub shape: CallMode,
     /// Whether it says which rays it found a hit for.
     pub accepts: bool,
     /// Rays in a chunk, where a call may begin at any of them.
@@ -61,7 +61,7 @@ impl Signature {
     /// # Errors
     /// If they do not fit.
     pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
-        if self.shape == Shape::Leaf {
+        if self.shape == CallMode::Leaf {
             return Err(CallError::InstanceForm(self.shape.name()));
         }
         self.check_sizes(&CallSizes {
@@ -80,17 +80,17 @@ impl Signature {
     fn check_sizes<L: LaneArrays>(&self, call: &CallSizes<'_, L>) -> Result<(), CallError> {
         let CallSizes { state, scratch, count, mask, accepted, instances, vector } = *call;
         self.check_instances(instances, count)?;
-        if self.shape == Shape::Single && (count != 1 || mask.is_some()) {
+        if self.shape == CallMode::Single && (count != 1 || mask.is_some()) {
             return Err(CallError::NotOneRay);
         }
         let needed = needed_lanes(count, vector)?;
         let room = |given: usize| has_room(count, needed, given);
         match self.shape {
             // The one ray's lane; what a kernel keeps of its hits is stored there, too.
-            Shape::Leaf if self.accepts => self.check_arrays(state, scratch, 1, 1)?,
+            CallMode::Leaf if self.accepts => self.check_arrays(state, scratch, 1, 1)?,
             // The ray's lane and those of the objects.
-            Shape::Leaf => self.check_arrays(state, scratch, count, needed.max(1))?,
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+            CallMode::Leaf => self.check_arrays(state, scratch, count, needed.max(1))?,
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.check_arrays(state, scratch, count, needed)?;
                 match accepted {
                     Some(lanes) => room(lanes)?,
@@ -107,7 +107,7 @@ impl Signature {
     /// # Panics
     /// If it does not; so for [`Signature::check_leaf`].
     pub fn check_leaf_objects(&self, objects: &Objects) {
-        let is_test = self.shape == Shape::Leaf && self.accepts;
+        let is_test = self.shape == CallMode::Leaf && self.accepts;
         assert!(is_test, "the kernel is `intersect` in the leaf shape");
         let fit = self.fits_objects(objects) && self.fits_block(objects.shared());
         assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
@@ -159,18 +159,24 @@ impl Signature {
     fn check_instances(&self, instances: Instances<'_>, count: usize) -> Result<(), CallError> {
         let takes_objects = self.object_words.is_some();
         let form_fits = match (self.shape, instances) {
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::One(_)) => {
+            (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Instances::One(_)) => {
                 !takes_objects
             }
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Instances::Object(..))
-            | (Shape::Stream, Instances::Many(..))
-            | (Shape::Leaf, Instances::Range(..)) => takes_objects,
             (
-                Shape::Packet | Shape::CommonOrigin | Shape::Single,
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single,
+                Instances::Object(..),
+            )
+            | (CallMode::Stream, Instances::Many(..))
+            | (CallMode::Leaf, Instances::Range(..)) => takes_objects,
+            (
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single,
                 Instances::Many(..) | Instances::Range(..),
             )
-            | (Shape::Stream, Instances::One(_) | Instances::Object(..) | Instances::Range(..))
-            | (Shape::Leaf, Instances::One(_) | Instances::Object(..) | Instances::Many(..)) => {
+            | (
+                CallMode::Stream,
+                Instances::One(_) | Instances::Object(..) | Instances::Range(..),
+            )
+            | (CallMode::Leaf, Instances::One(_) | Instances::Object(..) | Instances::Many(..)) => {
                 false
             }
         };

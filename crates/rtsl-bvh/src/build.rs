@@ -2,7 +2,7 @@
 //!
 //! The library's builder (parallel locally-ordered clustering, then reinsertion) is
 //! deterministic, on any number of threads. Which of its subtrees become leaves, of at most eight items, is
-//! the plan's to say: see the module `fold_plan`.
+//! the plan's to say: see the module `collapse`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -12,30 +12,31 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use rtsl_abi::in_huge_pages;
+use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
-use super::fold_plan::FoldPlan;
-use super::wide_tree::{Block, Boxes, Child, Item, WIDTH, WideNode, WideTree};
+use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, Node8};
+use super::collapse::CollapsePlan;
 
 /// About so many nodes the first pass of reinsertion tries to place better, but at least this part of all.
 /// In small trees that is all of them, for which rays visit a tenth fewer nodes; a million items take a
 /// second that way, and half of that as it is.
 const REINSERTED_NODES: f32 = 30_000.0;
-const LEAST_REINSERTED: f32 = 0.03;
+const MIN_REINSERTED: f32 = 0.03;
 
-impl WideTree {
+impl Bvh8 {
     /// Over items, which are numbered in their order.
-    pub fn build(items: &[Item]) -> WideTree {
+    pub fn build(items: &[Item]) -> Bvh8 {
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let numbers: Vec<u32> = bounded.map(|(number, _)| number as u32).collect();
         let binary = binary_tree(items, &numbers);
         let mut builder = Builder {
             items,
-            plan: FoldPlan::new(&binary),
+            plan: CollapsePlan::new(&binary),
             binary,
             numbers,
             blocks_of_class: BTreeMap::new(),
-            tree: WideTree::default(),
+            tree: Bvh8::default(),
         };
         builder.fold();
         builder.add_unbounded();
@@ -44,8 +45,8 @@ impl WideTree {
         builder.tree.measure_depth();
         let tree = builder.tree;
         let visits_when_built = tree.visits();
-        WideTree {
-            heads: in_huge_pages(tree.blocks.iter().map(Block::head).collect()),
+        Bvh8 {
+            heads: in_huge_pages(tree.blocks.iter().map(Leaf::head).collect()),
             nodes: in_huge_pages(tree.nodes),
             blocks: in_huge_pages(tree.blocks),
             visits_when_built,
@@ -64,7 +65,7 @@ fn binary_tree(items: &[Item], numbers: &[u32]) -> Bvh2 {
     let ratio = REINSERTED_NODES / boxes.len().max(1) as f32;
     let parameters = BvhBuildParams {
         max_prims_per_leaf: 1,
-        reinsertion_batch_ratio: ratio.clamp(LEAST_REINSERTED, 1.0),
+        reinsertion_batch_ratio: ratio.clamp(MIN_REINSERTED, 1.0),
         ..BvhBuildParams::fast_build()
     };
     if boxes.is_empty() {
@@ -76,12 +77,12 @@ fn binary_tree(items: &[Item], numbers: &[u32]) -> Bvh2 {
 struct Builder<'a> {
     items: &'a [Item],
     binary: Bvh2,
-    plan: FoldPlan,
+    plan: CollapsePlan,
     /// The items with bounds, as the binary tree counts them.
     numbers: Vec<u32>,
     /// How many blocks each class has so far.
     blocks_of_class: BTreeMap<u32, u32>,
-    tree: WideTree,
+    tree: Bvh8,
 }
 
 /// A node whose child is to be set.
@@ -123,7 +124,7 @@ impl Builder<'_> {
             }
             sources.clear();
             self.plan.add_children(&self.binary, source, &mut sources);
-            self.tree.nodes.push(WideNode { count: sources.len() as u32, ..WideNode::EMPTY });
+            self.tree.nodes.push(Node8 { count: sources.len() as u32, ..Node8::EMPTY });
             for (slot, source) in sources.iter().enumerate() {
                 if self.plan.is_leaf(&self.binary, *source) {
                     self.add_leaf(index, slot, *source, &mut leaf_items);
@@ -145,7 +146,7 @@ impl Builder<'_> {
         self.add_items(source, |item| waiting.push(LeafItem { item, slot }));
         let class = |it: &LeafItem| self.items[it.item as usize].class;
         let fits =
-            waiting.len() <= WIDTH && waiting.iter().all(|it| class(it) == class(&waiting[0]));
+            waiting.len() <= SIMD_LANES && waiting.iter().all(|it| class(it) == class(&waiting[0]));
         if !fits && before > 0 {
             let rest = waiting.split_off(before);
             self.place(node, waiting);
@@ -165,7 +166,7 @@ impl Builder<'_> {
             let parent = &mut self.tree.nodes[node];
             parent.children[slot] = Child::leaf(first as u32);
             let position = self.tree.blocks[first].items.iter().position(|it| *it == item);
-            let bit = position.filter(|_| is_one).map_or(WideNode::ALL_ITEMS, |it| 1 << it);
+            let bit = position.filter(|_| is_one).map_or(Node8::ALL_ITEMS, |it| 1 << it);
             parent.items[slot] |= bit;
         }
     }
@@ -191,7 +192,7 @@ impl Builder<'_> {
         let class = |item: &u32| self.items[*item as usize].class;
         items.sort_unstable_by_key(|item| (class(item), *item));
         let runs: Vec<&[u32]> = items.chunk_by(|a, b| class(a) == class(b)).collect();
-        for run in runs.into_iter().flat_map(|run| run.chunks(WIDTH)) {
+        for run in runs.into_iter().flat_map(|run| run.chunks(SIMD_LANES)) {
             let block = self.block(run);
             self.tree.blocks.push(block);
         }
@@ -200,14 +201,14 @@ impl Builder<'_> {
         }
     }
 
-    fn block(&mut self, items: &[u32]) -> Block {
+    fn block(&mut self, items: &[u32]) -> Leaf {
         const BOUNDLESS: Bounds = Bounds { min: [f32::NEG_INFINITY; 3], max: [f32::INFINITY; 3] };
         let class = self.items[items[0] as usize].class;
         let of_class = self.blocks_of_class.entry(class).or_default();
         *of_class += 1;
-        let mut block = Block {
+        let mut block = Leaf {
             boxes: Boxes::EMPTY,
-            items: [items[0]; WIDTH],
+            items: [items[0]; SIMD_LANES],
             of_class: *of_class - 1,
             class,
             count: items.len() as u8,

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use rtsl_math::{Affine, MovingTransform};
 
 use super::bounds::Bounds;
+use super::bvh8::{Bvh8, Item};
 use super::packet::{LaneMask, RayPacket};
-use super::ray_space::RaySpace;
+use super::ray_space::TraversalRay;
 use super::traversal::{moved_packet, moved_packet_by, moved_ray};
-use super::wide_tree::{Item, WideTree};
 
 /// Groups of items: the first is the scene itself, the others are placed by its instances.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +29,7 @@ pub const INSTANCE: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub struct Group {
     /// The tree over the items.
-    pub tree: WideTree,
+    pub tree: Bvh8,
 }
 
 /// A group, placed.
@@ -55,7 +55,7 @@ impl Instance {
 
     /// A ray in the group's space; `None` where it is not finite there.
     #[inline(always)]
-    pub fn moved_ray(&self, ray: &RaySpace) -> Option<RaySpace> {
+    pub fn moved_ray(&self, ray: &TraversalRay) -> Option<TraversalRay> {
         match &self.motion {
             None => moved_ray(ray, &self.inverse),
             Some(motion) => moved_ray(ray, &motion.inverse_at(ray.time)),
@@ -66,13 +66,13 @@ impl Instance {
 impl Group {
     /// A group of items, each with its bounds as its class gives them.
     pub fn new(items: impl IntoIterator<Item = Item>) -> Self {
-        Group { tree: WideTree::build(&padded(items)) }
+        Group { tree: Bvh8::build(&padded(items)) }
     }
 
     /// A group of the same items after some of them moved. Nothing is built where that serves as well.
     pub fn moved(&self, items: impl IntoIterator<Item = Item>) -> Self {
         let items = padded(items);
-        Group { tree: self.tree.refitted(&items).unwrap_or_else(|| WideTree::build(&items)) }
+        Group { tree: self.tree.refitted(&items).unwrap_or_else(|| Bvh8::build(&items)) }
     }
 
     /// The union of all own boxes; `None` where an item has none, or there is no item.

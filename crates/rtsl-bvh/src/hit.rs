@@ -2,9 +2,9 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
+use rtsl_math::SIMD_LANES;
 
 use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
-use super::space::CHUNK;
 
 /// Which object was hit: the item of the scene, and for an instance the item of its group.
 /// Ordered: the lower id wins ties.
@@ -66,18 +66,18 @@ impl Hits {
     /// Takes those of the hits of one object that are nearer than what their lanes had.
     #[inline(always)]
     pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
-        for start in (0..LANES).step_by(CHUNK) {
+        for start in (0..LANES).step_by(SIMD_LANES) {
             let valid = lanes >> start & 0xFF;
             if valid == 0 {
                 continue;
             }
-            let new = f32x8::from_slice(simd, &found[start..start + CHUNK]);
-            let old = f32x8::from_slice(simd, &self.distance[start..start + CHUNK]);
+            let new = f32x8::from_slice(simd, &found[start..start + SIMD_LANES]);
+            let old = f32x8::from_slice(simd, &self.distance[start..start + SIMD_LANES]);
             let nearer = new.simd_lt(old).to_bitmask() & valid;
             let equal = new.simd_eq(old).to_bitmask() & valid;
             if nearer == 0xFF {
-                new.store_slice(&mut self.distance[start..start + CHUNK]);
-                self.id[start..start + CHUNK].fill(id);
+                new.store_slice(&mut self.distance[start..start + SIMD_LANES]);
+                self.id[start..start + SIMD_LANES].fill(id);
                 self.found |= 0xFF << start;
                 continue;
             }

@@ -39,9 +39,11 @@
 
 mod bounds;
 mod build;
-mod fold_plan;
+mod bvh8;
+mod collapse;
 mod geometry;
 mod hit;
+mod interleaved_traversal;
 mod objects;
 mod packet;
 mod packet_traversal;
@@ -52,17 +54,15 @@ mod space;
 mod stream;
 mod stream_traversal;
 mod traversal;
-mod turns;
-mod wide_tree;
 
 pub use bounds::Bounds;
+pub use bvh8::{Boxes, Bvh8, Child, Item, Leaf, LeafHead, Node8};
 pub use geometry::{Geometry, Group, INSTANCE, Instance};
 pub use hit::{HitId, Hits};
+pub use interleaved_traversal::MAX_IN_TURN;
 pub use objects::{BlockTest, Objects};
 pub use packet::{LANES, LaneMask, Lanes, LanesOf, RayPacket, lanes_of};
-pub use ray_space::{Company, RaySpace};
+pub use ray_space::{RayFrame, TraversalRay};
 pub use space::{PacketSpace, Serial};
 pub use stream::{Pair, PairHit, RAYS_OF_STREAM, RayStream, StreamLine, StreamRay};
-pub use traversal::{Search, Visits, moved_packet, moved_packet_by};
-pub use turns::MOST_IN_TURN;
-pub use wide_tree::{Block, BlockHead, Boxes, Child, Item, WIDTH, WideNode, WideTree};
+pub use traversal::{Search, TraversalStack, moved_packet, moved_packet_by};

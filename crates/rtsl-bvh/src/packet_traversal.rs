@@ -7,32 +7,33 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl_abi::prefetch;
+use rtsl_math::SIMD_LANES;
 use smallvec::SmallVec;
 
 use super::bounds::Bounds;
+use super::bvh8::{Bvh8, Child, Leaf, Node8};
 use super::geometry::{Group, INSTANCE};
+use super::interleaved_traversal::MAX_IN_TURN;
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, Lanes, lanes_of};
-use super::ray_space::RaySpace;
-use super::space::{CHUNK, PacketSpace, finite_lanes, greatest};
-use super::traversal::{Outer, Search, Traversal};
-use super::turns::MOST_IN_TURN;
-use super::wide_tree::{Block, Child, WIDTH, WideNode, WideTree};
+use super::ray_space::TraversalRay;
+use super::space::{PacketSpace, finite_lanes, greatest};
+use super::traversal::{InstanceContext, Search, Traversal};
 
 /// Fewer rays than these go on from a node each on its own way. From half to four times as many the speed hardly
 /// differs; nor does it help to let such rays wait until there are more of them to take turns.
-const FEWEST_AT_NODES: u32 = 6;
+const MIN_AT_NODES: u32 = 6;
 
 /// The same where the interval says little, and any hit will do. Where the nearest is looked for such rays go
 /// alone from the root on: each visits first what is nearest to it.
-const FEWEST_IF_LOOSE: u32 = 24;
+const MIN_IF_LOOSE: u32 = 24;
 
 /// Fewer rays than these test the objects of a leaf one by one.
-const FEWEST_AT_LEAVES: u32 = 4;
+const MIN_AT_LEAVES: u32 = 4;
 
 /// In trees with no more nodes rays of all directions stay together for nearest hits as well: what each would save on a way
 /// of its own is less than what going alone costs. A box with 17 surfaces is rendered in three quarters of the time.
-pub(super) const FEW_NODES: usize = 4;
+pub(super) const MAX_NODES_FOR_PACKETS: usize = 4;
 
 /// A child that lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +45,7 @@ pub struct PacketVisit {
     lanes: LaneMask,
 }
 
-type PacketOuter<'a> = Outer<'a, PacketSpace<'a>>;
+type PacketOuter<'a> = InstanceContext<'a, PacketSpace<'a>>;
 
 impl<'a, O: Objects> Traversal<'a, O> {
     /// Takes a packet through a group.
@@ -60,7 +61,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
             #[inline(always)]
             || {
                 for block in group.tree.unbounded() {
-                    let all = WideNode::ALL_ITEMS;
+                    let all = Node8::ALL_ITEMS;
                     self.visit_block_with_packet(simd, block, all, space, lanes, outer);
                 }
                 let Some(root) = group.tree.root else { return };
@@ -71,15 +72,15 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     /// Fewer rays than these go on from a child one by one.
     #[inline(always)]
-    fn fewest(&self, space: &PacketSpace<'_>, tree: &WideTree, child: Child) -> u32 {
+    fn fewest(&self, space: &PacketSpace<'_>, tree: &Bvh8, child: Child) -> u32 {
         if child.is_leaf() {
-            return FEWEST_AT_LEAVES;
+            return MIN_AT_LEAVES;
         }
         match (space.interval.is_loose(), self.search) {
-            (false, Search::Nearest | Search::Any) => FEWEST_AT_NODES,
-            (true, Search::Any) => FEWEST_IF_LOOSE,
-            (true, Search::Nearest) if tree.nodes.len() <= FEW_NODES => FEWEST_IF_LOOSE,
-            (true, Search::Nearest) => u32::MAX,
+            (false, Search::Closest | Search::Any) => MIN_AT_NODES,
+            (true, Search::Any) => MIN_IF_LOOSE,
+            (true, Search::Closest) if tree.nodes.len() <= MAX_NODES_FOR_PACKETS => MIN_IF_LOOSE,
+            (true, Search::Closest) => u32::MAX,
         }
     }
 
@@ -102,7 +103,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         if lanes.count_ones() < self.fewest(space, &group.tree, root) {
             return self.visit_with_rays(simd, group, root, space, lanes, outer);
         }
-        let all = WideNode::ALL_ITEMS;
+        let all = Node8::ALL_ITEMS;
         self.visit_child_with_packet(simd, group, (root, all), space, lanes, outer);
         while self.visits.packets.len() > base {
             let Some(visit) = self.visits.packets.pop() else { break };
@@ -111,7 +112,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 continue;
             }
             let node = &group.tree.nodes[visit.node as usize];
-            let slot = visit.child as usize % WIDTH;
+            let slot = visit.child as usize % SIMD_LANES;
             let child = node.children[slot];
             let lanes =
                 test_child(simd, &node.boxes.get(slot), child, space, lanes, &self.hits.distance);
@@ -124,7 +125,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// Visits a node, or these items of a leaf.
+    /// TraversalStack a node, or these items of a leaf.
     #[inline(always)]
     fn visit_child_with_packet<S: Simd>(
         &mut self,
@@ -151,21 +152,21 @@ impl<'a, O: Objects> Traversal<'a, O> {
         while met != 0 {
             let slot = met.trailing_zeros();
             met &= met - 1;
-            self.fetch(&group.tree, node.children[slot as usize % WIDTH]);
+            self.fetch(&group.tree, node.children[slot as usize % SIMD_LANES]);
             self.visits.packets.push(PacketVisit {
                 node: child.index() as u32,
                 child: slot,
                 lanes,
             });
         }
-        let entry = |visit: &PacketVisit| entries[visit.child as usize % WIDTH];
+        let entry = |visit: &PacketVisit| entries[visit.child as usize % SIMD_LANES];
         // The nearest last, to be visited first.
         insertion_sort(&mut self.visits.packets[base..], |one, other| entry(one) > entry(other));
     }
 
     /// Has what will be visited fetched from memory.
     #[inline(always)]
-    fn fetch(&self, tree: &WideTree, child: Child) {
+    fn fetch(&self, tree: &Bvh8, child: Child) {
         if !child.is_leaf() {
             prefetch(&tree.nodes[child.index()]);
         } else {
@@ -188,14 +189,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let mut rest = lanes;
         while rest != 0 {
             self.objects.load_packet(simd, space);
-            let some = first_lanes(rest, MOST_IN_TURN);
+            let some = first_lanes(rest, MAX_IN_TURN);
             rest &= !some;
             let scene_rays = outer.map(|outer| rays_of(outer.space, some));
             let outer = outer.zip(scene_rays.as_deref());
-            let outer = outer.map(|(Outer { item, bounds, .. }, space)| Outer {
-                item: *item,
-                bounds: *bounds,
-                space,
+            let outer = outer.map(|(InstanceContext { item, bounds, .. }, space)| {
+                InstanceContext { item: *item, bounds: *bounds, space }
             });
             let rays = rays_of(space, some);
             self.visit_tree_with_rays(simd, group, child, &rays, outer.as_ref());
@@ -206,7 +205,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_block_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Block,
+        block: &'a Leaf,
         items: u8,
         space: &PacketSpace<'_>,
         lanes: LaneMask,
@@ -218,7 +217,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
         let mut met = met & u64::from(items);
         while met != 0 {
-            let index = met.trailing_zeros() as usize % WIDTH;
+            let index = met.trailing_zeros() as usize % SIMD_LANES;
             met &= met - 1;
             let lanes = self.open(lanes);
             if lanes == 0 {
@@ -243,7 +242,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_instance_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Block,
+        block: &'a Leaf,
         index: usize,
         space: &PacketSpace<'_>,
         lanes: LaneMask,
@@ -258,7 +257,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 let lanes = finite_lanes(simd, &moved, lanes);
                 if lanes != 0 {
                     let moved = PacketSpace::new(simd, &moved, lanes, self.next_serial());
-                    let outer = Outer { item, bounds, space };
+                    let outer = InstanceContext { item, bounds, space };
                     self.visit_group_with_packet(simd, group, &moved, lanes, Some(&outer));
                 }
             },
@@ -286,8 +285,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
         match self.search {
             Search::Any => self.hits.mark(held),
-            Search::Nearest => {
-                self.hits.keep_nearer(simd, held, distance, Outer::id(outer, block.items[index]));
+            Search::Closest => {
+                self.hits.keep_nearer(
+                    simd,
+                    held,
+                    distance,
+                    InstanceContext::id(outer, block.items[index]),
+                );
                 self.farthest_of = 0;
             }
         }
@@ -306,7 +310,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
 /// An item of a block, and the rays that meet its box.
 struct PacketItem<'a> {
-    block: &'a Block,
+    block: &'a Leaf,
     index: usize,
     lanes: LaneMask,
     /// Where they meet it.
@@ -324,7 +328,7 @@ fn test_child<S: Simd>(
     limit: &Lanes,
 ) -> LaneMask {
     let is_exact = child.is_leaf() || space.interval.is_loose();
-    let enough = if is_exact { u32::MAX } else { FEWEST_AT_NODES };
+    let enough = if is_exact { u32::MAX } else { MIN_AT_NODES };
     space.test_some(simd, bounds, lanes, limit, enough)
 }
 
@@ -332,10 +336,10 @@ fn test_child<S: Simd>(
 #[inline(always)]
 fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> LaneMask {
     let mut passed = 0;
-    for start in (0..LANES).step_by(CHUNK) {
+    for start in (0..LANES).step_by(SIMD_LANES) {
         if mask >> start & 0xFF != 0 {
-            let one = f32x8::from_slice(simd, &one[start..start + CHUNK]);
-            let other = f32x8::from_slice(simd, &other[start..start + CHUNK]);
+            let one = f32x8::from_slice(simd, &one[start..start + SIMD_LANES]);
+            let other = f32x8::from_slice(simd, &other[start..start + SIMD_LANES]);
             passed |= one.simd_le(other).to_bitmask() << start;
         }
     }
@@ -350,9 +354,9 @@ fn first_lanes(lanes: LaneMask, count: usize) -> LaneMask {
     lanes & !rest
 }
 
-/// The rays of some lanes, at most [`MOST_IN_TURN`].
+/// The rays of some lanes, at most [`MAX_IN_TURN`].
 #[inline(always)]
-fn rays_of(space: &PacketSpace<'_>, lanes: LaneMask) -> SmallVec<[RaySpace; MOST_IN_TURN]> {
+fn rays_of(space: &PacketSpace<'_>, lanes: LaneMask) -> SmallVec<[TraversalRay; MAX_IN_TURN]> {
     let mut rays = SmallVec::new();
     lanes_of(lanes).for_each(|lane| rays.push(space.ray(lane)));
     rays

@@ -2,11 +2,9 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x8, u32x8};
+use rtsl_math::SIMD_LANES;
 
-use super::wide_tree::{Child, WideNode};
-
-/// Rays are put on lists so many at a time.
-const STEP: usize = 8;
+use super::bvh8::{Child, Node8};
 
 /// What rays of a stream have still to visit: empty between searches, kept for its memory.
 #[derive(Debug, Default)]
@@ -17,7 +15,7 @@ pub struct RayLists {
     rays: Vec<u32>,
     /// The rays of the visit that was taken last.
     pub taken: Vec<u32>,
-    /// For each step of these the children that they meet: bit `STEP * slot + index`.
+    /// For each step of these the children that they meet: bit `SIMD_LANES * slot + index`.
     met: Vec<u64>,
 }
 
@@ -64,27 +62,27 @@ impl RayLists {
     #[inline(always)]
     pub fn meet(&mut self, mut children_met_by: impl FnMut(u32) -> u64) {
         self.met.clear();
-        for rays in self.taken.chunks(STEP) {
+        for rays in self.taken.chunks(SIMD_LANES) {
             let mut by_ray = 0;
             for (index, ray) in rays.iter().enumerate() {
-                by_ray |= children_met_by(*ray) << (STEP * index);
+                by_ray |= children_met_by(*ray) << (SIMD_LANES * index);
             }
             self.met.push(transposed(by_ray));
         }
-        self.taken.resize(self.met.len() * STEP, 0);
+        self.taken.resize(self.met.len() * SIMD_LANES, 0);
     }
 
     /// Puts the rays that meet a node's child in a `slot` on a list for it, to be visited next.
     #[inline(always)]
-    pub fn push<S: Simd>(&mut self, simd: S, node: &WideNode, slot: usize) {
+    pub fn push<S: Simd>(&mut self, simd: S, node: &Node8, slot: usize) {
         let target = (node.children[slot], node.items[slot]);
         let start = self.rays.len();
         self.rays.resize(start + self.taken.len(), 0);
         let mut end = start;
-        for (rays, met) in self.taken.chunks_exact(STEP).zip(&self.met) {
-            let met = met >> (STEP * slot % u64::BITS as usize) & 0xFF;
+        for (rays, met) in self.taken.chunks_exact(SIMD_LANES).zip(&self.met) {
+            let met = met >> (SIMD_LANES * slot % u64::BITS as usize) & 0xFF;
             let rays = u32x8::from_slice(simd, rays).compress(mask32x8::from_bitmask(simd, met));
-            rays.store_slice(&mut self.rays[end..end + STEP]);
+            rays.store_slice(&mut self.rays[end..end + SIMD_LANES]);
             end += met.count_ones() as usize;
         }
         self.rays.truncate(end);
@@ -119,14 +117,14 @@ mod tests {
 
     #[test]
     fn rays_come_to_the_children_that_they_meet_and_the_last_child_comes_first() {
-        let (leaf, inner) = ((Child::leaf(7), 0b11), (Child::node(4), WideNode::ALL_ITEMS));
-        let mut node = WideNode::EMPTY;
+        let (leaf, inner) = ((Child::leaf(7), 0b11), (Child::node(4), Node8::ALL_ITEMS));
+        let mut node = Node8::EMPTY;
         (node.children[2], node.items[2]) = leaf;
         (node.children[0], node.items[0]) = inner;
         let mut lists = RayLists::default();
         lists.begin(21);
-        lists.push_all((Child::node(0), WideNode::ALL_ITEMS));
-        assert_eq!(lists.take(), Some((Child::node(0), WideNode::ALL_ITEMS)));
+        lists.push_all((Child::node(0), Node8::ALL_ITEMS));
+        assert_eq!(lists.take(), Some((Child::node(0), Node8::ALL_ITEMS)));
         assert_eq!(lists.taken, Vec::from_iter(0..21));
         lists.meet(|ray| if ray % 3 == 0 { 0b101 } else { 0b100 });
         dispatch!(Level::new(), simd => {

@@ -2,16 +2,17 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
+use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
+use super::bvh8::Boxes;
 use super::space::{SLACK, finite_reciprocal};
 use super::stream::StreamRay;
-use super::wide_tree::{Boxes, WIDTH};
 
 /// One ray in one space.
 #[repr(align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct RaySpace {
+pub struct TraversalRay {
     /// Where it starts.
     pub origin: [f32; 3],
     /// Its direction, of any length.
@@ -28,28 +29,28 @@ pub struct RaySpace {
     /// Its lane in its packet.
     pub lane: usize,
     /// Whether it is in the space of the packet that it is of.
-    pub company: Company,
+    pub company: RayFrame,
 }
 
 /// What a ray is loaded with, to be tested against objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Company {
+pub enum RayFrame {
     /// The packet that it is of.
     Packet,
     /// Nothing: it entered an instance without the others.
     Alone,
 }
 
-impl RaySpace {
+impl TraversalRay {
     /// The same ray, alone in another space; `None` where it is not finite there.
     pub fn moved(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
         let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
         let negative_inverse = direction.map(|component| -finite_reciprocal(component));
-        is_finite.then_some(RaySpace {
+        is_finite.then_some(TraversalRay {
             origin,
             direction,
             negative_inverse,
-            company: Company::Alone,
+            company: RayFrame::Alone,
             ..*self
         })
     }
@@ -99,7 +100,7 @@ fn test<S: Simd>(
 ) -> (mask32x8<S>, f32x8<S>) {
     let splat = |number: f32| f32x8::splat(simd, number);
     let slab = |axis: usize| {
-        let meets = |planes: &[f32; WIDTH]| {
+        let meets = |planes: &[f32; SIMD_LANES]| {
             let planes = f32x8::load_array_ref(simd, planes);
             (splat(origin[axis]) - planes) * splat(negative_inverse[axis])
         };

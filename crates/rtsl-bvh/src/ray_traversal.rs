@@ -3,38 +3,39 @@
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
+use rtsl_math::SIMD_LANES;
 use smallvec::SmallVec;
 
+use super::bvh8::{Bvh8, Child, Leaf};
 use super::geometry::{Group, INSTANCE};
+use super::interleaved_traversal::{MAX_IN_TURN, NodeVisits, Turns, Waiting};
 use super::objects::{BlockTest, Objects};
 use super::packet::LANES;
-use super::ray_space::RaySpace;
-use super::traversal::{Outer, Search, Traversal};
-use super::turns::{MOST_IN_TURN, NodeVisits, Turns, Waiting};
-use super::wide_tree::{Block, Child, WIDTH, WideTree};
+use super::ray_space::TraversalRay;
+use super::traversal::{InstanceContext, Search, Traversal};
 
 /// The instance whose group rays visit, with the rays in the scene's space.
-pub type RaysOuter<'a> = Outer<'a, [RaySpace]>;
+pub type RaysOuter<'a> = InstanceContext<'a, [TraversalRay]>;
 
-type RayOuter<'a> = Outer<'a, RaySpace>;
+type RayOuter<'a> = InstanceContext<'a, TraversalRay>;
 
-type BlockTests<'r> = SmallVec<[BlockTest<'r>; MOST_IN_TURN]>;
+type BlockTests<'r> = SmallVec<[BlockTest<'r>; MAX_IN_TURN]>;
 
 /// Rays on their way through a group.
 struct RayGroup<'a, 'r> {
-    tree: &'a WideTree,
-    rays: &'r [RaySpace],
+    tree: &'a Bvh8,
+    rays: &'r [TraversalRay],
     outer: Option<&'r RaysOuter<'r>>,
 }
 
 impl<'a, O: Objects> Traversal<'a, O> {
-    /// Takes rays, at most [`MOST_IN_TURN`] and loaded, through what is below `root` in a group's tree.
+    /// Takes rays, at most [`MAX_IN_TURN`] and loaded, through what is below `root` in a group's tree.
     pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
         group: &'a Group,
         root: Child,
-        rays: &[RaySpace],
+        rays: &[TraversalRay],
         outer: Option<&RaysOuter<'_>>,
     ) {
         simd.vectorize(
@@ -145,8 +146,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_block_with_ray<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Block,
-        ray: &RaySpace,
+        block: &'a Leaf,
+        ray: &TraversalRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         self.objects.visited(1 << ray.lane);
@@ -164,10 +165,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
     #[inline(always)]
     fn keep_nearest_of_block(
         &mut self,
-        block: &Block,
+        block: &Leaf,
         index: usize,
         distance: f32,
-        ray: &RaySpace,
+        ray: &TraversalRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         if distance > self.hits.distance[ray.lane] {
@@ -184,8 +185,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
     #[cold]
     fn test_objects_with_ray(
         &mut self,
-        block: &Block,
-        ray: &RaySpace,
+        block: &Leaf,
+        ray: &TraversalRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         for index in 0..usize::from(block.count) {
@@ -199,23 +200,23 @@ impl<'a, O: Objects> Traversal<'a, O> {
 
     #[inline(always)]
     fn keep(&mut self, item: u32, distance: f32, lane: usize, outer: Option<&RayOuter<'_>>) {
-        let id = Outer::id(outer, item);
+        let id = InstanceContext::id(outer, item);
         match self.search {
             Search::Any => self.hits.mark(1 << lane),
-            Search::Nearest if self.hits.is_nearer(lane, distance, id) => {
+            Search::Closest if self.hits.is_nearer(lane, distance, id) => {
                 self.hits.set(lane, distance, id);
             }
-            Search::Nearest => {}
+            Search::Closest => {}
         }
     }
 
-    fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, block: &'a Block, ray: &RaySpace) {
+    fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, block: &'a Leaf, ray: &TraversalRay) {
         let lane = ray.lane;
         let (mut met, entries) =
             ray.test(simd, &block.boxes, u32::from(block.count), self.hits.distance[lane]);
         let entries = entries.to_array();
         while met != 0 && self.open(1 << lane) != 0 {
-            let index = met.trailing_zeros() as usize % WIDTH;
+            let index = met.trailing_zeros() as usize % SIMD_LANES;
             met &= met - 1;
             if entries[index] > self.hits.distance[lane] {
                 continue;
@@ -226,12 +227,12 @@ impl<'a, O: Objects> Traversal<'a, O> {
             self.objects.load_ray(&moved);
             let bounds = block.boxes.get(index);
             for block in group.tree.unbounded() {
-                let outer = Outer { item, bounds, space: ray };
+                let outer = InstanceContext { item, bounds, space: ray };
                 self.visit_block_with_ray(simd, block, &moved, Some(&outer));
             }
             if let Some(root) = group.tree.root {
                 let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
-                let outer = Outer { item, bounds, space };
+                let outer = InstanceContext { item, bounds, space };
                 self.visit_tree_with_rays(simd, group, root, moved, Some(&outer));
             }
         }
@@ -241,9 +242,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
 /// Whether a hit lies in its object's own box, and in that of the instance.
 #[inline(always)]
 fn is_held(
-    block: &Block,
+    block: &Leaf,
     index: usize,
-    ray: &RaySpace,
+    ray: &TraversalRay,
     distance: f32,
     outer: Option<&RayOuter<'_>>,
 ) -> bool {

@@ -21,14 +21,12 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
+use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
+use super::bvh8::Boxes;
 use super::packet::{LANES, LaneMask, Lanes, RayPacket};
-use super::ray_space::{Company, RaySpace};
-use super::wide_tree::Boxes;
-
-/// Lanes are tested so many at a time.
-pub const CHUNK: usize = 8;
+use super::ray_space::{RayFrame, TraversalRay};
 
 /// Entry and exit are widened by this part.
 pub const SLACK: f32 = 1.0 / 4096.0;
@@ -98,8 +96,8 @@ impl<'a> PacketSpace<'a> {
 
     /// The ray of a lane by itself.
     #[inline(always)]
-    pub fn ray(&self, lane: usize) -> RaySpace {
-        RaySpace {
+    pub fn ray(&self, lane: usize) -> TraversalRay {
+        TraversalRay {
             origin: self.rays.origin_of(lane),
             direction: self.rays.direction_of(lane),
             negative_inverse: [0, 1, 2].map(|axis| -self.inverse[axis][lane]),
@@ -107,7 +105,7 @@ impl<'a> PacketSpace<'a> {
             limit: self.rays.limit[lane],
             time: self.rays.time[lane],
             lane,
-            company: Company::Packet,
+            company: RayFrame::Packet,
         }
     }
 
@@ -153,7 +151,7 @@ impl<'a> PacketSpace<'a> {
         let mut rest = mask;
         let mut passed = 0;
         while rest != 0 {
-            let start = rest.trailing_zeros() as usize / CHUNK * CHUNK;
+            let start = rest.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
             let chunk = rest & 0xFF << start;
             rest &= !chunk;
             let (meets, _) = self.test_chunk(simd, bounds, start, limit);
@@ -176,10 +174,10 @@ impl<'a> PacketSpace<'a> {
         entries: &mut Lanes,
     ) -> LaneMask {
         let mut passed = 0;
-        for start in (0..LANES).step_by(CHUNK) {
+        for start in (0..LANES).step_by(SIMD_LANES) {
             if mask >> start & 0xFF != 0 {
                 let (meets, entry) = self.test_chunk(simd, bounds, start, limit);
-                entry.store_slice(&mut entries[start..start + CHUNK]);
+                entry.store_slice(&mut entries[start..start + SIMD_LANES]);
                 passed |= meets << start;
             }
         }
@@ -196,8 +194,8 @@ impl<'a> PacketSpace<'a> {
         limit: &Lanes,
     ) -> (u64, f32x8<S>) {
         let (entry, exit) = self.slabs(simd, bounds, start);
-        let limit = f32x8::from_slice(simd, &limit[start..start + CHUNK]);
-        let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + CHUNK]);
+        let limit = f32x8::from_slice(simd, &limit[start..start + SIMD_LANES]);
+        let epsilon = f32x8::from_slice(simd, &self.rays.epsilon[start..start + SIMD_LANES]);
         let meets = entry.simd_le(exit) & exit.simd_ge(epsilon) & entry.simd_le(limit);
         (meets.to_bitmask(), entry)
     }
@@ -207,8 +205,9 @@ impl<'a> PacketSpace<'a> {
         let mut near = f32x8::splat(simd, f32::NEG_INFINITY);
         let mut far = f32x8::splat(simd, f32::INFINITY);
         for axis in 0..3 {
-            let origin = f32x8::from_slice(simd, &self.rays.origin[axis][start..start + CHUNK]);
-            let inverse = f32x8::from_slice(simd, &self.inverse[axis][start..start + CHUNK]);
+            let origin =
+                f32x8::from_slice(simd, &self.rays.origin[axis][start..start + SIMD_LANES]);
+            let inverse = f32x8::from_slice(simd, &self.inverse[axis][start..start + SIMD_LANES]);
             let first = (f32x8::splat(simd, bounds.min[axis]) - origin) * inverse;
             let second = (f32x8::splat(simd, bounds.max[axis]) - origin) * inverse;
             near = near.max(first.min(second));
@@ -229,20 +228,20 @@ pub fn greatest<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> f32 {
 fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
     let mut least = f32x8::splat(simd, f32::INFINITY);
     let mut greatest = f32x8::splat(simd, f32::NEG_INFINITY);
-    for chunk in 0..LANES / CHUNK {
-        let start = chunk * CHUNK;
+    for chunk in 0..LANES / SIMD_LANES {
+        let start = chunk * SIMD_LANES;
         let bits = mask >> start & 0xFF;
         if bits == 0 {
             continue;
         }
-        let values = f32x8::from_slice(simd, &lanes[start..start + CHUNK]);
+        let values = f32x8::from_slice(simd, &lanes[start..start + SIMD_LANES]);
         let on = mask32x8::from_bitmask(simd, bits);
         least = least.min(on.select(values, f32x8::splat(simd, f32::INFINITY)));
         greatest = greatest.max(on.select(values, f32x8::splat(simd, f32::NEG_INFINITY)));
     }
     let (least, greatest) = (least.to_array(), greatest.to_array());
     let (mut low, mut high) = (least[0], greatest[0]);
-    for lane in 1..CHUNK {
+    for lane in 1..SIMD_LANES {
         low = if least[lane] < low { least[lane] } else { low };
         high = if greatest[lane] > high { greatest[lane] } else { high };
     }
@@ -304,9 +303,9 @@ impl Interval {
 pub fn finite_lanes<S: Simd>(simd: S, rays: &RayPacket, mask: LaneMask) -> LaneMask {
     let mut finite = LaneMask::MAX;
     for component in rays.origin.iter().chain(&rays.direction) {
-        for chunk in 0..LANES / CHUNK {
-            let start = chunk * CHUNK;
-            let values = f32x8::from_slice(simd, &component[start..start + CHUNK]);
+        for chunk in 0..LANES / SIMD_LANES {
+            let start = chunk * SIMD_LANES;
+            let values = f32x8::from_slice(simd, &component[start..start + SIMD_LANES]);
             let bits = values.abs().simd_lt(f32x8::splat(simd, f32::INFINITY)).to_bitmask();
             finite &= !(0xFF << start) | bits << start;
         }

@@ -23,7 +23,7 @@ pub struct RayStream {
 pub struct StreamRay {
     /// Where it starts, and the least parameter of a hit (exclusive).
     pub start: [f32; 4],
-    /// The negative inverse of its direction as in a [`RaySpace`](super::RaySpace), and the parameter behind which it looks for
+    /// The negative inverse of its direction as in a [`TraversalRay`](super::TraversalRay), and the parameter behind which it looks for
     /// nothing: that of its nearest hit, or its limit, or [`StreamRay::DONE`].
     pub slabs: [f32; 4],
 }

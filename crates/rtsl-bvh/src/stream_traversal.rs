@@ -9,14 +9,15 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
+use rtsl_math::SIMD_LANES;
 
+use super::bvh8::{Bvh8, Leaf, Node8};
 use super::geometry::Geometry;
 use super::hit::HitId;
 use super::objects::Objects;
-use super::packet_traversal::FEW_NODES;
+use super::packet_traversal::MAX_NODES_FOR_PACKETS;
 use super::stream::{Pair, PairHit, RayStream};
-use super::traversal::{Search, Visits};
-use super::wide_tree::{Block, WIDTH, WideNode, WideTree};
+use super::traversal::{Search, TraversalStack};
 
 /// Objects are tested when so many pairs wait.
 const ENOUGH_PAIRS: usize = 128;
@@ -29,7 +30,7 @@ impl Geometry {
     /// 256 paths were rendered a tenth slower than in packets, and those of a thousand as fast.
     pub fn suits_stream(&self, rays: usize) -> bool {
         let nodes = self.groups.first().map_or(0, |scene| scene.tree.nodes.len());
-        self.instances.is_empty() && nodes > FEW_NODES && nodes <= rays
+        self.instances.is_empty() && nodes > MAX_NODES_FOR_PACKETS && nodes <= rays
     }
 
     /// Finds the hits of the rays of a stream, of which there may be any number. There may be no instances.
@@ -38,9 +39,9 @@ impl Geometry {
         stream: &mut RayStream,
         search: Search,
         objects: &mut O,
-        visits: &mut Visits,
+        visits: &mut TraversalStack,
     ) {
-        let empty = WideTree::default();
+        let empty = Bvh8::default();
         let tree = self.groups.first().map_or(&empty, |scene| &scene.tree);
         visits.pairs.resize_with(tree.classes as usize, Vec::new);
         let mut traversal = StreamTraversal { tree, stream, search, objects, visits };
@@ -49,11 +50,11 @@ impl Geometry {
 }
 
 struct StreamTraversal<'a, O> {
-    tree: &'a WideTree,
+    tree: &'a Bvh8,
     stream: &'a mut RayStream,
     search: Search,
     objects: &'a mut O,
-    visits: &'a mut Visits,
+    visits: &'a mut TraversalStack,
 }
 
 impl<O: Objects> StreamTraversal<'_, O> {
@@ -64,7 +65,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
             || {
                 self.stream.begin(simd);
                 self.visits.lists.begin(self.stream.len());
-                let all = WideNode::ALL_ITEMS;
+                let all = Node8::ALL_ITEMS;
                 self.visit_blocks(simd, self.tree.unbounded(), all);
                 self.tree.root.iter().for_each(|root| self.visits.lists.push_all((*root, all)));
                 while let Some((child, items)) = self.visits.lists.take() {
@@ -81,7 +82,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
 
     /// Puts the rays that were taken on lists for the children of a node.
     #[inline(always)]
-    fn visit_node<S: Simd>(&mut self, simd: S, node: &WideNode) {
+    fn visit_node<S: Simd>(&mut self, simd: S, node: &Node8) {
         let none = f32x8::splat(simd, 0.0);
         let (mut entries, mut counts) = (none, none);
         let rays = self.stream.rays();
@@ -99,9 +100,9 @@ impl<O: Objects> StreamTraversal<'_, O> {
 
     /// Pairs the rays that were taken with those of these items of blocks whose own boxes they meet.
     #[inline(always)]
-    fn visit_blocks<S: Simd>(&mut self, simd: S, blocks: &[Block], items: u8) {
+    fn visit_blocks<S: Simd>(&mut self, simd: S, blocks: &[Leaf], items: u8) {
         for block in blocks {
-            let Visits { lists, pairs, .. } = &mut *self.visits;
+            let TraversalStack { lists, pairs, .. } = &mut *self.visits;
             let pairs = &mut pairs[block.class as usize];
             let items = u64::from(items) & !(u64::MAX << block.count);
             for ray in &lists.taken {
@@ -109,11 +110,11 @@ impl<O: Objects> StreamTraversal<'_, O> {
                 let entries = entries.to_array();
                 let mut met = met.to_bitmask() & items;
                 while met != 0 {
-                    let index = met.trailing_zeros() as usize % WIDTH;
+                    let index = met.trailing_zeros() as usize % SIMD_LANES;
                     met &= met - 1;
                     pairs.push(Pair {
                         ray: *ray,
-                        object: block.of_class * WIDTH as u32 + index as u32,
+                        object: block.of_class * SIMD_LANES as u32 + index as u32,
                         item: block.items[index],
                         entry: entries[index],
                     });
@@ -127,7 +128,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
 
     /// Tests all pairs of a class.
     fn test_pairs(&mut self, class: u32) {
-        let Visits { pairs, found, .. } = &mut *self.visits;
+        let TraversalStack { pairs, found, .. } = &mut *self.visits;
         let pairs = &mut pairs[class as usize];
         found.clear();
         self.objects.pairs(self.stream, class, pairs, found);
@@ -136,7 +137,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
             let (ray, id) = (ray as usize, HitId::new(item, 0));
             match self.search {
                 _ if entry > *distance => {}
-                Search::Nearest => self.stream.keep_nearer(ray, *distance, id),
+                Search::Closest => self.stream.keep_nearer(ray, *distance, id),
                 Search::Any => self.stream.mark(ray, id),
             }
         }
@@ -146,10 +147,14 @@ impl<O: Objects> StreamTraversal<'_, O> {
 
 /// The slots of the children of a node that rays meet, those farthest away first, and how many they are.
 #[inline(always)]
-fn order(node: &WideNode, entries: [f32; WIDTH], rays: [f32; WIDTH]) -> ([usize; WIDTH], usize) {
-    let mut order = [0; WIDTH];
+fn order(
+    node: &Node8,
+    entries: [f32; SIMD_LANES],
+    rays: [f32; SIMD_LANES],
+) -> ([usize; SIMD_LANES], usize) {
+    let mut order = [0; SIMD_LANES];
     let mut count = 0;
-    for slot in (0..WIDTH).filter(|slot| rays[*slot] > 0.0 && *slot < node.count as usize) {
+    for slot in (0..SIMD_LANES).filter(|slot| rays[*slot] > 0.0 && *slot < node.count as usize) {
         let mut place = count;
         while place > 0 && entries[slot] > entries[order[place - 1]] {
             order[place] = order[place - 1];

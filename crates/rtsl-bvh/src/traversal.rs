@@ -7,20 +7,20 @@ use rtsl_math::Affine;
 use super::bounds::Bounds;
 use super::geometry::{Geometry, Group, Instance};
 use super::hit::{HitId, Hits};
+use super::interleaved_traversal::StackEntry;
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, RayPacket, lanes_of};
 use super::packet_traversal::PacketVisit;
 use super::ray_lists::RayLists;
-use super::ray_space::RaySpace;
+use super::ray_space::TraversalRay;
 use super::space::{PacketSpace, Serial, finite_lanes};
 use super::stream::{Pair, PairHit};
-use super::turns::RayVisit;
 
 /// Nearest hits, or any hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
     /// For each ray the nearest hit.
-    Nearest,
+    Closest,
     /// For each ray whether there is one.
     Any,
 }
@@ -32,9 +32,9 @@ impl Geometry {
         rays: &RayPacket,
         lanes: LaneMask,
         objects: &mut O,
-        visits: &mut Visits,
+        visits: &mut TraversalStack,
     ) -> Hits {
-        self.search(rays, lanes, objects, visits, Search::Nearest)
+        self.search(rays, lanes, objects, visits, Search::Closest)
     }
 
     /// The rays of `lanes` that hit anything before their limits.
@@ -43,7 +43,7 @@ impl Geometry {
         rays: &RayPacket,
         lanes: LaneMask,
         objects: &mut O,
-        visits: &mut Visits,
+        visits: &mut TraversalStack,
     ) -> LaneMask {
         self.search(rays, lanes, objects, visits, Search::Any).lanes(lanes)
     }
@@ -53,7 +53,7 @@ impl Geometry {
         rays: &RayPacket,
         lanes: LaneMask,
         objects: &mut O,
-        visits: &mut Visits,
+        visits: &mut TraversalStack,
         search: Search,
     ) -> Hits {
         let mut hits = Hits::new(rays);
@@ -76,11 +76,11 @@ impl Geometry {
 
 /// What searches have still to visit: empty between searches, kept for its memory.
 #[derive(Debug, Default)]
-pub struct Visits {
+pub struct TraversalStack {
     /// What packets have still to visit, the next last.
     pub(super) packets: Vec<PacketVisit>,
     /// Memory for what rays that take turns have still to visit.
-    pub(super) rays: Vec<RayVisit>,
+    pub(super) rays: Vec<StackEntry>,
     /// How much of it is in use.
     pub(super) rays_in_use: usize,
     /// What streams have still to visit.
@@ -97,7 +97,7 @@ pub(super) struct Traversal<'a, O> {
     pub objects: &'a mut O,
     pub search: Search,
     pub hits: &'a mut Hits,
-    pub visits: &'a mut Visits,
+    pub visits: &'a mut TraversalStack,
     serial: Serial,
     /// The farthest limit or hit of these lanes of the packet; of none, if that is not known.
     pub farthest: f32,
@@ -105,7 +105,7 @@ pub(super) struct Traversal<'a, O> {
 }
 
 /// The instance whose group is visited, for rays as the scene knows them.
-pub(super) struct Outer<'a, Space: ?Sized> {
+pub(super) struct InstanceContext<'a, Space: ?Sized> {
     /// Which item of the scene it is.
     pub item: u32,
     /// Its own box, in which hits must lie.
@@ -114,19 +114,23 @@ pub(super) struct Outer<'a, Space: ?Sized> {
     pub space: &'a Space,
 }
 
-impl<Space: ?Sized> Outer<'_, Space> {
+impl<Space: ?Sized> InstanceContext<'_, Space> {
     /// The id of an item of the group.
     pub fn id(outer: Option<&Self>, item: u32) -> HitId {
         outer.map_or_else(|| HitId::new(item, 0), |outer| HitId::new(outer.item, item))
     }
 }
 
-impl<'a> Outer<'a, [RaySpace]> {
+impl<'a> InstanceContext<'a, [TraversalRay]> {
     /// For one of the rays.
     #[inline(always)]
-    pub fn of(&self, ray: &RaySpace) -> Outer<'a, RaySpace> {
+    pub fn of(&self, ray: &TraversalRay) -> InstanceContext<'a, TraversalRay> {
         let of_lane = self.space.iter().find(|outer| outer.lane == ray.lane);
-        Outer { item: self.item, bounds: self.bounds, space: of_lane.unwrap_or(&self.space[0]) }
+        InstanceContext {
+            item: self.item,
+            bounds: self.bounds,
+            space: of_lane.unwrap_or(&self.space[0]),
+        }
     }
 }
 
@@ -156,7 +160,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     #[inline(always)]
     pub fn open(&self, lanes: LaneMask) -> LaneMask {
         match self.search {
-            Search::Nearest => lanes,
+            Search::Closest => lanes,
             Search::Any => lanes & !self.hits.lanes(lanes),
         }
     }
@@ -202,6 +206,6 @@ pub fn moved_packet_by(
 }
 
 /// A ray under a map; `None` where it is not finite there.
-pub(super) fn moved_ray(ray: &RaySpace, map: &Affine) -> Option<RaySpace> {
+pub(super) fn moved_ray(ray: &TraversalRay, map: &Affine) -> Option<TraversalRay> {
     ray.moved(map.point(ray.origin), map.vector(ray.direction))
 }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_bvh::{
-    Block, BlockTest, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES,
-    LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit, RayPacket, RaySpace, RayStream, Search,
-    Visits, lanes_of,
+    BlockTest, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask,
+    Lanes, Leaf, Objects, PacketSpace, Pair, PairHit, RayPacket, RayStream, Search, TraversalRay,
+    TraversalStack, lanes_of,
 };
 use rtsl_math::{Affine, MovingTransform, Transform, dot};
 
@@ -51,7 +51,7 @@ impl Objects for Spheres<'_> {
         &mut self,
         _: S,
         space: &PacketSpace<'_>,
-        block: &Block,
+        block: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
@@ -76,7 +76,7 @@ impl Objects for Spheres<'_> {
 
     fn load_packet<S: Simd>(&mut self, _: S, _: &PacketSpace<'_>) {}
 
-    fn load_ray(&mut self, _: &RaySpace) {}
+    fn load_ray(&mut self, _: &TraversalRay) {}
 
     fn pairs(&mut self, stream: &RayStream, _: u32, pairs: &[Pair], found: &mut Vec<PairHit>) {
         for (index, pair) in pairs.iter().enumerate() {
@@ -97,7 +97,7 @@ impl Objects for Spheres<'_> {
         }
     }
 
-    fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
         self.tests += 1;
         let sphere = self.spheres[block.items[index] as usize];
         sphere.hit(ray.origin, ray.direction, ray.epsilon, ray.limit)
@@ -207,10 +207,10 @@ proptest! {
         let mut objects = Spheres::new(&spheres);
         let (first, second) = order.split_at(split);
         for part in [first, second] {
-            let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects, &mut Visits::default());
-            let any = geometry.any(&packet(&rays, part), mask(part.len()), &mut objects, &mut Visits::default());
+            let together = geometry.nearest(&packet(&rays, part), mask(part.len()), &mut objects, &mut TraversalStack::default());
+            let any = geometry.any(&packet(&rays, part), mask(part.len()), &mut objects, &mut TraversalStack::default());
             for (lane, ray) in part.iter().enumerate() {
-                let alone = geometry.nearest(&packet(&rays, &[*ray]), 1, &mut objects, &mut Visits::default());
+                let alone = geometry.nearest(&packet(&rays, &[*ray]), 1, &mut objects, &mut TraversalStack::default());
                 prop_assert_eq!(key(&together, lane), key(&alone, 0));
                 prop_assert_eq!(any >> lane & 1 != 0, together.id[lane] != HitId::NONE);
             }
@@ -225,7 +225,7 @@ proptest! {
         let geometry = flat(&spheres);
         let order: Vec<usize> = (0..LANES).collect();
         let mut objects = Spheres::new(&spheres);
-        let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects, &mut Visits::default());
+        let hits = geometry.nearest(&packet(&rays, &order), LaneMask::MAX, &mut objects, &mut TraversalStack::default());
         for (lane, (origin, direction, limit)) in rays.iter().enumerate() {
             let all = spheres.iter().enumerate().filter_map(|(index, sphere)| {
                 sphere.hit(*origin, *direction, 1e-3, *limit).map(|t| (t, index as u32))
@@ -254,16 +254,16 @@ proptest! {
         let geometry = Geometry { groups, instances: Vec::new(), first_instance: spheres.len() as u32 };
         let mut objects = Spheres::new(&spheres);
         let order = &order[..count];
-        let hits = geometry.nearest(&packet(&rays, order), mask(count), &mut objects, &mut Visits::default());
-        let mut visits = Visits::default();
-        for search in [Search::Nearest, Search::Any] {
+        let hits = geometry.nearest(&packet(&rays, order), mask(count), &mut objects, &mut TraversalStack::default());
+        let mut visits = TraversalStack::default();
+        for search in [Search::Closest, Search::Any] {
             let mut stream = stream(&rays, order, times);
             geometry.search_stream(&mut stream, search, &mut objects, &mut visits);
             for place in 0..stream.len() {
                 let lane = place % count;
                 let is_hit = hits.id[lane] != HitId::NONE;
                 match search {
-                    Search::Nearest => {
+                    Search::Closest => {
                         let found = stream.hit(place).map(|(distance, id)| (distance.to_bits(), id));
                         prop_assert_eq!(found, is_hit.then(|| key(&hits, lane)));
                     }
@@ -286,9 +286,9 @@ fn rays_of_a_stream_that_are_not_finite_hit_nothing() {
     let mut objects = Spheres::new(&spheres);
     flat(&spheres).search_stream(
         &mut stream,
-        Search::Nearest,
+        Search::Closest,
         &mut objects,
-        &mut Visits::default(),
+        &mut TraversalStack::default(),
     );
     let hits: Vec<bool> = (0..5).map(|place| stream.hit(place).is_some()).collect();
     assert_eq!(hits, [false, false, false, false, true]);
@@ -306,7 +306,8 @@ fn the_tree_saves_tests() {
     let geometry = flat(&spheres);
     let mut objects = Spheres::new(&spheres);
     let rays = [([4.0, 4.0, -5.0], [0.0, 0.0, 1.0], f32::INFINITY)];
-    let hits = geometry.nearest(&packet(&rays, &[0]), 1, &mut objects, &mut Visits::default());
+    let hits =
+        geometry.nearest(&packet(&rays, &[0]), 1, &mut objects, &mut TraversalStack::default());
     assert_eq!((hits.distance[0], hits.id[0].outer()), (4.7, 44));
     assert!(objects.tests <= 24, "{}", objects.tests);
 }

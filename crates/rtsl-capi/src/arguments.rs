@@ -3,8 +3,8 @@
 use std::ffi::c_void;
 
 use rtsl::{
-    CallArguments, CallError, CallStatus, HostArguments, HostLanes, Instances, LaneBlock,
-    LaneIndices, LaneMask, Shape, state_component_count,
+    CallArguments, CallError, CallMode, CallStatus, HostArguments, HostLanes, Instances, LaneBlock,
+    LaneIndices, LaneMask, state_component_count,
 };
 
 use crate::error::{Error, RtslResult, check_size, guard, place, slice};
@@ -94,11 +94,11 @@ unsafe fn call(kernel: &KernelEntry, arguments: &mut RtslArguments) -> Result<()
     let lanes = CallLanes { state, scratch, host };
     let status = match kernel.shape {
         // Safety: the caller's promise.
-        Shape::Single | Shape::Packet | Shape::CommonOrigin | Shape::Stream => unsafe {
+        CallMode::Single | CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => unsafe {
             call_rays(kernel, arguments, lanes)?
         },
         // Safety: the caller's promise.
-        Shape::Leaf => unsafe { call_leaf(kernel, arguments, lanes)? },
+        CallMode::Leaf => unsafe { call_leaf(kernel, arguments, lanes)? },
     };
     arguments.nearest = status.nearest.unwrap_or(rtsl::NO_OBJECT);
     arguments.status |= u32::from(status.budget_exhausted);
@@ -129,7 +129,7 @@ unsafe fn call_rays(
     let accepted = (!arguments.accepted.is_null() && room > 0)
         .then(|| unsafe { std::slice::from_raw_parts_mut(arguments.accepted, room) });
     let (block, objects, indices);
-    let instances = if kernel.shape == Shape::Stream {
+    let instances = if kernel.shape == CallMode::Stream {
         objects = arguments.objects.get()?;
         check_program(kernel, &objects.program)?;
         // Safety: the caller's promise.

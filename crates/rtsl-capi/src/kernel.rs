@@ -3,7 +3,7 @@
 use std::ffi::{CString, c_char, c_void};
 use std::sync::Arc;
 
-use rtsl::{Kernel, Method, Program, Shape, Variant, most_similar, shape_of_number};
+use rtsl::{CallMode, Kernel, Method, Program, Variant, most_similar, shape_of_number};
 
 use crate::engine::EngineEntry;
 use crate::error::{Error, RtslResult, c_text, guard, place, text};
@@ -38,7 +38,7 @@ pub struct RtslMethod {
 pub struct KernelEntry {
     pub program: Arc<Program>,
     pub kernel: Arc<Kernel>,
-    pub shape: Shape,
+    pub shape: CallMode,
     name: CString,
     description: rtsl::description::KernelDescription,
 }

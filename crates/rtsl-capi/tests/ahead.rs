@@ -6,14 +6,15 @@ mod compiler;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use compiler::{CProgram, has_compiler, shared_library};
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
 use rtsl::description::{ClassDescription, ParameterDescription};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances, LaneMask,
-    Numbers, Role, Scalar, Shape, Value, library, new_state, state_component_count,
+    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
+    LaneMask, Numbers, Role, Scalar, Value, library, new_state, state_component_count,
 };
+
+use compiler::{CProgram, has_compiler, shared_library};
 
 const LANES: usize = 16;
 
@@ -28,16 +29,16 @@ enum Form {
 
 #[test]
 fn every_method_gives_the_bits_of_the_oracle() {
-    let shapes = vec![(Shape::Single, 1), (Shape::Packet, 4), (Shape::Packet, 8)];
+    let shapes = vec![(CallMode::Single, 1), (CallMode::Packet, 4), (CallMode::Packet, 8)];
     check(Form::Object, shapes);
 }
 
 #[test]
 fn every_method_of_exported_cpp_does_so_too() {
-    check(Form::Cpp, vec![(Shape::Single, 1)]);
+    check(Form::Cpp, vec![(CallMode::Single, 1)]);
 }
 
-fn check(form: Form, shapes: Vec<(Shape, u32)>) {
+fn check(form: Form, shapes: Vec<(CallMode, u32)>) {
     if !has_compiler() {
         return;
     }
@@ -158,7 +159,8 @@ fn expected(classes: &[Arc<Class>], request: &Request, description: &ClassDescri
     let (engine, _) = Engine::new(options).unwrap();
     let instance = instance(classes, &classes[request.class], "", request, description);
     let program = engine.program(&instance);
-    let kernel = program.kernel(description.kernels[request.kernel].method, Shape::Packet).unwrap();
+    let kernel =
+        program.kernel(description.kernels[request.kernel].method, CallMode::Packet).unwrap();
     let (mut state, mut scratch) = (new_state(LANES), program.new_scratch(LANES));
     for (component, words) in request.state.chunks(LANES).enumerate() {
         state.words_mut(component).copy_from_slice(words);

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Callback, Class, Compiler, Engine, EngineOptions, Instance,
+    Backend, CallArguments, CallMode, Callback, Class, Compiler, Engine, EngineOptions, Instance,
     InstanceBlock, Instances, LaneBlock, LaneMask, Mark, MarkWord, Method, Outputs, Program,
-    RayRecord, Role, Shape, StateVariable, library, lookup_state, new_state, set_defaults,
+    RayRecord, Role, StateVariable, library, lookup_state, new_state, set_defaults,
 };
 
 /// The variables that the host's rays have, in the order of their rows.
@@ -232,7 +232,7 @@ fn call(
     mask: &LaneMask,
     accepted: Option<&mut LaneMask>,
 ) {
-    let kernel = program.kernel(method, Shape::Packet).expect("it has code");
+    let kernel = program.kernel(method, CallMode::Packet).expect("it has code");
     let _ = kernel.call(CallArguments {
         count: state.lanes(),
         state,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use rtsl::{Backend, EngineOptions, Math, Outputs, Shape, StateVariable, Variant};
+use rtsl::{Backend, CallMode, EngineOptions, Math, Outputs, StateVariable, Variant};
 use rtsl_memory::Amount;
 
 use crate::names::find_state;
@@ -134,7 +134,7 @@ pub struct VariantArguments {
 
 impl VariantArguments {
     /// The variant for callers that read this, of instances with any members.
-    pub fn reading(&self, shape: Shape) -> Variant {
+    pub fn reading(&self, shape: CallMode) -> Variant {
         let variant = Variant::new(shape);
         match &self.reads {
             Some(variables) => variant.reading(Outputs::state(variables.iter().copied())),
@@ -150,9 +150,9 @@ pub fn parse_width(text: &str) -> Result<u32, String> {
 }
 
 /// A shape by its name.
-pub fn parse_shape(name: &str) -> Result<Shape, String> {
-    Shape::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = Shape::ALL.iter().map(|shape| shape.name()).collect();
+pub fn parse_shape(name: &str) -> Result<CallMode, String> {
+    CallMode::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = CallMode::ALL.iter().map(|shape| shape.name()).collect();
         format!("the shapes are {}", names.join(", "))
     })
 }

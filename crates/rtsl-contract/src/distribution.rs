@@ -17,7 +17,7 @@ use crate::statistics::{Mean, bernstein_bound, chi_square_quantile, normal_quant
 use crate::stop::Stop;
 
 /// Cells with less of the integral, as a number of samples, are counted together.
-const LEAST_EXPECTED: f64 = 4.0;
+const MIN_EXPECTED: f64 = 4.0;
 /// How far an integral may be off without a reason: sums of floats.
 const ROUNDING: f64 = 2e-3;
 /// Every so many samples one serves to find where samples are many.
@@ -25,11 +25,11 @@ const PILOTS: usize = 4;
 /// So many directions are proposed for one sample, so that chance is all but the samples',
 const PROPOSALS: usize = 8;
 /// but no more than these.
-const MOST_PROPOSALS: usize = 1 << 20;
+const MAX_PROPOSALS: usize = 1 << 20;
 /// Where an integral seems to be wrong and chance might explain it, so many times as many samples decide,
 const MORE_SAMPLES: u64 = 16;
 /// but no more than these.
-const MOST_MORE_SAMPLES: u64 = 1 << 20;
+const MAX_MORE_SAMPLES: u64 = 1 << 20;
 
 /// What is compared.
 pub trait Source {
@@ -147,7 +147,7 @@ impl Comparison {
             let significance = 0.5 * significance;
             comparison.is_explained = meeting.is_explained(significance) && {
                 let first = samples.all as u64;
-                let more = (MORE_SAMPLES * first).min(MOST_MORE_SAMPLES).max(first);
+                let more = (MORE_SAMPLES * first).min(MAX_MORE_SAMPLES).max(first);
                 let mut samples = Samples::default();
                 source.draw(first..first + more, &mut samples)?;
                 Meeting::new(source, &samples, &proposal, stream.at(1))?.is_explained(significance)
@@ -213,7 +213,7 @@ impl Comparison {
                 expected: integral.value * samples_of_whole,
                 term: 0.0,
             };
-            if tallied.expected(meeting) < LEAST_EXPECTED {
+            if tallied.expected(meeting) < MIN_EXPECTED {
                 pool.0.add(tallied);
                 let excess = found.observed - found.expected;
                 if pool.1.observed == 0.0 || excess > pool.1.term {
@@ -228,7 +228,7 @@ impl Comparison {
         }
         // Samples where the density says there should be none count in full.
         let (tallied, found) = pool;
-        if tallied.expected(meeting).max(tallied.samples) > LEAST_EXPECTED {
+        if tallied.expected(meeting).max(tallied.samples) > MIN_EXPECTED {
             self.add(tallied.square(meeting), found);
         }
     }
@@ -273,7 +273,7 @@ impl Meeting {
         proposal: &Proposal,
         stream: Stream,
     ) -> Result<Meeting, Stop> {
-        let count = (PROPOSALS * samples.count).clamp(1, MOST_PROPOSALS);
+        let count = (PROPOSALS * samples.count).clamp(1, MAX_PROPOSALS);
         let proposed = proposal.directions(stream, count);
         let directions: Vec<Vec3> = proposed.iter().map(|it| it.direction).collect();
         let stated = source.densities(&directions)?;

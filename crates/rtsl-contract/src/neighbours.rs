@@ -14,7 +14,7 @@ const ANGLES: [f32; 3] = [1e-6, 1e-5, 1e-4];
 /// How many directions are looked at beside one.
 const COUNT: usize = 6 * ANGLES.len();
 /// More directions of a call than these do not lie at edges.
-const MOST: usize = 256;
+const MAX_NEIGHBOURS: usize = 256;
 
 /// How what two methods say of one direction stands to each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,7 +46,7 @@ pub fn judge(
     let differ: Vec<usize> = (0..verdicts.len())
         .filter(|item| verdicts[*item] == Verdict::Differ && counts(*item))
         .collect();
-    if differ.is_empty() || differ.len() > MOST {
+    if differ.is_empty() || differ.len() > MAX_NEIGHBOURS {
         return Ok(verdicts);
     }
     let beside: Vec<Vec3> = differ.iter().flat_map(|item| around(directions[*item])).collect();

@@ -7,13 +7,13 @@ use glam::{DVec3, Vec3};
 use crate::random::on_sphere;
 
 /// Cells have at most this part of the samples that they are made of, or
-const GREATEST_PART: f64 = 1.0 / 192.0;
+const MAX_PART: f64 = 1.0 / 192.0;
 /// are as small as this solid angle: narrower lobes would not fit a float's directions.
-pub const LEAST_AREA: f64 = 1e-12;
+pub const MIN_AREA: f64 = 1e-12;
 /// A cell is at most so many times as large as what its samples stand for: else they fill a corner of it.
 const SPARSE: f64 = 8.0;
 /// No cell is larger, whether it has samples or not.
-const GREATEST_AREA: f64 = 4.0 * PI / 64.0;
+const MAX_AREA: f64 = 4.0 * PI / 64.0;
 
 /// A direction and the density with which it was chosen, more than 0.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,7 @@ impl Partition {
             samples: Vec::new(),
         };
         partition.samples = samples.iter().map(|sample| partition.place(sample)).collect();
-        let most = (samples.len() as f64 * GREATEST_PART).max(2.0) as usize;
+        let most = (samples.len() as f64 * MAX_PART).max(2.0) as usize;
         let all = Cell { height: [0.0, 1.0], turn: [0.0, 1.0] };
         partition.grow(0, all, partition.samples.clone(), most);
         partition
@@ -157,7 +157,7 @@ impl Partition {
         let area = cell.area();
         let is_sparse = area > SPARSE * self.area_of(&samples);
         let is_fine = samples.len() <= most && (samples.is_empty() || !is_sparse);
-        if area <= GREATEST_AREA && (is_fine || area <= LEAST_AREA) {
+        if area <= MAX_AREA && (is_fine || area <= MIN_AREA) {
             self.tree[node] = Node::Leaf(self.cells.len());
             self.cells.push(cell);
             return;

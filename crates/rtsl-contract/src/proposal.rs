@@ -1,16 +1,16 @@
 //! A density of this crate's own that is as like a class's as can be had, to compare the class's with.
 
-use crate::partition::{Cell, LEAST_AREA, Partition, Place};
+use glam::Vec3;
+
+use crate::partition::{Cell, MIN_AREA, Partition, Place};
 use crate::random::Stream;
 use crate::stop::Stop;
 
-use glam::Vec3;
-
 /// A cell that is not smooth is looked at in so many steps of quarters everywhere: a corner may reach into it
 /// between the points at first.
-const LEAST_LEVEL: u32 = 2;
+const MIN_LEVEL: u32 = 2;
 /// An integral over all cells may take so many values of its function.
-const MOST_VALUES: usize = 1_500_000;
+const MAX_VALUES: usize = 1_500_000;
 /// The part of proposals that are uniform: for places where the density was not found.
 const UNIFORM_PART: f64 = 0.1;
 
@@ -165,7 +165,7 @@ struct Sum {
 
 impl<F: FnMut(&[Vec3]) -> Result<Vec<f32>, Stop>> Refinement<F> {
     fn run(&mut self, sample_count: usize) -> Result<(), Stop> {
-        let mut values_left = MOST_VALUES;
+        let mut values_left = MAX_VALUES;
         let mut patches = self.whole_cells()?;
         let tolerances: Vec<f64> =
             patches.iter().map(|it| tolerance(it.sum.integral, sample_count)).collect();
@@ -182,7 +182,7 @@ impl<F: FnMut(&[Vec3]) -> Result<Vec<f32>, Stop>> Refinement<F> {
                 let parts = self.quarters(patch, sums);
                 let is_missed = parts.iter().any(|it| it.has_missed_spike(allowed));
                 let is_settled = error <= allowed && !is_missed;
-                let is_thorough = level == 0 || level >= LEAST_LEVEL;
+                let is_thorough = level == 0 || level >= MIN_LEVEL;
                 if is_settled && is_thorough || values_left == 0 {
                     self.integrals[cell].value += finer;
                     self.integrals[cell].error += error;
@@ -257,7 +257,7 @@ impl Patch {
     fn has_missed_spike(&self, allowed: f64) -> bool {
         let densest = self.samples.iter().fold(0.0, |most: f64, it| most.max(it.density));
         let area = self.place.area();
-        densest > 4.0 * self.sum.greatest && densest * area > allowed && area > LEAST_AREA
+        densest > 4.0 * self.sum.greatest && densest * area > allowed && area > MIN_AREA
     }
 }
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
-    CallArguments, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program, Role,
-    Shape, new_state, set_defaults,
+    CallArguments, CallMode, Engine, Instance, InstanceBlock, Instances, LaneMask, Method, Program,
+    Role, new_state, set_defaults,
 };
 
 use crate::random::Stream;
@@ -64,7 +64,7 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// If the method has no code, or does not end.
     pub fn call(&self, method: Method, rays: &mut Rays) -> Result<(), Stop> {
-        let kernel = self.program.kernel(method, Shape::Packet)?;
+        let kernel = self.program.kernel(method, CallMode::Packet)?;
         let status = kernel.call(CallArguments {
             state: &mut rays.state,
             scratch: &mut rays.scratch,

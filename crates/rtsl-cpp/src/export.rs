@@ -1,6 +1,6 @@
 //! Kernels and tables of a library, for hosts that know classes by name: what object files have, as text.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_abi::description::{
     ClassDescription, Field, FieldKind, KernelDescription, LibraryDescription, ParameterDescription,
 };
@@ -146,7 +146,7 @@ impl ExportWriter<'_> {
     fn class(&mut self) {
         let class = self.class;
         let kernels: Vec<&KernelDescription> =
-            class.description.kernels.iter().filter(|it| it.shape == Shape::Single).collect();
+            class.description.kernels.iter().filter(|it| it.shape == CallMode::Single).collect();
         for kernel in &kernels {
             let method = class.methods.iter().find(|it| it.method == kernel.method);
             if let Some(method) = method {

@@ -3,7 +3,7 @@
 use crate::expression::{Expression, INDENT, Room};
 
 /// Blocks that lie deeper are not indented further.
-const DEEPEST_INDENT: usize = 40;
+const MAX_INDENT: usize = 40;
 
 /// A statement.
 #[derive(Clone, Debug)]
@@ -128,5 +128,5 @@ fn write_with_value(start: &str, value: &Expression, indentation: usize, text: &
 }
 
 fn deeper(indentation: usize) -> usize {
-    (indentation + INDENT).min(DEEPEST_INDENT.max(indentation))
+    (indentation + INDENT).min(MAX_INDENT.max(indentation))
 }

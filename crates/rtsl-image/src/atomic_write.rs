@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// The time between two looks at its lock.
 const PAUSE: Duration = Duration::from_millis(5);
 /// Links that lead to links, as many as Linux follows.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// A file that is written from its beginning, whose writers may go back.
 pub trait Output: Write + Seek {}
@@ -78,7 +78,7 @@ impl Destination {
     /// Follows links to a file, or to where there is none yet.
     fn of_link(path: &Path) -> io::Result<Self> {
         let mut place = path.to_owned();
-        for _ in 0..MOST_LINKS {
+        for _ in 0..MAX_LINKS {
             let Ok(target) = std::fs::read_link(&place) else {
                 return Ok(Destination::File(place));
             };

@@ -22,7 +22,7 @@ use super::picture::{Picture, PictureError, check_size};
 
 /// No header is longer: small pictures for file managers are in it. What its attributes take in memory is more than
 /// their bytes, but no more than so many times.
-const LONGEST_HEADER: u64 = 4 << 20;
+const MAX_HEADER_BYTES: u64 = 4 << 20;
 const HEADER_EXPANSION: usize = 32;
 
 /// What decompressing a block takes at most, in sizes of the block: DWA turns half floats into floats, and holds
@@ -31,7 +31,7 @@ const BLOCK_EXPANSION: usize = 12;
 
 /// Reads the first part of a file that has red, green and blue, at its greatest resolution.
 pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), PictureError> {
-    let header_memory = Amount(LONGEST_HEADER.min(bytes.len() as u64)).times(HEADER_EXPANSION);
+    let header_memory = Amount(MAX_HEADER_BYTES.min(bytes.len() as u64)).times(HEADER_EXPANSION);
     let of_header = budget.hold(header_memory)?;
     let (meta_data, tables) = guarded(|| read_header(bytes))?;
     let (layer, header, colors) = meta_data
@@ -68,7 +68,7 @@ pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), P
 /// The header, and where the tables of offsets begin.
 fn read_header(bytes: &[u8]) -> Result<(MetaData, usize), PictureError> {
     let mut cursor = Cursor::new(bytes);
-    let meta_data = MetaData::read_from_buffered(cursor.by_ref().take(LONGEST_HEADER), false)?;
+    let meta_data = MetaData::read_from_buffered(cursor.by_ref().take(MAX_HEADER_BYTES), false)?;
     MetaData::validate(&meta_data.headers, false)?;
     Ok((meta_data, cursor.position() as usize))
 }

@@ -8,7 +8,7 @@ use super::exr_picture::read_exr;
 use crate::srgb_decode;
 
 /// More texels are refused, whatever memory there is.
-const MOST_TEXELS: usize = 1 << 26;
+const MAX_TEXELS: usize = 1 << 26;
 
 /// What a texel of a sky takes at most until its picture has become the numbers of a class: its 16 bytes, 12 for its
 /// colour and 4 for sums, and these twice while they find their final place.
@@ -218,7 +218,7 @@ fn running(numbers: &[f64]) -> Vec<f32> {
 /// Whether a picture has texels, and not too many.
 pub fn check_size(width: usize, height: usize) -> Result<(), String> {
     match width.checked_mul(height) {
-        Some(1..=MOST_TEXELS) => Ok(()),
+        Some(1..=MAX_TEXELS) => Ok(()),
         Some(_) | None => Err(format!("it has {width} x {height} texels, at most 2^26 are read")),
     }
 }

@@ -5,12 +5,12 @@ use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::ptr::null_mut;
 use std::sync::Arc;
 
-use crate::api::{self, Api};
+use crate::elf::Object;
 use crate::error::JitError;
+use crate::ffi::{self, Api};
 use crate::frames::{Frames, REPORT_ATTRIBUTE};
 use crate::llvm::Llvm;
 use crate::module::Module;
-use crate::object::Object;
 use crate::passes::Work;
 use crate::runtime;
 use crate::target::{Target, c_string};
@@ -187,8 +187,8 @@ impl Llvm {
             }
             let bytes = match output {
                 Output::Text => module.print().into_bytes(),
-                Output::Assembly => module.generate(&machine, api::ASSEMBLY_FILE)?,
-                Output::Object => module.generate(&machine, api::OBJECT_FILE)?,
+                Output::Assembly => module.generate(&machine, ffi::ASSEMBLY_FILE)?,
+                Output::Object => module.generate(&machine, ffi::OBJECT_FILE)?,
             };
             let frames = context.finish()?;
             machine.keep();
@@ -226,7 +226,7 @@ struct Machine {
     llvm: Arc<Llvm>,
     target: Target,
     level: OptLevel,
-    raw: *mut api::TargetMachine,
+    raw: *mut ffi::TargetMachine,
 }
 
 thread_local! {
@@ -269,8 +269,8 @@ impl Machine {
                 cpu.as_ptr(),
                 features.as_ptr(),
                 level.code_generation(),
-                api::RELOCATION_PIC,
-                api::CODE_MODEL_SMALL,
+                ffi::RELOCATION_PIC,
+                ffi::CODE_MODEL_SMALL,
             )
         };
         if raw.is_null() {
@@ -290,7 +290,7 @@ impl Drop for Machine {
 /// An LLVM context and the errors that were reported to it.
 struct Context<'a> {
     api: &'a Api,
-    raw: *mut api::Context,
+    raw: *mut ffi::Context,
     /// Boxed because LLVM holds its address.
     reported: Box<Reported<'a>>,
 }
@@ -364,7 +364,7 @@ impl Drop for Context<'_> {
     }
 }
 
-unsafe extern "C" fn on_diagnostic(info: *mut api::DiagnosticInfo, user: *mut c_void) {
+unsafe extern "C" fn on_diagnostic(info: *mut ffi::DiagnosticInfo, user: *mut c_void) {
     // Safety: `user` is the `Reported` that `Context::new` gave; it outlives the context.
     let reported = unsafe { &*user.cast::<Reported<'_>>() };
     // Safety: LLVM gives a valid diagnostic; the description is ours to free.
@@ -375,8 +375,8 @@ unsafe extern "C" fn on_diagnostic(info: *mut api::DiagnosticInfo, user: *mut c_
         )
     };
     match severity {
-        api::SEVERITY_ERROR => reported.errors.borrow_mut().push(description),
-        api::SEVERITY_WARNING => {
+        ffi::SEVERITY_ERROR => reported.errors.borrow_mut().push(description),
+        ffi::SEVERITY_WARNING => {
             if let Err(error) = reported.frames.borrow_mut().add_report(&description) {
                 reported.errors.borrow_mut().push(error);
             }
@@ -388,7 +388,7 @@ unsafe extern "C" fn on_diagnostic(info: *mut api::DiagnosticInfo, user: *mut c_
 /// A module in memory, freed with this.
 struct ParsedModule<'c, 'a> {
     context: &'c Context<'a>,
-    raw: *mut api::ModuleData,
+    raw: *mut ffi::ModuleData,
 }
 
 impl ParsedModule<'_, '_> {
@@ -421,7 +421,7 @@ impl ParsedModule<'_, '_> {
             );
             let mut function = (api.LLVMGetFirstFunction)(self.raw);
             while !function.is_null() {
-                (api.LLVMAddAttributeAtIndex)(function, api::FUNCTION_INDEX, attribute);
+                (api.LLVMAddAttributeAtIndex)(function, ffi::FUNCTION_INDEX, attribute);
                 function = (api.LLVMGetNextFunction)(function);
             }
         }
@@ -432,7 +432,7 @@ impl ParsedModule<'_, '_> {
         // Safety: the module is alive; the message is ours to free, even if there is no error.
         let (failed, message) = unsafe {
             let failed =
-                (self.api().LLVMVerifyModule)(self.raw, api::RETURN_STATUS, &mut message) != 0;
+                (self.api().LLVMVerifyModule)(self.raw, ffi::RETURN_STATUS, &mut message) != 0;
             (failed, self.api().take_message(message))
         };
         if failed { Err(JitError::InvalidModule(message)) } else { Ok(()) }
@@ -472,7 +472,7 @@ impl ParsedModule<'_, '_> {
     fn generate(&self, machine: &Machine, kind: c_int) -> Result<Vec<u8>, JitError> {
         let api = self.api();
         let mut message: *mut c_char = null_mut();
-        let mut buffer: *mut api::MemoryBuffer = null_mut();
+        let mut buffer: *mut ffi::MemoryBuffer = null_mut();
         // Safety: module and machine are alive; buffer and message are ours to free.
         unsafe {
             let failed = (api.LLVMTargetMachineEmitToMemoryBuffer)(

@@ -28,7 +28,7 @@ static WORKS_DONE: AtomicU32 = AtomicU32::new(0);
 const FIRST_WORKS: u32 = 64;
 
 /// The longest that the process is kept from ending.
-const LONGEST_WAIT: Duration = Duration::from_secs(10);
+const MAX_WAIT: Duration = Duration::from_secs(10);
 
 /// How long work is held back when the main thread ends: within this time the process ends, if it does.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -110,7 +110,7 @@ fn watch_main_thread() {
 fn wait_for_work() {
     let start = Instant::now();
     // A child has no thread whose work was cut.
-    while AT_WORK.is_busy() && !AT_WORK.was_cut() && start.elapsed() < LONGEST_WAIT {
+    while AT_WORK.is_busy() && !AT_WORK.was_cut() && start.elapsed() < MAX_WAIT {
         std::thread::sleep(STEP);
     }
 }

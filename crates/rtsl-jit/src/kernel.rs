@@ -13,10 +13,10 @@ use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
 
 use crate::compile::OptLevel;
+use crate::coroutines::{LARGE_FRAME_BYTES, call_in_coroutines, call_on_own_stack};
 use crate::error::JitError;
 use crate::llvm::Llvm;
 use crate::module::Module;
-use crate::side_by_side::{LARGE_FRAME_BYTES, call_on_own_stack, call_side_by_side};
 use crate::target::Target;
 
 pub(crate) type Entry = unsafe extern "C" fn(*mut RawCall);
@@ -172,7 +172,7 @@ impl CompiledKernel {
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
                 let mask = mask.map(LaneMask::signed_words);
-                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
+                unsafe { call_in_coroutines(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
             }
         }
         Ok(finish(&raw, host, test.and_then(|test| test.nearest())))
@@ -236,7 +236,7 @@ impl CompiledKernel {
             None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
             Some(width) => {
                 // Safety: the same, and the code may begin at any chunk of this width.
-                unsafe { call_side_by_side(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
+                unsafe { call_in_coroutines(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
             }
         }
         Ok(finish(&raw, host, None))

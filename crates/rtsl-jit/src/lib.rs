@@ -12,12 +12,14 @@
 //! compiler's other crates does.
 #![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
 
-mod api;
 mod callback;
 mod chunk_stack;
 mod compile;
+mod coroutines;
+mod elf;
 mod ending;
 mod error;
+mod ffi;
 mod forks;
 mod frames;
 mod kernel;
@@ -27,12 +29,10 @@ mod library_pages;
 mod llvm;
 mod memory;
 mod module;
-mod object;
 mod passes;
 mod relocation;
 mod runtime;
 mod search;
-mod side_by_side;
 mod target;
 mod worker;
 

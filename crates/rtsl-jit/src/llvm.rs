@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 
 use libloading::Library;
 
-use crate::api::{self, Api};
 use crate::ending;
 use crate::error::{LlvmError, LlvmVersion};
+use crate::ffi::{self, Api};
 use crate::library;
 use crate::library_pages::LibraryPages;
 use crate::passes::Passes;
@@ -76,7 +76,7 @@ impl Llvm {
         let version = supported_version(&library)?;
         let api = Api::resolve(&library)
             .map_err(|name| format!("LLVM {version} without the function {name}"))?;
-        api::initialize_targets(&library);
+        ffi::initialize_targets(&library);
         worker::install_fatal_error_handler(&api);
         ending::note_loaded();
         let host = host_target(&api);
@@ -128,7 +128,7 @@ fn check_named_version(path: &Path) -> Result<(), String> {
 }
 
 fn supported_version(library: &Library) -> Result<LlvmVersion, String> {
-    match api::version(library) {
+    match ffi::version(library) {
         None => Err("not LLVM, or older than 16".to_owned()),
         Some((major, minor, patch)) => {
             let version = LlvmVersion { major, minor, patch };

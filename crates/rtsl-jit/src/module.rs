@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::elf::Object;
 use crate::error::JitError;
 use crate::frames::Frames;
 use crate::memory::CodeMemory;
-use crate::object::Object;
 use crate::runtime;
 
 /// Loaded machine code; its memory is freed with the value.

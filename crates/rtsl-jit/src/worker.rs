@@ -18,9 +18,9 @@ use std::ffi::{CStr, c_char};
 use std::sync::mpsc::{SendError, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::api::Api;
 use crate::ending;
 use crate::error::JitError;
+use crate::ffi::Api;
 
 const STACK_BYTES: usize = 64 << 20;
 

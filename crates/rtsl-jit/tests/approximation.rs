@@ -1,6 +1,6 @@
 //! Approximate operations against exact ones, with the text of every kind of machine that this one can run.
 
-use rtsl_abi::{CallArguments, InstanceBlock, Instances, LaneBlock, Layout, Shape};
+use rtsl_abi::{CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, Layout};
 use rtsl_ir::{Function, UnaryOp, evaluate};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::{Estimates, TargetFeatures};
@@ -28,7 +28,7 @@ const OPERATIONS: [UnaryOp; 3] =
 fn run(features: &TargetFeatures, width: u32, inputs: &[f32]) -> [Vec<f32>; 3] {
     let function: Function = TEXT.parse().unwrap_or_else(|error| panic!("{error}"));
     let layout = Layout::new([], [], []);
-    let kernel = rtsl_packet::lower(&function, &layout, Shape::Packet, width)
+    let kernel = rtsl_packet::lower(&function, &layout, CallMode::Packet, width)
         .unwrap_or_else(|error| panic!("{error}"));
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let kernel = CompiledKernel::compile(&llvm, &[kernel], features, OptLevel::O2)
@@ -124,7 +124,7 @@ fn edges_are_as_ever() {
 fn machines_with_wide_registers_estimate_everything() {
     let function: Function = TEXT.parse().unwrap_or_else(|error| panic!("{error}"));
     let layout = Layout::new([], [], []);
-    let kernel = rtsl_packet::lower(&function, &layout, Shape::Packet, 16)
+    let kernel = rtsl_packet::lower(&function, &layout, CallMode::Packet, 16)
         .unwrap_or_else(|error| panic!("{error}"));
     let triple = "x86_64-unknown-linux-gnu";
     let text = |cpu| rtsl_llvm::emit([("probe", &kernel)], &TargetFeatures::new(triple, cpu, ""));

@@ -3,8 +3,8 @@
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 
 use rtsl_abi::{
-    CallError, CallStatus, HostArguments, HostLanes, InstanceBlock, Instances, LaneIndices, Layout,
-    ObjectForm, Objects, Shape,
+    CallError, CallMode, CallStatus, HostArguments, HostLanes, InstanceBlock, Instances,
+    LaneIndices, Layout, ObjectForm, Objects,
 };
 use rtsl_ir::{Builder, CompareOp, Constant, Function, Place, PlaceKind, Scalar, UnaryOp};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
@@ -81,7 +81,7 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn lowered(function: &Function, shape: Shape, width: u32, interleave: Option<u32>) -> Kernel {
+fn lowered(function: &Function, shape: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
     let layout = Layout::new(
         places(PlaceKind::Member),
@@ -133,7 +133,8 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
     let features = TargetFeatures::new("", "", "");
     let block = InstanceBlock::new(&[2.0_f32.to_bits()], Vec::new());
     for (width, interleave) in [(1, None), (4, None), (4, Some(4)), (8, Some(2)), (16, Some(2))] {
-        for shape in [Shape::Single, Shape::Packet, Shape::CommonOrigin, Shape::Stream] {
+        for shape in [CallMode::Single, CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream]
+        {
             let kernels = [true, false].map(|it| lowered(&function(it), shape, width, interleave));
             let kernels = CompiledKernel::compile(&llvm, &kernels, &features, OptLevel::O2);
             for kernel in kernels.unwrap() {
@@ -144,19 +145,19 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
                     let mut indices = LaneIndices::new(count);
                     indices.as_mut_slice().fill(2);
                     let instances = match shape {
-                        Shape::Stream => Instances::Many(&objects, &indices),
+                        CallMode::Stream => Instances::Many(&objects, &indices),
                         _ => Instances::One(&block),
                     };
                     let lanes = count.next_multiple_of(width);
                     for masked in [false, true] {
                         let status = call(&kernel, (count, lanes), masked, instances);
                         let expected = match shape {
-                            Shape::Single if count != 1 || masked => Err(CallError::NotOneRay),
+                            CallMode::Single if count != 1 || masked => Err(CallError::NotOneRay),
                             _ => Ok(CallStatus::default()),
                         };
                         assert_eq!(status, expected, "{shape:?}, width {width}, {count} rays");
                     }
-                    if lanes > 0 && shape != Shape::Single {
+                    if lanes > 0 && shape != CallMode::Single {
                         let status = call(&kernel, (count, lanes - 1), false, instances);
                         let given = lanes - 1;
                         let error = CallError::TooFewLanes { rays: count, needed: lanes, given };

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use rtsl_abi::{
-    BoundBuffer, CallArguments, InstanceBlock, Instances, LaneBlock, LaneIndices, LaneMask, Layout,
-    LeafArguments, LeafTest, ObjectForm, Objects, Shape,
+    BoundBuffer, CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, LaneIndices,
+    LaneMask, Layout, LeafArguments, LeafTest, ObjectForm, Objects,
 };
 use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{CompiledKernel, JitError, LeafKernel, Llvm, OptLevel};
@@ -39,11 +39,11 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn kernel(shape: Shape) -> Kernel {
+fn kernel(shape: CallMode) -> Kernel {
     lowered(&function(false), shape)
 }
 
-fn lowered(function: &Function, shape: Shape) -> Kernel {
+fn lowered(function: &Function, shape: CallMode) -> Kernel {
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
     let layout = Layout::new(
         places(PlaceKind::Member),
@@ -66,7 +66,12 @@ fn block(element_words: u32) -> InstanceBlock {
 }
 
 /// What the call leaves of the buffer's element, or that it was refused.
-fn call(shape: Shape, block: &InstanceBlock, scratch_arrays: usize, count: usize) -> Option<f32> {
+fn call(
+    shape: CallMode,
+    block: &InstanceBlock,
+    scratch_arrays: usize,
+    count: usize,
+) -> Option<f32> {
     let kernel = compile(&[kernel(shape)]).unwrap().remove(0);
     call_for(&kernel, Instances::One(block), scratch_arrays, count)
 }
@@ -97,18 +102,18 @@ fn call_for(
 #[test]
 fn calls_that_do_not_fit_are_refused() {
     let fitting = block(2);
-    assert_eq!(call(Shape::Packet, &fitting, 2, RAYS), Some(4.0));
-    assert_eq!(call(Shape::Single, &fitting, 2, 1), Some(4.0));
-    assert_eq!(call(Shape::Packet, &fitting, 2, RAYS + 1), None, "too many rays");
-    assert_eq!(call(Shape::Packet, &fitting, 1, RAYS), None, "too little scratch");
-    assert_eq!(call(Shape::Single, &fitting, 2, 2), None, "more than one ray");
-    assert_eq!(call(Shape::Stream, &fitting, 2, RAYS), None, "one instance for all rays");
-    assert_eq!(call(Shape::Leaf, &fitting, 2, RAYS), None, "an instance that is no lanes");
-    assert_eq!(call(Shape::Packet, &block(1), 2, RAYS), None, "elements of another size");
+    assert_eq!(call(CallMode::Packet, &fitting, 2, RAYS), Some(4.0));
+    assert_eq!(call(CallMode::Single, &fitting, 2, 1), Some(4.0));
+    assert_eq!(call(CallMode::Packet, &fitting, 2, RAYS + 1), None, "too many rays");
+    assert_eq!(call(CallMode::Packet, &fitting, 1, RAYS), None, "too little scratch");
+    assert_eq!(call(CallMode::Single, &fitting, 2, 2), None, "more than one ray");
+    assert_eq!(call(CallMode::Stream, &fitting, 2, RAYS), None, "one instance for all rays");
+    assert_eq!(call(CallMode::Leaf, &fitting, 2, RAYS), None, "an instance that is no lanes");
+    assert_eq!(call(CallMode::Packet, &block(1), 2, RAYS), None, "elements of another size");
     let numbers_only = InstanceBlock::new(&[64; 5], Vec::new());
-    assert_eq!(call(Shape::Packet, &numbers_only, 2, RAYS), None, "no buffer, but numbers");
+    assert_eq!(call(CallMode::Packet, &numbers_only, 2, RAYS), None, "no buffer, but numbers");
     let short = InstanceBlock::new(fitting.words().split_at(4).0, fitting.buffers().to_vec());
-    assert_eq!(call(Shape::Packet, &short, 2, RAYS), None, "too small an instance");
+    assert_eq!(call(CallMode::Packet, &short, 2, RAYS), None, "too small an instance");
 }
 
 #[test]
@@ -117,8 +122,8 @@ fn objects_that_do_not_fit_are_refused() {
         let instances = std::iter::repeat_n(block(element_words), 19);
         Arc::new(Objects::of_instances(ObjectForm::new(0..words), instances))
     };
-    let test = lowered(&function(true), Shape::Leaf);
-    let kernels = [kernel(Shape::Stream), kernel(Shape::Leaf), test];
+    let test = lowered(&function(true), CallMode::Leaf);
+    let kernels = [kernel(CallMode::Stream), kernel(CallMode::Leaf), test];
     let [stream, leaf, test] = compile(&kernels).unwrap().try_into().unwrap();
     let (fitting, short) = (objects(6, 2), objects(5, 2));
     let range =
@@ -136,7 +141,7 @@ fn objects_that_do_not_fit_are_refused() {
     assert_eq!(many(&indices), Some(4.0));
     indices.as_mut_slice()[1] = 19;
     assert_eq!(many(&indices), None, "no such object");
-    let packet = compile(&[kernel(Shape::Packet)]).unwrap().remove(0);
+    let packet = compile(&[kernel(CallMode::Packet)]).unwrap().remove(0);
     let one = call_for(&packet, Instances::Object(&fitting, 3), 2, RAYS);
     assert_eq!(one, None, "the kernel takes an instance");
 
@@ -169,12 +174,12 @@ fn objects_that_do_not_fit_are_refused() {
 #[test]
 fn packet_code_that_breaks_the_rules_is_refused() {
     let break_rule = |change: fn(&mut Kernel)| {
-        let mut kernel = kernel(Shape::Stream);
+        let mut kernel = kernel(CallMode::Stream);
         change(&mut kernel);
         matches!(compile(&[kernel]), Err(JitError::InvalidKernel(_)))
     };
     assert!(!break_rule(|_| {}));
-    assert!(break_rule(|kernel| kernel.shape = Shape::Packet));
+    assert!(break_rule(|kernel| kernel.shape = CallMode::Packet));
     assert!(break_rule(|kernel| kernel.places[0].varies = false));
     assert!(break_rule(|kernel| kernel.width = 3));
     assert!(break_rule(|kernel| kernel.outputs[0].component = 7));

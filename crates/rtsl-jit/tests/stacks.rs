@@ -6,7 +6,7 @@
 use std::process::Command;
 
 use rtsl_abi::{
-    CallArguments, CallError, CallStatus, InstanceBlock, Instances, LaneBlock, Layout, Shape,
+    CallArguments, CallError, CallMode, CallStatus, InstanceBlock, Instances, LaneBlock, Layout,
 };
 use rtsl_ir::{Builder, OpKind, Place, PlaceKind, Scalar};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
@@ -21,7 +21,7 @@ const KEPT: usize = 1_000;
 const RAYS: usize = 16 * 16 * 2 + 5;
 
 /// Keeps values while it asks for a ray, and gives their sum and what the ray brings.
-fn kernel(shape: Shape) -> Kernel {
+fn kernel(shape: CallMode) -> Kernel {
     let mut builder = Builder::new("Keeps.shade");
     let (kind, name) = (PlaceKind::Scratch, "kept".to_owned());
     let place = builder.place(Place { kind, name, scalar: Scalar::F32, len: 2 });
@@ -89,7 +89,7 @@ fn stacks_run_out() {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("", "", "");
     // The packet's chunks are separate; in the leaf shape they are not.
-    for (shape, rays) in [(Shape::Packet, RAYS), (Shape::Packet, 1), (Shape::Single, 1)] {
+    for (shape, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
         let compile = || CompiledKernel::compile(&llvm, &[kernel(shape)], &features, OptLevel::O1);
         let kernel = compile().unwrap().remove(0);
         let work = move || {
@@ -107,7 +107,7 @@ fn stacks_run_out() {
         // A thread that has no stacks yet.
         let (without, with_one, with_all) = std::thread::spawn(work).join().unwrap();
         match shape {
-            Shape::Single => assert!(without.is_ok(), "its frame is small"),
+            CallMode::Single => assert!(without.is_ok(), "its frame is small"),
             _ => assert_eq!(without, Err(CallError::NoStack), "{shape:?}"),
         }
         assert!(with_all.is_ok());

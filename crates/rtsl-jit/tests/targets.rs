@@ -1,7 +1,7 @@
 //! Code for every target that has a name: LLVM takes the text, and puts in no call of a library,
 //! whose bits would not be ours.
 
-use rtsl_abi::{Layout, Shape};
+use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::PlaceKind;
 use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
@@ -34,7 +34,7 @@ fn no_target_calls_a_library() {
         let target = Target::by_name(name).unwrap();
         let features = TargetFeatures::new(target.triple(), target.cpu(), target.features());
         let mut kernels = Vec::new();
-        for seed in 0..4 * Shape::ALL.len() as u64 {
+        for seed in 0..4 * CallMode::ALL.len() as u64 {
             let function = seeded_function(seed, 250);
             let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
             let layout = Layout::new(
@@ -43,7 +43,7 @@ fn no_target_calls_a_library() {
                 places(PlaceKind::Scratch),
             );
             let width = [1, 4, 8, 16][seed as usize % 4];
-            let shape = Shape::ALL[seed as usize / 4 % Shape::ALL.len()];
+            let shape = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];
             let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
             kernels.push((format!("kernel.{seed}"), kernel));
         }

@@ -15,7 +15,7 @@ use crate::emitter::Emitter;
 use crate::operand::{LlvmType, Operand};
 
 /// Above every estimate of `1 / sqrt(a)` for a normal number `a`, which is at most 2^63.
-const GREATEST_INVERSE_SQRT: f32 = 1.8446744e19;
+const MAX_INVERSE_SQRT: f32 = 1.8446744e19;
 
 #[derive(Clone, Copy)]
 enum Estimate {
@@ -64,7 +64,7 @@ impl Emitter<'_, '_> {
         };
         // Infinite for 0, and -infinity for -0: made finite, so that the product is 0.
         let magnitude = self.float_intrinsic("fabs", ty, estimate);
-        let greatest = self.float(ty, GREATEST_INVERSE_SQRT);
+        let greatest = self.float(ty, MAX_INVERSE_SQRT);
         let above = self.compare("olt", ty, greatest, magnitude);
         let estimate = self.select(ty, above, greatest, magnitude);
         // With s = a r: s + s (1 - s r) / 2.

@@ -9,7 +9,7 @@
 //! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first does
 //! full chunks alone, several at a time, and leaves what remains to the second.
 
-use rtsl_abi::{Shape, offsets};
+use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{PlaceKind, Value};
 use rtsl_packet::kernel::KernelOutput;
 
@@ -54,13 +54,13 @@ impl Emitter<'_, '_> {
             return self.emit_packet(done);
         }
         match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream if self.is_full() => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
             }
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.emit_chunk_loop(done);
             }
-            Shape::Single => self.emit_only_chunk(done),
+            CallMode::Single => self.emit_only_chunk(done),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write};
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{Scalar, UnaryOp, Value};
 use rtsl_packet::kernel::{Op, OpKind};
 use rtsl_packet::{Kernel, Ranges};
@@ -147,7 +147,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         self.emit_chunks(done);
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
-        let single = self.kernel.shape == Shape::Single;
+        let single = self.kernel.shape == CallMode::Single;
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),

@@ -4,7 +4,7 @@
 //! be loaded: it is clamped here unless packet code shows that it has been. A buffer without
 //! elements has the address of a word of zero in place of its own.
 
-use rtsl_abi::{Shape, offsets};
+use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
 use rtsl_packet::kernel::{KernelOutput, KernelPlace};
 
@@ -257,12 +257,14 @@ impl Emitter<'_, '_> {
     fn is_overwritten(&self, place: &KernelPlace) -> bool {
         let mut outputs = self.kernel.outputs.iter();
         match self.kernel.shape {
-            Shape::Leaf => {
+            CallMode::Leaf => {
                 !self.kernel.keeps_nearest()
                     && outputs.any(|output| self.kernel.place(output.place) == place)
             }
             // Nothing that the first three share has a dynamic index left; the last has one chunk.
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => false,
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
+                false
+            }
         }
     }
 

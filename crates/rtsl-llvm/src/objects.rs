@@ -4,7 +4,7 @@
 //! shape a chunk's objects lie in a row: a vector of a word is one load for each block. In the stream shape
 //! each lane has an address of its own.
 
-use rtsl_abi::{Shape, offsets};
+use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Index, PlaceId, PlaceKind};
 use rtsl_packet::kernel::KernelPlace;
 
@@ -25,9 +25,9 @@ impl Emitter<'_, '_> {
             return;
         }
         self.objects = match self.kernel.shape {
-            Shape::Stream => Some(self.objects_of_lanes()),
-            Shape::Leaf => Some(self.objects_of_chunk()),
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => return,
+            CallMode::Stream => Some(self.objects_of_lanes()),
+            CallMode::Leaf => Some(self.objects_of_chunk()),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => return,
         };
         for (number, place) in self.kernel.places.iter().enumerate() {
             if place.place.kind == PlaceKind::Buffer && place.varies {
@@ -103,12 +103,12 @@ impl Emitter<'_, '_> {
     /// The address of a word of the objects: of one, of each lane's, or of the chunk's first.
     fn object_word(&mut self, word: u32) -> (Operand, LlvmType) {
         let (objects, ty) = match self.kernel.shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
                 let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
                 (object, self.vector("ptr", false))
             }
-            Shape::Leaf => (self.found_objects(), self.vector("ptr", false)),
-            Shape::Stream => (self.found_objects(), self.lanes("ptr")),
+            CallMode::Leaf => (self.found_objects(), self.vector("ptr", false)),
+            CallMode::Stream => (self.found_objects(), self.lanes("ptr")),
         };
         let offset = word * ROW;
         if offset == 0 {
@@ -125,8 +125,8 @@ impl Emitter<'_, '_> {
     fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
         let (at, pointers) = self.object_word(word);
         match self.kernel.shape {
-            Shape::Leaf => self.load_row(element, at),
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+            CallMode::Leaf => self.load_row(element, at),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.gather(pointers.of(element), at)
             }
         }
@@ -175,18 +175,18 @@ impl Emitter<'_, '_> {
         let shift = self.same(words, offsets::OBJECTS_IN_BLOCK.trailing_zeros());
         let rows = self.instruction(format_args!("shl {words} {index}, {shift}"));
         match self.kernel.shape {
-            Shape::Leaf if !by_lane => {
+            CallMode::Leaf if !by_lane => {
                 let at = self.instruction(format_args!("getelementptr i32, ptr {at}, i32 {rows}"));
                 self.load_row(element, at)
             }
-            Shape::Leaf => {
+            CallMode::Leaf => {
                 let offsets = self.row_offsets();
                 let (pointers, wide) = (self.lanes("ptr"), self.lanes("i64"));
                 let at =
                     self.instruction(format_args!("getelementptr i8, ptr {at}, {wide} {offsets}"));
                 self.load_at(element, (at, pointers), (rows, by_lane))
             }
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Single => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.load_at(element, (at, pointers), (rows, by_lane))
             }
         }

@@ -1,11 +1,11 @@
 //! Single-ray text in, LLVM text out.
 
 use expect_test::{Expect, expect};
-use rtsl_abi::{Layout, Mark, MarkWord, RayRecord, Shape};
+use rtsl_abi::{CallMode, Layout, Mark, MarkWord, RayRecord};
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_llvm::{Callback, TargetFeatures};
 
-fn emit(text: &str, target: &str, shape: Shape, width: u32) -> String {
+fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
@@ -20,7 +20,7 @@ fn emit(text: &str, target: &str, shape: Shape, width: u32) -> String {
 }
 
 fn check(text: &str, target: &str, width: u32, expected: Expect) {
-    expected.assert_eq(&emit(text, target, Shape::Packet, width));
+    expected.assert_eq(&emit(text, target, CallMode::Packet, width));
 }
 
 fn emit_callback(text: &str, target: &str, width: u32) -> String {
@@ -613,7 +613,7 @@ fn masks_cross_blocks_as_words() {
 
 #[test]
 fn masks_have_registers() {
-    let text = emit(BRANCH, "x86-64-v4", Shape::Packet, 16);
+    let text = emit(BRANCH, "x86-64-v4", CallMode::Packet, 16);
     assert!(text.contains("phi <16 x i1>") && !text.contains("phi <16 x i32>"), "{text}");
 }
 
@@ -629,7 +629,7 @@ fn constants_keep_their_bits() {
             "function f state rt_PDF: f32[1] {{
                 %c: f32 = constant {constant} return state:rt_PDF@0 = %c }}"
         );
-        let found = emit(&function, "x86-64-v3", Shape::Packet, 4);
+        let found = emit(&function, "x86-64-v3", CallMode::Packet, 4);
         assert!(found.contains(&format!("float {text}")), "{constant}: {found}");
     }
 }
@@ -641,9 +641,9 @@ fn fused_multiply_add_is_an_instruction_or_emulated() {
         %r: f32 = fma %t, %t, %t
         return state:rt_PDF@0 = %r
     }";
-    let v3 = emit(text, "x86-64-v3", Shape::Packet, 8);
+    let v3 = emit(text, "x86-64-v3", CallMode::Packet, 8);
     assert!(v3.contains("@llvm.fma.v8f32") && !v3.contains("rtsl.fma"), "{v3}");
-    let v2 = emit(text, "x86-64-v2", Shape::Packet, 4);
+    let v2 = emit(text, "x86-64-v2", CallMode::Packet, 4);
     assert!(v2.contains("define internal <4 x float> @rtsl.fma.v4f32") && !v2.contains("llvm.fma"));
 }
 
@@ -652,7 +652,7 @@ fn nothing_lets_llvm_change_results() {
     for width in [1, 4, 8, 16] {
         for seed in 0..20 {
             let function = rtsl_testing::functions::seeded_function(seed, 200).to_string();
-            let text = emit(&function, "x86-64-v2", Shape::Stream, width);
+            let text = emit(&function, "x86-64-v2", CallMode::Stream, width);
             for word in [" fast ", " contract ", " nnan ", " ninf ", " nsz ", " reassoc ", " afn "]
             {
                 assert!(!text.contains(word), "{word}: {text}");
@@ -684,6 +684,6 @@ fn the_deepest_nesting_is_no_trouble() {
     }
     text += "return state:rt_PDF@0 = %r0 }";
     let thread = std::thread::Builder::new().stack_size(2 << 20);
-    let emitted = thread.spawn(move || emit(&text, "x86-64-v3", Shape::Packet, 8).len());
+    let emitted = thread.spawn(move || emit(&text, "x86-64-v3", CallMode::Packet, 8).len());
     assert!(emitted.unwrap().join().unwrap() > 10_000);
 }

@@ -13,3 +13,7 @@ pub use moving_transform::MovingTransform;
 pub use root::{fifth_root, power_12_5};
 pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
 pub use trigonometry::sine_and_cosine_of_degrees;
+
+/// Lanes of the vectors that renderers compute with: eight floats fill an AVX register. Nodes of hierarchies have as many
+/// children, so that one ray is tested with all of them at once.
+pub const SIMD_LANES: usize = 8;

@@ -13,7 +13,7 @@ pub struct MovingTransform {
 }
 
 /// There are no more keys than this and one.
-const MOST_INTERVALS: usize = 64;
+const MAX_INTERVALS: usize = 64;
 
 /// How far a point may lie beside its true path, relative to its distance from the origin of what is
 /// moved, or to the way that the origin makes.
@@ -30,9 +30,9 @@ impl MovingTransform {
             let key = |index: usize| path.at(index as f64 / intervals as f64);
             MovingTransform { keys: (0..=intervals).map(key).collect() }
         };
-        let counts = (1..MOST_INTERVALS).map(sample);
+        let counts = (1..MAX_INTERVALS).map(sample);
         let mut enough = counts.filter(|sampled| path.is_followed_by(sampled));
-        Some(enough.next().unwrap_or_else(|| sample(MOST_INTERVALS)))
+        Some(enough.next().unwrap_or_else(|| sample(MAX_INTERVALS)))
     }
 
     /// The transforms at equally spaced times: at least two.
@@ -66,7 +66,7 @@ impl MovingTransform {
     /// This motion after `first`: exact where one of both stands still, else as good as keys are.
     pub fn after(&self, first: &MovingTransform) -> MovingTransform {
         let intervals = match (self.moves(), first.moves()) {
-            (true, true) => MOST_INTERVALS,
+            (true, true) => MAX_INTERVALS,
             (true, false) => self.keys.len() - 1,
             (false, _) => first.keys.len() - 1,
         };
@@ -243,7 +243,7 @@ mod tests {
         assert!(distance(moving.at(0.5).point([1.0; 3]), rotation(-5.0).point([1.0; 3])) < 1e-3);
         assert!(moving.keys().len() <= 4, "{} keys", moving.keys().len());
         let half = MovingTransform::new(rotation(0.0), rotation(180.0), WHOLE).unwrap();
-        assert!(half.keys().len() <= MOST_INTERVALS, "{} keys", half.keys().len());
+        assert!(half.keys().len() <= MAX_INTERVALS, "{} keys", half.keys().len());
     }
 
     #[test]

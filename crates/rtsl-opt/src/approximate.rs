@@ -137,8 +137,8 @@ mod tests {
     fn approximated(text: &str) -> String {
         transformed(text, |function| {
             super::run(function);
-            crate::number::run(function);
-            crate::dead::run(function);
+            crate::gvn::run(function);
+            crate::dce::run(function);
         })
     }
 

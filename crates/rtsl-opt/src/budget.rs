@@ -13,7 +13,7 @@ use rtsl_ir::{
     PlaceKind, Region, Scalar, Value,
 };
 
-use crate::promote;
+use crate::mem2reg;
 
 /// The greatest budget: far enough from the greatest i32 for the last iterations of the loops.
 pub const MAX_BUDGET: u32 = 1 << 30;
@@ -40,7 +40,7 @@ pub fn run(function: &mut Function, budget: u32) {
     function.body = body;
     constants.define_in(function);
     // The counter is a value from now on, and its place, the last, is gone.
-    promote::promote(function, &[counter]);
+    mem2reg::promote(function, &[counter]);
     function.places.pop();
 }
 

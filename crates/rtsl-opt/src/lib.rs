@@ -1,7 +1,7 @@
 //! Passes over the single-ray intermediate representation of RTSL, one a file.
 //!
 //! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`], [`mod@unit`] and [`placed`] keep its
-//! results to the bit (NaN payloads aside) and its requests to the host in number and order; but for [`weigh`] the
+//! results to the bit (NaN payloads aside) and its requests to the host in number and order; but for [`ray_weights`] the
 //! requests also say the same.
 //!
 //! This crate knows no language, no shapes of kernels and no targets: what pays on
@@ -13,27 +13,27 @@ pub mod bits;
 pub mod budget;
 mod conditions;
 pub mod contract;
-pub mod dead;
+pub mod dce;
+pub mod dead_outputs;
 pub mod float_range;
-pub mod fold;
-pub mod hoist;
-pub mod join;
-pub mod leave;
-pub mod merge;
-pub mod number;
+pub mod gvn;
+pub mod hoist_common;
+pub mod if_convert;
+pub mod licm;
+pub mod loop_exit_values;
+pub mod mem2reg;
+pub mod merge_rare_branches;
 pub mod placed;
-pub mod promote;
 pub mod range;
-pub mod select;
+pub mod ray_weights;
+pub mod simplify;
 pub mod specialise;
 mod substitution;
 #[cfg(test)]
 mod testing;
 pub mod unchanged;
 pub mod unit;
-pub mod unread;
 pub mod unroll;
-pub mod weigh;
 
 use std::collections::BTreeMap;
 
@@ -54,7 +54,7 @@ pub struct Options {
     pub budget: Option<u32>,
     /// Run the passes that only make the function faster. With a budget they run whatever this says.
     pub optimize: bool,
-    /// One of them, [`mod@select`]: packets want it, code of one ray does not.
+    /// One of them, [`if_convert`]: packets want it, code of one ray does not.
     pub select: bool,
 }
 
@@ -72,20 +72,20 @@ pub const PASSES: &[(&str, Pass)] = &[
     ("approximate", approximate::run),
     ("bits", bits::run),
     ("contract", contract::run),
-    ("dead", dead::run),
+    ("dce", dce::run),
     ("float_range", float_range::run),
-    ("fold", fold::run),
-    ("hoist", hoist::run),
-    ("join", join::run),
-    ("leave", leave::run),
-    ("merge", merge::run),
-    ("number", number::run),
-    ("promote", promote::run),
+    ("simplify", simplify::run),
+    ("licm", licm::run),
+    ("merge_rare_branches", merge_rare_branches::run),
+    ("loop_exit_values", loop_exit_values::run),
+    ("hoist_common", hoist_common::run),
+    ("gvn", gvn::run),
+    ("mem2reg", mem2reg::run),
     ("range", range::run),
-    ("select", select::run),
+    ("if_convert", if_convert::run),
     ("unchanged", unchanged::run),
     ("unroll", unroll::run),
-    ("weigh", weigh::run),
+    ("ray_weights", ray_weights::run),
 ];
 
 /// Runs the passes on a verified function, in order.
@@ -93,38 +93,38 @@ pub fn optimize(function: &mut Function, options: &Options) {
     if options.contract {
         run("contract", function, contract::run);
     }
-    run("promote", function, promote::run);
-    run("dead", function, dead::run);
-    run("weigh", function, weigh::run);
+    run("mem2reg", function, mem2reg::run);
+    run("dce", function, dce::run);
+    run("ray_weights", function, ray_weights::run);
     // What a budget ends, and so what such a function gives, follows from the loops that are left.
     if options.optimize || options.budget.is_some() {
-        run("fold", function, fold::run);
-        run("number", function, number::run);
+        run("simplify", function, simplify::run);
+        run("gvn", function, gvn::run);
         if options.approximate && options.optimize {
             run("approximate", function, approximate::run);
-            run("number", function, number::run);
+            run("gvn", function, gvn::run);
         }
         run("unroll", function, unroll::run);
         // Unrolling makes constants of indices, and folding makes constant indices of those.
-        run("fold", function, fold::run);
-        run("promote", function, promote::run);
-        run("fold", function, fold::run);
+        run("simplify", function, simplify::run);
+        run("mem2reg", function, mem2reg::run);
+        run("simplify", function, simplify::run);
         run("range", function, range::run);
         run("float_range", function, float_range::run);
-        run("fold", function, fold::run);
-        run("dead", function, dead::run);
-        run("merge", function, merge::run);
+        run("simplify", function, simplify::run);
+        run("dce", function, dce::run);
+        run("hoist_common", function, hoist_common::run);
         if options.select {
-            run("select", function, select::run);
+            run("if_convert", function, if_convert::run);
         }
-        run("join", function, join::run);
+        run("merge_rare_branches", function, merge_rare_branches::run);
         run("bits", function, bits::run);
-        run("fold", function, fold::run);
-        run("number", function, number::run);
-        run("leave", function, leave::run);
-        run("hoist", function, hoist::run);
+        run("simplify", function, simplify::run);
+        run("gvn", function, gvn::run);
+        run("loop_exit_values", function, loop_exit_values::run);
+        run("licm", function, licm::run);
         run("unchanged", function, unchanged::run);
-        run("dead", function, dead::run);
+        run("dce", function, dce::run);
     }
     if let Some(limit) = options.budget {
         run("budget", function, |function| budget::run(function, limit));
@@ -154,12 +154,12 @@ pub struct Contract(pub bool);
 /// reports.
 pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
     if let Some(read) = &caller.read {
-        run("unread", function, |function| unread::run(function, read));
+        run("dead_outputs", function, |function| dead_outputs::run(function, read));
     }
     if let Some(Contract(contract)) = caller.placed {
         run("placed", function, |function| placed::run(function, contract));
         if optimize {
-            run("number", function, number::run);
+            run("gvn", function, gvn::run);
         }
     }
     run("specialise", function, |function| specialise::run(function, &caller.known));
@@ -167,27 +167,27 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         run("unit", function, |function| unit::run(function, &caller.unit));
     }
     if optimize && !(caller.known.is_empty() && caller.unit.is_empty()) {
-        run("fold", function, fold::run);
+        run("simplify", function, simplify::run);
         run("unroll", function, unroll::run);
-        run("fold", function, fold::run);
+        run("simplify", function, simplify::run);
         // Unrolling makes constants of indices, and with them more of the members known.
         run("specialise", function, |function| specialise::run(function, &caller.known));
-        run("promote", function, promote::run);
-        run("fold", function, fold::run);
+        run("mem2reg", function, mem2reg::run);
+        run("simplify", function, simplify::run);
         run("range", function, |function| range::run_knowing(function, &caller.known));
         run("float_range", function, float_range::run);
-        run("fold", function, fold::run);
-        run("dead", function, dead::run);
-        run("merge", function, merge::run);
-        run("select", function, select::run);
-        run("join", function, join::run);
+        run("simplify", function, simplify::run);
+        run("dce", function, dce::run);
+        run("hoist_common", function, hoist_common::run);
+        run("if_convert", function, if_convert::run);
+        run("merge_rare_branches", function, merge_rare_branches::run);
         run("bits", function, bits::run);
-        run("fold", function, fold::run);
-        run("number", function, number::run);
-        run("leave", function, leave::run);
-        run("hoist", function, hoist::run);
+        run("simplify", function, simplify::run);
+        run("gvn", function, gvn::run);
+        run("loop_exit_values", function, loop_exit_values::run);
+        run("licm", function, licm::run);
     }
-    run("dead", function, dead::run);
+    run("dce", function, dce::run);
     run("renumber", function, Function::renumber);
 }
 

@@ -181,7 +181,7 @@ mod tests {
     fn placed(text: &str, contract: bool) -> String {
         let mut function: Function = text.parse().unwrap();
         run(&mut function, contract);
-        crate::dead::run(&mut function);
+        crate::dce::run(&mut function);
         function.renumber();
         rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}\n{function}"));
         function.to_string()

@@ -546,7 +546,7 @@ mod tests {
     fn check(text: &str, expected: Expect) {
         let found = transformed(text, |function| {
             super::run(function);
-            crate::dead::run(function);
+            crate::dce::run(function);
         });
         expected.assert_eq(&found);
     }

@@ -85,7 +85,7 @@ mod tests {
         .assert_eq(&transformed(text, |function| {
             let set: Vec<_> = super::outputs(function).collect();
             super::run(function);
-            crate::dead::run(function);
+            crate::dce::run(function);
             let left: Vec<_> = super::outputs(function).collect();
             super::restore(function, set.iter().filter(|it| !left.contains(it)));
         }));

@@ -114,8 +114,8 @@ mod tests {
         let found = transformed(text, |function| {
             let vector = function.find_place(PlaceKind::Member, "m").unwrap();
             super::run(function, &[vector]);
-            crate::fold::run(function);
-            crate::dead::run(function);
+            crate::simplify::run(function);
+            crate::dce::run(function);
         });
         expect![[r#"
             %0: f32 = load member:m@0

@@ -248,8 +248,8 @@ mod tests {
             return scratch:f@0 = %s, scratch:i@0 = %i";
         let unrolled = transformed(text, |function| {
             super::run(function);
-            crate::fold::run(function);
-            crate::dead::run(function);
+            crate::simplify::run(function);
+            crate::dce::run(function);
         });
         expect![[r#"
             %1: f32 = load member:m@0

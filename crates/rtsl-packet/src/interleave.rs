@@ -27,7 +27,7 @@
 //! Full chunks have a function of their own even where they are done one by one: without it, each
 //! tests whether it is full, which takes a tenth of a short kernel's time.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::PlaceKind;
 
 use crate::kernel::{KernelPlace, OpKind, Region};
@@ -54,13 +54,13 @@ const SHORT: u32 = 50;
 
 /// The most operations, those of all chunks that are done at a time: they have to be compiled. The quartic's 235
 /// by two take 42 ms with LLVM 22, by four 1.4 times as long.
-const MOST_OPERATIONS: u32 = 700;
+const MAX_OPERATIONS: u32 = 700;
 
 /// The most where chunks are done one by one, and a full one saves no more than the tests of its mask.
-const MOST_ALONE: u32 = 100;
+const MAX_ALONE: u32 = 100;
 
 /// The most bytes that local arrays may take for all chunks that are done at a time: a part of the first cache.
-const MOST_SLOT_BYTES: u32 = 8192;
+const MAX_SLOT_BYTES: u32 = 8192;
 
 /// How many full chunks `kernel` does at a time: `forced` of them where that is possible, else what suits
 /// its code; `None` where it treats them as all others.
@@ -75,8 +75,8 @@ fn suitable(kernel: &Kernel) -> Option<u32> {
     let estimate = Estimate::new(kernel);
     let wanted = wanted(kernel, &estimate);
     let fits = |factor: &u32| match factor {
-        1 => estimate.operations <= MOST_ALONE,
-        _ => factor * estimate.operations <= MOST_OPERATIONS,
+        1 => estimate.operations <= MAX_ALONE,
+        _ => factor * estimate.operations <= MAX_OPERATIONS,
     };
     FACTORS.into_iter().rev().filter(|factor| *factor <= wanted).find(fits)
 }
@@ -107,13 +107,13 @@ fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
 fn is_possible(kernel: &Kernel, factor: u32) -> bool {
     // The lane sets that hosts take hold one chunk.
     let fits =
-        !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MOST_SLOT_BYTES;
+        !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MAX_SLOT_BYTES;
     // What all lanes share is read from the first lane before anything is stored: too late for the
     // chunks that are left over.
     let overwrites_shared = kernel.outputs.iter().any(|output| !kernel.place(output.place).varies);
     let many_rays = match kernel.shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => kernel.width > 1,
-        Shape::Leaf | Shape::Single => false,
+        CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => kernel.width > 1,
+        CallMode::Leaf | CallMode::Single => false,
     };
     // Their chunks may be called side by side, each alone.
     let alone = kernel.begins_at_any_chunk();

@@ -52,10 +52,10 @@
 //!
 //! # One ray
 //!
-//! A kernel of [`Shape::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
+//! A kernel of [`CallMode::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
 //! only.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, UnaryOp, Value, Values,
 };
@@ -118,7 +118,7 @@ pub struct Kernel {
     /// `Class.method`.
     pub name: String,
     /// What the rays have in common.
-    pub shape: Shape,
+    pub shape: CallMode,
     /// Rays in a chunk: a power of two, at most [`rtsl_ir::host::MAX_LANES`].
     pub width: u32,
     /// Chunks in which all rays take part are done so many at a time, as one, by the same body:
@@ -152,11 +152,11 @@ impl Kernel {
     pub fn begins_at_any_chunk(&self) -> bool {
         match self.shape {
             // What accepts hits writes for chunks without rays, too.
-            Shape::Packet | Shape::Stream => {
+            CallMode::Packet | CallMode::Stream => {
                 self.width > 1 && self.accepted_output().is_none() && self.asks_for_rays()
             }
             // The one reads what all rays share from the first, the others have one ray.
-            Shape::CommonOrigin | Shape::Leaf | Shape::Single => false,
+            CallMode::CommonOrigin | CallMode::Leaf | CallMode::Single => false,
         }
     }
 
@@ -188,7 +188,7 @@ impl Kernel {
 
     /// Whether of all lanes' outputs those of the nearest hit are kept.
     pub fn keeps_nearest(&self) -> bool {
-        self.shape == Shape::Leaf && self.accepted_output().is_some()
+        self.shape == CallMode::Leaf && self.accepted_output().is_some()
     }
 }
 

@@ -124,7 +124,7 @@ mod tests {
     use rtsl_ir::{Function, Index, PlaceKind};
 
     use super::*;
-    use rtsl_abi::{Layout, Shape};
+    use rtsl_abi::{CallMode, Layout};
 
     /// Whether the index of the one load with a dynamic one is known to be inside.
     fn is_inside(index: &str) -> bool {
@@ -146,7 +146,7 @@ mod tests {
             places(PlaceKind::Buffer),
             places(PlaceKind::Scratch),
         );
-        let kernel = crate::lower(&function, &layout, Shape::Stream, 8).unwrap();
+        let kernel = crate::lower(&function, &layout, CallMode::Stream, 8).unwrap();
         let ranges = Ranges::new(&kernel);
         let inside = kernel.body.ops.iter().find_map(|op| match op.kind {
             OpKind::Load(place, Index::Dynamic(index)) => {

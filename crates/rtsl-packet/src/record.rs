@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_abi::{RayRecord, Shape};
+use rtsl_abi::{CallMode, RayRecord};
 use rtsl_ir::{PlaceId, PlaceKind};
 
 use crate::kernel::{Kernel, OpKind, Region};
@@ -12,7 +12,7 @@ use crate::kernel::{Kernel, OpKind, Region};
 pub enum RecordError {
     /// It is of another shape, or of a method that accepts no hits.
     #[error("records are for packets of rays that may hit something")]
-    Shape,
+    CallMode,
     /// It reads or sets what the record has no row for.
     #[error("the record has no row for a component of `{0}`")]
     NoRow(String),
@@ -30,8 +30,8 @@ impl Kernel {
     /// # Errors
     /// See [`RecordError`].
     pub fn check_record(&self, record: &RayRecord) -> Result<(), RecordError> {
-        if self.shape != Shape::Packet || self.accepted_output().is_none() {
-            return Err(RecordError::Shape);
+        if self.shape != CallMode::Packet || self.accepted_output().is_none() {
+            return Err(RecordError::CallMode);
         }
         for id in used_places(self) {
             let place = self.place(id);
@@ -95,7 +95,7 @@ mod tests {
         RayRecord { rays: 0, mask: None, instances: 8, number: None, rows, marks: Vec::new() }
     }
 
-    fn check(text: &str, shape: Shape) -> Result<(), RecordError> {
+    fn check(text: &str, shape: CallMode) -> Result<(), RecordError> {
         let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
         let mut layout = Layout::default();
         layout.scratch.insert("s".to_owned(), 0);
@@ -111,19 +111,19 @@ mod tests {
     #[test]
     fn what_has_rows_and_asks_nobody_fits() {
         let hit = format!("{HIT} return accepted:a@0 = %c, state:rt_HitDistance@0 = %t }}");
-        assert_eq!(check(&hit, Shape::Packet), Ok(()));
-        assert_eq!(check(&hit, Shape::Stream), Err(RecordError::Shape));
+        assert_eq!(check(&hit, CallMode::Packet), Ok(()));
+        assert_eq!(check(&hit, CallMode::Stream), Err(RecordError::CallMode));
         let none = format!("{HIT} return state:rt_HitDistance@0 = %t }}");
-        assert_eq!(check(&none, Shape::Packet), Err(RecordError::Shape));
+        assert_eq!(check(&none, CallMode::Packet), Err(RecordError::CallMode));
         let scratch = format!("{HIT} return accepted:a@0 = %c, scratch:s@0 = %t }}");
-        assert_eq!(check(&scratch, Shape::Packet), Err(RecordError::NoPlace("s".to_owned())));
+        assert_eq!(check(&scratch, CallMode::Packet), Err(RecordError::NoPlace("s".to_owned())));
         let asks = format!(
             "{HIT} %r: f32 = rand return accepted:a@0 = %c, state:rt_HitDistance@0 = %r }}"
         );
-        assert_eq!(check(&asks, Shape::Packet), Err(RecordError::AsksHost));
+        assert_eq!(check(&asks, CallMode::Packet), Err(RecordError::AsksHost));
         let other = HIT.replace("rt_HitDistance", "rt_Epsilon");
         let other = format!("{other} return accepted:a@0 = %c }}");
         let row = RecordError::NoRow("rt_Epsilon".to_owned());
-        assert_eq!(check(&other, Shape::Packet), Err(row));
+        assert_eq!(check(&other, CallMode::Packet), Err(row));
     }
 }

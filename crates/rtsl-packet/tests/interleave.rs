@@ -1,11 +1,11 @@
 //! Which kernels do several full chunks at a time.
 
-use rtsl_abi::{Layout, Shape};
+use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_packet::Kernel;
 use rtsl_packet::interleave::{FACTORS, choose};
 
-fn lower(text: &str, shape: Shape, width: u32) -> Kernel {
+fn lower(text: &str, shape: CallMode, width: u32) -> Kernel {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
@@ -29,7 +29,7 @@ fn method(body: &str) -> String {
 }
 
 fn chosen(body: &str) -> Option<u32> {
-    choose(&lower(&method(body), Shape::Packet, 8), None)
+    choose(&lower(&method(body), CallMode::Packet, 8), None)
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn short_code_is_interleaved_for_the_sake_of_its_loop() {
     let accepting = method("%hit: bool = less %one, %x %r: f32 = add %x, %one")
         .replace("slot s", "accepted rt_Accepted: bool[1] slot s")
         .replace("return ", "return accepted:rt_Accepted@0 = %hit, ");
-    assert_eq!(choose(&lower(&accepting, Shape::Packet, 8), None), Some(2), "stores if any hit");
+    assert_eq!(choose(&lower(&accepting, CallMode::Packet, 8), None), Some(2), "stores if any hit");
 }
 
 /// Sums that do not wait for one another, and a chain of short operations.
@@ -85,18 +85,18 @@ fn what_cannot_be_interleaved_is_not() {
         FACTORS.map(|factor| choose(&kernel, Some(factor)).is_some())
     };
     let root = "%r: f32 = sqrt %x";
-    assert_eq!(forced(root, Shape::Packet, 8), [true; 3]);
-    assert_eq!(forced(root, Shape::Packet, 1), [false; 3], "one ray");
-    assert_eq!(forced("%r: f32 = rand", Shape::Packet, 8), [true, false, false], "a request");
+    assert_eq!(forced(root, CallMode::Packet, 8), [true; 3]);
+    assert_eq!(forced(root, CallMode::Packet, 1), [false; 3], "one ray");
+    assert_eq!(forced("%r: f32 = rand", CallMode::Packet, 8), [true, false, false], "a request");
     let slot = "%n: i32 = convert %x store slot:s@%n, %x %r: f32 = load slot:s@0";
-    assert_eq!(forced(slot, Shape::Packet, 8), [true; 3], "a small array");
-    let large = lower(&method(slot).replace("f32[8]", "f32[100]"), Shape::Packet, 8);
+    assert_eq!(forced(slot, CallMode::Packet, 8), [true; 3], "a small array");
+    let large = lower(&method(slot).replace("f32[8]", "f32[100]"), CallMode::Packet, 8);
     assert_eq!(choose(&large, Some(2)), Some(2));
     assert_eq!(choose(&large, Some(4)), None, "a large array");
-    let kernel = lower(&method(root), Shape::Packet, 8);
+    let kernel = lower(&method(root), CallMode::Packet, 8);
     assert_eq!(choose(&kernel, Some(3)), None);
     let text = method(root).replace("return ", "return state:rt_RayOrigin@0 = %r, ");
-    let kernel = lower(&text, Shape::CommonOrigin, 8);
+    let kernel = lower(&text, CallMode::CommonOrigin, 8);
     assert_eq!(choose(&kernel, Some(1)), None, "the shared origin is overwritten");
-    assert_eq!(choose(&lower(&text, Shape::Packet, 8), Some(1)), Some(1));
+    assert_eq!(choose(&lower(&text, CallMode::Packet, 8), Some(1)), Some(1));
 }

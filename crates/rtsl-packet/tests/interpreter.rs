@@ -3,7 +3,7 @@
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
-use rtsl_abi::{Layout, Shape};
+use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, Storage as _};
 use rtsl_packet::Kernel;
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
@@ -13,7 +13,7 @@ use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_functi
 const RAYS: u32 = 37;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
-fn lower(function: &Function, shape: Shape, width: u32) -> Kernel {
+fn lower(function: &Function, shape: CallMode, width: u32) -> Kernel {
     let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
     let layout = Layout::new(
         places(PlaceKind::Member),
@@ -81,7 +81,7 @@ impl rtsl_ir::Storage for OneRay<'_> {
 }
 
 fn check(function: &Function, seed: u64) {
-    for shape in Shape::ALL {
+    for shape in CallMode::ALL {
         for width in WIDTHS {
             let kernel = lower(function, shape, width);
             let before = RayMemories::random(&kernel, function, seed);
@@ -108,7 +108,7 @@ fn check_call(
         .iter()
         .find(|output| function.place(output.place).kind == PlaceKind::Accepted);
     let mut budget_exceeded = false;
-    let count = if kernel.shape == Shape::Single { 1 } else { RAYS };
+    let count = if kernel.shape == CallMode::Single { 1 } else { RAYS };
     let mut nearest: Option<(u32, Memory)> = None;
     for ray in 0..count {
         if kernel.keeps_nearest() {
@@ -199,7 +199,7 @@ impl Storage for Ramp {
 fn count(text: &str, width: u32, count: u32, round_limit: u64) -> Outcome {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap();
-    let kernel = lower(&function, Shape::Packet, width);
+    let kernel = lower(&function, CallMode::Packet, width);
     let rays = Rays { count, is_on: &|ray| ray != 1, round_limit };
     interpreter::run(&kernel, rays, &mut Ramp, &mut HashHost::default())
 }

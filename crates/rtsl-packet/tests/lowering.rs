@@ -1,17 +1,17 @@
 //! Single-ray text in, packet text out.
 
 use expect_test::{Expect, expect};
-use rtsl_abi::{Layout, ObjectForm, Shape};
+use rtsl_abi::{CallMode, Layout, ObjectForm};
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_packet::{Kernel, LowerError};
 
-fn lower(text: &str, shape: Shape, width: u32) -> Result<Kernel, LowerError> {
+fn lower(text: &str, shape: CallMode, width: u32) -> Result<Kernel, LowerError> {
     lower_for(text, shape, width, None)
 }
 
 fn lower_for(
     text: &str,
-    shape: Shape,
+    shape: CallMode,
     width: u32,
     objects: Option<ObjectForm>,
 ) -> Result<Kernel, LowerError> {
@@ -30,7 +30,7 @@ fn lower_for(
 }
 
 fn check(text: &str, expected: Expect) {
-    expected.assert_eq(&lower(text, Shape::Packet, 8).unwrap().to_string());
+    expected.assert_eq(&lower(text, CallMode::Packet, 8).unwrap().to_string());
 }
 
 const SHARED_WORK: &str = "function f member radius: f32[1] member table: f32[8]
@@ -154,7 +154,7 @@ fn branches_and_loops_that_rays_share_are_run_once() {
 
 #[test]
 fn in_the_stream_shape_members_are_lanes() {
-    let kernel = lower(SHARED_WORK, Shape::Stream, 8).unwrap();
+    let kernel = lower(SHARED_WORK, CallMode::Stream, 8).unwrap();
     assert!(kernel.prologue.ops.is_empty());
     expect![[r#"
         kernel f stream W=8 {
@@ -181,7 +181,7 @@ fn in_the_stream_shape_members_are_lanes() {
 #[test]
 fn what_objects_share_is_uniform() {
     let radius = Some(ObjectForm::new([0]));
-    let kernel = lower_for(SHARED_WORK, Shape::Leaf, 8, radius.clone()).unwrap();
+    let kernel = lower_for(SHARED_WORK, CallMode::Leaf, 8, radius.clone()).unwrap();
     expect![[r#"
         kernel f leaf W=8 {
           member radius: f32xW[1] at 0 of objects
@@ -201,11 +201,11 @@ fn what_objects_share_is_uniform() {
         }
     "#]]
     .assert_eq(&kernel.to_string());
-    let kernel = lower_for(SHARED_WORK, Shape::Packet, 8, radius).unwrap();
+    let kernel = lower_for(SHARED_WORK, CallMode::Packet, 8, radius).unwrap();
     let places = kernel.places.iter().map(|it| (it.of_objects, it.varies, it.location));
     assert_eq!(places.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
     // A part of the table.
-    let part = lower_for(SHARED_WORK, Shape::Leaf, 8, Some(ObjectForm::new(3..5)));
+    let part = lower_for(SHARED_WORK, CallMode::Leaf, 8, Some(ObjectForm::new(3..5)));
     assert_eq!(part, Err(LowerError::NoLocation(PlaceKind::Member, "table".to_owned())));
 }
 
@@ -364,7 +364,7 @@ fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
         return state:rt_HitDistance@0 = %r
     }";
     for (width, branches) in [(1, 2), (2, 2), (4, 1), (8, 0), (16, 0)] {
-        let kernel = lower(text, Shape::Packet, width).unwrap().to_string();
+        let kernel = lower(text, CallMode::Packet, width).unwrap().to_string();
         assert_eq!(kernel.matches("= if").count(), branches, "{width}: {kernel}");
     }
 }
@@ -399,7 +399,7 @@ fn to_what_is_loaded_the_opposite_is_added() {
           rt_HitDistance[0] = %7
         }
     "#]]
-    .assert_eq(&lowered(Shape::Packet));
+    .assert_eq(&lowered(CallMode::Packet));
     // There the opposite would be work of its own.
     expect![[r#"
           prologue {
@@ -415,7 +415,7 @@ fn to_what_is_loaded_the_opposite_is_added() {
           rt_HitDistance[0] = %6
         }
     "#]]
-    .assert_eq(&lowered(Shape::Single));
+    .assert_eq(&lowered(CallMode::Single));
 }
 
 #[test]
@@ -462,7 +462,7 @@ fn one_ray_branches() {
           rt_HitDistance[0] = %19
         }
     "#]]
-    .assert_eq(&lower(&text, Shape::Packet, 1).unwrap().to_string());
+    .assert_eq(&lower(&text, CallMode::Packet, 1).unwrap().to_string());
 }
 
 #[test]
@@ -701,6 +701,6 @@ fn errors_say_why() {
         ("function f { return }", 32, "no packets have 32 rays"),
         ("function f { return }", 0, "no packets have 0 rays"),
     ] {
-        assert_eq!(lower(text, Shape::Packet, width).unwrap_err().to_string(), message);
+        assert_eq!(lower(text, CallMode::Packet, width).unwrap_err().to_string(), message);
     }
 }

@@ -1,6 +1,6 @@
 //! Kernels that break one rule each.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{BinaryOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, Value, Values};
 use rtsl_packet::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
 use rtsl_packet::verify;
@@ -17,7 +17,7 @@ fn valid() -> Kernel {
     let op = |first, count, kind| Op { results: Values { first, count }, kind };
     Kernel {
         name: "f".to_owned(),
-        shape: Shape::Packet,
+        shape: CallMode::Packet,
         width: 8,
         interleave: None,
         object_words: None,
@@ -84,7 +84,7 @@ fn every_broken_rule_is_found() {
     type Break<'a> = Box<dyn Fn(&mut Kernel) + 'a>;
     let broken: Vec<(&str, Break<'_>)> = vec![
         ("width 3", Box::new(|k| k.width = 3)),
-        ("there are no blocks of them", Box::new(|k| k.shape = Shape::Stream)),
+        ("there are no blocks of them", Box::new(|k| k.shape = CallMode::Stream)),
         ("radius is not in the blocks of objects", Box::new(|k| k.places[1].of_objects = true)),
         (
             "rt_HitDistance is not in the blocks of objects",

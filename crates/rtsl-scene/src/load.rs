@@ -46,7 +46,7 @@ const CONSTANT_COLOR: &str = "value";
 const ALPHA: &str = "alpha";
 
 /// References behind references nest no deeper.
-const DEEPEST_REFERENCE: usize = 64;
+const MAX_REFERENCE_DEPTH: usize = 64;
 
 /// What can be referred to, by kind and name.
 pub type Names = BTreeMap<(ReferenceKind, String), EntityId>;
@@ -388,8 +388,8 @@ impl<'a, 'f> Loader<'a, 'f> {
 
     fn make(&mut self, id: EntityId) -> Option<Made> {
         let entity = &self.description.entities[id.0];
-        if self.depth > DEEPEST_REFERENCE {
-            let message = format!("references lead more than {DEEPEST_REFERENCE} deep");
+        if self.depth > MAX_REFERENCE_DEPTH {
+            let message = format!("references lead more than {MAX_REFERENCE_DEPTH} deep");
             self.diagnostics
                 .push(Diagnostic::new(codes::LINK_LIMIT, message).at(entity.class_span, ""));
             return None;

@@ -37,14 +37,14 @@ pub struct Settings {
 }
 
 /// Larger images are refused: 2^28 pixels take 3 GiB.
-const MOST_PIXELS: u64 = 1 << 28;
-const LONGEST_SIDE: f64 = 65_536.0;
-const MOST_SAMPLES: f64 = 65_536.0;
+const MAX_PIXELS: u64 = 1 << 28;
+const MAX_SIDE: f64 = 65_536.0;
+const MAX_SAMPLES: f64 = 65_536.0;
 /// Filters reach so far, in pixels; a narrower one is a point.
 const NARROWEST_FILTER: f64 = 0.001;
 const WIDEST_FILTER: f64 = 64.0;
 /// Each level of `trace` takes a level of the host's stack.
-const GREATEST_DEPTH: f64 = 64.0;
+const MAX_DEPTH: f64 = 64.0;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -94,15 +94,15 @@ impl Settings {
     /// What is wrong with the size of the image.
     pub fn size_problem(&self) -> Option<String> {
         let pixels = (self.width as u64).saturating_mul(self.height as u64);
-        (pixels > MOST_PIXELS).then(|| format!("the image has more than {MOST_PIXELS} pixels"))
+        (pixels > MAX_PIXELS).then(|| format!("the image has more than {MAX_PIXELS} pixels"))
     }
 
     fn read_film(&mut self, film: &Entity, diagnostics: &mut Diagnostics) {
         let mut reader = ParameterReader::new(film, diagnostics);
-        if let Some(width) = reader.whole("xresolution", 1.0, LONGEST_SIDE) {
+        if let Some(width) = reader.whole("xresolution", 1.0, MAX_SIDE) {
             self.width = width as usize;
         }
-        if let Some(height) = reader.whole("yresolution", 1.0, LONGEST_SIDE) {
+        if let Some(height) = reader.whole("yresolution", 1.0, MAX_SIDE) {
             self.height = height as usize;
         }
         self.filename = reader.text("filename").or(self.filename.take());
@@ -156,7 +156,7 @@ impl Settings {
     fn read_sampler(&mut self, entity: &Entity, diagnostics: &mut Diagnostics) {
         let mut reader = ParameterReader::new(entity, diagnostics);
         let seed = reader.whole("seed", 0.0, 9.0e15).map_or(0, |seed| seed as u64);
-        let count = reader.whole("pixelsamples", 1.0, MOST_SAMPLES);
+        let count = reader.whole("pixelsamples", 1.0, MAX_SAMPLES);
         let columns = reader.whole("xsamples", 1.0, 256.0);
         let rows = reader.whole("ysamples", 1.0, 256.0);
         let jitter = reader.boolean("jitter").unwrap_or(true);
@@ -206,7 +206,7 @@ impl Settings {
             _ => Renderer::Batch,
         });
         let mut reader = ParameterReader::new(entity, diagnostics);
-        if let Some(depth) = reader.whole("maxdepth", 0.0, GREATEST_DEPTH) {
+        if let Some(depth) = reader.whole("maxdepth", 0.0, MAX_DEPTH) {
             self.max_depth = depth as u32;
         }
         if let Some(cutoff) = reader.number_between("cutoff", 0.0, 1.0) {

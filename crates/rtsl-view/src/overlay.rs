@@ -13,7 +13,7 @@ const ERROR_BACKGROUND: Color = 0x0050_1010;
 const MARGIN: i32 = 6;
 
 /// A message takes no more lines of the window.
-const MOST_LINES: usize = 16;
+const MAX_LINES: usize = 16;
 
 /// The keys, for people who ask.
 pub const HELP: &[(&str, &str)] = &[
@@ -93,8 +93,8 @@ pub fn paint_message(canvas: &mut Canvas<'_>, message: &str) {
     let letters = ((width - 4 * MARGIN) / LETTER).max(8) as usize;
     let mut lines: Vec<String> =
         message.trim_end().lines().flat_map(|line| wrapped(&plain(line), letters)).collect();
-    if lines.len() > MOST_LINES {
-        lines.truncate(MOST_LINES - 1);
+    if lines.len() > MAX_LINES {
+        lines.truncate(MAX_LINES - 1);
         lines.push("...".to_owned());
     }
     let block = lines.len() as i32 * LINE + 2 * MARGIN;

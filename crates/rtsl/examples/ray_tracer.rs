@@ -3,12 +3,13 @@
 //!
 //!     ray_tracer torus.rtsl ward.rtsl minorRadius=0.2 thin.ppm minorRadius=0.5 alphaU=0.4 thick.ppm
 
-use rtsl::{host::*, *};
 use std::array::from_fn;
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+
+use rtsl::{host::*, *};
 
 const WIDTH: usize = 512;
 const HEIGHT: usize = 384;
@@ -70,7 +71,7 @@ impl Object {
     fn call(&self, method: Method, state: &mut LaneBlock, mask: Option<&LaneMask>) -> Result<LaneMask, Box<dyn Error>> {
         let mut accepted = LaneMask::new(RAYS);
         if self.program.has(method) {
-            let kernel = self.program.kernel(method, Shape::Packet)?;
+            let kernel = self.program.kernel(method, CallMode::Packet)?;
             let (scratch, instances) = (&mut self.program.new_scratch(RAYS), Instances::One(&self.block));
             let (accepted, host) = (Some(&mut accepted), &mut World);
             let _ = kernel.call(CallArguments { state, scratch, count: RAYS, mask, accepted, instances, host });

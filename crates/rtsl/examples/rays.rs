@@ -2,8 +2,8 @@
 
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Compiler, Diagnostic, Diagnostics, Engine, EngineOptions, Instance, Instances,
-    LaneMask, Method, Role, Shape, Value, lookup_state, new_state, set_defaults,
+    CallArguments, CallMode, Compiler, Diagnostic, Diagnostics, Engine, EngineOptions, Instance,
+    Instances, LaneMask, Method, Role, Value, lookup_state, new_state, set_defaults,
 };
 
 const SPHERE: &str = "
@@ -40,7 +40,7 @@ fn shoot(unit: &rtsl::Unit) -> Result<(), Diagnostic> {
 
     let (engine, _warnings) = Engine::new(EngineOptions::default())?;
     let program = engine.program(&ball);
-    let intersect = program.kernel(Method::Intersect, Shape::Packet)?;
+    let intersect = program.kernel(Method::Intersect, CallMode::Packet)?;
 
     // Rays along z, side by side.
     let mut state = new_state(RAYS);

@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 
 use rtsl_abi::offsets::OBJECTS_IN_BLOCK;
 use rtsl_abi::{
-    CallArguments, InstanceBlock, Instances, LaneBlock, Layout, ObjectForm, ObjectRow, Objects,
-    Shape,
+    CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, Layout, ObjectForm, ObjectRow,
+    Objects,
 };
 use rtsl_ir::class::ParameterTarget;
 use rtsl_ir::host::NoHost;
@@ -30,10 +30,10 @@ use crate::tree::ClassTree;
 
 /// Elements that one call makes: their arrays fit into the first cache, and a call costs next to
 /// nothing beside them.
-const CALL: usize = 512;
+const ELEMENTS_PER_CALL: usize = 512;
 
 /// Up to so many elements the interpreter makes: code takes as long to compile.
-const FEW: usize = 1024;
+const MAX_INTERPRETED: usize = 1024;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
 
@@ -136,8 +136,8 @@ impl Constructor {
     /// The kernel for so many elements.
     fn kernel(&self, count: usize, shared: &Shared) -> Result<&Kernel, Diagnostic> {
         let (function, layout, width) = (&self.function, &self.layout, shared.width);
-        let job = Job { function, shape: Shape::Packet, width, layout };
-        let kernel = if count <= FEW {
+        let job = Job { function, shape: CallMode::Packet, width, layout };
+        let kernel = if count <= MAX_INTERPRETED {
             self.interpreted.get_or_init(|| pipeline::interpreted(job))
         } else {
             self.compiled.get_or_init(|| Ok(pipeline::kernels(&[job], shared)?.remove(0)))
@@ -154,16 +154,16 @@ impl Constructor {
     ) -> Result<(), Diagnostic> {
         let block = instance.unmade_block(&self.layout);
         let (words, count) = (objects.form().words().len(), objects.len());
-        let mut state = LaneBlock::sparse(0, &[], CALL);
-        let mut scratch = LaneBlock::new(self.layout.scratch_arrays as usize, CALL);
-        let calls = objects.rows_mut().chunks_mut(CALL / IN_BLOCK * words);
-        for (first, rows) in (0..count).step_by(CALL).zip(calls) {
+        let mut state = LaneBlock::sparse(0, &[], ELEMENTS_PER_CALL);
+        let mut scratch = LaneBlock::new(self.layout.scratch_arrays as usize, ELEMENTS_PER_CALL);
+        let calls = objects.rows_mut().chunks_mut(ELEMENTS_PER_CALL / IN_BLOCK * words);
+        for (first, rows) in (0..count).step_by(ELEMENTS_PER_CALL).zip(calls) {
             let numbers = scratch.words_mut(0).iter_mut().zip(first..);
             numbers.for_each(|(word, index)| *word = number(index));
             let status = kernel.call(CallArguments {
                 state: &mut state,
                 scratch: &mut scratch,
-                count: CALL.min(count - first),
+                count: ELEMENTS_PER_CALL.min(count - first),
                 mask: None,
                 accepted: None,
                 instances: Instances::One(&block),
@@ -261,7 +261,7 @@ impl Draft {
 fn leave_out_uniform(function: &mut Function) {
     let places = function.places.iter().map(|place| KernelPlace {
         place: place.clone(),
-        varies: Shape::Packet.varies(place, false),
+        varies: CallMode::Packet.varies(place, false),
         location: 0,
         of_objects: false,
     });

@@ -35,9 +35,9 @@ pub enum Emit {
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// # let program = engine.program(&ball);
-/// use rtsl::{Emit, EmitRequest, Method, Shape};
+/// use rtsl::{Emit, EmitRequest, Method, CallMode};
 ///
-/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: Shape::Packet.into(), target: None };
+/// let request = EmitRequest { emit: Emit::Ir, method: Method::Intersect, variant: CallMode::Packet.into(), target: None };
 /// let text = String::from_utf8(program.emit(&request)?)?;
 /// assert!(text.starts_with("function Ball.intersect"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -27,7 +27,7 @@ use crate::variant::Variant;
 /// #     void computeNormal() { rt_GeometricNormal = rt_HitPoint; }";
 /// # let unit = rtsl::Compiler::default().compile("ball.rtsl", text).unit.expect("it compiles");
 /// # let class = unit.class("Ball")?;
-/// use rtsl::{Backend, Engine, EngineOptions, KernelRequest, Method, Shape};
+/// use rtsl::{Backend, Engine, EngineOptions, KernelRequest, Method, CallMode};
 ///
 /// let (engine, warnings) = Engine::new(EngineOptions { backend: Backend::Auto, ..EngineOptions::default() })?;
 /// // Without LLVM everything runs on the interpreter, with a warning.
@@ -36,7 +36,7 @@ use crate::variant::Variant;
 /// let program = engine.program(&ball);
 /// // Kernels that are needed at once are made at once, on all processors.
 /// let methods = [Method::Intersect, Method::ComputeNormal];
-/// let requests = methods.map(|method| KernelRequest::new(&program, method, Shape::Packet));
+/// let requests = methods.map(|method| KernelRequest::new(&program, method, CallMode::Packet));
 /// assert!(engine.compile_all(&requests).iter().all(Result::is_ok));
 /// // An engine is for all threads.
 /// let engine = &engine;
@@ -71,7 +71,7 @@ pub struct KernelRequest {
 }
 
 impl KernelRequest {
-    /// A kernel of a method; a [`Shape`](rtsl_abi::Shape) asks for the plain one of the shape.
+    /// A kernel of a method; a [`CallMode`](rtsl_abi::CallMode) asks for the plain one of the shape.
     pub fn new(program: &Arc<Program>, method: Method, variant: impl Into<Variant>) -> Self {
         KernelRequest { program: program.clone(), method, variant: variant.into() }
     }

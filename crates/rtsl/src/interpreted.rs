@@ -1,8 +1,8 @@
 //! Methods on the interpreter, called as machine code is called.
 
 use rtsl_abi::{
-    CallArguments, CallError, CallStatus, HostArguments, Instances, LaneBlock, LaneMask, Layout,
-    LeafArguments, Objects, Shape, Signature,
+    CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
+    Layout, LeafArguments, Objects, Signature,
 };
 use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
 use rtsl_packet::kernel::HIT_DISTANCE;
@@ -50,7 +50,7 @@ impl InterpretedKernel {
 
     /// The same for arguments that were found to fit.
     fn run(&self, call: CallArguments<'_>) -> CallStatus {
-        if self.signature.shape == Shape::Leaf && self.signature.accepts {
+        if self.signature.shape == CallMode::Leaf && self.signature.accepts {
             self.keep_nearest(call, 0)
         } else {
             self.store_each(call)

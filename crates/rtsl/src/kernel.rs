@@ -21,9 +21,9 @@ use crate::interpreted::InterpretedKernel;
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// # let program = engine.program(&ball);
-/// use rtsl::{CallArguments, Instances, LaneMask, Method, Role, Shape, host::NoHost, lookup_state};
+/// use rtsl::{CallArguments, Instances, LaneMask, Method, Role, CallMode, host::NoHost, lookup_state};
 ///
-/// let kernel = program.kernel(Method::Intersect, Shape::Packet)?;
+/// let kernel = program.kernel(Method::Intersect, CallMode::Packet)?;
 /// let mut state = rtsl::new_state(100);
 /// rtsl::set_defaults(&mut state, Role::Primitive);
 /// let first = |name| lookup_state(name).expect("the table has it").first_component as usize;
@@ -102,7 +102,7 @@ impl Kernel {
     /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
     /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
     /// # let program = engine.program(&ball);
-    /// use rtsl::{HostArguments, HostLanes, Instances, Method, Shape, host::NoHost, lookup_state};
+    /// use rtsl::{HostArguments, HostLanes, Instances, Method, CallMode, host::NoHost, lookup_state};
     ///
     /// // The host's own arrays, each with room for whole vectors.
     /// let (mut depth, mut start, mut least) = ([f32::INFINITY; 16], [-5.0; 16], [1e-4; 16]);
@@ -111,7 +111,7 @@ impl Kernel {
     /// state.bind(first("rt_HitDistance"), &mut depth);
     /// state.bind(first("rt_RayOrigin") + 2, &mut start);
     /// state.bind(first("rt_Epsilon"), &mut least);
-    /// let kernel = program.kernel(Method::Intersect, Shape::Packet)?;
+    /// let kernel = program.kernel(Method::Intersect, CallMode::Packet)?;
     /// let mut accepted = [0; 16];
     /// kernel.call_host(HostArguments {
     ///     state: &mut state,
@@ -194,12 +194,12 @@ impl Kernel {
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// # let program = engine.program(&ball);
 /// use std::sync::Arc;
-/// use rtsl::{LeafArguments, LeafTest, Method, Role, Shape, host::NoHost, lookup_state};
+/// use rtsl::{LeafArguments, LeafTest, Method, Role, CallMode, host::NoHost, lookup_state};
 ///
 /// // One ray against many objects.
 /// let far = rtsl::Instance::new(class, [("radius", 1.0.into())])?;
 /// let objects = Arc::new(program.objects([&*far, &*ball]));
-/// let kernel = program.kernel(Method::Intersect, Shape::Leaf)?.for_leaves(objects);
+/// let kernel = program.kernel(Method::Intersect, CallMode::Leaf)?.for_leaves(objects);
 /// let mut state = rtsl::new_state(1);
 /// rtsl::set_defaults(&mut state, Role::Primitive);
 /// let z = lookup_state("rt_RayOrigin").expect("the table has it").first_component as usize + 2;

@@ -83,7 +83,7 @@ pub use rtsl_abi::{
     Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, ObjectRow, Objects,
     in_huge_pages, prefetch,
 };
-pub use rtsl_abi::{Layout, Mark, MarkWord, ObjectForm, RayRecord, Shape};
+pub use rtsl_abi::{CallMode, Layout, Mark, MarkWord, ObjectForm, RayRecord};
 pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
     Reference,

@@ -18,7 +18,7 @@
 
 use std::sync::Arc;
 
-use rtsl_abi::{BufferEntry, DataLocation, Layout, Shape, Signature};
+use rtsl_abi::{BufferEntry, CallMode, DataLocation, Layout, Signature};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
 use rtsl_jit::{
@@ -188,7 +188,7 @@ pub(crate) fn ray_direction(function: &Function) -> Option<PlaceId> {
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub function: &'a Function,
-    pub shape: Shape,
+    pub shape: CallMode,
     /// Rays at a time.
     pub width: u32,
     pub layout: &'a Layout,
@@ -285,7 +285,7 @@ pub(crate) fn callback_packet(
     let passes = rtsl_opt::Options { select: callback.width > 1, ..passes(&shared.options) };
     rtsl_opt::optimize(&mut linked.function, &passes);
     let job =
-        Job { function: &linked.function, shape: Shape::Packet, width: callback.width, layout };
+        Job { function: &linked.function, shape: CallMode::Packet, width: callback.width, layout };
     job.check_width()?;
     let packet = rtsl_packet::lower_packet(job.function, layout, job.width);
     packet.map_err(|error| errors::lowering(&linked.function.name, &error))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rtsl_abi::description::KernelDescription;
-use rtsl_abi::{InstanceBlock, LaneBlock, Layout, ObjectForm, Objects, Shape};
+use rtsl_abi::{CallMode, InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
 use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region, Value};
 use rtsl_jit::CompiledCallback;
@@ -38,7 +38,7 @@ use crate::{Instance, ahead, errors, nesting};
 /// # let class = unit.class("Ball")?;
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
-/// use rtsl::{Method, Shape, Variant, lookup_state};
+/// use rtsl::{Method, CallMode, Variant, lookup_state};
 ///
 /// let program = engine.program(&ball);
 /// // Instances of one class share a program, as long as somebody keeps it; so a changed parameter compiles nothing.
@@ -48,7 +48,7 @@ use crate::{Instance, ahead, errors, nesting};
 /// let intersect = program.method(Method::Intersect)?;
 /// assert!(intersect.writes.iter().any(|it| it.name == "rt_HitDistance"));
 /// // Kernels by shape and width.
-/// let kernel = program.kernel(Method::Intersect, Variant::new(Shape::Packet).with_width(16))?;
+/// let kernel = program.kernel(Method::Intersect, Variant::new(CallMode::Packet).with_width(16))?;
 /// let origin = lookup_state("rt_RayOrigin").expect("the table has it").first_component;
 /// assert!(kernel.state_components().contains(origin + 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -489,7 +489,7 @@ impl LinkedMethod {
 
     /// The method as kernels of a shape have it: where lanes store elsewhere than they read, what it leaves as it was is
     /// stored, too.
-    pub(crate) fn in_shape(&self, shape: Shape) -> Cow<'_, LinkedMethod> {
+    pub(crate) fn in_shape(&self, shape: CallMode) -> Cow<'_, LinkedMethod> {
         let kind = |output: &Output| self.function.place(output.place).kind;
         let accepts = self.function.outputs.iter().any(|it| kind(it) == PlaceKind::Accepted);
         let moves = |(place, _): &&PlaceScalar| !shape.stores_where_it_reads(place, accepts);

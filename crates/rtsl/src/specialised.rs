@@ -26,9 +26,9 @@ use crate::variant::{KnownMembers, Variant};
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// # let program = engine.program(&ball);
-/// use rtsl::{KernelRequest, Method, Shape};
+/// use rtsl::{KernelRequest, Method, CallMode};
 ///
-/// let request = KernelRequest::new(&program, Method::ComputeNormal, Shape::Packet);
+/// let request = KernelRequest::new(&program, Method::ComputeNormal, CallMode::Packet);
 /// let mut normal = engine.specialise(&request, &ball)?;
 /// normal.wait();
 /// // A change never waits for a compiler: the next call is the general kernel's.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl_abi::{Layout, ObjectForm, Shape};
+use rtsl_abi::{CallMode, Layout, ObjectForm};
 use rtsl_ir::{Function, Index, OpKind, PlaceKind};
 use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
@@ -12,7 +12,7 @@ use rtsl_spec::{StateVariable, lookup_state, state_variables};
 use crate::program::LinkedMethod;
 
 /// One of the kernels of a method. What a caller reads of the results is the same in all of them, to
-/// the bit unless results may differ between machines anyway. The plain one of a [`Shape`] serves every caller; what else is said makes it faster.
+/// the bit unless results may differ between machines anyway. The plain one of a [`CallMode`] serves every caller; what else is said makes it faster.
 ///
 /// ```
 /// # let text = "class Ball : rt_Primitive; [[min 0]] public float radius = 1.0;
@@ -23,10 +23,10 @@ use crate::program::LinkedMethod;
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// # let program = engine.program(&ball);
-/// use rtsl::{Method, Outputs, Shape, Variant, lookup_state};
+/// use rtsl::{Method, Outputs, CallMode, Variant, lookup_state};
 ///
 /// let normals = Outputs::state(lookup_state("rt_GeometricNormal"));
-/// let fast = Variant::new(Shape::Packet).reading(normals).knowing(program.known_members(&ball));
+/// let fast = Variant::new(CallMode::Packet).reading(normals).knowing(program.known_members(&ball));
 /// let kernel = program.kernel(Method::ComputeNormal, fast)?;
 /// # let _ = kernel;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -34,7 +34,7 @@ use crate::program::LinkedMethod;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
     /// What the rays of a call have in common.
-    pub shape: Shape,
+    pub shape: CallMode,
     /// What the caller reads.
     pub outputs: Outputs,
     /// What is known of the instances of every call.
@@ -55,7 +55,7 @@ pub struct Variant {
 
 impl Variant {
     /// The kernel for every caller.
-    pub fn new(shape: Shape) -> Variant {
+    pub fn new(shape: CallMode) -> Variant {
         Variant {
             shape,
             outputs: Outputs::ALL,
@@ -121,7 +121,7 @@ impl Variant {
     /// What the kernel stores of what its method sets: what the caller reads, and in the leaf
     /// shape the distance, which decides whose outputs are kept.
     pub(crate) fn stored(&self) -> Outputs {
-        let distance = lookup_state(HIT_DISTANCE).filter(|_| self.shape == Shape::Leaf);
+        let distance = lookup_state(HIT_DISTANCE).filter(|_| self.shape == CallMode::Leaf);
         let distance = Outputs::state(distance);
         Outputs { state: self.outputs.state | distance.state, ..self.outputs }
     }
@@ -135,8 +135,8 @@ pub(crate) fn placed_layout(layout: &Layout) -> Layout {
     layout
 }
 
-impl From<Shape> for Variant {
-    fn from(shape: Shape) -> Variant {
+impl From<CallMode> for Variant {
+    fn from(shape: CallMode) -> Variant {
         Variant::new(shape)
     }
 }

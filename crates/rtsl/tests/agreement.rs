@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, CallStatus, Class, Engine, EngineOptions, Instance, Instances,
-    LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter, ParameterTarget,
-    ParameterType, Place, Program, Role, Scalar, Shape, Value, Variant, new_state,
+    Backend, CallArguments, CallMode, CallStatus, Class, Engine, EngineOptions, Instance,
+    Instances, LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter,
+    ParameterTarget, ParameterType, Place, Program, Role, Scalar, Value, Variant, new_state,
 };
 use rtsl_ir::{Function, PlaceKind};
 use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
@@ -160,13 +160,13 @@ fn call_with(
     let status = call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
-        count: if shape == Shape::Single { 1 } else { COUNT },
-        mask: inputs.mask.as_ref().filter(|_| shape != Shape::Single),
+        count: if shape == CallMode::Single { 1 } else { COUNT },
+        mask: inputs.mask.as_ref().filter(|_| shape != CallMode::Single),
         accepted: Some(&mut accepted),
         instances: match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-            Shape::Stream => Instances::Many(&objects, &inputs.index),
-            Shape::Leaf => Instances::Range(&objects, FIRST),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => Instances::One(&block),
+            CallMode::Stream => Instances::Many(&objects, &inputs.index),
+            CallMode::Leaf => Instances::Range(&objects, FIRST),
         },
         host: &mut HashHost::default(),
     });
@@ -247,7 +247,7 @@ fn compare(seeds: std::ops::Range<u64>, size: usize, optimization: OptLevel) {
         let class = class_of(seeded_function(seed, size));
         let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 16);
         let inputs = Inputs::random(&class, &mut Entropy::new(&bytes));
-        for shape in Shape::ALL {
+        for shape in CallMode::ALL {
             let variant = Variant::from(shape);
             let expected = call(&oracle, &variant, &inputs);
             let check = |engine: &Engine, code: &str, found: Outputs| {
@@ -312,14 +312,14 @@ fn engines_of_all_levels(budget: Option<u32>) -> Vec<Engine> {
 /// Checks that all engines give what the first gives, for the variants of every shape; gives that.
 fn check_all(engines: &[Engine], inputs: &Inputs, context: &dyn std::fmt::Debug) -> Vec<Outputs> {
     let known = engines[0].program(&inputs.instances[0]).known_members(&inputs.instances[0]);
-    let check = |shape: Shape| {
+    let check = |shape: CallMode| {
         let general = Variant::new(shape);
         let variants = match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
                 vec![general.clone().knowing(known.clone()), general.clone()]
             }
             // Their instances differ.
-            Shape::Stream | Shape::Leaf => vec![general.clone()],
+            CallMode::Stream | CallMode::Leaf => vec![general.clone()],
         };
         let expected = call(&engines[0], &general, inputs);
         for variant in variants {
@@ -336,7 +336,7 @@ fn check_all(engines: &[Engine], inputs: &Inputs, context: &dyn std::fmt::Debug)
         }
         expected
     };
-    Shape::ALL.map(check).into()
+    CallMode::ALL.map(check).into()
 }
 
 /// A method that accepts no hits, and sets scratch to what it is.
@@ -421,17 +421,17 @@ fn variants_agree_in_what_is_read() {
             _ => read.with_scratch(),
         };
         let known = program.known_members(&inputs.instances[0]);
-        for shape in Shape::ALL {
+        for shape in CallMode::ALL {
             let general = Variant::new(shape);
             // By the distance the leaf shape chooses.
-            let distance = rtsl::lookup_state("rt_HitDistance").filter(|_| shape == Shape::Leaf);
+            let distance = rtsl::lookup_state("rt_HitDistance").filter(|_| shape == CallMode::Leaf);
             let stored = rtsl::Outputs::state(outputs.variables().chain(distance));
             let stored = if outputs.has_scratch() { stored.with_scratch() } else { stored };
             let expected = only(stored, call(&oracle, &general, &inputs), &inputs, program.class());
             let known = match shape {
-                Shape::Packet | Shape::CommonOrigin | Shape::Single => known.clone(),
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => known.clone(),
                 // Its instances differ.
-                Shape::Stream | Shape::Leaf => rtsl::KnownMembers::default(),
+                CallMode::Stream | CallMode::Leaf => rtsl::KnownMembers::default(),
             };
             let variant = general.reading(outputs).knowing(known);
             let compiled = engines.iter().map(|engine| (engine, call(engine, &variant, &inputs)));

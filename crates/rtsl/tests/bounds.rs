@@ -8,9 +8,9 @@ use std::time::Instant;
 use rtsl::ahead::AheadOptions;
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
-    Backend, CallArguments, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
+    Backend, CallArguments, CallMode, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
     EngineOptions, Instance, Instances, Kernel, LaneIndices, LaneMask, Math, Method, OptLevel,
-    Outputs, Program, RayRecord, Shape, library, lookup_state, new_state,
+    Outputs, Program, RayRecord, library, lookup_state, new_state,
 };
 
 /// The stack that a host's thread must have.
@@ -173,7 +173,7 @@ struct Answers<'a> {
     program: &'a Program,
     instance: &'a Instance,
     method: Method,
-    shape: Shape,
+    shape: CallMode,
     count: usize,
 }
 
@@ -191,13 +191,15 @@ impl Answers<'_> {
         let _ = self.kernel.call(CallArguments {
             state: &mut state,
             scratch: &mut self.program.new_scratch(COUNT),
-            count: if self.shape == Shape::Single { 1 } else { self.count },
+            count: if self.shape == CallMode::Single { 1 } else { self.count },
             mask: None,
             accepted: Some(&mut LaneMask::new(COUNT)),
             instances: match self.shape {
-                Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-                Shape::Stream => Instances::Many(&objects, &index),
-                Shape::Leaf => Instances::Range(&objects, FIRST),
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
+                    Instances::One(&block)
+                }
+                CallMode::Stream => Instances::Many(&objects, &index),
+                CallMode::Leaf => Instances::Range(&objects, FIRST),
             },
             host: self,
         });
@@ -241,7 +243,7 @@ struct Case<'a> {
     engine: &'a Engine,
     instance: &'a Instance,
     method: Method,
-    shape: Shape,
+    shape: CallMode,
     count: usize,
     again: u32,
 }
@@ -279,15 +281,15 @@ fn on_small_stack(work: impl FnOnce() + Send + 'static) {
     thread.unwrap().join().unwrap();
 }
 
-const SHAPES: [Shape; 5] =
-    [Shape::Packet, Shape::CommonOrigin, Shape::Stream, Shape::Leaf, Shape::Single];
+const SHAPES: [CallMode; 5] =
+    [CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream, CallMode::Leaf, CallMode::Single];
 
 /// Of methods that keep so many values; gives how many kernels were refused.
 fn keep_values(
     engines: &[Engine],
     subjects: &[Subject],
     counts: &[usize],
-    shapes: &[Shape],
+    shapes: &[CallMode],
 ) -> usize {
     let mut refused = 0;
     for Subject { method, .. } in subjects {
@@ -344,13 +346,13 @@ fn methods_and_shapes_keep_values() {
         let refused = [
             keep_values(&engines, &SUBJECTS[..3], &[10], &SHAPES),
             keep_values(wide, &SUBJECTS[1..3], &[500], &SHAPES),
-            keep_values(wide, others, &[300], &[Shape::Packet]),
+            keep_values(wide, others, &[300], &[CallMode::Packet]),
             // Of 16 rays at a time four fit.
-            keep_values(wide, one(intersect), &[9_000], &[Shape::Leaf]),
-            keep_values(wide, one(shade), &[2_000, 9_000], &[Shape::Packet]),
+            keep_values(wide, one(intersect), &[9_000], &[CallMode::Leaf]),
+            keep_values(wide, one(shade), &[2_000, 9_000], &[CallMode::Packet]),
             // 640 KiB for 16 rays, more than the whole stack.
-            keep_values(wide, one(lookup), &[10_000], &[Shape::Packet]),
-            keep_values(wide, one(lookup), &[35_000], &[Shape::Single]),
+            keep_values(wide, one(lookup), &[10_000], &[CallMode::Packet]),
+            keep_values(wide, one(lookup), &[35_000], &[CallMode::Single]),
         ];
         assert_eq!(refused, [0, 0, 0, 0, 0, 0, 1]);
     });
@@ -364,9 +366,9 @@ fn any_number_of_values_is_kept_or_refused() {
         let engines = [1, 16].map(engine);
         let most = [30_000, 35_000, 60_000, 100_000];
         keep_values(&engines, &SUBJECTS[1..3], &[10, 100, 1_000, 3_000, 10_000], &SHAPES);
-        keep_values(&engines, &SUBJECTS[1..3], &most, &[Shape::Leaf, Shape::Packet]);
-        keep_values(&engines[1..], &SUBJECTS, &[3_000, 10_000, 30_000], &[Shape::Stream]);
-        keep_values(&engines[1..], &SUBJECTS, &[60_000, 100_000], &[Shape::Packet]);
+        keep_values(&engines, &SUBJECTS[1..3], &most, &[CallMode::Leaf, CallMode::Packet]);
+        keep_values(&engines[1..], &SUBJECTS, &[3_000, 10_000, 30_000], &[CallMode::Stream]);
+        keep_values(&engines[1..], &SUBJECTS, &[60_000, 100_000], &[CallMode::Packet]);
         for count in [10, 100, 1_000, 3_000, 4_000, 6_000, 10_000, 30_000, 35_000, 60_000] {
             let instance = instance(&text(Method::Intersect, count));
             for (width, most) in [(1, 31_000), (4, 15_000), (8, 7_500), (16, 3_900)] {
@@ -390,7 +392,9 @@ fn a_host_shades_again() {
     on_small_stack(|| {
         let (engine, kept, method) = (&engine(16), 2_000, Method::Shade);
         let instance = &*instance(&text(method, kept));
-        for (shape, count) in [(Shape::Packet, 1), (Shape::CommonOrigin, 2), (Shape::Packet, 17)] {
+        for (shape, count) in
+            [(CallMode::Packet, 1), (CallMode::CommonOrigin, 2), (CallMode::Packet, 17)]
+        {
             println!("{} {count}", shape.name());
             let case = Case { engine, instance, method, shape, count, again: 9 };
             assert_eq!(case.run(), Ok(10.0 * kept as f32));
@@ -413,7 +417,7 @@ fn callback(width: u32) -> Callback {
 fn too_much_stack_is_an_error_that_says_what_is_needed() {
     let instance = instance(&text(Method::Intersect, 4_500));
     // Straight code of so many values is made at once.
-    let (engine, shapes) = (engine_at(16, OptLevel::O0), vec![(Shape::Packet, 16)]);
+    let (engine, shapes) = (engine_at(16, OptLevel::O0), vec![(CallMode::Packet, 16)]);
     let program = engine.program(&instance);
     let options = AheadOptions { shapes, ..AheadOptions::default() };
     let library = engine.ahead(&[program.class().clone()], &options).unwrap();
@@ -443,7 +447,7 @@ fn long_methods_with_many_blocks_need_little_stack() {
         "class T : rt_Primitive; void intersect() {{ float x = rt_RayOrigin.x, y = rt_RayOrigin.y, p = x;\n{loops}hit(p); }}"
     ));
     let engine = engine(16);
-    let (method, shape) = (Method::Intersect, Shape::Packet);
+    let (method, shape) = (Method::Intersect, CallMode::Packet);
     let case = Case { engine: &engine, instance: &instance, method, shape, count: COUNT, again: 0 };
     assert_eq!(case.run(), Ok(1.0));
     assert!(engine.program(&instance).callback(&callback(16)).is_ok());
@@ -460,13 +464,13 @@ fn macros_that_expand_to_too_much_work_are_an_error() {
     );
     let instance = instance(&slots);
     let program = engine(8).program(&instance);
-    let error = program.kernel(Method::Lookup, Shape::Packet).unwrap_err();
+    let error = program.kernel(Method::Lookup, CallMode::Packet).unwrap_err();
     assert_eq!(error.code.as_str(), "E0511");
     assert_eq!(
         error.message,
         "`T.lookup` has 81979 operations with all the functions that it calls, where 65536 are allowed"
     );
-    let shapes = vec![(Shape::Packet, 8)];
+    let shapes = vec![(CallMode::Packet, 8)];
     let options = AheadOptions { shapes, ..AheadOptions::default() };
     let library = engine(8).ahead(&[program.class().clone()], &options);
     assert_eq!(library.map(drop).unwrap_err().code.as_str(), "E0511");
@@ -475,7 +479,7 @@ fn macros_that_expand_to_too_much_work_are_an_error() {
 #[test]
 fn the_librarys_methods_are_far_below_the_limits() {
     // An operation is a line of packet code.
-    const MOST_LINES: usize = 4_096;
+    const MAX_LINES: usize = 4_096;
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).unwrap();
     for file in library::files() {
@@ -483,11 +487,11 @@ fn the_librarys_methods_are_far_below_the_limits() {
         for class in unit.classes() {
             let program = engine.program_of_class(class);
             for &method in class.methods.keys() {
-                let (emit, variant) = (Emit::Packet, Shape::Packet.into());
+                let (emit, variant) = (Emit::Packet, CallMode::Packet.into());
                 let request = EmitRequest { emit, method, variant, target: None };
                 let text = String::from_utf8(program.emit(&request).unwrap()).unwrap();
                 let lines = text.lines().count();
-                assert!(lines < MOST_LINES, "{}.{}: {lines}", class.name, method.name());
+                assert!(lines < MAX_LINES, "{}.{}: {lines}", class.name, method.name());
             }
         }
     }
@@ -504,7 +508,7 @@ fn long_methods_are_compiled_straight_at_every_level() {
     );
     let instance = instance(&text);
     let [one, other] = [OptLevel::O1, OptLevel::O3].map(|level| {
-        let variant = Shape::Packet.into();
+        let variant = CallMode::Packet.into();
         let request =
             EmitRequest { emit: Emit::Assembly, method: Method::Lookup, variant, target: None };
         engine_at(8, level).program(&instance).emit(&request).expect("it is not too much work")

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneFloats, LaneSet, NoHost, RayLanes};
 use rtsl::{
-    Backend, CallArguments, CallStatus, Class, Compiler, Emit, EmitRequest, Engine, EngineOptions,
-    HostArguments, HostLanes, Instance, Instances, KernelRequest, LaneBlock, LaneIndices, LaneMask,
-    LeafArguments, LeafTest, Method, OptLevel, Outputs, Program, Shape, Target, Variant,
-    lookup_state, new_state, state_component_count,
+    Backend, CallArguments, CallMode, CallStatus, Class, Compiler, Emit, EmitRequest, Engine,
+    EngineOptions, HostArguments, HostLanes, Instance, Instances, KernelRequest, LaneBlock,
+    LaneIndices, LaneMask, LeafArguments, LeafTest, Method, OptLevel, Outputs, Program, Target,
+    Variant, lookup_state, new_state, state_component_count,
 };
 
 use crate::common::class;
@@ -37,7 +37,7 @@ struct Call<'a> {
 fn call(engine: &Engine, call: Call<'_>) -> (CallStatus, LaneBlock) {
     let instance = Instance::new(call.class, []).unwrap();
     let program = engine.program(&instance);
-    let kernel = program.kernel(call.method, Shape::Packet).unwrap();
+    let kernel = program.kernel(call.method, CallMode::Packet).unwrap();
     let mut state = new_state(call.count);
     let status = kernel.call(CallArguments {
         state: &mut state,
@@ -175,7 +175,7 @@ fn budgets_run_out_alike_at_every_level() {
         let program = engine.program(&instance);
         let block = program.block(&instance);
         for (rounds, sum, exhausted) in [(1.0, 9.0, false), (2.0, 10.0, false), (9.0, 11.0, true)] {
-            for shape in [Shape::Packet, Shape::CommonOrigin, Shape::Single] {
+            for shape in [CallMode::Packet, CallMode::CommonOrigin, CallMode::Single] {
                 let mut state = new_state(1);
                 state.floats_mut(component("rt_TextureUV"))[0] = 2.0;
                 state.floats_mut(component("rt_TextureUV") + 1)[0] = rounds;
@@ -213,7 +213,7 @@ fn what_a_method_leaves_as_it_was_reaches_the_lanes_of_objects_at_every_level() 
         let program = engine.program(&instance);
         let objects = program.objects([&*instance; 4]);
         let read = Outputs::NONE.with_scratch();
-        for variant in [Variant::new(Shape::Leaf), Variant::new(Shape::Leaf).reading(read)] {
+        for variant in [Variant::new(CallMode::Leaf), Variant::new(CallMode::Leaf).reading(read)] {
             let kernel = program.kernel(Method::ComputeNormal, variant).unwrap();
             let mut scratch = program.new_scratch(4);
             for array in 0..2 {
@@ -242,7 +242,7 @@ fn sizes_that_do_not_fit_are_refused() {
     for engine in engines(&EngineOptions::default()) {
         let instance = Instance::new(&class, []).unwrap();
         let program = engine.program(&instance);
-        let kernel = program.kernel(Method::Shade, Shape::Packet).unwrap();
+        let kernel = program.kernel(Method::Shade, CallMode::Packet).unwrap();
         let block = program.block(&instance);
         let refused = |state: &mut LaneBlock, mask: Option<LaneMask>| {
             catch_unwind(AssertUnwindSafe(|| {
@@ -268,7 +268,7 @@ fn sizes_that_do_not_fit_are_refused() {
             |present: &[u32]| LaneBlock::sparse(state_component_count() as usize, present, 8);
         assert!(!refused(&mut sparse(&[color + 1, color]), None));
         assert!(refused(&mut sparse(&[color + 1, color + 2]), None));
-        assert!(program.kernel(Method::Bsdf, Shape::Packet).is_err());
+        assert!(program.kernel(Method::Bsdf, CallMode::Packet).is_err());
     }
 }
 
@@ -308,11 +308,11 @@ fn a_call_of_no_rays_does_nothing_in_any_shape() {
         let objects = Arc::new(program.objects([&*instance]));
         let (block, index) = (program.block(&instance), LaneIndices::new(0));
         for (shape, lanes, instances) in [
-            (Shape::Packet, 0, Instances::One(&block)),
-            (Shape::CommonOrigin, 0, Instances::One(&block)),
-            (Shape::Stream, 0, Instances::Many(&objects, &index)),
+            (CallMode::Packet, 0, Instances::One(&block)),
+            (CallMode::CommonOrigin, 0, Instances::One(&block)),
+            (CallMode::Stream, 0, Instances::Many(&objects, &index)),
             // The lane of the ray that objects share.
-            (Shape::Leaf, 1, Instances::Range(&objects, 0)),
+            (CallMode::Leaf, 1, Instances::Range(&objects, 0)),
         ] {
             for method in [Method::Intersect, Method::ComputeNormal] {
                 let kernel = program.kernel(method, shape).unwrap();
@@ -326,7 +326,7 @@ fn a_call_of_no_rays_does_nothing_in_any_shape() {
                 assert_eq!(found, [CallStatus::default(); 2], "{shape:?}, {method:?}");
             }
         }
-        let kernel = program.kernel(Method::Intersect, Shape::Leaf).unwrap().for_leaves(objects);
+        let kernel = program.kernel(Method::Intersect, CallMode::Leaf).unwrap().for_leaves(objects);
         let (state, scratch) = (&mut new_state(1), &mut program.new_scratch(1));
         let tests = &mut [LeafTest::new(0, 0)];
         tests[0].set_nearest(Some(7));
@@ -343,7 +343,7 @@ fn arrays_that_a_method_does_not_touch_may_be_missing() {
     for engine in engines(&EngineOptions::default()) {
         let program = engine.program(&instance);
         let block = program.block(&instance);
-        for shape in [Shape::Packet, Shape::CommonOrigin, Shape::Single] {
+        for shape in [CallMode::Packet, CallMode::CommonOrigin, CallMode::Single] {
             let kernel = program.kernel(Method::ComputeNormal, shape).unwrap();
             let components: Vec<u32> = kernel.state_components().iter().collect();
             assert!(!components.contains(&(component("rt_RayOrigin") as u32)));
@@ -392,7 +392,7 @@ fn instances_of_one_class_share_their_program_and_kernels() {
     let programs = [engine.program(&instances[0]), engine.program(&instances[1])];
     assert!(Arc::ptr_eq(&programs[0], &programs[1]));
     let requests: Vec<_> = [Method::Shade; 3]
-        .map(|method| KernelRequest::new(&programs[0], method, Shape::Packet))
+        .map(|method| KernelRequest::new(&programs[0], method, CallMode::Packet))
         .into();
     let kernels: Vec<_> = engine.compile_all(&requests).into_iter().map(Result::unwrap).collect();
     assert!(Arc::ptr_eq(&kernels[0], &kernels[2]));
@@ -417,7 +417,7 @@ fn every_form_can_be_printed() {
     for (emit, part) in forms {
         let target = Target::by_name("x86-64-v3");
         let request =
-            EmitRequest { emit, method: Method::Shade, variant: Shape::Packet.into(), target };
+            EmitRequest { emit, method: Method::Shade, variant: CallMode::Packet.into(), target };
         let text = program.emit(&request).unwrap();
         assert!(String::from_utf8_lossy(&text).contains(part), "{emit:?}");
     }

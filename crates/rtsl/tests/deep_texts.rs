@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use rtsl::ahead::AheadOptions;
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
+    Backend, CallArguments, CallMode, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
     EngineOptions, Instance, Instances, LaneMask, Mark, MarkWord, Method, Numbers, OptLevel,
-    Outputs, Program, RayRecord, Shape, Unit, Value, lookup_state, new_state,
+    Outputs, Program, RayRecord, Unit, Value, lookup_state, new_state,
 };
 
 /// The stack that a host's thread must have.
@@ -183,17 +183,21 @@ impl Maker<'_> {
     fn interpret(&mut self) {
         let engine = engine(Backend::Interpreter, OptLevel::O2);
         for emit in [Emit::Ir, Emit::Packet, Emit::Llvm] {
-            let request =
-                EmitRequest { emit, method: METHOD, variant: Shape::Packet.into(), target: None };
+            let request = EmitRequest {
+                emit,
+                method: METHOD,
+                variant: CallMode::Packet.into(),
+                target: None,
+            };
             let text = engine.program(self.instance).emit(&request);
             self.note(&format!("{emit:?}"), text);
         }
         let program = engine.program(self.instance);
-        let kernel = program.kernel(METHOD, Shape::Packet);
+        let kernel = program.kernel(METHOD, CallMode::Packet);
         if let Some(kernel) = self.note("interpreter", kernel) {
             call(&program, self.instance, |call| assert!(!kernel.call(call).budget_exhausted));
         }
-        let kernel = program.packet_kernel(METHOD, Shape::Packet);
+        let kernel = program.packet_kernel(METHOD, CallMode::Packet);
         if let Some(kernel) = self.note("packets", kernel) {
             call(&program, self.instance, |call| assert!(!kernel.run(call, 1 << 20).cut_short));
         }
@@ -209,14 +213,14 @@ impl Maker<'_> {
     fn compile(&mut self, level: OptLevel) {
         let engine = engine(Backend::Jit, level);
         let program = engine.program(self.instance);
-        let kernel = program.kernel(METHOD, Shape::Packet);
+        let kernel = program.kernel(METHOD, CallMode::Packet);
         if let Some(kernel) = self.note(&format!("kernel {level:?}"), kernel) {
             call(&program, self.instance, |call| assert!(!kernel.call(call).budget_exhausted));
         }
         self.note("callback", program.callback(&callback()));
         let emit = Emit::OptimizedLlvm;
         let request =
-            EmitRequest { emit, method: METHOD, variant: Shape::Leaf.into(), target: None };
+            EmitRequest { emit, method: METHOD, variant: CallMode::Leaf.into(), target: None };
         self.note("LLVM's passes", program.emit(&request));
     }
 }
@@ -276,7 +280,7 @@ fn methods_that_call_each_other_nest_as_deep_as_is_allowed() {
                 Instance::new(unit.class("T").unwrap(), [("next", last.into())]).unwrap();
             for backend in [Backend::Interpreter, Backend::Jit] {
                 let program = engine(backend, OptLevel::O2).program(&instance);
-                let error = program.kernel(Method::Lookup, Shape::Packet).err();
+                let error = program.kernel(Method::Lookup, CallMode::Packet).err();
                 assert_eq!(error.map(|it| it.code.as_str()), expected, "{depth}");
             }
         }

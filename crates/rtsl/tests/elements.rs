@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneMask, Method, Numbers, Objects, Outputs, Program, Shape, Value, Variant,
+    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Engine, EngineOptions,
+    Instance, Instances, LaneMask, Method, Numbers, Objects, Outputs, Program, Value, Variant,
     host::NoHost, lookup_state, new_state,
 };
 
@@ -181,18 +181,18 @@ fn kernels_take_elements() {
         for (number, word) in (0..order.len()).flat_map(|it| (0..11).map(move |word| (it, word))) {
             assert_eq!(made_so.word(number, word), reversed.word(number, word));
         }
-        let bounds = bounds(&program, Shape::Leaf, Instances::Range(&reversed, 8), 35);
+        let bounds = bounds(&program, CallMode::Leaf, Instances::Range(&reversed, 8), 35);
         for (lane, found) in bounds.iter().enumerate() {
             let number = order[8 + lane];
             let argument = ("face", Value::Int(number as i32));
             let one =
                 Instance::new(&class, mesh_arguments(43).into_iter().chain([argument])).unwrap();
             let one = program.block(&one);
-            let kernel = program.kernel(Method::ComputeBounds, Shape::Single).unwrap();
+            let kernel = program.kernel(Method::ComputeBounds, CallMode::Single).unwrap();
             let expected = run(&kernel, Instances::One(&one), 1);
             assert_eq!(found, &expected[0], "element {number}");
             let single =
-                self::bounds(&program, Shape::Packet, Instances::Object(&elements, number), 1);
+                self::bounds(&program, CallMode::Packet, Instances::Object(&elements, number), 1);
             assert_eq!(single, expected, "element {number} by itself");
         }
     }
@@ -200,7 +200,7 @@ fn kernels_take_elements() {
 
 fn bounds(
     program: &Program,
-    shape: Shape,
+    shape: CallMode,
     instances: Instances<'_>,
     count: usize,
 ) -> Vec<[u32; 6]> {

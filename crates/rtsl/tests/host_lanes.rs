@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, CallError, CallStatus, Compiler, Engine, EngineOptions, HostArguments,
-    HostLanes, Instance, Instances, LaneMask, Method, Program, Shape, Variant, lookup_state,
-    new_state, state_component_count,
+    Backend, CallArguments, CallError, CallMode, CallStatus, Compiler, Engine, EngineOptions,
+    HostArguments, HostLanes, Instance, Instances, LaneMask, Method, Program, Variant,
+    lookup_state, new_state, state_component_count,
 };
 
 const BALL: &str = "class Ball : rt_Primitive; public float radius = 1.0; scratch vec2 place;
@@ -78,7 +78,7 @@ fn expected(
     }
     (0..2).for_each(|array| scratch.floats_mut(array).fill(0.5));
     let mut accepted = LaneMask::new(count);
-    let kernel = program.kernel(Method::Intersect, Shape::Packet).unwrap();
+    let kernel = program.kernel(Method::Intersect, CallMode::Packet).unwrap();
     let _ = kernel.call(CallArguments {
         state: &mut state,
         scratch: &mut scratch,
@@ -105,7 +105,7 @@ fn host_arrays_are_worked_on_where_they_are() {
         let ball = Instance::new(unit.class("Ball").unwrap(), []).unwrap();
         let program = engine.program(&ball);
         for (width, count) in [(1, 1_usize), (1, 7), (4, 3), (4, 4), (8, 13), (16, 17), (16, 32)] {
-            let variant = Variant::new(Shape::Packet).with_width(width);
+            let variant = Variant::new(CallMode::Packet).with_width(width);
             let lanes = count.next_multiple_of(width as usize);
             let mask: Vec<i32> = (0..lanes).map(|lane| -i32::from(lane % 5 != 2)).collect();
             let (mut arrays, mut accepted) = (Arrays::new(lanes), vec![7; lanes]);
@@ -130,7 +130,7 @@ fn calls_that_do_not_fit_are_errors() {
     let (engine, _) = Engine::new(EngineOptions::default()).unwrap();
     let ball = Instance::new(unit.class("Ball").unwrap(), []).unwrap();
     let program = engine.program(&ball);
-    let variant = Variant::new(Shape::Packet).with_width(8);
+    let variant = Variant::new(CallMode::Packet).with_width(8);
     let mut arrays = Arrays::new(7);
     let too_few = arrays.call(&program, &variant, (&ball, 5, &[-1; 8]), &mut [0; 8]);
     if engine.llvm().is_some() {
@@ -141,7 +141,8 @@ fn calls_that_do_not_fit_are_errors() {
     assert!(matches!(short_mask, Err(CallError::TooFewLanes { .. })));
     let many = arrays.call(&program, &variant, (&ball, usize::MAX, &[-1; 8]), &mut [0; 8]);
     assert_eq!(many, Err(CallError::TooManyRays(usize::MAX)));
-    let wrong_width = program.kernel(Method::Intersect, Variant::new(Shape::Packet).with_width(3));
+    let wrong_width =
+        program.kernel(Method::Intersect, Variant::new(CallMode::Packet).with_width(3));
     assert_eq!(wrong_width.unwrap_err().code.as_str(), "E0703");
 }
 
@@ -156,7 +157,7 @@ fn single_call(
     let (engine, _) = Engine::new(EngineOptions { backend, ..Default::default() }).unwrap();
     let ball = Instance::new(unit.class("Ball").unwrap(), []).unwrap();
     let program = engine.program(&ball);
-    let kernel = program.kernel(Method::Intersect, Shape::Single).unwrap();
+    let kernel = program.kernel(Method::Intersect, CallMode::Single).unwrap();
     let lanes = count.min(LANES);
     let mut arrays = Arrays::new(LANES);
     let given = arrays.state.concat();

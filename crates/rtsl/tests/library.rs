@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances,
-    KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar, Shape, Value,
-    Variant, library, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
+    KernelRequest, LaneBlock, LaneIndices, LaneMask, Method, ParameterType, Scalar, Value, Variant,
+    library, new_state,
 };
 
 const COUNT: usize = 37;
@@ -155,7 +155,7 @@ fn call(
     engine: &Engine,
     class: &Arc<Class>,
     method: Method,
-    (shape, code, masked): (Shape, Code, bool),
+    (shape, code, masked): (CallMode, Code, bool),
 ) -> Vec<u32> {
     let instance = instance(class);
     let program = engine.program(&instance);
@@ -176,13 +176,13 @@ fn call(
     let arguments = CallArguments {
         state: &mut state,
         scratch: &mut scratch,
-        count: if shape == Shape::Single { 1 } else { COUNT },
-        mask: (masked && shape != Shape::Single).then_some(&mask),
+        count: if shape == CallMode::Single { 1 } else { COUNT },
+        mask: (masked && shape != CallMode::Single).then_some(&mask),
         accepted: Some(&mut accepted),
         instances: match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-            Shape::Stream => Instances::Many(&objects, &index),
-            Shape::Leaf => Instances::Range(&objects, FIRST),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => Instances::One(&block),
+            CallMode::Stream => Instances::Many(&objects, &index),
+            CallMode::Leaf => Instances::Range(&objects, FIRST),
         },
         host: &mut Answers,
     };
@@ -226,7 +226,7 @@ fn the_prelude_and_every_file_compile_without_a_word() {
 fn call_all(
     engine: &Engine,
     classes: &[Arc<Class>],
-    shape: Shape,
+    shape: CallMode,
     code: Code,
 ) -> Vec<(String, Vec<u32>)> {
     let programs: Vec<_> = classes.iter().map(|it| engine.program(&instance(it))).collect();
@@ -254,12 +254,12 @@ fn every_method_gives_the_oracles_bits() {
     let units = library::files().iter().filter_map(|it| compiler.compile(it.path, it.text).unit);
     let classes: Vec<Arc<Class>> = units.flat_map(|unit| unit.classes().to_vec()).collect();
     let oracle = engine(Backend::Interpreter, 1).unwrap();
-    for shape in Shape::ALL {
+    for shape in CallMode::ALL {
         let expected = call_all(&oracle, &classes, shape, Code::Kernel);
         let widths: &[u32] = match shape {
-            Shape::Packet => &Engine::WIDTHS,
-            Shape::CommonOrigin | Shape::Stream | Shape::Leaf => &[8],
-            Shape::Single => &[1],
+            CallMode::Packet => &Engine::WIDTHS,
+            CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => &[8],
+            CallMode::Single => &[1],
         };
         let runs = widths.iter().flat_map(|it| [(it, Code::Packets), (it, Code::Kernel)]);
         for (width, code) in runs.chain([(&8, Code::Specialised)]) {

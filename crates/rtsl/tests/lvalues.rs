@@ -1,8 +1,8 @@
 //! What is assigned is found once, before the value: every form of lvalue, on every backend and width.
 
 use rtsl::{
-    Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, Instances, Method, OptLevel,
-    Shape, host, lookup_state, new_state,
+    Backend, CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, Instances, Method,
+    OptLevel, host, lookup_state, new_state,
 };
 
 /// The class counts by itself what went wrong.
@@ -39,7 +39,7 @@ fn places_are_found_once_and_before_the_value() {
     let component = |name| lookup_state(name).expect("it is there").first_component as usize;
     for engine in engines() {
         let program = engine.program(&instance);
-        let kernel = program.kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+        let kernel = program.kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
         let mut state = new_state(COUNT);
         state.floats_mut(component("rt_TextureUV")).fill(1.0);
         let status = kernel.call(CallArguments {

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
-    Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Math, Method, Objects,
-    Placement, Program, Shape, Value, Variant, host::NoHost, lookup_state, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, CompilerOptions, Engine, EngineOptions,
+    Instance, Instances, LaneBlock, LaneIndices, LaneMask, LeafArguments, LeafTest, Math, Method,
+    Objects, Placement, Program, Value, Variant, host::NoHost, lookup_state, new_state,
 };
 
 /// Reads all of the ray, at a dynamic index, too.
@@ -97,7 +97,7 @@ impl Scene {
         let direction = std::array::from_fn(|row| map(direction, row, None));
         let block = self.program.block(&self.instances[object]);
         let mut state = state(&[[origin, direction]]);
-        let variant = Variant::new(Shape::Single);
+        let variant = Variant::new(CallMode::Single);
         let found = call(&self.program, variant, &mut state, Instances::One(&block), 1);
         found.0[0]
     }
@@ -106,15 +106,17 @@ impl Scene {
     fn check(&self, contract: bool) {
         let objects = self.program.placed_objects(self.pairs());
         let block = self.program.placed_block(&self.instances[OBJECT], &self.placements[OBJECT]);
-        for shape in Shape::ALL {
+        for shape in CallMode::ALL {
             let instances = match shape {
-                Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-                Shape::Stream => Instances::Many(&objects, &self.indices),
-                Shape::Leaf => Instances::Range(&objects, FIRST),
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
+                    Instances::One(&block)
+                }
+                CallMode::Stream => Instances::Many(&objects, &self.indices),
+                CallMode::Leaf => Instances::Range(&objects, FIRST),
             };
             self.check_call(Variant::new(shape).placed(), instances, contract);
         }
-        let of_objects = Variant::new(Shape::Packet).placed().of_objects(objects.form().clone());
+        let of_objects = Variant::new(CallMode::Packet).placed().of_objects(objects.form().clone());
         self.check_call(of_objects, Instances::Object(&objects, OBJECT as u32), contract);
         for count in [1, 5, 8, COUNT] {
             self.check_tests(Arc::new(self.program.placed_objects(self.pairs())), count, contract);
@@ -128,7 +130,7 @@ impl Scene {
     /// Many tests in one call, each of another ray with `count` objects in a row: some from the first object on,
     /// some from [`FIRST`] on, and some rays are left out.
     fn check_tests(&self, objects: Arc<Objects>, count: usize, contract: bool) {
-        let variant = Variant::new(Shape::Leaf).placed();
+        let variant = Variant::new(CallMode::Leaf).placed();
         let kernel = self.program.kernel(Method::Intersect, variant).unwrap().for_leaves(objects);
         let (mut state, mut scratch) = (state(&self.rays), self.program.new_scratch(COUNT));
         let rays = (0..COUNT as u32).rev().filter(|ray| ray % 5 != 3);
@@ -185,12 +187,12 @@ impl Scene {
         let shape = variant.shape;
         let mut rays = self.rays.clone();
         let origin = rays[0][0];
-        if shape == Shape::CommonOrigin {
+        if shape == CallMode::CommonOrigin {
             rays.iter_mut().for_each(|ray| ray[0] = origin);
         }
-        let count = if shape == Shape::Single { 1 } else { COUNT };
+        let count = if shape == CallMode::Single { 1 } else { COUNT };
         let (found, nearest) = call(&self.program, variant, &mut state(&rays), instances, count);
-        if shape == Shape::Leaf {
+        if shape == CallMode::Leaf {
             let expected = self.nearest(rays[0], FIRST..FIRST + COUNT as u32, contract);
             assert_eq!(nearest, expected.map(|(_, object)| object));
             assert!(expected.is_some_and(|(hit, _)| found[0] == Some(hit)), "{found:?}");

@@ -11,8 +11,8 @@ use rtsl::host::{
     OcclusionRequest, RayLanes, TraceRequest,
 };
 use rtsl::{
-    Backend, CallArguments, Engine, EngineOptions, Instance, InstanceBlock, Instances, Kernel,
-    LaneMask, Method, Shape, lookup_state, new_state,
+    Backend, CallArguments, CallMode, Engine, EngineOptions, Instance, InstanceBlock, Instances,
+    Kernel, LaneMask, Method, lookup_state, new_state,
 };
 
 use crate::common::class;
@@ -55,7 +55,7 @@ impl Shader {
         let class = class(Method::Shade, &SHADE.replace("\\\n", ""));
         let instance = Instance::new(&class, []).unwrap();
         let program = engine.program(&instance);
-        let kernel = program.kernel(Method::Shade, Shape::Packet).unwrap();
+        let kernel = program.kernel(Method::Shade, CallMode::Packet).unwrap();
         Some(Shader { kernel, block: program.block(&instance) })
     }
 

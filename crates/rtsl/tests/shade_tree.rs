@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, Instances,
-    LoopOwners, Method, Shape, Unit, Value, lookup_state, new_state,
+    Backend, CallArguments, CallMode, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
+    Instances, LoopOwners, Method, Unit, Value, lookup_state, new_state,
 };
 
 const TEXT: &str = "
@@ -51,7 +51,7 @@ fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance>
 
 fn shade(engine: &Engine, instance: &Instance, places: &[[f32; 2]]) -> Vec<f32> {
     let program = engine.program(instance);
-    let kernel = program.kernel(Method::Shade, Shape::Packet).unwrap();
+    let kernel = program.kernel(Method::Shade, CallMode::Packet).unwrap();
     let mut state = new_state(places.len());
     let uv = lookup_state("rt_TextureUV").unwrap().first_component as usize;
     let [u, v] = state.vectors_mut::<2>(uv);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, InstanceBlock,
-    Instances, Kernel, KernelRequest, Method, Shape, SpecialisedKernel, Value, lookup_state,
-    new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance,
+    InstanceBlock, Instances, Kernel, KernelRequest, Method, SpecialisedKernel, Value,
+    lookup_state, new_state,
 };
 
 const COUNT: usize = 19;
@@ -77,13 +77,13 @@ fn bits(kernel: &Kernel, block: &InstanceBlock) -> Vec<u32> {
 fn oracle(instance: &Instance) -> Vec<u32> {
     let engine = engine(Backend::Interpreter, 1).expect("the interpreter is always there");
     let program = engine.program(instance);
-    let kernel = program.kernel(Method::Lookup, Shape::Packet).unwrap();
+    let kernel = program.kernel(Method::Lookup, CallMode::Packet).unwrap();
     bits(&kernel, &program.block(instance))
 }
 
 fn specialised(engine: &Engine, instance: &Instance) -> SpecialisedKernel {
     let program = engine.program(instance);
-    let request = KernelRequest::new(&program, Method::Lookup, Shape::Packet);
+    let request = KernelRequest::new(&program, Method::Lookup, CallMode::Packet);
     engine.specialise(&request, instance).unwrap()
 }
 
@@ -94,7 +94,7 @@ fn both_kernels_give_the_oracles_bits_and_a_change_counts_at_once() {
     let instances = values.map(|(count, on, height)| instance(&class, count, on, height));
     for engine in engines() {
         let program = engine.program(&instances[0]);
-        let general = program.kernel(Method::Lookup, Shape::Packet).unwrap();
+        let general = program.kernel(Method::Lookup, CallMode::Packet).unwrap();
         let mut kernel = specialised(&engine, &instances[0]);
         for instance in instances.iter().chain(&instances[..1]) {
             kernel.set_instance(instance);
@@ -179,7 +179,7 @@ fn known_members_leave_no_loop_and_no_branch() {
     let text = |variant: rtsl::Variant| {
         String::from_utf8(program.emit(&request(variant)).unwrap()).unwrap()
     };
-    let general = rtsl::Variant::new(Shape::Packet);
+    let general = rtsl::Variant::new(CallMode::Packet);
     let known = general.clone().knowing(program.known_members(&instance));
     for word in ["loop", "member:count", "member:inverted", "load member:height"] {
         assert!(text(general.clone()).contains(word), "{word}");

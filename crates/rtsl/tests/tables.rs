@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use rtsl::{
-    Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, Instances, Method, Shape,
+    Backend, CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, Instances, Method,
     host, lookup_state, new_state,
 };
 
@@ -43,7 +43,7 @@ fn large_tables_are_read_by_all_backends() {
         // Without LLVM there is the interpreter.
         let Ok((engine, _)) = Engine::new(options) else { continue };
         let program = engine.program(&instance);
-        let kernel = program.kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+        let kernel = program.kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
         let mut state = new_state(COUNT);
         for component in 0..2 {
             let array = state.floats_mut(first("rt_TextureUV") + component);

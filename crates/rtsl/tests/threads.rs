@@ -5,9 +5,9 @@ use std::sync::Arc;
 use rtsl::ahead::AheadLibrary;
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Class, Compilation, Compiler, Diagnostic, Engine, EngineOptions, Instance,
-    InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafKernel, Method, Objects, Program,
-    Role, Shape, SpecialisedKernel, Unit, Value, Variant, lookup_state, new_state, set_defaults,
+    CallArguments, CallMode, Class, Compilation, Compiler, Diagnostic, Engine, EngineOptions,
+    Instance, InstanceBlock, Instances, Kernel, LaneBlock, LaneMask, LeafKernel, Method, Objects,
+    Program, Role, SpecialisedKernel, Unit, Value, Variant, lookup_state, new_state, set_defaults,
 };
 
 fn is_for_all_threads<T: Send + Sync>() {}
@@ -31,7 +31,8 @@ fn threads_share_an_engine() {
         let (engine, class) = (&engine, unit.class("Ball").unwrap());
         let work = |number: u32| {
             scope.spawn(move || {
-                let shape = if number.is_multiple_of(2) { Shape::Packet } else { Shape::Single };
+                let shape =
+                    if number.is_multiple_of(2) { CallMode::Packet } else { CallMode::Single };
                 (1..=20)
                     .map(|radius| distance(engine, class, radius as f32, shape))
                     .collect::<Vec<_>>()
@@ -44,7 +45,7 @@ fn threads_share_an_engine() {
     assert!(distances.iter().all(|found| *found == expected));
 }
 
-fn distance(engine: &Engine, class: &Arc<Class>, radius: f32, shape: Shape) -> f32 {
+fn distance(engine: &Engine, class: &Arc<Class>, radius: f32, shape: CallMode) -> f32 {
     let ball = Instance::new(class, [("radius", radius.into())]).unwrap();
     let program = engine.program(&ball);
     let kernel = program.kernel(Method::Intersect, shape).unwrap();

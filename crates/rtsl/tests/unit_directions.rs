@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances, LaneBlock,
-    LaneMask, Math, Method, Shape, Variant, lookup_state, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
+    LaneBlock, LaneMask, Math, Method, Variant, lookup_state, new_state,
 };
 
 const COUNT: usize = 33;
@@ -76,8 +76,8 @@ fn call(engine: &Engine, variant: Variant) -> (LaneBlock, LaneBlock) {
 #[test]
 fn fast_takes_the_length_for_one() {
     for engine in engines(Math::Fast) {
-        let general = call(&engine, Shape::Packet.into());
-        let special = call(&engine, Variant::new(Shape::Packet).with_unit_directions());
+        let general = call(&engine, CallMode::Packet.into());
+        let special = call(&engine, Variant::new(CallMode::Packet).with_unit_directions());
         assert!(special.1.floats(0).iter().all(|squared| *squared == 1.0));
         assert!(special.1.floats(1).iter().all(|size| *size == 1.0));
         let blocks = [(&general.0, &special.0), (&general.1, &special.1)];
@@ -95,8 +95,8 @@ fn fast_takes_the_length_for_one() {
 fn otherwise_the_promise_changes_nothing() {
     for math in [Math::Contract, Math::Strict] {
         for engine in engines(math) {
-            let general = call(&engine, Shape::Packet.into());
-            let special = call(&engine, Variant::new(Shape::Packet).with_unit_directions());
+            let general = call(&engine, CallMode::Packet.into());
+            let special = call(&engine, Variant::new(CallMode::Packet).with_unit_directions());
             for (general, special) in [(&general.0, &special.0), (&general.1, &special.1)] {
                 for array in 0..general.components() {
                     assert_eq!(general.words(array), special.words(array), "{array}");

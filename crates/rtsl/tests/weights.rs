@@ -2,8 +2,8 @@
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl::{
-    Backend, CallArguments, Compiler, Engine, EngineOptions, Instance, Instances, Method, OptLevel,
-    Shape, Variant, new_state,
+    Backend, CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, Instances, Method,
+    OptLevel, Variant, new_state,
 };
 
 const COUNT: usize = 19;
@@ -71,7 +71,7 @@ fn run(engine: &Engine, text: &str, is_known: bool) -> Vec<Vec<u32>> {
     let instance = Instance::new(class, []).unwrap();
     let program = engine.program(&instance);
     let block = program.block(&instance);
-    let mut variant = Variant::new(Shape::Packet);
+    let mut variant = Variant::new(CallMode::Packet);
     if is_known {
         variant = variant.knowing(program.known_members(&instance));
     }

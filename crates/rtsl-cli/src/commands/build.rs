@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use rtsl::{
-    Class, Emit, EmitRequest, Engine, EngineOptions, Method, OptLevel, Shape, Target, Unit,
+    CallMode, Class, Emit, EmitRequest, Engine, EngineOptions, Method, OptLevel, Target, Unit,
 };
 use serde_json::Value as JsonValue;
 
@@ -39,7 +39,7 @@ pub struct BuildArguments {
     /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one. For a library
     /// several, with commas between. `packet` if not given, for a library `single`.
     #[arg(long, value_name = "SHAPES", value_delimiter = ',', value_parser = parse_shape)]
-    pub(super) shape: Vec<Shape>,
+    pub(super) shape: Vec<CallMode>,
     /// Rays at a time, for a library several, with commas between; what suits the machine if not given. Never changes
     /// results.
     #[arg(long, value_name = "WIDTHS", value_delimiter = ',', value_parser = parse_width)]
@@ -217,7 +217,7 @@ fn emit_class(
     };
     let engine = arguments.engine(reporter)?;
     let mut program = engine.program_of_class(class);
-    let shape = arguments.shape.first().copied().unwrap_or(Shape::Packet);
+    let shape = arguments.shape.first().copied().unwrap_or(CallMode::Packet);
     let mut variant = arguments.variant.reading(shape);
     if arguments.variant.specialise {
         let instance = instance(&arguments.params, class, unit)?;

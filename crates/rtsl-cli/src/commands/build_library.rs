@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
-use rtsl::{Class, Compiler, CompilerOptions, Engine, Outputs, Shape, library, unknown_class};
+use rtsl::{CallMode, Class, Compiler, CompilerOptions, Engine, Outputs, library, unknown_class};
 
 use super::build::{BuildArguments, standard_class};
 use super::{Failure, unit_of};
@@ -111,8 +111,8 @@ fn make_library(
 }
 
 /// Each of the shapes at each of the widths.
-fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(Shape, u32)> {
-    let shapes = if arguments.shape.is_empty() { &[Shape::Single] } else { &*arguments.shape };
+fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(CallMode, u32)> {
+    let shapes = if arguments.shape.is_empty() { &[CallMode::Single] } else { &*arguments.shape };
     let widths =
         if arguments.width.is_empty() { vec![engine.width()] } else { arguments.width.clone() };
     shapes.iter().flat_map(|shape| widths.iter().map(|width| (*shape, *width))).collect()

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{
-    CallArguments, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, LoopOwners, Method,
-    ParameterType, Program, Role, Scalar, Shape, StateVariable, Unit, Value,
+    CallArguments, CallMode, Class, Diagnostic, Engine, Instances, LaneBlock, LaneMask, LoopOwners,
+    Method, ParameterType, Program, Role, Scalar, StateVariable, Unit, Value,
     diagnostic_codes as codes, new_state, place_words, set_defaults,
 };
 use serde_json::Value as JsonValue;
@@ -59,7 +59,7 @@ pub fn run(
     let program = engine.program(&instance);
     let linked = program.method(method)?;
     evaluation.problems.extend(linked.warnings.iter().cloned());
-    let kernel = program.kernel(method, Shape::Packet)?;
+    let kernel = program.kernel(method, CallMode::Packet)?;
 
     let state_values = parse_lanes(&request.state);
     let scratch_values = parse_lanes(&request.scratch);

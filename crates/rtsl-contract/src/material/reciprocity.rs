@@ -19,9 +19,9 @@ const RELATIVE_ERROR: f64 = 0.02;
 /// The part of pairs that rounding may decide: those far out in the tails of narrow lobes.
 const ROUNDED_PART: f64 = 0.02;
 /// Directions this close to opposite have no half vector to speak of: rounding decides in narrow lobes.
-const LEAST_SUM: f32 = 0.1;
+const MIN_SUM: f32 = 0.1;
 /// Values as small as this part of the greatest do not count.
-const LEAST_PART: f64 = 1e-5;
+const MIN_PART: f64 = 1e-5;
 
 /// Checks pairs at random and pairs that samples make.
 ///
@@ -95,8 +95,8 @@ impl Ways {
             .fold(0.0, |most: f64, pair| most.max(sum(there[pair])).max(sum(back[pair])));
         let counts = |pair: usize| {
             are_finite(pair)
-                && (self.views[pair] + self.lights[pair]).length() > LEAST_SUM
-                && sum(there[pair]).max(sum(back[pair])) > LEAST_PART * greatest
+                && (self.views[pair] + self.lights[pair]).length() > MIN_SUM
+                && sum(there[pair]).max(sum(back[pair])) > MIN_PART * greatest
         };
         let scale = self.scale(&there, &back, counts);
         for pair in (0..PAIRS).filter(|pair| counts(*pair)) {

@@ -15,7 +15,7 @@ use crate::{Contract, Failure, Finding, Outcome};
 /// How far sums of floats may be off.
 const ROUNDING: f64 = 2e-3;
 /// The squares of all ratios of indices that there are.
-const GREATEST_SCALE: f64 = 16.0;
+const MAX_SCALE: f64 = 16.0;
 
 /// The weights of paths that meet a surface.
 pub struct Weights {
@@ -90,7 +90,7 @@ impl Throughput {
             return Finding { contract, outcome: Outcome::NotApplicable(reason.to_owned()) };
         }
         // From outside light is divided by the scale, from behind multiplied.
-        let (mut least, mut greatest) = (1.0 / GREATEST_SCALE, GREATEST_SCALE);
+        let (mut least, mut greatest) = (1.0 / MAX_SCALE, MAX_SCALE);
         for it in self.measured.iter().filter(|it| it.transmitted > 0.0) {
             let left = (1.0 + it.chance - it.reflected).max(0.0);
             if it.meeting.is_behind() {

@@ -22,7 +22,7 @@ use crate::tally::Tally;
 use crate::{Contract, Finding, Inputs};
 
 /// The least cosine at which a point counts.
-const LEAST_COSINE: f32 = 0.1;
+const MIN_COSINE: f32 = 0.1;
 /// How far densities of the same point may be apart: where cosines are small they have few digits.
 const DENSITY_ERROR: f32 = 0.01;
 /// How far a hit may be before or behind the sample that it should be, as a part of the distance.
@@ -199,7 +199,7 @@ impl Tests<'_> {
     /// can tell.
     fn is_aslant(&self, normal: Vec3, direction: Vec3) -> bool {
         !self.subject.has(Method::ComputeNormal)
-            || normal.dot(direction.normalize()).abs() >= LEAST_COSINE
+            || normal.dot(direction.normalize()).abs() >= MIN_COSINE
     }
 
     fn check_normal(&mut self, point: Vec3, normal: Vec3, found: Vec3) {

@@ -220,10 +220,10 @@ impl Patches {
 
     fn is_closed(&self, subject: &Subject<'_>, place: &Place) -> Result<bool, Stop> {
         /// More would be a surface unlike any.
-        const MOST_HITS: usize = 8;
+        const MAX_HITS: usize = 8;
         let mut counts = vec![0_usize; self.middle.given.len()];
         let mut rays = self.middle.given.clone();
-        for _ in 0..MOST_HITS {
+        for _ in 0..MAX_HITS {
             let shot = Shot::new(subject, rays.clone())?;
             for (ray, hit) in shot.hits.iter().enumerate() {
                 match hit {

@@ -3,7 +3,7 @@
 //! Only the processor is used, also where the library knows graphics cards: memory is then shared, and a machine gives the
 //! same picture again. What it computes is the library's own, and not the same on all machines.
 
-mod api;
+mod ffi;
 mod search;
 
 use std::ffi::{CStr, c_char, c_void};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use libloading::Library;
 
-use api::{Api, CPU_DEVICE, DeviceHandle, FLOAT3, FilterHandle};
+use ffi::{Api, CPU_DEVICE, DeviceHandle, FLOAT3, FilterHandle};
 
 /// The library, ready to be called.
 pub struct Denoiser {

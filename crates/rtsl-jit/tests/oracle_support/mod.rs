@@ -4,8 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_abi::{
-    BoundBuffer, CallArguments, CallStatus, DataLocation, InstanceBlock, Instances, LaneBlock,
-    LaneIndices, LaneMask, Layout, ObjectForm, Objects, Shape,
+    BoundBuffer, CallArguments, CallMode, CallStatus, DataLocation, InstanceBlock, Instances,
+    LaneBlock, LaneIndices, LaneMask, Layout, ObjectForm, Objects,
 };
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
@@ -117,8 +117,9 @@ impl Case {
 
     fn check_code(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
         // With a form shapes differ less from one another.
-        let of_objects = [Shape::Packet, Shape::Stream, Shape::Leaf];
-        let all = [(&self.layout, Shape::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
+        let of_objects = [CallMode::Packet, CallMode::Stream, CallMode::Leaf];
+        let all =
+            [(&self.layout, CallMode::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
         for (layout, shapes) in all {
             let mut kernels = Vec::new();
             for (shape, width) in shapes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
@@ -144,7 +145,7 @@ impl Case {
             .map_err(|error| error.to_string())?;
         for mask in [None, Some(&self.mask)] {
             for (kernel, compiled) in kernels.iter().zip(&compiled) {
-                let mask = mask.filter(|_| kernel.shape != Shape::Single);
+                let mask = mask.filter(|_| kernel.shape != CallMode::Single);
                 let expected = self.interpret(kernel.shape, layout, mask);
                 let found = self.call(compiled, kernel.shape, layout, mask);
                 self.compare(&expected, &found).map_err(|difference| {
@@ -158,22 +159,22 @@ impl Case {
     fn call(
         &self,
         kernel: &CompiledKernel,
-        shape: Shape,
+        shape: CallMode,
         layout: &Layout,
         mask: Option<&LaneMask>,
     ) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
         let mut accepted =
-            LaneMask::from_fn(RAYS, |ray| shape != Shape::Leaf && ray < count(shape));
+            LaneMask::from_fn(RAYS, |ray| shape != CallMode::Leaf && ray < count(shape));
         let form = layout.object_form(shape);
         let objects = form.map(|form| Objects::of_instances(form, &self.instances));
         let instances = match (shape, &objects) {
             (_, None) => Instances::One(&self.instances[0]),
-            (Shape::Packet | Shape::CommonOrigin | Shape::Single, Some(objects)) => {
+            (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Some(objects)) => {
                 Instances::Object(objects, OBJECT as u32)
             }
-            (Shape::Stream, Some(objects)) => Instances::Many(objects, &self.indices),
-            (Shape::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
+            (CallMode::Stream, Some(objects)) => Instances::Many(objects, &self.indices),
+            (CallMode::Leaf, Some(objects)) => Instances::Range(objects, FIRST as u32),
         };
         let status = kernel.call(CallArguments {
             state: &mut state,
@@ -188,13 +189,13 @@ impl Case {
         Outcome { state, scratch, accepted, nearest, budget }
     }
 
-    fn interpret(&self, shape: Shape, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
+    fn interpret(&self, shape: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
         let accepts =
             |output: &Output| self.function.place(output.place).kind == PlaceKind::Accepted;
-        let keeps_nearest = shape == Shape::Leaf && self.function.outputs.iter().any(accepts);
+        let keeps_nearest = shape == CallMode::Leaf && self.function.outputs.iter().any(accepts);
         let mut nearest: Option<(f32, Outcome)> = None;
         for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
             if keeps_nearest {
@@ -217,9 +218,9 @@ impl Case {
                 continue;
             }
             let object = match shape {
-                Shape::Packet | Shape::CommonOrigin | Shape::Single => OBJECT,
-                Shape::Stream => self.indices.as_slice()[ray] as usize,
-                Shape::Leaf => FIRST + ray,
+                CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
+                CallMode::Stream => self.indices.as_slice()[ray] as usize,
+                CallMode::Leaf => FIRST + ray,
             };
             let result = self.interpret_ray(
                 &mut interpreter,
@@ -252,7 +253,7 @@ impl Case {
     fn interpret_ray(
         &self,
         interpreter: &mut Interpreter,
-        (shape, layout): (Shape, &Layout),
+        (shape, layout): (CallMode, &Layout),
         object: usize,
         (ray, output): (usize, usize),
         outcome: &mut Outcome,
@@ -375,17 +376,17 @@ fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> Obje
 }
 
 /// The rays of a call.
-fn count(shape: Shape) -> usize {
+fn count(shape: CallMode) -> usize {
     match shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => RAYS,
-        Shape::Single => 1,
+        CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => RAYS,
+        CallMode::Single => 1,
     }
 }
 
 /// One ray's view of the data.
 struct RayStorage<'a> {
     case: &'a Case,
-    shape: Shape,
+    shape: CallMode,
     form: Option<ObjectForm>,
     object: &'a InstanceBlock,
     ray: usize,

@@ -199,7 +199,7 @@ mod tests {
     use expect_test::expect;
     use rtsl_ir::Function;
 
-    use rtsl_abi::{Layout, Shape};
+    use rtsl_abi::{CallMode, Layout};
 
     /// The chunk of a function that offers a hit in a branch, and ends like this.
     fn lowered(end: &str) -> String {
@@ -220,7 +220,7 @@ mod tests {
         );
         let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
         rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
-        let kernel = crate::lower(&function, &Layout::default(), Shape::Packet, 8).unwrap();
+        let kernel = crate::lower(&function, &Layout::default(), CallMode::Packet, 8).unwrap();
         let text = kernel.to_string();
         text[text.find("  chunk").unwrap()..].to_owned()
     }

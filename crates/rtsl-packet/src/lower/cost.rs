@@ -3,7 +3,7 @@
 //! The unit is about one addition of a vector, 0.4 cycles among other work. The figures weigh
 //! speculation against a branch; they need not be right for any one machine.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{BinaryOp, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp};
 
 use super::{Calls, Lowering};
@@ -15,7 +15,7 @@ const SPECULATION_LIMIT_OF_A_LANE: u32 = 8;
 /// The most that is done in vain, however many lanes: about 25 cycles, those of a misprediction, of
 /// testing a mask and of joining. On Zen 3 (W = 8, packets of 64) the triangle, whose three early outs
 /// are 60 together, takes 1.42 ns a ray without branches and 1.51 with.
-const GREATEST_SPECULATION_LIMIT: u32 = 64;
+const MAX_SPECULATION_LIMIT: u32 = 64;
 
 /// Up to this, both sides of a condition on which all rays agree are done.
 pub const AGREED_SPECULATION_LIMIT: u32 = 3;
@@ -25,7 +25,7 @@ impl Lowering<'_> {
     pub(super) fn speculation_limit(&self) -> u32 {
         match self.calls {
             Calls::Large => {
-                (SPECULATION_LIMIT_OF_A_LANE * self.kernel.width).min(GREATEST_SPECULATION_LIMIT)
+                (SPECULATION_LIMIT_OF_A_LANE * self.kernel.width).min(MAX_SPECULATION_LIMIT)
             }
             // Under Embree spheres are 2 to 4 percent faster with the branches of one lane than with those of sixteen.
             Calls::OfOnePacket => SPECULATION_LIMIT_OF_A_LANE,
@@ -79,7 +79,7 @@ impl Lowering<'_> {
                 let in_lanes = match place.place.kind {
                     PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
                     PlaceKind::Member | PlaceKind::Parameter => {
-                        place.of_objects && self.kernel.shape == Shape::Leaf
+                        place.of_objects && self.kernel.shape == CallMode::Leaf
                     }
                     PlaceKind::Buffer | PlaceKind::Accepted => false,
                 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{PlaceKind, Value};
 
 use super::Lowering;
@@ -19,10 +19,10 @@ impl Lowering<'_> {
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
         match self.kernel.shape {
             _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
-            Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())
             }
-            Shape::Single => matches!(kind, OpKind::Constant(_)),
+            CallMode::Single => matches!(kind, OpKind::Constant(_)),
         }
     }
 

@@ -170,12 +170,12 @@ fn conclude(kind: &OpKind, known: &HashMap<Value, Known>) -> Option<Known> {
 mod tests {
     use rtsl_ir::Function;
 
-    use rtsl_abi::{Layout, Shape};
+    use rtsl_abi::{CallMode, Layout};
 
     /// Whether the chunk of a function that offers a hit still asks whether the root exists.
     fn asks(guard: &str, rest: &str) -> bool {
         let function = function(guard, rest);
-        let kernel = crate::lower(&function, &Layout::default(), Shape::Packet, 8).unwrap();
+        let kernel = crate::lower(&function, &Layout::default(), CallMode::Packet, 8).unwrap();
         let text = kernel.to_string();
         assert!(!text.contains("= if"), "{text}");
         text.contains("= and")
@@ -218,7 +218,7 @@ mod tests {
             %open: bool = less %x, %1 %both: bool = and %far, %close
             %near: bool = and %both, %open";
         let function = function("greater_equal %x, %0", rest);
-        for shape in Shape::ALL {
+        for shape in CallMode::ALL {
             for width in [1, 4, 8] {
                 let kernel = crate::lower(&function, &Layout::default(), shape, width).unwrap();
                 assert_eq!(crate::verify(&kernel), Ok(()), "{kernel}");

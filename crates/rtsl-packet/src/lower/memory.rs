@@ -1,6 +1,6 @@
 //! Loads and stores.
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, PlaceId, PlaceKind, Scalar, Value};
 
 use super::Lowering;
@@ -22,7 +22,7 @@ impl Lowering<'_> {
         let chain = match kind {
             PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
             // A vector of each member's scalars is one load, as of the state elsewhere.
-            PlaceKind::Member if place.of_objects && self.kernel.shape == Shape::Leaf => true,
+            PlaceKind::Member if place.of_objects && self.kernel.shape == CallMode::Leaf => true,
             // A gather of members in lanes does not mind an index in lanes.
             PlaceKind::Member | PlaceKind::Parameter => index_lanes && !place.varies,
             PlaceKind::Buffer | PlaceKind::Accepted => false,

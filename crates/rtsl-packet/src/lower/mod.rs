@@ -17,7 +17,7 @@ mod nan_shadow;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_abi::{DataLocation, Layout, ObjectForm, Shape};
+use rtsl_abi::{CallMode, DataLocation, Layout, ObjectForm};
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value,
@@ -65,7 +65,7 @@ pub enum LowerError {
 pub fn lower(
     function: &Function,
     layout: &Layout,
-    shape: Shape,
+    shape: CallMode,
     width: u32,
 ) -> Result<Kernel, LowerError> {
     lower_for(function, layout, shape, width, Calls::Large)
@@ -80,7 +80,7 @@ pub fn lower_packet(
     layout: &Layout,
     width: u32,
 ) -> Result<Kernel, LowerError> {
-    lower_for(function, layout, Shape::Packet, width, Calls::OfOnePacket)
+    lower_for(function, layout, CallMode::Packet, width, Calls::OfOnePacket)
 }
 
 /// What calls are like.
@@ -95,7 +95,7 @@ enum Calls {
 fn lower_for(
     function: &Function,
     layout: &Layout,
-    shape: Shape,
+    shape: CallMode,
     width: u32,
     calls: Calls,
 ) -> Result<Kernel, LowerError> {
@@ -138,7 +138,7 @@ fn lower_for(
 fn locate_places(
     function: &Function,
     layout: &Layout,
-    shape: Shape,
+    shape: CallMode,
     form: Option<&ObjectForm>,
 ) -> Result<Vec<KernelPlace>, LowerError> {
     let locate = |place: &rtsl_ir::Place| {
@@ -190,7 +190,7 @@ pub(crate) fn local_words(kernel: &Kernel) -> u64 {
     // Of arrays in scratch that all lanes share, the leaf shape makes copies.
     let is_local = |place: &&KernelPlace| match place.place.kind {
         PlaceKind::Slot => true,
-        PlaceKind::Scratch => kernel.shape == Shape::Leaf,
+        PlaceKind::Scratch => kernel.shape == CallMode::Leaf,
         PlaceKind::State
         | PlaceKind::Member
         | PlaceKind::Parameter

@@ -66,12 +66,12 @@ pub struct Shadow<'a> {
 }
 
 /// How often all of a function may be looked at; what is left keeps its comparison and select.
-const MOST_ROUNDS: usize = 64;
+const MAX_ROUNDS: usize = 64;
 
 impl<'a> Shadow<'a> {
     /// `definitions` by value.
     pub fn new(function: &'a Function, definitions: &'a [Option<&'a OpKind>]) -> Self {
-        let budget = function.values.len().saturating_mul(MOST_ROUNDS);
+        let budget = function.values.len().saturating_mul(MAX_ROUNDS);
         Shadow { function, definitions, values: Vec::new(), budget }
     }
 

@@ -7,15 +7,14 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::{Kernel, Method};
 
-use crate::compiled::variables::variables;
-use crate::lanes::eight::{Eight, eights_of};
-
-use super::chunk::{CHUNK, Callee, Chunk, Row, Rows, are_finite, get, set};
 use super::lights::Sky;
 use super::material::MaterialSource;
+use super::shading_batch::{BATCH_LANES, Callee, Row, Rows, ShadingBatch, are_finite, get, set};
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
-use super::wave::{Path, Wave};
+use super::wavefront::{Path, Wavefront};
+use crate::compiled::variables::variables;
+use crate::lanes::eight::{Eight, eights_of};
 
 /// What the numbers of paths that leave the scene are for.
 const NUMBERS_OF_SKIES: u32 = 0x108;
@@ -30,10 +29,10 @@ pub fn weight<S: Simd>(one: f32x8<S>, other: f32x8<S>) -> f32x8<S> {
 
 impl PathTracer<'_> {
     /// Adds what the surfaces of a chunk emit.
-    pub fn add_emission(&self, group: &SurfaceGroup, chunk: &mut Chunk, paths: &mut [Path]) {
+    pub fn add_emission(&self, group: &SurfaceGroup, chunk: &mut ShadingBatch, paths: &mut [Path]) {
         if let Some(kernel) = &group.material.emission {
             self.call_material(group, Method::Emission, kernel, chunk);
-            let lost = add(chunk, paths, &[1.0; CHUNK]);
+            let lost = add(chunk, paths, &[1.0; BATCH_LANES]);
             self.report_lost(self.material_name(group), Method::Emission, lost);
         }
         let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
@@ -43,7 +42,7 @@ impl PathTracer<'_> {
         let name = &emitters.program.class().name;
         let callee = Callee { class: name, method: Method::Emission, problems: self.problems };
         let weights = self.weights_of_hits(group, chunk);
-        let Chunk { count, state, scratch, emitters: of_lanes, numbers, .. } = chunk;
+        let ShadingBatch { count, state, scratch, emitters: of_lanes, numbers, .. } = chunk;
         let instances = of.instances(&emitters.objects, of_lanes);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
         let lost = add(chunk, paths, &weights);
@@ -73,9 +72,11 @@ impl PathTracer<'_> {
         group: &SurfaceGroup,
         method: Method,
         kernel: &Kernel,
-        chunk: &mut Chunk,
+        chunk: &mut ShadingBatch,
     ) {
-        let Chunk { count, state, kept_scratch, scratch, objects, materials, numbers, .. } = chunk;
+        let ShadingBatch {
+            count, state, kept_scratch, scratch, objects, materials, numbers, ..
+        } = chunk;
         let (source, of) = group.key.material;
         let callee = Callee { class: self.material_name(group), method, problems: self.problems };
         match source {
@@ -96,8 +97,8 @@ impl PathTracer<'_> {
     }
 
     /// How much of what directions found counts.
-    fn weights_of_hits(&self, group: &SurfaceGroup, chunk: &mut Chunk) -> Row {
-        let mut weights = [1.0; CHUNK];
+    fn weights_of_hits(&self, group: &SurfaceGroup, chunk: &mut ShadingBatch) -> Row {
+        let mut weights = [1.0; BATCH_LANES];
         if !group.key.is_sampled {
             return weights;
         }
@@ -114,12 +115,12 @@ impl PathTracer<'_> {
     }
 
     /// Adds what the rays bring back that left the scene.
-    pub fn add_skies(&self, wave: &mut Wave, chunk: &mut Chunk) {
-        let Wave { paths, left, .. } = wave;
+    pub fn add_skies(&self, wave: &mut Wavefront, chunk: &mut ShadingBatch) {
+        let Wavefront { paths, left, .. } = wave;
         if self.scene.lights.skies.is_empty() {
             return;
         }
-        for left in left.chunks(CHUNK) {
+        for left in left.chunks(BATCH_LANES) {
             chunk.load_left(paths, left, NUMBERS_OF_SKIES);
             for sky in &self.scene.lights.skies {
                 let weights = self.weights_of_sky(sky, chunk);
@@ -131,17 +132,17 @@ impl PathTracer<'_> {
         }
     }
 
-    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, chunk: &mut Chunk) {
+    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, chunk: &mut ShadingBatch) {
         let name = &sky.program.class().name;
         let callee = Callee { class: name, method, problems: self.problems };
         let (objects, number) = &sky.objects;
-        let Chunk { count, state, scratch, numbers, .. } = chunk;
+        let ShadingBatch { count, state, scratch, numbers, .. } = chunk;
         let instances = rtsl::Instances::Object(objects, *number);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
     }
 
     #[inline(always)]
-    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut Chunk) {
+    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut ShadingBatch) {
         let v = variables();
         let light = &self.scene.compiled.lights[sky.light as usize];
         for eight in eights_of(simd, chunk.count) {
@@ -157,8 +158,8 @@ impl PathTracer<'_> {
 
     /// How much counts of what directions found in a light: all where it is never sampled, or the
     /// direction was not chosen by a density.
-    fn weights_of_sky(&self, sky: &Sky, chunk: &mut Chunk) -> Row {
-        let mut weights = [1.0; CHUNK];
+    fn weights_of_sky(&self, sky: &Sky, chunk: &mut ShadingBatch) -> Row {
+        let mut weights = [1.0; BATCH_LANES];
         let Some((kernel, entry)) = &sky.density else { return weights };
         dispatch!(Level::new(), simd => {
             self.set_sky_directions(simd, sky, chunk);
@@ -181,7 +182,7 @@ impl PathTracer<'_> {
 
     /// Sets the points that a light was sampled for, if it was: where the rays begin.
     #[inline(always)]
-    fn set_sky_points<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut Chunk) {
+    fn set_sky_points<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut ShadingBatch) {
         let v = variables();
         let light = &self.scene.compiled.lights[sky.light as usize];
         for eight in eights_of(simd, chunk.count) {
@@ -212,7 +213,7 @@ fn set_weights<S: Simd>(eight: Eight<S>, density: &Row, light_density: &Row, wei
 
 /// Adds the emission in the state, weighted, to what the paths bring back. Returns how many paths bring back what is not
 /// finite for it, and not for their weights.
-fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) -> u64 {
+fn add(chunk: &ShadingBatch, paths: &mut [Path], weights: &Row) -> u64 {
     let v = variables();
     let mut lost = 0;
     let color = [0, 1, 2].map(|channel: usize| chunk.state.floats(v.emission_color + channel));
@@ -230,10 +231,10 @@ fn add(chunk: &Chunk, paths: &mut [Path], weights: &Row) -> u64 {
     lost
 }
 
-impl Chunk {
+impl ShadingBatch {
     /// Takes paths whose rays left the scene, with the numbers that `purpose` chooses.
     fn load_left(&mut self, paths: &[Path], left: &[u32], purpose: u32) {
-        self.count = left.len().min(CHUNK);
+        self.count = left.len().min(BATCH_LANES);
         let Some(last) = left.last() else { return };
         let padding = std::iter::repeat_n(last, self.count.next_multiple_of(8) - self.count);
         let normals = |path: &Path, to: [&mut Rows; 2], lane: usize| {

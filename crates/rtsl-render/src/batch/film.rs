@@ -9,7 +9,7 @@ use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::{FeatureSums, PathFeatures};
-use super::wave::{SAMPLES_IN_WAVE, Wave};
+use super::wavefront::{SAMPLES_IN_WAVE, Wavefront};
 use crate::tiles::{TILE, Tile, tiles_of};
 
 /// A film. Each tile has a lock of its own.
@@ -52,7 +52,7 @@ struct Samples {
 }
 
 /// The samples after which a tile's noise is first looked at. Fewer might all miss what is rarely hit.
-const FEWEST_SAMPLES: u32 = 32;
+const MIN_SAMPLES: u32 = 32;
 
 impl TileRecord {
     fn new(with_features: bool) -> Self {
@@ -161,7 +161,7 @@ impl BatchFilm {
 
     /// Adds the paths of samples from `first` on of a tile's pixels, sample by sample, which took so long. Sums take
     /// them in the order of their numbers, whenever they come; a tile that needs no more takes none.
-    pub fn add(&self, tile: usize, first: u32, wave: &Wave, time: Duration) {
+    pub fn add(&self, tile: usize, first: u32, wave: &Wavefront, time: Duration) {
         let mut record = self.record(tile);
         let colors = wave.paths.iter().map(|path| path.radiance).collect();
         let features = wave.features.clone();
@@ -174,7 +174,7 @@ impl BatchFilm {
             record.take(&samples);
             // Where a render ends is no place to look: one that was to take more samples does not look there.
             if let Some(target) = self.noise_target
-                && record.taken >= FEWEST_SAMPLES
+                && record.taken >= MIN_SAMPLES
                 && record.taken.is_multiple_of(SAMPLES_IN_WAVE)
             {
                 let lanes = self.tiles[tile].lanes(self.width, self.height);
@@ -256,15 +256,15 @@ fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3
 
 #[cfg(test)]
 mod tests {
-    use super::super::wave::Path;
+    use super::super::wavefront::Path;
     use super::*;
 
     /// Two samples of each pixel, of these radiances.
-    fn wave(radiance: [f32; 2]) -> Wave {
+    fn wave(radiance: [f32; 2]) -> Wavefront {
         let paths = radiance.into_iter().flat_map(|radiance| {
             std::iter::repeat_n(Path { radiance: [radiance; 3], ..Path::NOWHERE }, LANES)
         });
-        Wave { paths: paths.collect(), ..Wave::default() }
+        Wavefront { paths: paths.collect(), ..Wavefront::default() }
     }
 
     #[test]
@@ -302,9 +302,9 @@ mod tests {
             film.add(0, first, &wave([0.9, 1.1]), Duration::ZERO);
             first += 2;
         }
-        assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
+        assert_eq!(film.record(0).taken, MIN_SAMPLES);
         film.add(0, first, &wave([9.0, 9.0]), Duration::ZERO);
-        assert_eq!(film.record(0).taken, FEWEST_SAMPLES);
+        assert_eq!(film.record(0).taken, MIN_SAMPLES);
         let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");

@@ -3,33 +3,33 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Diagnostic, Diagnostics, Engine, Instances, Kernel, KernelRequest, LaneIndices, Method,
-    ObjectForm, Objects, Outputs, Program, Shape, Variant,
+    CallMode, Diagnostic, Diagnostics, Engine, Instances, Kernel, KernelRequest, LaneIndices,
+    Method, ObjectForm, Objects, Outputs, Program, Variant,
 };
 
 /// Which of several instances calls are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Of {
+pub enum Batching {
     /// This one, for all lanes.
     One(u32),
     /// One for each lane, by its number.
     Each,
 }
 
-impl Of {
+impl Batching {
     /// The shape of kernels for such calls.
-    pub fn shape(self) -> Shape {
+    pub fn shape(self) -> CallMode {
         match self {
-            Of::One(_) => Shape::Packet,
-            Of::Each => Shape::Stream,
+            Batching::One(_) => CallMode::Packet,
+            Batching::Each => CallMode::Stream,
         }
     }
 
     /// The instances of a call.
     pub fn instances<'a>(self, objects: &'a Objects, numbers: &'a LaneIndices) -> Instances<'a> {
         match self {
-            Of::One(number) => Instances::Object(objects, number),
-            Of::Each => Instances::Many(objects, numbers),
+            Batching::One(number) => Instances::Object(objects, number),
+            Batching::Each => Instances::Many(objects, numbers),
         }
     }
 }
@@ -68,7 +68,7 @@ impl<'a> KernelMaker<'a> {
         &mut self,
         program: &Arc<Program>,
         method: Method,
-        (of, form): (Of, &ObjectForm),
+        (of, form): (Batching, &ObjectForm),
         outputs: Outputs,
     ) -> Option<Arc<Kernel>> {
         let variant = Variant::new(of.shape()).of_objects(form.clone()).reading(outputs);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state};
 
-use super::kernels::{KernelMaker, Of};
+use super::kernels::{Batching, KernelMaker};
 
 /// Whose methods a surface has for its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,7 +62,7 @@ impl MaterialKernels {
         maker: &mut KernelMaker<'_>,
         program: &Arc<Program>,
         objects: &Objects,
-        of: Of,
+        of: Batching,
     ) -> Self {
         let mut kernel = |method: Method| {
             let outputs = Outputs::ALL.without_scratch();

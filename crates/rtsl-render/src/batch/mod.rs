@@ -18,29 +18,29 @@
 //! (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2). The numbers that it is made of are those of
 //! its pixel, sample and vertex alone, so it does not depend on the wave, its size, or the thread.
 
+mod alpha;
 mod checkpoints;
-mod chunk;
-mod cut_outs;
 mod emission;
 mod features;
 mod film;
 mod instance_classes;
+mod instance_transforms;
 mod kernels;
 mod lights;
 mod material;
 mod numbers;
-mod places;
 mod render;
 mod scatter;
 mod scene;
 mod searcher;
 mod shade;
+mod shading_batch;
 mod shadow_rays;
 mod surface;
 mod surface_group;
 mod tile_order;
 mod tracer;
-mod wave;
+mod wavefront;
 
 pub use checkpoints::Checkpoints;
 pub(crate) use features::is_feature;

@@ -2,21 +2,19 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
+use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, hash, unit_float};
 
-use super::chunk::CHUNK;
+use super::shading_batch::BATCH_LANES;
 use crate::lanes::sequences::{Samples, Sequences, end_of};
-
-/// Lanes whose numbers are made at a time.
-const STEP: usize = 8;
 
 /// Sequences of numbers, one for each lane of a chunk. It is the host of methods that can ask for nothing but
 /// `rand()`.
 pub struct Numbers {
     sampler: Sampler,
-    sequences: Sequences<CHUNK>,
+    sequences: Sequences<BATCH_LANES>,
     /// Which samples of their pixels the lanes belong to.
-    samples: [u32; CHUNK],
+    samples: [u32; BATCH_LANES],
     /// The lanes that have sequences.
     count: usize,
 }
@@ -24,7 +22,7 @@ pub struct Numbers {
 impl Numbers {
     /// No lane has a sequence yet.
     pub fn new(sampler: Sampler) -> Self {
-        let (sequences, samples) = (Sequences::new([0; CHUNK]), [0; CHUNK]);
+        let (sequences, samples) = (Sequences::new([0; BATCH_LANES]), [0; BATCH_LANES]);
         Numbers { sampler, sequences, samples, count: 0 }
     }
 
@@ -32,18 +30,18 @@ impl Numbers {
     /// `samples` are the samples of their pixels that the lanes belong to.
     pub fn start(
         &mut self,
-        (keys, samples): (&[u32; CHUNK], &[u32; CHUNK]),
+        (keys, samples): (&[u32; BATCH_LANES], &[u32; BATCH_LANES]),
         purpose: u32,
         count: usize,
     ) {
-        let padded = count.next_multiple_of(STEP);
+        let padded = count.next_multiple_of(SIMD_LANES);
         self.sequences.restart(padded, |to| derive_keys(keys, purpose, count, to));
         self.samples[..padded].copy_from_slice(&samples[..padded]);
         self.count = count;
     }
 
     /// Pairs `pair` of the sequences that `keys` name.
-    pub fn pairs(&self, keys: &[u32; CHUNK], pair: u32, count: usize, to: [&mut [f32]; 2]) {
+    pub fn pairs(&self, keys: &[u32; BATCH_LANES], pair: u32, count: usize, to: [&mut [f32]; 2]) {
         dispatch!(Level::new(), simd => match self.sampler.spread() {
             INDEPENDENT => self.pairs_in_vectors::<_, INDEPENDENT>(simd, keys, pair, count, to),
             POWER_OF_TWO => self.pairs_in_vectors::<_, POWER_OF_TWO>(simd, keys, pair, count, to),
@@ -56,12 +54,12 @@ impl Numbers {
     fn pairs_in_vectors<S: Simd, const SPREAD: u8>(
         &self,
         _: S,
-        keys: &[u32; CHUNK],
+        keys: &[u32; BATCH_LANES],
         pair: u32,
         count: usize,
         [first, second]: [&mut [f32]; 2],
     ) {
-        let count = count.next_multiple_of(STEP);
+        let count = count.next_multiple_of(SIMD_LANES);
         let (keys, samples) = (&keys[..count], &self.samples[..count]);
         let (first, second) = (&mut first[..count], &mut second[..count]);
         for lane in 0..count {
@@ -72,8 +70,8 @@ impl Numbers {
 }
 
 /// The keys of the sequences that `purpose` chooses among those of `keys`.
-pub fn derive_keys(keys: &[u32; CHUNK], purpose: u32, count: usize, to: &mut [u32]) {
-    let count = count.next_multiple_of(STEP);
+pub fn derive_keys(keys: &[u32; BATCH_LANES], purpose: u32, count: usize, to: &mut [u32]) {
+    let count = count.next_multiple_of(SIMD_LANES);
     dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
 }
 

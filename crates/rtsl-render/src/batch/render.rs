@@ -14,10 +14,10 @@ use super::film::BatchFilm;
 use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::tracer::{BatchMemory, PathTracer};
-use super::wave::SAMPLES_IN_WAVE;
+use super::wavefront::SAMPLES_IN_WAVE;
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_class_numbers::ObjectClasses;
-use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::progress::TilesDone;
 use crate::statistics::{NotFinite, RayCounts};
 use crate::tiles::{RenderThreads, TILE};
@@ -101,7 +101,7 @@ struct Job<'a> {
     options: BatchOptions<'a>,
     film: BatchFilm,
     with_features: bool,
-    problems: Problems,
+    problems: RuntimeErrors,
     writer: Option<CheckpointWriter<'a>>,
     done: AtomicUsize,
     skipped: AtomicUsize,
@@ -122,7 +122,7 @@ impl<'a> Job<'a> {
             options,
             film,
             with_features,
-            problems: Problems::default(),
+            problems: RuntimeErrors::default(),
             writer: options.checkpoints.map(CheckpointWriter::new),
             done: AtomicUsize::new(0),
             skipped: AtomicUsize::new(0),

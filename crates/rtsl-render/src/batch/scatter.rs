@@ -6,17 +6,19 @@ use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::Method;
 use rtsl_math::dot;
 
-use super::chunk::{CHUNK, Chunk, ChunkLanes, LightRows, are_finite, get, set};
 use super::emission::weight;
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::material::{EvaluationKernels, ScatteringKernels};
 use super::numbers::{derive_keys, lone_number};
+use super::shading_batch::{
+    BATCH_LANES, ChunkLanes, LightRows, ShadingBatch, are_finite, get, set,
+};
 use super::shadow_rays::ShadowRay;
 use super::surface::ChunkSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::{BatchMemory, PathTracer};
-use super::wave::{Path, PathHit, Wave};
+use super::wavefront::{Path, PathHit, Wavefront};
 use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{Eight, Vectors, dots, eights_of, is_finite, is_lit, scaled, select};
 use crate::lanes::surface_offset::off_surfaces;
@@ -37,8 +39,8 @@ impl PathTracer<'_> {
         memory: &mut BatchMemory,
     ) {
         let BatchMemory { wave, chunk, light, shadow_rays, shade, rays, .. } = memory;
-        for start in hits.clone().step_by(CHUNK) {
-            let hits = &wave.sorted[start..hits.end.min(start + CHUNK)];
+        for start in hits.clone().step_by(BATCH_LANES) {
+            let hits = &wave.sorted[start..hits.end.min(start + BATCH_LANES)];
             chunk.load(&wave.paths, hits, NUMBERS_OF_SHAPES);
             ChunkSurfaces::new(self, group, chunk).prepare(chunk);
             chunk.start_numbers(NUMBERS_OF_MATERIALS);
@@ -55,7 +57,7 @@ impl PathTracer<'_> {
             if depth >= self.scene.compiled.settings.max_depth {
                 continue;
             }
-            let Chunk { numbers, keys, count, lobe_seeds, light_seeds, .. } = &mut **chunk;
+            let ShadingBatch { numbers, keys, count, lobe_seeds, light_seeds, .. } = &mut **chunk;
             numbers.pairs(keys, 1, *count, [lobe_seeds, light_seeds]);
             if let Some(evaluate) = &scattering.evaluate
                 && !self.scene.lights.is_empty()
@@ -76,7 +78,7 @@ impl PathTracer<'_> {
         &self,
         group: &SurfaceGroup,
         evaluate: &EvaluationKernels,
-        chunk: &mut Chunk,
+        chunk: &mut ShadingBatch,
         light: &mut LightMemory,
         paths: &mut [Path],
     ) {
@@ -110,7 +112,7 @@ impl PathTracer<'_> {
     fn whose_light(
         &self,
         group: &SurfaceGroup,
-        chunk: &Chunk,
+        chunk: &ShadingBatch,
         light: &LightMemory,
         lane: usize,
     ) -> (&str, Method) {
@@ -129,7 +131,7 @@ impl PathTracer<'_> {
     fn blame<'a>(
         &self,
         lanes: &ChunkLanes,
-        chunk: &Chunk,
+        chunk: &ShadingBatch,
         paths: &mut [Path],
         whose: impl Fn(usize) -> (&'a str, Method),
     ) {
@@ -150,10 +152,10 @@ impl PathTracer<'_> {
         &self,
         group: &SurfaceGroup,
         scattering: &ScatteringKernels,
-        chunk: &mut Chunk,
+        chunk: &mut ShadingBatch,
         paths: &mut [Path],
     ) {
-        let Chunk { numbers, keys, count, state, lobe_seeds, .. } = chunk;
+        let ShadingBatch { numbers, keys, count, state, lobe_seeds, .. } = chunk;
         let [first, second, third] = state.vectors_mut(variables().bsdf_seed);
         numbers.pairs(keys, 0, *count, [first, second]);
         third.copy_from_slice(lobe_seeds);
@@ -168,12 +170,12 @@ impl PathTracer<'_> {
         for lane in chunk.onward.lost.among(chunk.count) {
             paths[chunk.hits[lane].path as usize].radiance = [f32::NAN; 3];
         }
-        let Chunk { keys, count, onward, .. } = chunk;
+        let ShadingBatch { keys, count, onward, .. } = chunk;
         derive_keys(keys, NUMBERS_OF_NEXT_VERTEX, *count, &mut onward.keys);
     }
 
     /// Sends paths on that Russian roulette spares.
-    fn send_on(&self, chunk: &Chunk, depth: u32, paths: &mut [Path], active: &mut Vec<u32>) {
+    fn send_on(&self, chunk: &ShadingBatch, depth: u32, paths: &mut [Path], active: &mut Vec<u32>) {
         let scene = &self.scene.compiled;
         let threshold = if depth > 0 { scene.settings.roulette_threshold } else { 0.0 };
         let onward = &chunk.onward;
@@ -209,7 +211,7 @@ impl PathTracer<'_> {
 }
 
 /// Rays towards the samples of lights that are lit.
-fn shadow_rays_of(chunk: &Chunk) -> impl Iterator<Item = ShadowRay> {
+fn shadow_rays_of(chunk: &ShadingBatch) -> impl Iterator<Item = ShadowRay> {
     chunk.light.lanes.among(chunk.count).map(|lane| ShadowRay {
         origin: get(&chunk.light.origin, lane),
         direction: get(&chunk.light.direction, lane),
@@ -232,7 +234,7 @@ fn spreads<S: Simd>(eight: Eight<S>, before: f32x8<S>, density: f32x8<S>) -> f32
 }
 
 /// Notes what the first surfaces of paths are; of those that glow, how much.
-fn note_surfaces(chunk: &Chunk, wave: &mut Wave) {
+fn note_surfaces(chunk: &ShadingBatch, wave: &mut Wavefront) {
     for (lane, hit) in chunk.hits().iter().enumerate() {
         let path = &wave.paths[hit.path as usize];
         let direction = get(&chunk.direction, lane);
@@ -250,7 +252,7 @@ fn note_surfaces(chunk: &Chunk, wave: &mut Wave) {
 }
 
 /// Notes what they reflect.
-fn note_albedo(chunk: &Chunk, wave: &mut Wave) {
+fn note_albedo(chunk: &ShadingBatch, wave: &mut Wavefront) {
     for lane in chunk.onward.lanes.among(chunk.count) {
         let (before, after) = (get(&chunk.throughput, lane), get(&chunk.onward.throughput, lane));
         let features = &mut wave.features[chunk.hits[lane].path as usize];
@@ -271,7 +273,7 @@ struct Scattered<S: Simd> {
 
 /// The light that the material scatters of the lights' samples. What its directions find too, it is weighted by.
 #[inline(always)]
-fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> Scattered<S> {
+fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &ShadingBatch) -> Scattered<S> {
     let v = variables();
     let direction = eight.vectors(&chunk.light.direction);
     let (cosine, is_consistent) = cosines(eight, chunk, &direction);
@@ -298,7 +300,10 @@ fn scattered_light<S: Simd>(eight: Eight<S>, chunk: &Chunk) -> Scattered<S> {
 
 /// Takes the directions that the material chose; where paths go on, and where what they would bring back is not finite.
 #[inline(always)]
-fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> (mask32x8<S>, mask32x8<S>) {
+fn take_directions<S: Simd>(
+    eight: Eight<S>,
+    chunk: &mut ShadingBatch,
+) -> (mask32x8<S>, mask32x8<S>) {
     let v = variables();
     let direction = eight.load_vectors(&chunk.state, v.light_direction);
     let (cosine, is_consistent) = cosines(eight, chunk, &direction);
@@ -329,7 +334,7 @@ fn take_directions<S: Simd>(eight: Eight<S>, chunk: &mut Chunk) -> (mask32x8<S>,
 
 /// Where rays begin that leave the surfaces in these directions.
 #[inline(always)]
-fn origins<S: Simd>(eight: Eight<S>, chunk: &Chunk, direction: &Vectors<S>) -> Vectors<S> {
+fn origins<S: Simd>(eight: Eight<S>, chunk: &ShadingBatch, direction: &Vectors<S>) -> Vectors<S> {
     let (point, normal) = (eight.vectors(&chunk.point), eight.vectors(&chunk.geometric_normal));
     off_surfaces(&point, &normal, direction, eight.numbers(&chunk.offset))
 }
@@ -340,7 +345,7 @@ fn origins<S: Simd>(eight: Eight<S>, chunk: &Chunk, direction: &Vectors<S>) -> V
 #[inline(always)]
 fn cosines<S: Simd>(
     eight: Eight<S>,
-    chunk: &Chunk,
+    chunk: &ShadingBatch,
     direction: &Vectors<S>,
 ) -> (f32x8<S>, mask32x8<S>) {
     let geometric = dots(direction, &eight.vectors(&chunk.geometric_normal));

@@ -13,19 +13,19 @@ use rtsl_bvh::RAYS_OF_STREAM;
 use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
-use super::kernels::{KernelMaker, Of};
+use super::kernels::{Batching, KernelMaker};
 use super::lights::{Lights, is_sampled};
 use super::material::MaterialSource;
 use super::surface_group::{GroupKey, GroupParts, SurfaceGroup};
 use super::tracer::PathTracer;
 use crate::compiled::placed_objects::GroupMember;
-use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, CompiledScene};
 
 /// Of classes with no more objects than this each is called for by itself: what its methods read of it is read
 /// once.
-const FEW_OBJECTS: usize = 8;
+const MAX_OBJECTS_ALONE: usize = 8;
 
 /// A scene ready for path tracing.
 pub struct BatchScene {
@@ -40,7 +40,7 @@ pub struct BatchScene {
     /// The materials.
     pub(super) materials: InstanceClasses,
     /// The textures that cut out shapes.
-    pub(super) cut_outs: InstanceClasses,
+    pub(super) alpha: InstanceClasses,
     /// The lights.
     pub(super) lights: Lights,
 }
@@ -84,9 +84,9 @@ impl BatchScene {
         let start = Instant::now();
         let materials = InstanceClasses::new(engine, &scene.materials);
         let textures: Vec<_> = scene.objects.iter().filter_map(|it| it.alpha.clone()).collect();
-        let cut_outs = InstanceClasses::new(engine, &textures);
+        let alpha = InstanceClasses::new(engine, &textures);
         let members = members(&compiled);
-        let classes = Classes { compiled: &compiled, materials: &materials, cut_outs: &cut_outs };
+        let classes = Classes { compiled: &compiled, materials: &materials, alpha: &alpha };
         let plan = GroupPlan::new(scene, classes, &members);
         let made = KernelMaker::build_with(engine, |maker| {
             let groups = plan.keys.iter().map(|key| {
@@ -109,10 +109,10 @@ impl BatchScene {
             groups,
             objects: plan.objects,
             materials,
-            cut_outs,
+            alpha,
             lights,
         };
-        let problems = Problems::default();
+        let problems = RuntimeErrors::default();
         let tracer = PathTracer { scene: &scene, problems: &problems, with_features: false };
         let probes = tracer.probe_lights();
         if problems.any() {
@@ -126,7 +126,7 @@ impl BatchScene {
 impl BatchScene {
     /// Whether rays pass through some of what they hit.
     pub(super) fn has_cut_outs(&self) -> bool {
-        !self.cut_outs.classes.is_empty()
+        !self.alpha.classes.is_empty()
     }
 
     /// Whether any material has nothing but `shade`.
@@ -200,7 +200,7 @@ fn members(compiled: &CompiledScene) -> Vec<GroupMember> {
 struct Classes<'a> {
     compiled: &'a CompiledScene,
     materials: &'a InstanceClasses,
-    cut_outs: &'a InstanceClasses,
+    alpha: &'a InstanceClasses,
 }
 
 impl<'a> Classes<'a> {
@@ -220,7 +220,7 @@ impl<'a> Classes<'a> {
             class,
             material,
             emitter: key.emitter.map(|(class, _)| of_class(self.materials, class)),
-            cut_out: key.cut_out.map(|(class, _)| of_class(self.cut_outs, class)),
+            cut_out: key.cut_out.map(|(class, _)| of_class(self.alpha, class)),
         }
     }
 }
@@ -242,14 +242,14 @@ impl GroupPlan {
         let planned: Vec<(GroupMember, Planned)> = members
             .iter()
             .map(|member| {
-                let is_alone = of_class[&member.class] <= FEW_OBJECTS;
+                let is_alone = of_class[&member.class] <= MAX_OBJECTS_ALONE;
                 let has_cut_out = scene.objects[member.object as usize].alpha.is_some();
                 let cut_out = if has_cut_out { with_cut_outs.next() } else { None };
                 (*member, Planned::new(scene, classes, *member, is_alone, cut_out))
             })
             .collect();
         // Of which materials the surfaces of a group are.
-        let mut numbers: BTreeMap<Rough, [BTreeSet<u32>; 3]> = BTreeMap::new();
+        let mut numbers: BTreeMap<GroupSeed, [BTreeSet<u32>; 3]> = BTreeMap::new();
         for (_, planned) in &planned {
             let [of_material, of_emitter, of_cut_out] = numbers.entry(planned.rough).or_default();
             of_material.insert(planned.entry.material);
@@ -272,26 +272,26 @@ impl GroupPlan {
 }
 
 /// One instance, if it is the only one.
-fn of(numbers: &BTreeSet<u32>) -> Of {
+fn of(numbers: &BTreeSet<u32>) -> Batching {
     match (numbers.first(), numbers.len()) {
-        (Some(only), 1) => Of::One(*only),
-        _ => Of::Each,
+        (Some(only), 1) => Batching::One(*only),
+        _ => Batching::Each,
     }
 }
 
 /// A group, but for which of their classes' instances the surfaces have.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Rough {
+struct GroupSeed {
     class: u32,
-    shape: Of,
+    shape: Batching,
     material: MaterialSource,
     emitter: Option<u32>,
     cut_out: Option<u32>,
     is_sampled: bool,
 }
 
-impl Rough {
-    fn key(self, [material, emitter, cut_out]: [Of; 3]) -> GroupKey {
+impl GroupSeed {
+    fn key(self, [material, emitter, cut_out]: [Batching; 3]) -> GroupKey {
         let of_material = match self.material {
             // The shape's numbers are the material's.
             MaterialSource::Own => self.shape,
@@ -310,7 +310,7 @@ impl Rough {
 
 /// An object with its group to be.
 struct Planned {
-    rough: Rough,
+    rough: GroupSeed,
     entry: ObjectEntry,
 }
 
@@ -322,7 +322,7 @@ impl Planned {
         is_alone: bool,
         cut_out: Option<usize>,
     ) -> Self {
-        let Classes { compiled, materials, cut_outs } = classes;
+        let Classes { compiled, materials, alpha } = classes;
         let object = &scene.objects[member.object as usize];
         let class = &compiled.classes[member.class as usize];
         let number = class.number_of(member.object, 0).unwrap_or(0);
@@ -335,11 +335,11 @@ impl Planned {
             }
         };
         let emitter = object.emitter.map(|emitter| materials.numbers[emitter as usize]);
-        let cut_out = cut_out.map(|texture| cut_outs.numbers[texture]);
+        let cut_out = cut_out.map(|texture| alpha.numbers[texture]);
         Planned {
-            rough: Rough {
+            rough: GroupSeed {
                 class: member.class,
-                shape: if is_one { Of::One(number) } else { Of::Each },
+                shape: if is_one { Batching::One(number) } else { Batching::Each },
                 material,
                 emitter: emitter.map(|(class, _)| class),
                 cut_out: cut_out.map(|(class, _)| class),

@@ -2,10 +2,10 @@
 
 use rtsl_bvh::{HitId, LANES, LaneMask, RAYS_OF_STREAM, RayPacket, RayStream, Search, lanes_of};
 
-use super::chunk::Chunk;
 use super::scene::BatchScene;
+use super::shading_batch::ShadingBatch;
 use super::tracer::PathTracer;
-use super::wave::{NO_INSTANCE, PathHit, Wave};
+use super::wavefront::{NO_INSTANCE, PathHit, Wavefront};
 use crate::compiled::placed_objects::HitObject;
 use crate::compiled::tracer::{SearchMemory, Tracer};
 
@@ -35,7 +35,12 @@ impl Searcher {
 
 impl PathTracer<'_> {
     /// Finds what the active rays of a wave hit: their hits, and those that left the scene. None is active afterwards.
-    pub fn find_hits(&self, wave: &mut Wave, searcher: &mut Searcher, chunk: &mut Chunk) {
+    pub fn find_hits(
+        &self,
+        wave: &mut Wavefront,
+        searcher: &mut Searcher,
+        chunk: &mut ShadingBatch,
+    ) {
         wave.hits.clear();
         wave.left.clear();
         loop {
@@ -58,7 +63,7 @@ impl PathTracer<'_> {
     }
 
     /// Searches for the nearest hits of the active rays, in packets.
-    fn search_with_packets(&self, wave: &mut Wave, searcher: &mut Searcher) {
+    fn search_with_packets(&self, wave: &mut Wavefront, searcher: &mut Searcher) {
         let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
         let Searcher { memory, packet, .. } = searcher;
         for start in (0..wave.active.len()).step_by(LANES) {
@@ -82,7 +87,7 @@ impl PathTracer<'_> {
     }
 
     /// The same, in streams.
-    fn search_with_streams(&self, wave: &mut Wave, searcher: &mut Searcher) {
+    fn search_with_streams(&self, wave: &mut Wavefront, searcher: &mut Searcher) {
         let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
         let Searcher { memory, stream, .. } = searcher;
         for start in (0..wave.active.len()).step_by(RAYS_OF_STREAM) {
@@ -93,7 +98,7 @@ impl PathTracer<'_> {
                 let limits = (path.epsilon, path.distance);
                 stream.push(path.origin, path.direction, limits, path.time);
             }
-            tracer.search_stream(memory, stream, Search::Nearest);
+            tracer.search_stream(memory, stream, Search::Closest);
             for place in 0..end - start {
                 let path = wave.active[start + place];
                 match stream.hit(place) {
@@ -106,7 +111,7 @@ impl PathTracer<'_> {
 
     /// Notes what the ray of a path hit, and where.
     #[inline(always)]
-    fn add_hit(&self, wave: &mut Wave, path: u32, (distance, id): (f32, HitId)) {
+    fn add_hit(&self, wave: &mut Wavefront, path: u32, (distance, id): (f32, HitId)) {
         wave.paths[path as usize].distance = distance;
         let scene = &self.scene.compiled;
         let Some(hit) = HitObject::of(&scene.geometry, &scene.items, id) else { return };

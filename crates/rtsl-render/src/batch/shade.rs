@@ -7,7 +7,7 @@ use rtsl_bvh::{HitId, Hits, LANES, LaneMask, RayPacket, lanes_of};
 use rtsl_math::sampling::hash;
 
 use super::tracer::{BatchMemory, PathTracer};
-use super::wave::{NO_INSTANCE, Path, PathHit};
+use super::wavefront::{NO_INSTANCE, Path, PathHit};
 use crate::compiled::CompiledScene;
 use crate::compiled::tracer::Tracer;
 use crate::interactive::{Emitters, PacketColors, ShadingHost, SpawnedRays, Workspace, shade_hits};

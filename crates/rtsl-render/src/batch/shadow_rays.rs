@@ -4,7 +4,7 @@ use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
 use super::searcher::Searcher;
 use super::tracer::BatchMemory;
-use super::wave::Path;
+use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
 
 /// A ray towards a sample of a light.

@@ -5,6 +5,13 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rtsl::{Kernel, Method};
 
+use super::instance_transforms::InstanceTransforms;
+use super::kernels::Batching;
+use super::scene::BatchScene;
+use super::shading_batch::{Callee, ChunkCall, ChunkRays, ShadingBatch, set_numbers};
+use super::surface_group::SurfaceGroup;
+use super::tracer::PathTracer;
+use super::wavefront::PathHit;
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, dots, eights_of, points_on_rays};
 use crate::lanes::surface_offset::{sizes_on_rays, surface_offsets};
@@ -12,36 +19,28 @@ use crate::lanes::surface_state::{
     EightRays, find_scratch, normalize_normals, set_hits, set_inverse_directions, set_tangents,
 };
 
-use super::chunk::{Callee, Chunk, ChunkCall, ChunkRays, set_numbers};
-use super::kernels::Of;
-use super::places::Places;
-use super::scene::BatchScene;
-use super::surface_group::SurfaceGroup;
-use super::tracer::PathTracer;
-use super::wave::PathHit;
-
 /// The surfaces of a chunk.
 pub struct ChunkSurfaces<'a> {
     tracer: &'a PathTracer<'a>,
     group: &'a SurfaceGroup,
-    places: Places<'a>,
+    places: InstanceTransforms<'a>,
 }
 
 impl<'a> ChunkSurfaces<'a> {
     /// Those of the chunk's lanes, which all belong to the group.
-    pub fn new(tracer: &'a PathTracer<'a>, group: &'a SurfaceGroup, chunk: &Chunk) -> Self {
-        let places = Places::new(&tracer.scene.compiled, group.key.class, chunk.hits());
+    pub fn new(tracer: &'a PathTracer<'a>, group: &'a SurfaceGroup, chunk: &ShadingBatch) -> Self {
+        let places = InstanceTransforms::new(&tracer.scene.compiled, group.key.class, chunk.hits());
         ChunkSurfaces { tracer, group, places }
     }
 
     /// Runs the shapes' methods and leaves in the chunk and its state what materials and lights read.
-    pub fn prepare(&self, chunk: &mut Chunk) {
+    pub fn prepare(&self, chunk: &mut ShadingBatch) {
         number(self.tracer.scene, self.group, chunk);
         dispatch!(Level::new(), simd => self.prepare_in_vectors(simd, chunk));
     }
 
     #[inline(always)]
-    fn prepare_in_vectors<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+    fn prepare_in_vectors<S: Simd>(&self, simd: S, chunk: &mut ShadingBatch) {
         let SurfaceGroup { shape, needs, .. } = self.group;
         if let Some(kernel) = &shape.hit {
             self.find_scratch(simd, kernel, chunk);
@@ -76,17 +75,17 @@ impl<'a> ChunkSurfaces<'a> {
         }
     }
 
-    fn call(&self, kernel: &Kernel, method: Method, chunk: &mut Chunk) {
+    fn call(&self, kernel: &Kernel, method: Method, chunk: &mut ShadingBatch) {
         let class = &self.places.scene().classes[self.group.key.class as usize];
         let callee = Callee { class: &class.name, method, problems: self.tracer.problems };
-        let Chunk { count, state, kept_scratch, objects, numbers, .. } = chunk;
+        let ShadingBatch { count, state, kept_scratch, objects, numbers, .. } = chunk;
         let instances = self.group.key.shape.instances(&class.objects, objects);
         callee.call(kernel, *count, instances, (state, kept_scratch), None, numbers);
     }
 
     /// Finds the scratch that the shapes' `intersect` left for the hits.
     #[inline(always)]
-    fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, chunk: &mut Chunk) {
+    fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, chunk: &mut ShadingBatch) {
         let class = &self.places.scene().classes[self.group.key.class as usize];
         let arrays = class.program().layout().scratch_arrays as usize;
         let callee = Callee {
@@ -127,7 +126,7 @@ impl<'a> ChunkSurfaces<'a> {
 
     /// Sets what methods of shapes read, and what stands where the class lacks one.
     #[inline(always)]
-    fn set_local_hits<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+    fn set_local_hits<S: Simd>(&self, simd: S, chunk: &mut ShadingBatch) {
         let count = chunk.count;
         let (of_chunk, ChunkCall { blocks: (state, _), .. }) = chunk.rays_and_call();
         for eight in eights_of(simd, count) {
@@ -146,7 +145,7 @@ impl<'a> ChunkSurfaces<'a> {
     /// world: by the Jacobian of directions under a linear map, which is its stretch along the direction, cubed,
     /// over its determinant.
     #[inline(always)]
-    fn keep_densities<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+    fn keep_densities<S: Simd>(&self, simd: S, chunk: &mut ShadingBatch) {
         let v = variables();
         for eight in eights_of(simd, chunk.count) {
             let state = &chunk.state;
@@ -163,7 +162,7 @@ impl<'a> ChunkSurfaces<'a> {
 
     /// Takes rays and surfaces to the world's space.
     #[inline(always)]
-    fn to_world<S: Simd>(&self, simd: S, chunk: &mut Chunk) {
+    fn to_world<S: Simd>(&self, simd: S, chunk: &mut ShadingBatch) {
         let v = variables();
         let needs = self.group.needs;
         let is_elsewhere = self.places.is_placed() || !self.places.is_in_world();
@@ -212,13 +211,13 @@ impl<'a> ChunkSurfaces<'a> {
 
 /// Sets how wide the rays are in surface parameters. A surface that is met at a slant is cut by an ellipse, whose area counts.
 #[inline(always)]
-fn set_footprints<S: Simd>(simd: S, chunk: &mut Chunk) {
+fn set_footprints<S: Simd>(simd: S, chunk: &mut ShadingBatch) {
     let v = variables();
     for eight in eights_of(simd, chunk.count) {
         let direction = eight.vectors(&chunk.direction);
         let cosine = dots(&direction, &eight.vectors(&chunk.geometric_normal)).abs();
         let length = dots(&direction, &direction).sqrt();
-        let slant = (cosine / length).max(eight.splat(LEAST_COSINE)).sqrt();
+        let slant = (cosine / length).max(eight.splat(MIN_COSINE)).sqrt();
         let width = eight.numbers(&chunk.width) / slant;
         for (width_of, tangent) in [(v.du, v.dpdu), (v.dv, v.dpdv)] {
             let tangents = eight.load_vectors(&chunk.state, tangent);
@@ -231,15 +230,15 @@ fn set_footprints<S: Simd>(simd: S, chunk: &mut Chunk) {
 }
 
 /// Surfaces that are met at a steeper slant are filtered as at this one.
-const LEAST_COSINE: f32 = 0.01;
+const MIN_COSINE: f32 = 0.01;
 
 /// Sets the numbers by which kernels know shapes, materials and emitters, where these differ from lane to
 /// lane.
-fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
+fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut ShadingBatch) {
     let count = chunk.count.next_multiple_of(8);
     let entry = |hit: &PathHit| &scene.objects[hit.object as usize];
     let hits = &chunk.hits[..count];
-    if group.key.shape == Of::Each {
+    if group.key.shape == Batching::Each {
         let class = &scene.compiled.classes[group.key.class as usize];
         let number = |hit: &PathHit| match class.has_elements() {
             true => class.number_of(hit.object, hit.element).unwrap_or(0),
@@ -247,13 +246,13 @@ fn number(scene: &BatchScene, group: &SurfaceGroup, chunk: &mut Chunk) {
         };
         set_numbers(&mut chunk.objects, hits.iter().map(number));
     }
-    if group.key.material.1 == Of::Each {
+    if group.key.material.1 == Batching::Each {
         set_numbers(&mut chunk.materials, hits.iter().map(|hit| entry(hit).material));
     }
-    if let Some((_, Of::Each)) = group.key.cut_out {
-        set_numbers(&mut chunk.cut_outs, hits.iter().map(|hit| entry(hit).cut_out));
+    if let Some((_, Batching::Each)) = group.key.cut_out {
+        set_numbers(&mut chunk.alpha, hits.iter().map(|hit| entry(hit).cut_out));
     }
-    if let Some((_, Of::Each)) = group.key.emitter {
+    if let Some((_, Batching::Each)) = group.key.emitter {
         set_numbers(&mut chunk.emitters, hits.iter().map(|hit| entry(hit).emitter));
     }
 }

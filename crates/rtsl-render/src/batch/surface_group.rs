@@ -7,11 +7,10 @@ use rtsl::{
     Kernel, LinkedMethod, Method, Objects, Outputs, Program, StateVariable, Variant, lookup_state,
 };
 
+use super::kernels::{Batching, KernelMaker};
+use super::material::{MaterialKernels, MaterialSource, called_methods};
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::shaders::SurfaceNeeds;
-
-use super::kernels::{KernelMaker, Of};
-use super::material::{MaterialKernels, MaterialSource, called_methods};
 
 /// What surfaces of one group have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,13 +19,13 @@ pub struct GroupKey {
     pub class: u32,
     /// The one object, by its number among those of the class, where there are few: calls for one object read its
     /// members once.
-    pub shape: Of,
+    pub shape: Batching,
     /// The materials.
-    pub material: (MaterialSource, Of),
+    pub material: (MaterialSource, Batching),
     /// The materials whose emission they give off besides.
-    pub emitter: Option<(u32, Of)>,
+    pub emitter: Option<(u32, Batching)>,
     /// The textures that cut them out.
-    pub cut_out: Option<(u32, Of)>,
+    pub cut_out: Option<(u32, Batching)>,
     /// Whether rays can find them as samples of a light, so that densities have to be told.
     pub is_sampled: bool,
 }

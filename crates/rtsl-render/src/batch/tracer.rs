@@ -3,15 +3,15 @@
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
 
-use super::chunk::{Chunk, are_finite};
 use super::features::PathFeatures;
 use super::lights::LightMemory;
 use super::scene::BatchScene;
 use super::searcher::Searcher;
 use super::shade::ShadeMemory;
+use super::shading_batch::{ShadingBatch, are_finite};
 use super::shadow_rays::{ShadowRay, trace_shadow_rays};
-use super::wave::{Path, Wave};
-use crate::compiled::problems::Problems;
+use super::wavefront::{Path, Wavefront};
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
@@ -22,7 +22,7 @@ pub struct PathTracer<'a> {
     /// The scene.
     pub scene: &'a BatchScene,
     /// Where problems go.
-    pub problems: &'a Problems,
+    pub problems: &'a RuntimeErrors,
     /// Whether the first surfaces of paths are wanted.
     pub with_features: bool,
 }
@@ -30,13 +30,13 @@ pub struct PathTracer<'a> {
 /// The memory of one thread.
 pub struct BatchMemory {
     /// The paths.
-    pub wave: Wave,
+    pub wave: Wavefront,
     /// Surfaces that are worked on.
-    pub chunk: Box<Chunk>,
+    pub chunk: Box<ShadingBatch>,
     /// Samples of lights.
     pub light: Box<LightMemory>,
     /// Shadow rays as paths, where rays may pass what they hit.
-    shadows: Wave,
+    shadows: Wavefront,
     /// Rays towards samples of lights that were not yet traced.
     pub shadow_rays: Vec<ShadowRay>,
     /// For searches.
@@ -55,9 +55,9 @@ impl BatchMemory {
         let sampler = scene.compiled.settings.sampler;
         let scratch = scene.scratch_arrays();
         BatchMemory {
-            wave: Wave::default(),
-            shadows: Wave::default(),
-            chunk: Chunk::new(scratch, sampler),
+            wave: Wavefront::default(),
+            shadows: Wavefront::default(),
+            chunk: ShadingBatch::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
             shadow_rays: Vec::new(),
             searcher: Searcher::new(scene),

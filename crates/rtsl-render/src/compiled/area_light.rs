@@ -21,7 +21,7 @@ pub struct AreaLight {
 }
 
 /// Of a mesh with more elements none is sampled: each of them would cost a ray for every point.
-pub const MOST_SAMPLED_ELEMENTS: u32 = 64;
+pub const MAX_SAMPLED_ELEMENTS: u32 = 64;
 
 impl AreaLight {
     /// What densities of the shape's space are multiplied with for the world's, by the distances in

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program, Role,
-    Shape, Variant, new_state, set_defaults,
+    CallArguments, CallMode, Diagnostic, Instance, Instances, Kernel, LaneBlock, Method, Program,
+    Role, Variant, new_state, set_defaults,
 };
 use rtsl_bvh::Bounds;
 
@@ -53,7 +53,7 @@ pub fn element_bounds(
         return Ok(bounds);
     }
     let one = program.elements_in_order(instance, None, &[0])?;
-    let variant = Variant::new(Shape::Leaf).of_objects(one.form().clone());
+    let variant = Variant::new(CallMode::Leaf).of_objects(one.form().clone());
     let kernel = program.kernel(Method::ComputeBounds, variant)?;
     bounds.par_chunks_mut(MADE).enumerate().try_for_each_init(
         || (new_state(CALL), program.new_scratch(CALL)),

@@ -8,7 +8,7 @@ use rtsl::{
 use rtsl_bvh::{LANES, LaneMask};
 
 use super::compiled_scene::{CompiledScene, ShaderInstance};
-use super::problems::Problems;
+use super::runtime_errors::RuntimeErrors;
 use crate::lanes::mask_bits::{bits, set_bits};
 
 /// The blocks of one call.
@@ -107,7 +107,7 @@ pub struct KernelCall<'a> {
     /// The class's name, for messages.
     pub class: &'a str,
     /// Where problems go.
-    pub problems: &'a Problems,
+    pub problems: &'a RuntimeErrors,
 }
 
 impl KernelCall<'_> {
@@ -132,7 +132,7 @@ impl<'a> KernelCall<'a> {
         kernel: &'a Kernel,
         method: Method,
         instances: Instances<'a>,
-        problems: &'a Problems,
+        problems: &'a RuntimeErrors,
     ) -> Self {
         let scratch_arrays = program.layout().scratch_arrays as usize;
         let class = &program.class().name;
@@ -146,7 +146,7 @@ impl CompiledScene {
         &'a self,
         instance: &'a ShaderInstance,
         method: Method,
-        problems: &'a Problems,
+        problems: &'a RuntimeErrors,
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
         let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;

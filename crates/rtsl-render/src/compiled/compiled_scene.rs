@@ -13,7 +13,7 @@ use rtsl_bvh::{Bounds, Geometry, HitId};
 use rtsl_math::{Affine, MovingTransform, Transform};
 use rtsl_scene::{Scene, SceneObject, Settings};
 
-use super::area_light::{AreaLight, MOST_SAMPLED_ELEMENTS};
+use super::area_light::{AreaLight, MAX_SAMPLED_ELEMENTS};
 use super::bounds::{BoundsMaker, element_bounds};
 use super::extents::Extents;
 use super::object_class::ObjectClass;
@@ -407,7 +407,7 @@ impl Builder<'_> {
             let Some(emitter) = object.emitter else { continue };
             let sampled = has(&object.primitive, Method::GenerateSample)
                 && has(&scene.materials[emitter as usize], Method::Emission)
-                && object.elements.is_none_or(|count| count <= MOST_SAMPLED_ELEMENTS);
+                && object.elements.is_none_or(|count| count <= MAX_SAMPLED_ELEMENTS);
             let volume_scale = object.fixed_transform().volume_scale();
             let id = |item: u32| match instance {
                 None => HitId::new(item, 0),

@@ -6,17 +6,17 @@ use rtsl::{
     CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method,
 };
 use rtsl_bvh::{
-    Block, BlockHead, BlockTest, Company, LaneMask, Lanes, MOST_IN_TURN, Objects, PacketSpace,
-    Pair, PairHit, RaySpace, RayStream, Serial, WIDTH,
+    BlockTest, LaneMask, Lanes, Leaf, LeafHead, MAX_IN_TURN, Objects, PacketSpace, Pair, PairHit,
+    RayFrame, RayStream, Serial, TraversalRay,
 };
-use rtsl_math::reciprocal;
+use rtsl_math::{SIMD_LANES, reciprocal};
 use smallvec::SmallVec;
 
 use super::calls::CallBlocks;
 use super::compiled_scene::CompiledScene;
 use super::object_class::ObjectClass;
 use super::pair_blocks::PairBlocks;
-use super::problems::Problems;
+use super::runtime_errors::RuntimeErrors;
 use super::variables::variables;
 use crate::lanes::mask_bits::bits;
 
@@ -39,10 +39,10 @@ impl IntersectionBlocks {
     }
 
     #[inline(always)]
-    fn of(&mut self, company: Company) -> &mut CallBlocks {
+    fn of(&mut self, company: RayFrame) -> &mut CallBlocks {
         match company {
-            Company::Packet => &mut self.packet,
-            Company::Alone => &mut self.alone,
+            RayFrame::Packet => &mut self.packet,
+            RayFrame::Alone => &mut self.alone,
         }
     }
 }
@@ -50,7 +50,7 @@ impl IntersectionBlocks {
 /// Runs `intersect`.
 pub struct Intersector<'a> {
     scene: &'a CompiledScene,
-    problems: &'a Problems,
+    problems: &'a RuntimeErrors,
     blocks: &'a mut IntersectionBlocks,
     /// The packet that the blocks hold.
     loaded_packet: Serial,
@@ -63,7 +63,7 @@ impl<'a> Intersector<'a> {
     pub fn new(
         scene: &'a CompiledScene,
         blocks: &'a mut IntersectionBlocks,
-        problems: &'a Problems,
+        problems: &'a RuntimeErrors,
     ) -> Self {
         Intersector { scene, problems, blocks, loaded_packet: 0, has_limits: false }
     }
@@ -89,14 +89,14 @@ impl<'a> Intersector<'a> {
         };
         let lane = |test: &BlockTest<'_>| test.ray.lane as u32;
         let first = |test: &BlockTest<'_>| ObjectClass::first_number(test.head.of_class);
-        let mut calls: SmallVec<[LeafTest; MOST_IN_TURN]> = SmallVec::new();
+        let mut calls: SmallVec<[LeafTest; MAX_IN_TURN]> = SmallVec::new();
         tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
         let blocks = self.blocks.of(ray.company);
         let status = kernel.call(LeafArguments {
             state: &mut blocks.state,
             scratch: &mut blocks.scratch,
             // Where there are fewer the first is repeated, and code for whole vectors has less to ask.
-            count: WIDTH as u32,
+            count: SIMD_LANES as u32,
             tests: &mut calls,
             host: &mut NoHost,
         });
@@ -125,7 +125,7 @@ impl Objects for Intersector<'_> {
         &mut self,
         simd: S,
         space: &PacketSpace<'_>,
-        block: &Block,
+        block: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
@@ -166,7 +166,7 @@ impl Objects for Intersector<'_> {
         self.report(class, status);
     }
 
-    fn load_ray(&mut self, ray: &RaySpace) {
+    fn load_ray(&mut self, ray: &TraversalRay) {
         load_ray(&mut self.blocks.alone.state, ray);
     }
 
@@ -178,7 +178,7 @@ impl Objects for Intersector<'_> {
     }
 
     #[inline(always)]
-    fn prefetch(&self, head: &BlockHead) {
+    fn prefetch(&self, head: &LeafHead) {
         // None for instances.
         if let Some(class) = self.scene.classes.get(head.class as usize) {
             class.objects.prefetch(ObjectClass::first_number(head.of_class));
@@ -186,7 +186,7 @@ impl Objects for Intersector<'_> {
     }
 
     #[cold]
-    fn ray_against_one(&mut self, ray: &RaySpace, block: &Block, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
         let class = self.class(block.class);
         let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
         let blocks = self.blocks.of(ray.company);
@@ -223,7 +223,7 @@ impl CallBlocks {
 
     /// The parameter of a ray's hit that the last call found. The ray's limit takes its place, for the next.
     #[inline(always)]
-    fn take_distance(&mut self, ray: &RaySpace) -> f32 {
+    fn take_distance(&mut self, ray: &TraversalRay) -> f32 {
         let distance = &mut self.state.floats_mut(variables().hit_distance)[ray.lane];
         std::mem::replace(distance, ray.limit)
     }
@@ -251,7 +251,7 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, space: &PacketSpace<'_>) {
 }
 
 /// Sets the ray of one lane.
-fn load_ray(state: &mut LaneBlock, ray: &RaySpace) {
+fn load_ray(state: &mut LaneBlock, ray: &TraversalRay) {
     let v = variables();
     let mut set = |component: usize, value: f32| state.floats_mut(component)[ray.lane] = value;
     let mut set_vector = |first: usize, vector: [f32; 3]| {

@@ -12,7 +12,7 @@ pub(crate) mod object_class_numbers;
 mod pair_blocks;
 pub(crate) mod placed_objects;
 pub(crate) mod placement;
-pub(crate) mod problems;
+pub(crate) mod runtime_errors;
 pub(crate) mod shaders;
 pub(crate) mod specialisation;
 pub(crate) mod tracer;

@@ -5,18 +5,19 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement, Program, Shape,
-    Variant, lookup_state,
+    CallMode, Diagnostic, Instance, Kernel, LeafKernel, Method, Objects, Outputs, Placement,
+    Program, Variant, lookup_state,
 };
-use rtsl_bvh::{Block, WIDTH, WideTree};
+use rtsl_bvh::{Bvh8, Leaf};
 use rtsl_math::Affine;
+use rtsl_math::SIMD_LANES;
 use rtsl_scene::SceneObject;
 
 use super::shaders::Shader;
 
 /// Objects with one shader, placed alike.
 pub struct ObjectClass {
-    which: Which,
+    which: ObjectNumbering,
     /// The objects' members, by their numbers: block after block of the tree.
     pub objects: Arc<Objects>,
     /// The class's name, for messages.
@@ -34,8 +35,8 @@ pub struct ObjectClass {
     surface: BTreeMap<Method, Arc<Kernel>>,
 }
 
-/// Which objects of the scene they are.
-enum Which {
+/// ObjectNumbering objects of the scene they are.
+enum ObjectNumbering {
     /// Several: each with its number, sorted.
     Separate(Vec<(u32, u32)>),
     /// The elements of one: the number of each element.
@@ -51,7 +52,7 @@ fn traversal_outputs() -> Outputs {
 /// The kernel of `intersect` that every scene with objects of this kind needs.
 pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
     let form = program.separate_objects(is_placed);
-    placed(Variant::new(Shape::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
+    placed(Variant::new(CallMode::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
 }
 
 /// The kernel of `intersect` for nearest hits whose scratch is read.
@@ -64,8 +65,8 @@ fn placed(variant: Variant, is_placed: bool) -> Variant {
 }
 
 /// The items of a class in the order of its blocks, with repetitions where blocks are not full.
-fn items_in_order(tree: &WideTree, class: u32) -> Vec<u32> {
-    let mut blocks: Vec<&Block> = tree.blocks.iter().filter(|block| block.class == class).collect();
+fn items_in_order(tree: &Bvh8, class: u32) -> Vec<u32> {
+    let mut blocks: Vec<&Leaf> = tree.blocks.iter().filter(|block| block.class == class).collect();
     blocks.sort_unstable_by_key(|block| block.of_class);
     blocks.into_iter().flat_map(|block| block.items).collect()
 }
@@ -97,7 +98,7 @@ impl ObjectClass {
         numbers.sort_unstable();
         // Of repetitions the first counts.
         numbers.dedup_by_key(|(object, _)| *object);
-        ObjectClass::new(shader, is_placed, made, Which::Separate(numbers))
+        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(numbers))
     }
 
     /// The elements of one object, which lie in the tree's blocks of this class. `first` is the item that
@@ -109,7 +110,7 @@ impl ObjectClass {
         shader: &Shader,
         object: &SceneObject,
         inverse: &Affine,
-        (tree, class): (&WideTree, u32),
+        (tree, class): (&Bvh8, u32),
         first: u32,
     ) -> Result<ObjectClass, Diagnostic> {
         let order = items_in_order(tree, class).into_iter().map(|item| item - first);
@@ -145,25 +146,25 @@ impl ObjectClass {
         let program = &shader.program;
         let made = program.elements_in_order(&object.primitive, placement.as_ref(), order)?;
         let is_placed = placement.is_some();
-        ObjectClass::new(shader, is_placed, made, Which::Elements(numbers))
+        ObjectClass::new(shader, is_placed, made, ObjectNumbering::Elements(numbers))
     }
 
     fn new(
         shader: &Shader,
         is_placed: bool,
         objects: Objects,
-        which: Which,
+        which: ObjectNumbering,
     ) -> Result<ObjectClass, Diagnostic> {
         let program = &shader.program;
         let form = objects.form().clone();
-        let variant = placed(Variant::new(Shape::Packet), is_placed).of_objects(form);
-        let intersect = |outputs: Outputs, shape: Shape| {
+        let variant = placed(Variant::new(CallMode::Packet), is_placed).of_objects(form);
+        let intersect = |outputs: Outputs, shape: CallMode| {
             let variant = Variant { shape, ..variant.clone() }.reading(outputs);
             program.kernel(Method::Intersect, variant)
         };
-        let packet = intersect(traversal_outputs(), Shape::Packet)?;
-        let has_elements = matches!(which, Which::Elements(_));
-        let shape = if has_elements { Shape::Stream } else { Shape::Packet };
+        let packet = intersect(traversal_outputs(), CallMode::Packet)?;
+        let has_elements = matches!(which, ObjectNumbering::Elements(_));
+        let shape = if has_elements { CallMode::Stream } else { CallMode::Packet };
         let hit = shader.reads_hit_scratch.then(|| intersect(Outputs::NONE.with_scratch(), shape));
         let mut surface = BTreeMap::new();
         if has_elements {
@@ -189,24 +190,24 @@ impl ObjectClass {
 
     /// The number of the `index`th item of a block, by which kernels know it.
     #[inline(always)]
-    pub fn number(block: &Block, index: usize) -> u32 {
+    pub fn number(block: &Leaf, index: usize) -> u32 {
         ObjectClass::first_number(block.of_class) + index as u32
     }
 
     /// The number of the first item of a block of this number among those of its class.
     #[inline(always)]
     pub fn first_number(block_of_class: u32) -> u32 {
-        block_of_class * WIDTH as u32
+        block_of_class * SIMD_LANES as u32
     }
 
     /// The number by which kernels know an object, or an element of the one that these are elements of.
     pub fn number_of(&self, object: u32, element: u32) -> Option<u32> {
         match &self.which {
-            Which::Separate(numbers) => {
+            ObjectNumbering::Separate(numbers) => {
                 let index = numbers.binary_search_by_key(&object, |(object, _)| *object).ok()?;
                 Some(numbers[index].1)
             }
-            Which::Elements(numbers) => numbers.get(element as usize).copied(),
+            ObjectNumbering::Elements(numbers) => numbers.get(element as usize).copied(),
         }
     }
 
@@ -223,8 +224,8 @@ impl ObjectClass {
     /// Whether the objects are elements of one.
     pub fn has_elements(&self) -> bool {
         match self.which {
-            Which::Separate(_) => false,
-            Which::Elements(_) => true,
+            ObjectNumbering::Separate(_) => false,
+            ObjectNumbering::Elements(_) => true,
         }
     }
 
@@ -239,21 +240,21 @@ impl ObjectClass {
         if !has_common_origin {
             return &self.packet;
         }
-        let common_origin = self.common_origin.get_or_init(|| self.make(Shape::CommonOrigin));
+        let common_origin = self.common_origin.get_or_init(|| self.make(CallMode::CommonOrigin));
         common_origin.as_ref().unwrap_or(&self.packet)
     }
 
     /// The kernel for one ray and some objects in a row; `None` if it can't be made.
     #[inline]
     pub fn leaf_kernel(&self) -> Option<&LeafKernel> {
-        let make = || Some(self.make(Shape::Leaf)?.for_leaves(self.objects.clone()));
+        let make = || Some(self.make(CallMode::Leaf)?.for_leaves(self.objects.clone()));
         self.leaf.get_or_init(make).as_ref()
     }
 
     /// The kernel for rays each with an object of its own; `None` if it can't be made.
     #[inline]
     pub fn stream_kernel(&self) -> Option<&Kernel> {
-        self.stream.get_or_init(|| self.make(Shape::Stream)).as_deref()
+        self.stream.get_or_init(|| self.make(CallMode::Stream)).as_deref()
     }
 
     /// Makes the kernels that are else made when they are first wanted: for those who will want them, and would wait.
@@ -267,18 +268,14 @@ impl ObjectClass {
     }
 
     /// A kernel that is made when it is first wanted: few scenes want all.
-    fn make(&self, shape: Shape) -> Option<Arc<Kernel>> {
+    fn make(&self, shape: CallMode) -> Option<Arc<Kernel>> {
         let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
         self.program.kernel(Method::Intersect, variant).ok()
     }
 }
 
 /// The objects of a class in the order of its blocks.
-pub fn objects_in_order(
-    tree: &WideTree,
-    class: u32,
-    object: impl Fn(u32) -> Option<u32>,
-) -> Vec<u32> {
+pub fn objects_in_order(tree: &Bvh8, class: u32, object: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
     items_in_order(tree, class).into_iter().map(|item| object(item).unwrap_or_default()).collect()
 }
 

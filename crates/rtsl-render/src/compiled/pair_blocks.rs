@@ -7,16 +7,14 @@ use rtsl::{
     CallArguments, CallStatus, Instances, LaneBlock, LaneIndices, LaneMask as MaskBlock, new_state,
 };
 use rtsl_bvh::{Pair, PairHit, RayStream};
+use rtsl_math::SIMD_LANES;
 
 use super::object_class::ObjectClass;
 use super::variables::variables;
 use crate::lanes::fours::fours;
 
 /// The most pairs of a call.
-const MOST_PAIRS: usize = 256;
-
-/// So many pairs are loaded at a time.
-const STEP: usize = 8;
+const MAX_PAIRS: usize = 256;
 
 /// The memory of one thread for such tests.
 pub struct PairBlocks {
@@ -30,10 +28,10 @@ impl PairBlocks {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize) -> Self {
         PairBlocks {
-            state: new_state(MOST_PAIRS),
-            scratch: LaneBlock::new(scratch_arrays, MOST_PAIRS),
-            objects: LaneIndices::new(MOST_PAIRS),
-            accepted: MaskBlock::new(MOST_PAIRS),
+            state: new_state(MAX_PAIRS),
+            scratch: LaneBlock::new(scratch_arrays, MAX_PAIRS),
+            objects: LaneIndices::new(MAX_PAIRS),
+            accepted: MaskBlock::new(MAX_PAIRS),
         }
     }
 
@@ -48,7 +46,7 @@ impl PairBlocks {
         let mut all = CallStatus::default();
         let stream_kernel = class.stream_kernel();
         // One pair after another where no kernel takes objects of many numbers.
-        let step = if stream_kernel.is_some() { MOST_PAIRS } else { 1 };
+        let step = if stream_kernel.is_some() { MAX_PAIRS } else { 1 };
         for (start, pairs) in (0..).step_by(step).zip(pairs.chunks(step)) {
             self.load(stream, pairs);
             let objects = &class.objects;
@@ -74,15 +72,17 @@ impl PairBlocks {
     /// Adds those of the first `count` lanes that were accepted; the first lane is that of the pair `first`.
     #[inline(always)]
     fn add_accepted<S: Simd>(&self, simd: S, first: u32, count: usize, found: &mut Vec<PairHit>) {
-        let accepted = self.accepted.words().chunks_exact(STEP);
-        let distances = self.state.floats(variables().hit_distance).chunks_exact(STEP);
-        for (start, (accepted, distances)) in (0..count).step_by(STEP).zip(accepted.zip(distances))
+        let accepted = self.accepted.words().chunks_exact(SIMD_LANES);
+        let distances = self.state.floats(variables().hit_distance).chunks_exact(SIMD_LANES);
+        for (start, (accepted, distances)) in
+            (0..count).step_by(SIMD_LANES).zip(accepted.zip(distances))
         {
             let accepted = !u32x8::from_slice(simd, accepted).simd_eq(0);
             // Behind the last pair stands what was there before.
-            let mut accepted = accepted.to_bitmask() & !(u64::MAX << (count - start).min(STEP));
+            let mut accepted =
+                accepted.to_bitmask() & !(u64::MAX << (count - start).min(SIMD_LANES));
             while accepted != 0 {
-                let lane = accepted.trailing_zeros() as usize % STEP;
+                let lane = accepted.trailing_zeros() as usize % SIMD_LANES;
                 accepted &= accepted - 1;
                 found.push(PairHit {
                     pair: first + (start + lane) as u32,
@@ -107,16 +107,16 @@ impl PairBlocks {
             #[inline(always)]
             || {
                 let v = variables();
-                for (step, pairs) in pairs.chunks(STEP).enumerate() {
+                for (step, pairs) in pairs.chunks(SIMD_LANES).enumerate() {
                     // Behind the last pair its ray is repeated.
                     let ray = |lane: usize| pairs[lane.min(pairs.len() - 1)].ray as usize;
                     let origins = fours(simd, |lane| stream.rays()[ray(lane)].start);
                     let along = fours(simd, |lane| stream.lines()[ray(lane)].along);
-                    let mut times = [0.0; STEP];
+                    let mut times = [0.0; SIMD_LANES];
                     for (lane, time) in times.iter_mut().enumerate() {
                         *time = stream.times()[ray(lane)];
                     }
-                    let mut rows = Rows { state: &mut self.state, start: step * STEP };
+                    let mut rows = Rows { state: &mut self.state, start: step * SIMD_LANES };
                     for axis in 0..3 {
                         rows.set(v.ray_origin + axis, origins[axis]);
                         rows.set(v.ray_direction + axis, along[axis]);
@@ -143,6 +143,6 @@ impl Rows<'_> {
     #[inline(always)]
     fn set<S: Simd>(&mut self, component: usize, values: f32x8<S>) {
         let lanes = self.state.floats_mut(component);
-        values.store_slice(&mut lanes[self.start..self.start + STEP]);
+        values.store_slice(&mut lanes[self.start..self.start + SIMD_LANES]);
     }
 }

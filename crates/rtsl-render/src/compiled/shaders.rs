@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rtsl::{
-    Diagnostics, Engine, Instance, InstanceBlock, Kernel, KernelRequest, LinkedMethod, Method,
-    Outputs, Program, Role, Shape, Variant, lookup_state,
+    CallMode, Diagnostics, Engine, Instance, InstanceBlock, Kernel, KernelRequest, LinkedMethod,
+    Method, Outputs, Program, Role, Variant, lookup_state,
 };
 use rtsl_scene::{Scene, SceneObject};
 
@@ -214,7 +214,7 @@ impl Entry {
                     || !self.placements.is_empty())
         };
         let methods = self.methods.iter().filter(of_instances).map(|method| {
-            let variant = Variant::new(Shape::Packet).reading(self.read_of(*method));
+            let variant = Variant::new(CallMode::Packet).reading(self.read_of(*method));
             (*method, KernelRequest::new(&self.program, *method, variant))
         });
         methods.collect()

@@ -15,7 +15,7 @@ use super::compiled_scene::{CompiledScene, ShaderInstance};
 pub const SPECIALISE_AFTER: Duration = Duration::from_secs(1);
 
 /// Scenes with more instances than this would compile to their end.
-const MOST_INSTANCES: usize = 64;
+const MAX_INSTANCES: usize = 64;
 
 /// The methods that are worth it.
 const METHODS: [Method; 4] =
@@ -54,7 +54,7 @@ impl CompiledScene {
     pub fn specialise(&self) {
         let Specialisation { engine, instances, begun } = &self.specialisation;
         begun.call_once(|| {
-            if instances.len() > MOST_INSTANCES {
+            if instances.len() > MAX_INSTANCES {
                 return;
             }
             for (instance, placed) in instances.iter().zip(self.specialisable()) {

@@ -1,10 +1,10 @@
 //! Searches for what rays hit.
 
-use rtsl_bvh::{Hits, LaneMask, RayPacket, RayStream, Search, Visits};
+use rtsl_bvh::{Hits, LaneMask, RayPacket, RayStream, Search, TraversalStack};
 
 use super::compiled_scene::CompiledScene;
 use super::intersection::{IntersectionBlocks, Intersector};
-use super::problems::Problems;
+use super::runtime_errors::RuntimeErrors;
 use super::work_counts::{CountedObjects, WorkCounts};
 
 /// What rays are traced with.
@@ -12,7 +12,7 @@ pub struct Tracer<'a> {
     /// The scene.
     pub scene: &'a CompiledScene,
     /// Where problems go.
-    pub problems: &'a Problems,
+    pub problems: &'a RuntimeErrors,
 }
 
 impl Tracer<'_> {
@@ -60,7 +60,7 @@ impl Tracer<'_> {
 pub struct SearchMemory {
     /// For `intersect`, which spawns nothing.
     intersection: IntersectionBlocks,
-    visits: Visits,
+    visits: TraversalStack,
     /// What searches and shading do, while somebody wants to know.
     pub counts: Option<WorkCounts>,
 }
@@ -70,7 +70,7 @@ impl SearchMemory {
     pub fn new(scene: &CompiledScene) -> Self {
         SearchMemory {
             intersection: IntersectionBlocks::new(scene.scratch_arrays),
-            visits: Visits::default(),
+            visits: TraversalStack::default(),
             counts: None,
         }
     }

@@ -3,8 +3,8 @@
 
 use fearless_simd::Simd;
 use rtsl_bvh::{
-    Block, BlockHead, BlockTest, LANES, LaneMask, Lanes, Objects, PacketSpace, Pair, PairHit,
-    RaySpace, RayStream, lanes_of,
+    BlockTest, LANES, LaneMask, Lanes, Leaf, LeafHead, Objects, PacketSpace, Pair, PairHit,
+    RayStream, TraversalRay, lanes_of,
 };
 
 use crate::statistics::LaneUse;
@@ -50,7 +50,7 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         &mut self,
         simd: S,
         space: &PacketSpace<'_>,
-        block: &Block,
+        block: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
@@ -73,7 +73,7 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.pairs(stream, class, pairs, found);
     }
 
-    fn load_ray(&mut self, ray: &RaySpace) {
+    fn load_ray(&mut self, ray: &TraversalRay) {
         self.objects.load_ray(ray);
     }
 
@@ -85,7 +85,7 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.blocks(tests);
     }
 
-    fn prefetch(&self, head: &BlockHead) {
+    fn prefetch(&self, head: &LeafHead) {
         self.objects.prefetch(head);
     }
 
@@ -93,7 +93,7 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         lanes_of(lanes).for_each(|lane| self.counts.visited[lane] += 1);
     }
 
-    fn ray_against_one(&mut self, space: &RaySpace, block: &Block, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, space: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
         self.counts.add_call(1);
         self.objects.ray_against_one(space, block, index)
     }

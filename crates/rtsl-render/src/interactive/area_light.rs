@@ -39,17 +39,17 @@ pub fn sample(
     light: &AreaLight,
     samples: &mut LightSamples,
 ) -> LaneMask {
-    let lamp = Lamp { tracer, light };
+    let lamp = AreaLightSampler { tracer, light };
     dispatch!(SimdLevel::new(), simd => lamp.sample(simd, workspace, context, samples))
 }
 
 /// An area light, and what its rays are traced with.
-struct Lamp<'a> {
+struct AreaLightSampler<'a> {
     tracer: &'a Tracer<'a>,
     light: &'a AreaLight,
 }
 
-impl Lamp<'_> {
+impl AreaLightSampler<'_> {
     #[inline(always)]
     fn sample<S: Simd>(
         &self,
@@ -92,7 +92,7 @@ impl Lamp<'_> {
         context: &mut LaneContext,
         samples: &mut LightSamples,
     ) -> Option<(LaneMask, LaneVectors)> {
-        let Lamp { tracer, light } = *self;
+        let AreaLightSampler { tracer, light } = *self;
         let object = &tracer.scene.objects[light.object as usize];
         let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
         let placement = light.instance.and_then(|it| tracer.scene.placement(it));

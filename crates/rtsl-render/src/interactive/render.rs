@@ -14,7 +14,7 @@ use super::tile_sample::sample_tile;
 use super::workspace::{Workspace, rays_of};
 use crate::compiled::compiled_scene::CompiledScene;
 use crate::compiled::object_class_numbers::ObjectClasses;
-use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::specialisation::SPECIALISE_AFTER;
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
@@ -93,7 +93,7 @@ struct Job<'a> {
     scene: &'a CompiledScene,
     options: RenderOptions<'a>,
     tiles: Vec<Tile>,
-    problems: Problems,
+    problems: RuntimeErrors,
     images: Mutex<Images>,
     object_classes: ObjectClasses,
     done: AtomicUsize,
@@ -117,7 +117,7 @@ impl<'a> Job<'a> {
             scene,
             options,
             tiles: tiles_of(width, height),
-            problems: Problems::default(),
+            problems: RuntimeErrors::default(),
             images: Mutex::new(images),
             object_classes: ObjectClasses::of(scene),
             done: AtomicUsize::new(0),

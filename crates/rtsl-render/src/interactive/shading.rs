@@ -6,7 +6,7 @@ use rtsl::{LaneBlock, Method};
 use rtsl_bvh::{Hits, LANES, LaneMask, RayPacket};
 
 use super::host::ShadingHost;
-use super::surface::{Run, prepare, runs};
+use super::surface::{HitGroup, prepare, runs};
 use super::workspace::{Level, Workspace};
 use crate::compiled::calls::CallBlocks;
 use crate::compiled::compiled_scene::Light;
@@ -170,7 +170,7 @@ enum Surface<'a> {
     /// A material, by its index.
     Material(u32),
     /// A shape that is its own material.
-    Own(&'a Run<'a>),
+    Own(&'a HitGroup<'a>),
 }
 
 impl Surface<'_> {
@@ -186,7 +186,7 @@ impl Surface<'_> {
 }
 
 /// Groups lanes by what shades them: one call for each material.
-fn shadings<'a>(runs: &'a [Run<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
+fn shadings<'a>(runs: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
         let same = |shading: &&mut Shading<'a>| shading.method == method && shading.what.is(&what);

@@ -22,7 +22,7 @@ use crate::lanes::surface_state::{
 use crate::tiles::LaneContext;
 
 /// Lanes that hit one object, whichever of its elements.
-pub struct Run<'a> {
+pub struct HitGroup<'a> {
     /// The object.
     pub object: &'a Object,
     /// Its index among those of the scene.
@@ -38,7 +38,7 @@ pub struct Run<'a> {
 }
 
 /// The hits of a packet, object by object.
-pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<Run<'a>> {
+pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<HitGroup<'a>> {
     let mut rest = hits.lanes(lanes);
     let mut runs = Vec::new();
     while rest != 0 {
@@ -57,7 +57,7 @@ pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<R
     runs
 }
 
-fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'a>> {
+fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<HitGroup<'a>> {
     let hit = HitObject::of(&scene.geometry, &scene.items, id)?;
     let placement = match hit.instance {
         None => None,
@@ -66,10 +66,10 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<Run<'
     let index = hit.member.object;
     let object = &scene.objects[index as usize];
     let class = &scene.classes[hit.member.class as usize];
-    Some(Run { object, index, class, hit, placement, lanes })
+    Some(HitGroup { object, index, class, hit, placement, lanes })
 }
 
-impl Run<'_> {
+impl HitGroup<'_> {
     /// Whether a hit is of an element of the same object, placed by the same instance.
     fn has_element(&self, scene: &CompiledScene, id: HitId) -> bool {
         let other = HitObject::of(&scene.geometry, &scene.items, id);
@@ -137,7 +137,7 @@ impl Run<'_> {
 /// and in `context` what lights read.
 pub fn prepare(
     tracer: &Tracer<'_>,
-    run: &Run<'_>,
+    run: &HitGroup<'_>,
     rays: &RayPacket,
     hits: &Hits,
     level: &mut Level,
@@ -150,7 +150,7 @@ pub fn prepare(
 /// The hits of a run.
 struct SurfaceOfRun<'a> {
     tracer: &'a Tracer<'a>,
-    run: &'a Run<'a>,
+    run: &'a HitGroup<'a>,
     rays: &'a RayPacket,
     hits: &'a Hits,
 }

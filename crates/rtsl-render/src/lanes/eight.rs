@@ -9,15 +9,13 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 use rtsl::LaneBlock;
 use rtsl_bvh::{LaneMask, Lanes, lanes_of};
-use rtsl_math::{Affine, USUAL_SQUARES};
+use rtsl_math::{Affine, SIMD_LANES, USUAL_SQUARES};
 
 /// A vector for each lane, component by component.
 pub type LaneVectors = [Lanes; 3];
 
 /// A vector for each of eight lanes.
 pub type Vectors<S> = [f32x8<S>; 3];
-
-const WIDTH: usize = 8;
 
 /// Eight lanes, some of which take part.
 #[derive(Clone, Copy)]
@@ -50,7 +48,7 @@ pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
 #[inline(always)]
 pub fn eights_of<S: Simd>(simd: S, count: usize) -> impl Iterator<Item = Eight<S>> {
     let on = mask32x8::from_bitmask(simd, 0xFF);
-    (0..count).step_by(WIDTH).map(move |start| Eight {
+    (0..count).step_by(SIMD_LANES).map(move |start| Eight {
         simd,
         start,
         bits: 0xFF,
@@ -75,7 +73,7 @@ impl<S: Simd> Iterator for Eights<S> {
         if self.lanes == 0 {
             return None;
         }
-        let start = self.lanes.trailing_zeros() as usize / WIDTH * WIDTH;
+        let start = self.lanes.trailing_zeros() as usize / SIMD_LANES * SIMD_LANES;
         let bits = self.lanes >> start & 0xFF;
         self.lanes &= !(0xFF << start);
         let on = mask32x8::from_bitmask(self.simd, bits);
@@ -112,7 +110,7 @@ impl<S: Simd> Eight<S> {
     /// Their numbers.
     #[inline(always)]
     pub fn numbers(self, lanes: &[f32]) -> f32x8<S> {
-        f32x8::from_slice(self.simd, &lanes[self.start..self.start + WIDTH])
+        f32x8::from_slice(self.simd, &lanes[self.start..self.start + SIMD_LANES])
     }
 
     /// Their vectors.
@@ -130,7 +128,7 @@ impl<S: Simd> Eight<S> {
     /// Their vectors that start at a component of a block.
     #[inline(always)]
     pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
-        let [x, y, z] = block.vectors_at::<3, WIDTH>(first, self.start);
+        let [x, y, z] = block.vectors_at::<3, SIMD_LANES>(first, self.start);
         let load = |numbers| f32x8::load_array_ref(self.simd, numbers);
         [load(x), load(y), load(z)]
     }
@@ -142,7 +140,7 @@ impl<S: Simd> Eight<S> {
     }
 
     #[inline(always)]
-    fn store_at(self, value: f32x8<S>, to: &mut [f32; WIDTH]) {
+    fn store_at(self, value: f32x8<S>, to: &mut [f32; SIMD_LANES]) {
         if self.stores_all {
             *to = value.to_array();
             return;
@@ -154,7 +152,7 @@ impl<S: Simd> Eight<S> {
     /// Sets the vectors that start at a component of a block, of those that take part.
     #[inline(always)]
     pub fn store_vectors(self, block: &mut LaneBlock, first: usize, value: &Vectors<S>) {
-        let arrays = block.vectors_mut_at::<3, WIDTH>(first, self.start);
+        let arrays = block.vectors_mut_at::<3, SIMD_LANES>(first, self.start);
         for (to, value) in arrays.into_iter().zip(value) {
             self.store_at(*value, to);
         }
@@ -165,7 +163,7 @@ impl<S: Simd> Eight<S> {
     pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
         let old = self.numbers(to);
         let new = if self.stores_all { value } else { self.on.select(value, old) };
-        new.store_slice(&mut to[self.start..self.start + WIDTH]);
+        new.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
     }
 
     /// Sets the vectors of those that take part.

@@ -4,17 +4,15 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x8, u32x8};
 use rtsl::LaneMask as MaskBlock;
 use rtsl_bvh::{LANES, LaneMask};
-
-/// Words that are done at a time.
-const STEP: usize = 8;
+use rtsl_math::SIMD_LANES;
 
 /// The lanes of `lanes` that are in a mask for a packet.
 #[inline(always)]
 pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
     let words = mask.words();
     let mut bits = 0;
-    for start in (0..LANES).step_by(STEP).filter(|start| lanes >> start & 0xFF != 0) {
-        let step = u32x8::from_slice(simd, &words[start..start + STEP]);
+    for start in (0..LANES).step_by(SIMD_LANES).filter(|start| lanes >> start & 0xFF != 0) {
+        let step = u32x8::from_slice(simd, &words[start..start + SIMD_LANES]);
         bits |= (!step.simd_eq(0)).to_bitmask() << start;
     }
     bits & lanes
@@ -23,8 +21,8 @@ pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
 /// Sets all lanes of a mask for a packet.
 #[inline(always)]
 pub fn set_bits<S: Simd>(simd: S, mask: &mut MaskBlock, lanes: LaneMask) {
-    for (index, words) in mask.words_mut().chunks_exact_mut(STEP).enumerate() {
-        let on = mask32x8::from_bitmask(simd, lanes >> (index * STEP) & 0xFF);
+    for (index, words) in mask.words_mut().chunks_exact_mut(SIMD_LANES).enumerate() {
+        let on = mask32x8::from_bitmask(simd, lanes >> (index * SIMD_LANES) & 0xFF);
         let (all, none) = (u32x8::splat(simd, u32::MAX), u32x8::splat(simd, 0));
         on.select(all, none).store_slice(words);
     }

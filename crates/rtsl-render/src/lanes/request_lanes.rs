@@ -2,6 +2,7 @@
 
 use rtsl::host::{LaneSet, MAX_LANES};
 use rtsl_bvh::LaneMask;
+use rtsl_math::SIMD_LANES;
 
 /// The lanes of a packet that ask.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {
@@ -43,7 +44,7 @@ fn copy<T: Copy>(lanes: LaneSet, from: &[T], to: &mut [T]) {
 
 #[inline(always)]
 fn copy_step<const STEP: usize, T: Copy>(from: &[T], to: &mut [T]) {
-    match (from.first_chunk::<STEP>(), to.first_chunk_mut::<STEP>()) {
+    match (from.first_chunk::<SIMD_LANES>(), to.first_chunk_mut::<SIMD_LANES>()) {
         (Some(from), Some(to)) => *to = *from,
         // The last lanes of a packet, where requests are not those of vectors.
         _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),

@@ -5,12 +5,10 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
+use rtsl_math::SIMD_LANES;
 use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 
 use super::request_lanes::{from_packet, to_packet};
-
-/// Lanes whose numbers are made at a time.
-const STEP: usize = 8;
 
 /// A place in a sequence for each of some lanes.
 #[derive(Clone, Debug)]
@@ -71,11 +69,11 @@ impl<const LANES: usize> Sequences<LANES> {
         from_packet(lanes, &self.keys, &mut keys);
         from_packet(lanes, &self.dimensions, &mut dimensions);
         let samples = samples.of_request(lanes);
-        for start in (0..MAX_LANES).step_by(STEP) {
+        for start in (0..MAX_LANES).step_by(SIMD_LANES) {
             if lanes.active >> start == 0 {
                 break;
             }
-            for lane in start..start + STEP {
+            for lane in start..start + SIMD_LANES {
                 numbers[lane] =
                     sampler.number_of_stream::<SPREAD>(keys[lane], dimensions[lane], samples[lane]);
                 dimensions[lane] = u32::wrapping_add(dimensions[lane], lanes.active >> lane & 1);

@@ -21,7 +21,7 @@ use rtsl::{Engine, Messages};
 use rtsl_scene::reader::DiskFiles;
 
 use self::clock::Clock;
-use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::request::{LoadedScene, Prepared, RenderRequest};
 use crate::statistics::{peak_memory_bytes, resident_memory_bytes};
@@ -59,7 +59,7 @@ pub fn measure_scene(
         scene.specialise();
         scene.wait_for_specialised();
     }
-    let problems = Problems::default();
+    let problems = RuntimeErrors::default();
     let size = [scene.settings.width, scene.settings.height];
     let clock = Clock {
         tracer: Tracer { scene: &scene, problems: &problems },

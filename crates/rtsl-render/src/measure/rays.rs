@@ -24,14 +24,14 @@ pub struct RaySets {
 }
 
 /// Packets of a kind are no more: a quarter of a million rays tell enough, and take 9 MiB.
-const MOST_PACKETS: usize = 4096;
+const MAX_PACKETS: usize = 4096;
 
 impl RaySets {
     /// From what the primary rays of `tiles`, or of some of them evenly spread, hit.
     pub fn new(tracer: &Tracer<'_>, tiles: &[Tile]) -> Self {
         let mut workspace = Workspace::new(tracer.scene);
         let mut sets = RaySets::default();
-        let count = tiles.len().min(MOST_PACKETS);
+        let count = tiles.len().min(MAX_PACKETS);
         for index in 0..count {
             let tile = tiles[index * tiles.len() / count];
             sets.add_tile(tracer, &mut workspace, tile, index);

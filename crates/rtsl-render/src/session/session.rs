@@ -22,7 +22,7 @@ use super::picked::Picked;
 use super::status::Status;
 use super::view_mode::{Display, ViewMode};
 use crate::compiled::CompiledScene;
-use crate::compiled::problems::{Problems, exhausted_budgets};
+use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::tracer::Tracer;
 use crate::compiled::work_counts::WorkCounts;
 use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample};
@@ -33,7 +33,7 @@ use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 const FRAME_TARGET: Duration = Duration::from_millis(40);
 
 /// Frames are made smaller by no more than this.
-const GREATEST_REDUCTION: usize = 8;
+const MAX_REDUCTION: usize = 8;
 
 /// A scene that is rendered while it changes.
 pub struct Session {
@@ -49,7 +49,7 @@ pub struct Session {
     frame: Film,
     display: Display,
     camera_to_world: Transform,
-    problems: Problems,
+    problems: RuntimeErrors,
     phase: Phase,
     /// The tiles that wait for a sample, each once, and how many of them were begun.
     waiting: Vec<usize>,
@@ -114,7 +114,7 @@ impl Session {
             frame: film(1, 1)?,
             display: Display::new(ViewMode::Image, exposure),
             camera_to_world: scene.camera_to_world,
-            problems: Problems::default(),
+            problems: RuntimeErrors::default(),
             phase: Phase::Frame,
             waiting: Vec::new(),
             begun: 0,
@@ -307,7 +307,7 @@ impl Session {
         if x >= width || y >= height {
             return None;
         }
-        let problems = Problems::default();
+        let problems = RuntimeErrors::default();
         let tracer = Tracer { scene: &self.compiled, problems: &problems };
         let mut workspace = Workspace::new(&self.compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
@@ -395,7 +395,7 @@ impl Session {
     fn restart(&mut self) {
         self.film.clear();
         self.lane_use = Mutex::default();
-        self.problems = Problems::default();
+        self.problems = RuntimeErrors::default();
         self.status.problem = None;
         self.phase = Phase::Frame;
     }
@@ -524,7 +524,7 @@ impl Session {
         {
             return now;
         }
-        (1..GREATEST_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(GREATEST_REDUCTION)
+        (1..MAX_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(MAX_REDUCTION)
     }
 
     /// Counts rays, those of late more than those of long ago, and the lanes that took part.

@@ -87,7 +87,7 @@ impl Display {
         let channels = match self.mode {
             ViewMode::Image => facts.color.map(|channel| self.encoder.encode(channel * self.scale)),
             ViewMode::Time => {
-                self.heat.color(on_scale(facts.time.as_nanos() as f32, LEAST_TIME, TIME_STEPS))
+                self.heat.color(on_scale(facts.time.as_nanos() as f32, MIN_TIME, TIME_STEPS))
             }
             ViewMode::Nodes => self.heat.color(on_scale(facts.visited, 0.0, NODE_STEPS)),
             ViewMode::Lanes => self.heat.color(facts.lanes),
@@ -98,7 +98,7 @@ impl Display {
 
 /// The scale of [`ViewMode::Time`]: the power of two, in nanoseconds, that it begins with, and how many
 /// powers it spans.
-const LEAST_TIME: f32 = 4.0;
+const MIN_TIME: f32 = 4.0;
 const TIME_STEPS: f32 = 14.0;
 
 /// The powers of two that the scale of [`ViewMode::Nodes`] spans.
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(pixel(0), pixel(16));
         assert_eq!(pixel(1 << 18), pixel(1 << 30));
         assert_ne!(pixel(16), pixel(1 << 18));
-        let scale = [16.0, 100.0, 1e3, 1e4, 1e5].map(|it| on_scale(it, LEAST_TIME, TIME_STEPS));
+        let scale = [16.0, 100.0, 1e3, 1e4, 1e5].map(|it| on_scale(it, MIN_TIME, TIME_STEPS));
         assert!(scale.is_sorted(), "{scale:?}");
     }
 }

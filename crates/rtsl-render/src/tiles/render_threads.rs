@@ -10,7 +10,7 @@ use rtsl_memory::Amount;
 const STACK_BYTES: usize = 128 << 20;
 
 /// More threads than this are more than any machine has use for.
-const MOST_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// Threads that render tiles.
 pub struct RenderThreads {
@@ -71,5 +71,5 @@ impl RenderThreads {
 /// How many threads are meant.
 fn wanted(threads: Option<usize>) -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    threads.unwrap_or(processors).clamp(1, MOST_THREADS)
+    threads.unwrap_or(processors).clamp(1, MAX_THREADS)
 }

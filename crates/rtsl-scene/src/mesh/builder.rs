@@ -6,7 +6,7 @@ use rtsl_memory::Amount;
 use super::MeshError;
 
 /// The numbers of one array, at most: kernels count them in 31 bits.
-const MOST_NUMBERS: usize = i32::MAX as usize;
+const MAX_NUMBERS: usize = i32::MAX as usize;
 
 /// A mesh, as instances share it. The corners of all its faces are vertices.
 #[derive(Clone, Debug)]
@@ -116,8 +116,8 @@ impl MeshBuilder {
 
 /// Whether so many numbers, `each` of them for one thing, can be addressed.
 pub(super) fn check_size(numbers: usize, each: usize, what: &'static str) -> Result<(), MeshError> {
-    if numbers > MOST_NUMBERS {
-        return Err(MeshError::TooLarge(MOST_NUMBERS / each, what));
+    if numbers > MAX_NUMBERS {
+        return Err(MeshError::TooLarge(MAX_NUMBERS / each, what));
     }
     Ok(())
 }

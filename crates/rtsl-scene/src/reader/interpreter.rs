@@ -21,15 +21,15 @@ use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
 use crate::{Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 
 /// Includes nest no deeper.
-const DEEPEST_INCLUDE: usize = 64;
+const MAX_INCLUDE_DEPTH: usize = 64;
 
 /// Directives from files that were included before: without a limit, files that include one another
 /// twice would grow without bound.
-const MOST_REPEATED_DIRECTIVES: usize = 1_000_000;
+const MAX_REPEATED_DIRECTIVES: usize = 1_000_000;
 
 /// Parameters, and values of them, that `Attribute` may give to each of the entities that follow.
-const MOST_ATTRIBUTES: usize = 64;
-const MOST_ATTRIBUTE_VALUES: usize = 1024;
+const MAX_ATTRIBUTES: usize = 64;
+const MAX_ATTRIBUTE_VALUES: usize = 1024;
 
 /// What the text of a file takes in memory for each byte: itself, and where its lines begin.
 const TEXT_EXPANSION: usize = 5;
@@ -179,9 +179,9 @@ impl<'a> Interpreter<'a> {
     /// Whether one more is within the limit; says once that it is not.
     fn count_repeated_directive(&mut self, span: Span) -> bool {
         self.repeated_directives += 1;
-        if self.repeated_directives == MOST_REPEATED_DIRECTIVES + 1 {
+        if self.repeated_directives == MAX_REPEATED_DIRECTIVES + 1 {
             let message = format!(
-                "files included more than once give more than {MOST_REPEATED_DIRECTIVES} directives"
+                "files included more than once give more than {MAX_REPEATED_DIRECTIVES} directives"
             );
             self.diagnostics.push(
                 Diagnostic::new(codes::SCENE_LIMIT, message)
@@ -189,7 +189,7 @@ impl<'a> Interpreter<'a> {
                     .help("place repeated parts with `ObjectInstance`"),
             );
         }
-        self.repeated_directives <= MOST_REPEATED_DIRECTIVES
+        self.repeated_directives <= MAX_REPEATED_DIRECTIVES
     }
 
     fn load_file(&mut self, path: &Path, included_at: Option<Span>) -> Option<FileId> {
@@ -426,11 +426,11 @@ impl<'a> Interpreter<'a> {
         let from = self.open_files.last().cloned().unwrap_or_default();
         let path = resolve(&from, &name.text);
         let cycle = self.open_files.contains(&path);
-        if cycle || self.open_files.len() >= DEEPEST_INCLUDE {
+        if cycle || self.open_files.len() >= MAX_INCLUDE_DEPTH {
             let message = if cycle {
                 format!("`{}` includes itself", path.display())
             } else {
-                format!("files include one another more than {DEEPEST_INCLUDE} deep")
+                format!("files include one another more than {MAX_INCLUDE_DEPTH} deep")
             };
             let chain: Vec<String> =
                 self.open_files.iter().map(|path| path.display().to_string()).collect();
@@ -494,12 +494,12 @@ impl<'a> Interpreter<'a> {
         let list = Rc::make_mut(self.state.defaults.entry(kind).or_default());
         list.extend(command.parameters);
         let values: usize = list.iter().map(|parameter| parameter.values.len()).sum();
-        if list.len() <= MOST_ATTRIBUTES && values <= MOST_ATTRIBUTE_VALUES {
+        if list.len() <= MAX_ATTRIBUTES && values <= MAX_ATTRIBUTE_VALUES {
             return Ok(());
         }
         list.clear();
         let message = format!(
-            "`Attribute` gives more than {MOST_ATTRIBUTES} parameters or {MOST_ATTRIBUTE_VALUES} values"
+            "`Attribute` gives more than {MAX_ATTRIBUTES} parameters or {MAX_ATTRIBUTE_VALUES} values"
         );
         Err(Box::new(Diagnostic::new(codes::SCENE_LIMIT, message).at(command.span, "")))
     }

@@ -46,7 +46,7 @@ pub struct Parser<'a> {
 }
 
 /// Values of a parameter that are no news for a budget.
-const FEW_VALUES: usize = 4096;
+const UNCOUNTED_VALUES: usize = 4096;
 
 impl<'a> Parser<'a> {
     /// A parser at the beginning of `text`, which is the text of `file`. Lists of values take no more memory than is
@@ -215,7 +215,7 @@ impl<'a> Parser<'a> {
                 None => values = Some(self.first_value(&self.token, declaration)?),
                 Some(values) => {
                     self.push_value(values, &self.token, declaration)?;
-                    if values.len() > FEW_VALUES && values.len().is_power_of_two() {
+                    if values.len() > UNCOUNTED_VALUES && values.len().is_power_of_two() {
                         held = Some(self.hold(values, held, declaration)?);
                     }
                 }

@@ -174,7 +174,7 @@ impl<'a> Checker<'a> {
 }
 
 /// An item counts as some text at least.
-const LEAST_LENGTH: usize = 16;
+const MIN_LENGTH: usize = 16;
 
 /// About how much text an item is.
 fn item_length(item: &ast::Item) -> usize {
@@ -184,7 +184,7 @@ fn item_length(item: &ast::Item) -> usize {
         ast::Item::Class(class) => class.span,
         ast::Item::Function(function) => return function_length(function),
     };
-    (span.end.saturating_sub(span.start) as usize).max(LEAST_LENGTH)
+    (span.end.saturating_sub(span.start) as usize).max(MIN_LENGTH)
 }
 
 /// About how much text a function is. What macros made counts by the number of its statements.
@@ -195,5 +195,5 @@ fn function_length(function: &ast::Function) -> usize {
         None => (function.span, 0),
     };
     let bytes = span.end.saturating_sub(span.start) as usize;
-    bytes.max(statements * PER_STATEMENT).max(LEAST_LENGTH)
+    bytes.max(statements * PER_STATEMENT).max(MIN_LENGTH)
 }

@@ -1,12 +1,12 @@
 //! The comment just before a declaration.
 
 /// How far back a comment may begin, in bytes, so that many classes cost no more than their text.
-const LONGEST: usize = 1 << 14;
+const MAX_BYTES: usize = 1 << 14;
 
 /// The comment that ends on the line before `offset` (or on its line), without its marks:
 /// one `/* */` or a run of `//` lines. `None` where there is none or it is blank.
 pub(super) fn comment_before(text: &str, offset: usize) -> Option<String> {
-    let window = text.floor_char_boundary(offset.saturating_sub(LONGEST));
+    let window = text.floor_char_boundary(offset.saturating_sub(MAX_BYTES));
     let before = text.get(window..offset)?.trim_end_matches([' ', '\t']);
     let before = before.strip_suffix('\n').unwrap_or(before).trim_end_matches(['\r', ' ', '\t']);
     let lines = match before.strip_suffix("*/") {

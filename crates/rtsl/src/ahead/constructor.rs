@@ -1,6 +1,6 @@
 //! Constructors of a class and of those that its references are bound to, as kernels of one function.
 
-use rtsl_abi::{Layout, Shape};
+use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
 use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
 use rtsl_source::Diagnostic;
@@ -115,7 +115,7 @@ impl Draft {
             is_bool: member.scalar == Scalar::Bool,
         });
         let outputs = outputs.collect();
-        let job = Job { function: &function, shape: Shape::Single, width: 1, layout: &layout };
+        let job = Job { function: &function, shape: CallMode::Single, width: 1, layout: &layout };
         Ok(ConstructorPart { kernel: pipeline::packet(job, shared)?, outputs })
     }
 }

@@ -13,7 +13,7 @@ mod constructor;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rtsl_abi::Shape;
+use rtsl_abi::CallMode;
 use rtsl_abi::description::{KernelDescription, LibraryDescription};
 use rtsl_cpp::ClassCode;
 use rtsl_ir::Function;
@@ -39,7 +39,7 @@ pub struct AheadOptions {
     /// What the names of symbols begin with, a C identifier. Libraries that go into one program have different ones.
     pub prefix: String,
     /// A kernel of each method for each of these shapes and widths; duplicates count once.
-    pub shapes: Vec<(Shape, u32)>,
+    pub shapes: Vec<(CallMode, u32)>,
     /// What hosts read of what methods leave.
     pub outputs: Outputs,
     /// Of the methods that a class has these; all where `None`.
@@ -52,7 +52,7 @@ impl Default for AheadOptions {
     fn default() -> AheadOptions {
         AheadOptions {
             prefix: "rtsl".to_owned(),
-            shapes: vec![(Shape::Single, 1)],
+            shapes: vec![(CallMode::Single, 1)],
             outputs: Outputs::ALL,
             methods: None,
             bindings: Bindings::default(),
@@ -71,9 +71,9 @@ impl Default for AheadOptions {
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
 /// use rtsl::ahead::AheadOptions;
-/// use rtsl::Shape;
+/// use rtsl::CallMode;
 ///
-/// let shapes = vec![(Shape::Single, 1), (Shape::Packet, 8)];
+/// let shapes = vec![(CallMode::Single, 1), (CallMode::Packet, 8)];
 /// let library = engine.ahead(unit.classes(), &AheadOptions { shapes, ..AheadOptions::default() })?;
 /// assert!(library.header().contains("void rtsl_Ball_intersect_packet8(RtslCall *call);"));
 /// let radius = &library.description().classes[0].parameters[0];
@@ -238,7 +238,7 @@ impl AheadLibrary {
     ) -> Result<Vec<KernelDescription>, Diagnostic> {
         let linked = program.method(method)?;
         self.warnings.extend(linked.warnings.iter().cloned());
-        let variant = Variant::new(Shape::Single).reading(options.outputs);
+        let variant = Variant::new(CallMode::Single).reading(options.outputs);
         let function = program.specialise(&linked, &program.canonical(&linked, variant));
         if let Some(functions) = self.functions.last_mut() {
             functions.methods.push((method, function));
@@ -279,11 +279,11 @@ impl AheadLibrary {
 }
 
 /// `rtsl_Sphere_intersect_single`, `rtsl_Sphere_intersect_packet8`.
-fn kernel_symbol(prefix: &str, method: Method, shape: Shape, width: u32) -> String {
+fn kernel_symbol(prefix: &str, method: Method, shape: CallMode, width: u32) -> String {
     let (method, name) = (method.name(), shape.name().replace('-', "_"));
     match shape {
-        Shape::Single => format!("{prefix}_{method}_{name}"),
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream | Shape::Leaf => {
+        CallMode::Single => format!("{prefix}_{method}_{name}"),
+        CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
             format!("{prefix}_{method}_{name}{width}")
         }
     }

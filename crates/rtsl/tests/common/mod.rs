@@ -8,9 +8,9 @@
 use std::sync::Arc;
 
 use rtsl::{
-    Backend, CallArguments, CallStatus, Class, Compiler, CompilerOptions, Engine, EngineOptions,
-    Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program, Role, Scalar,
-    Shape, Value, new_state,
+    Backend, CallArguments, CallMode, CallStatus, Class, Compiler, CompilerOptions, Engine,
+    EngineOptions, Instance, Instances, LaneBlock, LaneMask, Method, Numbers, OptLevel, Program,
+    Role, Scalar, Value, new_state,
 };
 use rtsl_ir::Function;
 use rtsl_testing::functions::{Entropy, HashHost};
@@ -134,7 +134,7 @@ fn call(
     mask: Option<&LaneMask>,
 ) -> LaneBlock {
     let program = engine.program(instance);
-    let kernel = program.kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+    let kernel = program.kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
     call_with(&program, instance, scratch, mask, |call| kernel.call(call))
 }
 
@@ -146,7 +146,7 @@ fn call_packets(
     mask: Option<&LaneMask>,
 ) -> LaneBlock {
     let program = engine.program(instance);
-    let kernel = program.packet_kernel(Method::Lookup, Shape::Packet).expect("it compiles");
+    let kernel = program.packet_kernel(Method::Lookup, CallMode::Packet).expect("it compiles");
     call_with(&program, instance, scratch, mask, |call| kernel.run(call, u64::MAX).status)
 }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use libtest_mimic::Failed;
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Class, Compilation, Compiler, Emit, EmitRequest, Engine, EngineOptions,
-    Instance, Instances, LaneIndices, LaneMask, Method, Outputs, Shape, Target, Variant,
+    Backend, CallArguments, CallMode, Class, Compilation, Compiler, Emit, EmitRequest, Engine,
+    EngineOptions, Instance, Instances, LaneIndices, LaneMask, Method, Outputs, Target, Variant,
     lookup_state, new_state, set_defaults,
 };
 use rtsl_ir::Function;
@@ -167,9 +167,9 @@ fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
         mask: None,
         accepted: Some(&mut LaneMask::new(count)),
         instances: match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&block),
-            Shape::Stream => Instances::Many(&objects, &indices),
-            Shape::Leaf => Instances::Range(&objects, 0),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => Instances::One(&block),
+            CallMode::Stream => Instances::Many(&objects, &indices),
+            CallMode::Leaf => Instances::Range(&objects, 0),
         },
         host: &mut NoHost,
     };
@@ -181,7 +181,7 @@ fn profile(test: &TestFile<'_>) -> Result<String, Failed> {
 struct Asked {
     class: Arc<Class>,
     method: Method,
-    shape: Shape,
+    shape: CallMode,
     /// Needs no LLVM.
     engine: Engine,
 }
@@ -203,7 +203,7 @@ impl Asked {
         Ok(Asked {
             class: class.clone(),
             method: Method::from_name(method).ok_or("there is no such method")?,
-            shape: Shape::from_name(shape).ok_or("there is no such shape")?,
+            shape: CallMode::from_name(shape).ok_or("there is no such shape")?,
             engine,
         })
     }

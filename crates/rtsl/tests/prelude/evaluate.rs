@@ -3,8 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use rtsl::{
-    CallArguments, Compiler, CompilerOptions, Engine, EngineOptions, Instance, InstanceBlock,
-    Instances, Kernel, LaneBlock, Math, Method, Program, Shape, host, lookup_state, new_state,
+    CallArguments, CallMode, Compiler, CompilerOptions, Engine, EngineOptions, Instance,
+    InstanceBlock, Instances, Kernel, LaneBlock, Math, Method, Program, host, lookup_state,
+    new_state,
 };
 
 /// The values of `expression`, a float in terms of the floats x and y, for each pair of these.
@@ -53,7 +54,7 @@ impl Probe {
         let instance = Instance::new(class, []).expect("it has no parameters");
         let program = engine(math).program(&instance);
         let kernel = program
-            .kernel(Method::Lookup, Shape::Packet)
+            .kernel(Method::Lookup, CallMode::Packet)
             .unwrap_or_else(|diagnostic| panic!("{expression}: {}", diagnostic.message));
         Probe { instance, program, kernel }
     }

@@ -14,8 +14,8 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use rtsl::host::NoHost;
 use rtsl::{
-    Backend, CallArguments, Class, Compiler, Engine, EngineOptions, Instance, Instances, LaneBlock,
-    Math, Method, Scalar, Shape, new_state,
+    Backend, CallArguments, CallMode, Class, Compiler, Engine, EngineOptions, Instance, Instances,
+    LaneBlock, Math, Method, Scalar, new_state,
 };
 use rtsl_testing::functions::Entropy;
 
@@ -77,7 +77,7 @@ fn expected(program: &Program, rays: &Rays) -> Option<Vec<Vec<u32>>> {
 fn found(engine: &Engine, class: &Arc<Class>, rays: &Rays) -> Vec<Vec<u32>> {
     let instance = Instance::new(class, []).unwrap();
     let linked = engine.program(&instance);
-    let kernel = linked.kernel(Method::Lookup, Shape::Packet).unwrap();
+    let kernel = linked.kernel(Method::Lookup, CallMode::Packet).unwrap();
     let mut state = new_state(COUNT);
     let first = rtsl_spec::lookup_state("rt_TextureUVW").unwrap().first_component as usize;
     let mut scratch = linked.new_scratch(COUNT);

@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use rtsl::{
-    CallArguments, Compiler, Engine, EngineOptions, Instance, InstanceBlock, Instances, LaneBlock,
-    LaneMask, Method, Program, Shape, Value, library, lookup_state, new_state,
+    CallArguments, CallMode, Compiler, Engine, EngineOptions, Instance, InstanceBlock, Instances,
+    LaneBlock, LaneMask, Method, Program, Value, library, lookup_state, new_state,
 };
 
 use crate::host::RandomHost;
@@ -59,7 +59,7 @@ impl Shader {
     pub fn call(&self, method: Method, rays: &mut Rays) {
         let kernel = self
             .program
-            .kernel(method, Shape::Packet)
+            .kernel(method, CallMode::Packet)
             .unwrap_or_else(|error| panic!("{}: {}", method.name(), error.message));
         let mut accepted = LaneMask::new(rays.count);
         let status = kernel.call(CallArguments {

@@ -15,7 +15,7 @@ pub struct Sample {
 /// The standard normal distribution passes this with a probability of 1e-4.
 const CRITICAL_DEVIATION: f64 = 3.719;
 /// Cells that expect fewer samples are counted together.
-const LEAST_EXPECTED: f64 = 5.0;
+const MIN_EXPECTED: f64 = 5.0;
 
 /// Whether the samples have this density, whose integral over the grid must be the part of samples
 /// that have one, to this relative error.
@@ -61,7 +61,7 @@ fn check_shape(expected: &[f64], observed: &[f64]) -> Result<(), String> {
     let mut pool = (0.0, 0.0);
     let mut worst = (0.0, 0);
     for (cell, (expected, observed)) in expected.iter().zip(observed).enumerate() {
-        if *expected < LEAST_EXPECTED {
+        if *expected < MIN_EXPECTED {
             pool = (pool.0 + expected, pool.1 + observed);
             continue;
         }
@@ -73,7 +73,7 @@ fn check_shape(expected: &[f64], observed: &[f64]) -> Result<(), String> {
         }
     }
     // Samples where the density says there should be none count in full.
-    if pool.0 >= LEAST_EXPECTED || pool.1 > LEAST_EXPECTED {
+    if pool.0 >= MIN_EXPECTED || pool.1 > MIN_EXPECTED {
         statistic += (pool.1 - pool.0).powi(2) / pool.0.max(1.0);
         cells += 1;
     }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use anyhow::{Result, ensure};
 use rtsl::host::NoHost;
 use rtsl::{
-    CallArguments, Callback, CompiledCallback, Engine, Instance, InstanceBlock, Instances, Kernel,
-    LaneBlock, LaneMask, Mark, MarkWord, Method, Outputs, Program, RayRecord, Role, Shape,
-    StateVariable, Variant, lookup_state, new_state, set_defaults,
+    CallArguments, CallMode, Callback, CompiledCallback, Engine, Instance, InstanceBlock,
+    Instances, Kernel, LaneBlock, LaneMask, Mark, MarkWord, Method, Outputs, Program, RayRecord,
+    Role, StateVariable, Variant, lookup_state, new_state, set_defaults,
 };
 
 use crate::embree::{BoundsArguments, Embree, HitArguments, HitFunction};
@@ -51,7 +51,7 @@ impl Geometry {
             "the instances refer to instances of different classes"
         );
         let kernel = |method: Method| {
-            let variant = Variant::new(Shape::Packet).with_width(1);
+            let variant = Variant::new(CallMode::Packet).with_width(1);
             program.kernel(method, variant).map_err(|problem| crate::told([&problem]))
         };
         let blocks: Vec<InstanceBlock> =

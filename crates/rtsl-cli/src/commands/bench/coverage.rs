@@ -1,6 +1,6 @@
 //! Inputs by which every branch goes both ways, as far as they can be found.
 
-use rtsl::{Decision, PacketKernel, Profile, Shape};
+use rtsl::{CallMode, Decision, PacketKernel, Profile};
 
 use super::call::count;
 use super::inputs::{Inputs, RaySource};
@@ -13,7 +13,7 @@ const BATCH: usize = 64;
 const REPLACED_PART: usize = 2;
 /// Rays that go round loops so many times as often as usual ones are left out: they would take up
 /// most of the time, or all of it.
-const MOST_ROUNDS: u64 = 8;
+const MAX_ROUNDS: u64 = 8;
 
 /// How many sides of branches inputs reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,12 +37,12 @@ pub fn covering_inputs(
     round_limit: u64,
 ) -> Option<Inputs> {
     let run = |rays: &Inputs, round_limit: u64| {
-        let run = count(kernel, objects.of_shape(Shape::Packet), rays, round_limit);
+        let run = count(kernel, objects.of_shape(CallMode::Packet), rays, round_limit);
         (!run.cut_short).then_some(run.profile)
     };
     let mut inputs = source.usual(lanes);
     let profile = run(&inputs, round_limit)?;
-    let ray_rounds = MOST_ROUNDS * (1 + profile.rounds / lanes as u64);
+    let ray_rounds = MAX_ROUNDS * (1 + profile.rounds / lanes as u64);
     let mut needed: Vec<usize> = first_rays(&profile).map(|(_, ray)| ray).collect();
     let mut seen = sides(&profile);
     let mut replaceable = (0..lanes).step_by(REPLACED_PART);

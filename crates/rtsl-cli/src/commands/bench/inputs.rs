@@ -1,7 +1,7 @@
 //! What the rays of a call bring along.
 
 use rtsl::{
-    CallArguments, Diagnostic, LaneBlock, LaneMask, Method, PacketKernel, Program, Role, Shape,
+    CallArguments, CallMode, Diagnostic, LaneBlock, LaneMask, Method, PacketKernel, Program, Role,
     StateVariable, lookup_state, new_state, set_defaults, state_variables,
 };
 
@@ -85,7 +85,7 @@ impl<'a> RaySource<'a> {
             Method::ComputeNormal | Method::ComputeTextureCoordinates | Method::ComputeDerivatives
         );
         let intersect = (follows && program.has(Method::Intersect))
-            .then(|| program.packet_kernel(Method::Intersect, Shape::Packet));
+            .then(|| program.packet_kernel(Method::Intersect, CallMode::Packet));
         let intersect = intersect.transpose()?;
         let random = Random::new(seed);
         Ok(RaySource { program, objects, role, intersect, reads, settings, random, origin: None })
@@ -152,7 +152,7 @@ impl<'a> RaySource<'a> {
             count,
             mask: None,
             accepted: Some(&mut accepted),
-            instances: self.objects.of_shape(Shape::Packet),
+            instances: self.objects.of_shape(CallMode::Packet),
             host: &mut BenchHost,
         };
         let run = self.intersect.as_ref().map(|it| it.run(call, ROUNDS_FOR_A_HIT * count as u64));

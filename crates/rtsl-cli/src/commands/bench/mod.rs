@@ -26,8 +26,8 @@ use std::time::Duration;
 
 use clap::Args;
 use rtsl::{
-    Backend, Diagnostic, Emit, EmitRequest, Engine, EngineOptions, Instance, LoopOwners, Math,
-    Method, Program, Role, Shape, Variant, diagnostic_codes as codes,
+    Backend, CallMode, Diagnostic, Emit, EmitRequest, Engine, EngineOptions, Instance, LoopOwners,
+    Math, Method, Program, Role, Variant, diagnostic_codes as codes,
 };
 use serde_json::Value as JsonValue;
 
@@ -78,7 +78,7 @@ pub struct BenchArguments {
     lanes: u32,
     /// A shape to measure; may be repeated; all shapes if not given.
     #[arg(long = "shape", value_parser = parse_shape)]
-    shapes: Vec<Shape>,
+    shapes: Vec<CallMode>,
     /// A width to measure; may be repeated; all widths if not given.
     #[arg(long = "width", value_parser = parse_width)]
     widths: Vec<u32>,
@@ -197,7 +197,7 @@ impl<'a> Bench<'a> {
         self.print(method, &kernels, inputs.coverage)
     }
 
-    fn variant(&self, program: &Program, shape: Shape) -> Variant {
+    fn variant(&self, program: &Program, shape: CallMode) -> Variant {
         let variant = self.arguments.variant.reading(shape);
         if self.arguments.variant.specialise {
             variant.knowing(program.known_members(&self.instance))
@@ -208,14 +208,14 @@ impl<'a> Bench<'a> {
 
     /// The kernels to measure, in the order of the table. Each shape's begin with width 1, asked
     /// for or not, to compare with.
-    fn kernels(&self, method: Method) -> Result<Vec<(Shape, u32)>, Failure> {
+    fn kernels(&self, method: Method) -> Result<Vec<(CallMode, u32)>, Failure> {
         let reads = &self.scalar_program().method(method)?.reads;
-        let is_of_use = |shape: Shape| match shape {
+        let is_of_use = |shape: CallMode| match shape {
             // Else it is the packet shape.
-            Shape::CommonOrigin => reads.iter().any(|variable| variable.name == ORIGIN),
-            Shape::Packet | Shape::Stream | Shape::Leaf | Shape::Single => true,
+            CallMode::CommonOrigin => reads.iter().any(|variable| variable.name == ORIGIN),
+            CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => true,
         };
-        let mut shapes = Shape::ALL.to_vec();
+        let mut shapes = CallMode::ALL.to_vec();
         match &self.arguments.shapes[..] {
             [] => shapes.retain(|shape| is_of_use(*shape)),
             asked => shapes.retain(|shape| asked.contains(shape)),
@@ -226,14 +226,14 @@ impl<'a> Bench<'a> {
     }
 
     /// Whether a kernel was asked for: a shape that has but one width is shown whatever widths are.
-    fn is_width_asked(&self, shape: Shape, width: u32) -> bool {
+    fn is_width_asked(&self, shape: CallMode, width: u32) -> bool {
         let asked = &self.arguments.widths;
         asked.is_empty() || asked.iter().any(|asked| shape.width(*asked) == width)
     }
 
     fn inputs(&self, method: Method, objects: &Objects) -> Result<MethodInputs, Failure> {
         let (program, lanes) = (self.scalar_program(), self.arguments.lanes as usize);
-        let packets = program.packet_kernel(method, Shape::Packet)?;
+        let packets = program.packet_kernel(method, CallMode::Packet)?;
         let role = role_of(program.class(), method).unwrap_or(Role::Primitive);
         let seed = self.arguments.seed;
         let mut rays = RaySource::new(program, objects, (method, role), &self.settings, seed)?;
@@ -245,7 +245,8 @@ impl<'a> Bench<'a> {
         let general = inputs(&mut rays)?;
         rays.start_at_one_point();
         let common_origin = inputs(&mut rays)?;
-        let profile = count(&packets, objects.of_shape(Shape::Packet), &general, u64::MAX).profile;
+        let profile =
+            count(&packets, objects.of_shape(CallMode::Packet), &general, u64::MAX).profile;
         Ok(MethodInputs { general, common_origin, coverage: coverage(&profile) })
     }
 
@@ -290,10 +291,12 @@ impl<'a> Bench<'a> {
 }
 
 impl MethodInputs {
-    fn of_shape(&self, shape: Shape) -> &Inputs {
+    fn of_shape(&self, shape: CallMode) -> &Inputs {
         match shape {
-            Shape::Packet | Shape::Stream | Shape::Leaf | Shape::Single => &self.general,
-            Shape::CommonOrigin => &self.common_origin,
+            CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => {
+                &self.general
+            }
+            CallMode::CommonOrigin => &self.common_origin,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The objects of calls, in the form that each shape takes.
 
-use rtsl::{Instance, InstanceBlock, Instances, LaneIndices, Program, Shape};
+use rtsl::{CallMode, Instance, InstanceBlock, Instances, LaneIndices, Program};
 
 use super::random::Random;
 
@@ -25,11 +25,13 @@ impl Objects {
     }
 
     /// The form that kernels of the shape take.
-    pub fn of_shape(&self, shape: Shape) -> Instances<'_> {
+    pub fn of_shape(&self, shape: CallMode) -> Instances<'_> {
         match shape {
-            Shape::Packet | Shape::CommonOrigin | Shape::Single => Instances::One(&self.block),
-            Shape::Stream => Instances::Many(&self.copies, &self.indices),
-            Shape::Leaf => Instances::Range(&self.copies, 0),
+            CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
+                Instances::One(&self.block)
+            }
+            CallMode::Stream => Instances::Many(&self.copies, &self.indices),
+            CallMode::Leaf => Instances::Range(&self.copies, 0),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rtsl::{Class, Compiler, Engine, Instance, Method, Profile, Role, Shape, Variant};
+use rtsl::{CallMode, Class, Compiler, Engine, Instance, Method, Profile, Role, Variant};
 
 use super::inputs::RaySource;
 use super::objects::Objects;
@@ -94,7 +94,7 @@ fn rate(
     let objects = Objects::new(&program, &instance, lanes);
     let mut rays = RaySource::new(&program, &objects, (method, role), &[], 0)?;
     let inputs = rays.usual(lanes);
-    let variant = Variant::new(Shape::Packet);
+    let variant = Variant::new(CallMode::Packet);
     let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];
     let times = time_in_turn(&mut subjects, TIME);
     // Times are for one ray, and the profile counts what all calls do that are timed together.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rtsl::{Diagnostic, Kernel, Method, Profile, Program, Shape, Variant};
+use rtsl::{CallMode, Diagnostic, Kernel, Method, Profile, Program, Variant};
 
 use super::call::{Call, count};
 use super::inputs::Inputs;
@@ -13,14 +13,14 @@ use super::timing::Subject;
 /// few.
 const RAYS_TOGETHER: usize = 256;
 /// But at most so many calls, each in memory of its own: all of it still fits the first-level cache.
-const MOST_CALLS: usize = 16;
+const MAX_CALLS: usize = 16;
 /// The leaf shape is called for so many rays in turn.
 const LEAF_RAYS: usize = 4;
 
 /// A kernel and its calls.
 pub struct KernelSubject<'a> {
     /// The kernel's.
-    pub shape: Shape,
+    pub shape: CallMode,
     /// The kernel's.
     pub width: u32,
     /// What the packet code of the same kernel does in the same calls.
@@ -74,14 +74,14 @@ fn profile(
 }
 
 /// The inputs of calls that are timed together: for all rays, or where a call takes one, for some.
-fn inputs_of_calls(shape: Shape, inputs: &Inputs) -> Vec<Inputs> {
+fn inputs_of_calls(shape: CallMode, inputs: &Inputs) -> Vec<Inputs> {
     match shape {
-        Shape::Packet | Shape::CommonOrigin | Shape::Stream => {
-            let calls = (RAYS_TOGETHER / inputs.lanes()).clamp(1, MOST_CALLS);
+        CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
+            let calls = (RAYS_TOGETHER / inputs.lanes()).clamp(1, MAX_CALLS);
             vec![inputs.clone(); calls]
         }
-        Shape::Single => some_rays(inputs, MOST_CALLS).map(|ray| inputs.lane(ray)).collect(),
-        Shape::Leaf => {
+        CallMode::Single => some_rays(inputs, MAX_CALLS).map(|ray| inputs.lane(ray)).collect(),
+        CallMode::Leaf => {
             let calls = some_rays(inputs, LEAF_RAYS).map(|ray| {
                 // The ray is lane 0; the others are for what comes back.
                 let mut call = inputs.clone();

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use rtsl::{Profile, Shape};
+use rtsl::{CallMode, Profile};
 use serde::Serialize;
 
 use super::coverage::Coverage;
@@ -50,7 +50,7 @@ pub struct Row {
 pub struct Measurement<'a> {
     pub class: &'a str,
     pub method: &'static str,
-    pub shape: Shape,
+    pub shape: CallMode,
     pub width: u32,
     /// Floats at once in the machine code.
     pub vector: Option<u32>,

@@ -30,9 +30,9 @@ pub trait Subject {
 
 /// A timed stretch is at least so long where calls can be repeated, so that the clock's own time
 /// and grain do not count.
-const LEAST_STRETCH: Duration = Duration::from_micros(20);
+const MIN_STRETCH: Duration = Duration::from_micros(20);
 /// However short the time given.
-const LEAST_REPETITIONS: usize = 11;
+const MIN_REPETITIONS: usize = 11;
 
 /// Times all subjects in turn, again and again, for about `time` each: what disturbs the machine
 /// then disturbs all of them, so that their ratios hold.
@@ -41,7 +41,7 @@ pub fn time_in_turn(subjects: &mut [impl Subject], time: Duration) -> Vec<Times>
     let calls: Vec<u32> = subjects.iter_mut().map(|subject| calls_in_stretch(subject)).collect();
     let mut samples: Vec<Vec<f64>> = vec![Vec::new(); subjects.len()];
     let (begun, total) = (Instant::now(), time * subjects.len() as u32);
-    while samples.iter().any(|it| it.len() < LEAST_REPETITIONS) || begun.elapsed() < total {
+    while samples.iter().any(|it| it.len() < MIN_REPETITIONS) || begun.elapsed() < total {
         for ((subject, calls), samples) in subjects.iter_mut().zip(&calls).zip(&mut samples) {
             let stretch = time_stretch(subject, *calls).saturating_sub(clock);
             let rays = subject.lanes() as f64 * f64::from(*calls);
@@ -75,7 +75,7 @@ fn calls_in_stretch(subject: &mut impl Subject) -> u32 {
         return 1;
     }
     let mut calls = 1;
-    while time_stretch(subject, calls) < LEAST_STRETCH {
+    while time_stretch(subject, calls) < MIN_STRETCH {
         calls *= 2;
     }
     calls

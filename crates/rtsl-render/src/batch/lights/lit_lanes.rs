@@ -1,6 +1,6 @@
 //! The lanes of a chunk that lights of one class are sampled for.
 
-use super::super::chunk::CHUNK;
+use super::super::shading_batch::BATCH_LANES;
 
 /// Some lanes of a chunk, in order.
 #[derive(Default)]
@@ -33,7 +33,7 @@ impl LitLanes {
     }
 
     /// Takes what they have, and again the last's up to a multiple of eight.
-    pub fn gather<T: Copy>(&self, from: &[T; CHUNK], to: &mut [T; CHUNK]) {
+    pub fn gather<T: Copy>(&self, from: &[T; BATCH_LANES], to: &mut [T; BATCH_LANES]) {
         if self.are_first() && self.count > 0 {
             to[..self.count].copy_from_slice(&from[..self.count]);
             to[self.count..self.lanes.len()].fill(from[self.count - 1]);
@@ -45,7 +45,7 @@ impl LitLanes {
     }
 
     /// Gives them what was found for each.
-    pub fn scatter<T: Copy>(&self, from: &[T; CHUNK], to: &mut [T; CHUNK]) {
+    pub fn scatter<T: Copy>(&self, from: &[T; BATCH_LANES], to: &mut [T; BATCH_LANES]) {
         if self.are_first() {
             to[..self.count].copy_from_slice(&from[..self.count]);
             return;
@@ -71,7 +71,7 @@ mod tests {
         let mut lanes = LitLanes::default();
         lanes.select(count, is_lit);
         let mut all = std::array::from_fn(|lane| 10 * lane as u32);
-        let mut some = [0; CHUNK];
+        let mut some = [0; BATCH_LANES];
         lanes.gather(&all, &mut some);
         let gathered = some[..lanes.count().next_multiple_of(8)].to_vec();
         lanes.scatter(&some.map(|it| it + 1), &mut all);

@@ -12,9 +12,9 @@ use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state
 use rtsl_scene::Scene;
 
 use super::instance_classes::InstanceClasses;
-use super::kernels::{KernelMaker, Of};
+use super::kernels::{Batching, KernelMaker};
 use super::scene::ObjectEntry;
-use super::wave::{NO_INSTANCE, PathHit};
+use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 
 pub use sample::LightMemory;
@@ -41,7 +41,7 @@ pub struct LightClass {
     objects: Arc<Objects>,
     /// The lights of the scene that they are, by their number among the objects.
     lights: Vec<u32>,
-    of: Of,
+    of: Batching,
     illumination: Arc<Kernel>,
     reads_normals: bool,
     /// Whether rays that leave the scene can find them as samples.
@@ -54,10 +54,10 @@ pub struct LightClass {
 pub struct ShapeLightClass {
     /// The class of the traversal.
     class: u32,
-    of: Of,
+    of: Batching,
     generate: Arc<Kernel>,
     /// The emitters' class and their `emission`.
-    emitter: (u32, Of),
+    emitter: (u32, Batching),
     emission: Arc<Kernel>,
 }
 
@@ -182,14 +182,15 @@ impl Lights {
     ) {
         let instances = lights.iter().map(|light| &*scene.lights[*light as usize].light);
         let objects = Arc::new(program.differing_objects(instances));
-        let of = if lights.len() == 1 { Of::One(0) } else { Of::Each };
+        let of = if lights.len() == 1 { Batching::One(0) } else { Batching::Each };
         let outputs = Outputs::ALL.without_scratch();
-        let mut kernel =
-            |method: Method, of: Of| maker.kernel(program, method, (of, objects.form()), outputs);
+        let mut kernel = |method: Method, of: Batching| {
+            maker.kernel(program, method, (of, objects.form()), outputs)
+        };
         let illumination = kernel(Method::Illumination, of);
-        let emission = kernel(Method::Emission, Of::One(0));
+        let emission = kernel(Method::Emission, Batching::One(0));
         let density = match program.has(Method::Illumination) && program.has(Method::Emission) {
-            true => kernel(Method::EvaluatePdf, Of::One(0)),
+            true => kernel(Method::EvaluatePdf, Batching::One(0)),
             false => None,
         };
         let reads_normals = |method: Method| {
@@ -251,9 +252,9 @@ impl Lights {
             let of = match members.as_slice() {
                 [only] if scene.objects[*only as usize].elements.is_none() => {
                     let entry = &objects[*only as usize];
-                    [Of::One(entry.number), Of::One(entry.emitter)]
+                    [Batching::One(entry.number), Batching::One(entry.emitter)]
                 }
-                _ => [Of::Each; 2],
+                _ => [Batching::Each; 2],
             };
             let made = shape_class(maker, compiled, materials, (class, emitter), of);
             let number = self.shapes.len() as u32;
@@ -311,7 +312,7 @@ fn shape_class(
     compiled: &CompiledScene,
     materials: &InstanceClasses,
     (class, emitter): (u32, u32),
-    [of, of_emitter]: [Of; 2],
+    [of, of_emitter]: [Batching; 2],
 ) -> Option<ShapeLightClass> {
     let shapes = &compiled.classes[class as usize];
     let emitters = &materials.classes[emitter as usize];

@@ -7,8 +7,8 @@ use rtsl_bvh::Bounds;
 use rtsl_math::sampling::{hash, unit_float};
 use smallvec::SmallVec;
 
-use super::super::chunk::{CHUNK, Chunk, get, set};
 use super::super::scene::BatchScene;
+use super::super::shading_batch::{BATCH_LANES, ShadingBatch, get, set};
 use super::super::tracer::PathTracer;
 use super::sample::LightMemory;
 use super::selection::LightProbe;
@@ -24,7 +24,7 @@ const NUMBERS_OF_PROBES: u32 = 0x7072_6F62;
 
 /// Memory of a thread that samples lights.
 struct ProbeMemory {
-    chunk: Box<Chunk>,
+    chunk: Box<ShadingBatch>,
     light: Box<LightMemory>,
 }
 
@@ -32,7 +32,7 @@ impl ProbeMemory {
     fn new(scene: &BatchScene) -> Self {
         let (scratch, sampler) = (scene.scratch_arrays(), scene.compiled.settings.sampler);
         ProbeMemory {
-            chunk: Chunk::new(scratch, sampler),
+            chunk: ShadingBatch::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
         }
     }
@@ -82,9 +82,9 @@ impl PathTracer<'_> {
 }
 
 /// Points all over a box, from which each light is sampled.
-fn set_points(chunk: &mut Chunk, lights: &[u32], world: Bounds) {
+fn set_points(chunk: &mut ShadingBatch, lights: &[u32], world: Bounds) {
     chunk.count = lights.len();
-    for lane in 0..lights.len().next_multiple_of(8).min(CHUNK) {
+    for lane in 0..lights.len().next_multiple_of(8).min(BATCH_LANES) {
         let number =
             |axis: u32| unit_float(hash(hash(NUMBERS_OF_PROBES, (lane % SAMPLES) as u32), axis));
         let [x, y, z] = [0, 1, 2].map(number);
@@ -99,7 +99,7 @@ fn set_points(chunk: &mut Chunk, lights: &[u32], world: Bounds) {
 }
 
 /// What the samples of one light say.
-fn probe(chunk: &Chunk, start: usize) -> LightProbe {
+fn probe(chunk: &ShadingBatch, start: usize) -> LightProbe {
     let (mut bounds, mut strength) = (Bounds::EMPTY, 0.0);
     for lane in start..start + SAMPLES {
         let distance = chunk.light.distance[lane];

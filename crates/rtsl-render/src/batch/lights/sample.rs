@@ -5,12 +5,14 @@ use fearless_simd::{Level, Simd, dispatch};
 use rtsl::{LaneBlock, LaneIndices, Method, new_state};
 use rtsl_math::sampling::Sampler;
 
-use super::super::chunk::{CHUNK, Callee, Chunk, LightRows, Row, Rows, get, set, set_numbers};
-use super::super::kernels::Of;
+use super::super::instance_transforms::InstanceTransforms;
+use super::super::kernels::Batching;
 use super::super::numbers::Numbers;
-use super::super::places::Places;
+use super::super::shading_batch::{
+    BATCH_LANES, Callee, LightRows, Row, Rows, ShadingBatch, get, set, set_numbers,
+};
 use super::super::tracer::PathTracer;
-use super::super::wave::PathHit;
+use super::super::wavefront::PathHit;
 use super::lit_lanes::LitLanes;
 use super::{LightClass, LightEntry, Lights, ShapeLightClass};
 use crate::compiled::variables::variables;
@@ -24,14 +26,14 @@ const TOLERANCE: f32 = 1e-3;
 /// The memory of one thread for samples of lights: lanes of points that are lit by lights of one class.
 pub struct LightMemory {
     /// For each lane of the chunk the light that is chosen, and with which probability.
-    chosen: [u32; CHUNK],
+    chosen: [u32; BATCH_LANES],
     probability: Row,
     /// The lanes of the chunk that light of the class is sampled for.
     lanes: LitLanes,
     /// With which probabilities the class's lights are chosen for them.
     part: Row,
     /// What of the lights is sampled.
-    hits: [PathHit; CHUNK],
+    hits: [PathHit; BATCH_LANES],
     /// Points in world space.
     point: Rows,
     /// How far off them rays begin that leave the surfaces.
@@ -43,8 +45,8 @@ pub struct LightMemory {
     distance: Row,
     color: Rows,
     density: Row,
-    keys: [u32; CHUNK],
-    samples: [u32; CHUNK],
+    keys: [u32; BATCH_LANES],
+    samples: [u32; BATCH_LANES],
     state: LaneBlock,
     scratch: LaneBlock,
     objects: LaneIndices,
@@ -55,13 +57,13 @@ pub struct LightMemory {
 impl LightMemory {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
-        const NONE: Row = [0.0; CHUNK];
+        const NONE: Row = [0.0; BATCH_LANES];
         Box::new(LightMemory {
-            chosen: [0; CHUNK],
+            chosen: [0; BATCH_LANES],
             probability: NONE,
             lanes: LitLanes::default(),
             part: NONE,
-            hits: [PathHit::default(); CHUNK],
+            hits: [PathHit::default(); BATCH_LANES],
             point: [NONE; 3],
             offset: NONE,
             time: NONE,
@@ -71,18 +73,18 @@ impl LightMemory {
             distance: NONE,
             color: [NONE; 3],
             density: NONE,
-            keys: [0; CHUNK],
-            samples: [0; CHUNK],
-            state: new_state(CHUNK),
-            scratch: LaneBlock::new(scratch_arrays, CHUNK),
-            objects: LaneIndices::new(CHUNK),
-            emitters: LaneIndices::new(CHUNK),
+            keys: [0; BATCH_LANES],
+            samples: [0; BATCH_LANES],
+            state: new_state(BATCH_LANES),
+            scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            objects: LaneIndices::new(BATCH_LANES),
+            emitters: LaneIndices::new(BATCH_LANES),
             numbers: Numbers::new(sampler),
         })
     }
 
     /// Takes the points of the lanes that are lit.
-    fn load(&mut self, chunk: &Chunk) {
+    fn load(&mut self, chunk: &ShadingBatch) {
         let LightMemory {
             lanes,
             point,
@@ -107,7 +109,7 @@ impl LightMemory {
     }
 
     /// Takes their normals, on the side that their rays come from.
-    fn load_normals(&mut self, chunk: &Chunk) {
+    fn load_normals(&mut self, chunk: &ShadingBatch) {
         for (to, lane) in self.lanes.padded().enumerate() {
             let side = chunk.side[lane];
             let seen = |normal: [f32; 3]| normal.map(|component| component * side);
@@ -166,7 +168,7 @@ const NUMBERS_OF_LIGHTS: u32 = 0x101;
 
 impl PathTracer<'_> {
     /// Samples a light for each lane of a chunk.
-    pub fn sample_lights(&self, chunk: &mut Chunk, memory: &mut LightMemory) {
+    pub fn sample_lights(&self, chunk: &mut ShadingBatch, memory: &mut LightMemory) {
         let selection = &self.scene.lights.selection;
         let LightMemory { chosen, probability, .. } = memory;
         if let Some(only) = selection.only() {
@@ -182,14 +184,19 @@ impl PathTracer<'_> {
     }
 
     /// Samples these lights, one for each lane of a chunk, as if they were the only ones.
-    pub fn sample_chosen(&self, chunk: &mut Chunk, memory: &mut LightMemory, chosen: &[u32]) {
+    pub fn sample_chosen(
+        &self,
+        chunk: &mut ShadingBatch,
+        memory: &mut LightMemory,
+        chosen: &[u32],
+    ) {
         memory.chosen[..chosen.len()].copy_from_slice(chosen);
         memory.probability.fill(1.0);
         self.sample_by_class(chunk, memory);
     }
 
     /// Samples the lights that were chosen, those of a class together.
-    fn sample_by_class(&self, chunk: &mut Chunk, memory: &mut LightMemory) {
+    fn sample_by_class(&self, chunk: &mut ShadingBatch, memory: &mut LightMemory) {
         let lights = &self.scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
             let LightMemory { lanes, chosen, .. } = memory;
@@ -220,10 +227,10 @@ impl PathTracer<'_> {
         &self,
         class: &LightClass,
         lights: &Lights,
-        chunk: &Chunk,
+        chunk: &ShadingBatch,
         memory: &mut LightMemory,
     ) {
-        if class.of == Of::Each {
+        if class.of == Batching::Each {
             memory.number_lights(&lights.entries);
         }
         if class.reads_normals {
@@ -246,8 +253,8 @@ impl PathTracer<'_> {
         let lights = &self.scene.compiled.lights;
         let light_of = |numbers: &LaneIndices, lane: usize| {
             let number = match class.of {
-                Of::One(number) => number,
-                Of::Each => numbers.as_slice()[lane],
+                Batching::One(number) => number,
+                Batching::Each => numbers.as_slice()[lane],
             };
             &lights[class.lights[number as usize] as usize]
         };
@@ -288,8 +295,8 @@ impl PathTracer<'_> {
             if class.is_placed {
                 let maps = LaneMaps::each(eight, |lane| {
                     let number = match class.of {
-                        Of::One(number) => number,
-                        Of::Each => memory.objects.as_slice()[lane],
+                        Batching::One(number) => number,
+                        Batching::Each => memory.objects.as_slice()[lane],
                     };
                     lights[class.lights[number as usize] as usize].forward
                 });
@@ -308,13 +315,17 @@ impl PathTracer<'_> {
     /// Samples shapes.
     fn sample_shapes(&self, class: &ShapeLightClass, lights: &Lights, memory: &mut LightMemory) {
         memory.load_hits(&lights.entries);
-        if class.of == Of::Each {
+        if class.of == Batching::Each {
             memory.number_lights(&lights.entries);
         }
         let count = memory.lanes.count();
         let shapes = &self.scene.compiled.classes[class.class as usize];
         let sampled = SampledShapes {
-            places: Places::new(&self.scene.compiled, class.class, &memory.hits[..count]),
+            places: InstanceTransforms::new(
+                &self.scene.compiled,
+                class.class,
+                &memory.hits[..count],
+            ),
             epsilon: self.scene.compiled.epsilon,
         };
         dispatch!(Level::new(), simd => sampled.set_origins(simd, memory));
@@ -326,7 +337,7 @@ impl PathTracer<'_> {
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
         let (emitter, of) = class.emitter;
         let emitters = &self.scene.materials.classes[emitter as usize];
-        if of == Of::Each {
+        if of == Batching::Each {
             let hits = memory.hits[..count].iter();
             let numbers = hits.map(|hit| self.scene.objects[hit.object as usize].emitter);
             set_numbers(&mut memory.emitters, numbers);
@@ -350,7 +361,7 @@ impl PathTracer<'_> {
 
 /// Where the shapes stand that are sampled.
 struct SampledShapes<'a> {
-    places: Places<'a>,
+    places: InstanceTransforms<'a>,
     epsilon: f32,
 }
 

@@ -54,7 +54,7 @@ enum Place {
 }
 
 /// Part of the mean strength that each light has at least: samples may have missed all of its light.
-const LEAST_STRENGTH: f32 = 1e-3;
+const MIN_STRENGTH: f32 = 1e-3;
 
 impl Selection {
     /// Among lights of which this is known.
@@ -70,7 +70,7 @@ impl Selection {
         };
         let strengths = finite.iter().map(|light| probes[*light as usize].strength);
         let mean = strengths.sum::<f32>() / finite.len().max(1) as f32;
-        let least = if mean > 0.0 && mean.is_finite() { mean * LEAST_STRENGTH } else { 1.0 };
+        let least = if mean > 0.0 && mean.is_finite() { mean * MIN_STRENGTH } else { 1.0 };
         let mut leaves: Vec<Leaf> = finite
             .into_iter()
             .filter_map(|light| Leaf::new(light, &probes[light as usize], least))
@@ -163,7 +163,7 @@ impl Selection {
 const BELOW_ONE: f32 = 1.0_f32.next_down();
 
 /// Neither of two nodes is chosen with less than this probability: 1 less a rounded part must not vanish.
-const LEAST_PART: f32 = 1e-6;
+const MIN_PART: f32 = 1e-6;
 
 impl Node {
     fn over(leaves: &[Leaf]) -> Self {
@@ -192,7 +192,7 @@ impl Node {
         let (one, other) = (self.importance(point), other.importance(point));
         let part = one / (one + other);
         // Infinite importances say nothing.
-        if part.is_nan() { 0.5 } else { part.clamp(LEAST_PART, 1.0 - LEAST_PART) }
+        if part.is_nan() { 0.5 } else { part.clamp(MIN_PART, 1.0 - MIN_PART) }
     }
 }
 

@@ -23,7 +23,7 @@ use buffers::Buffers;
 use numbers::Numbers;
 
 /// A mesh may be placed many times; what comes of all has no more vertices, and no more triangles.
-const MOST_PLACED: usize = 1 << 27;
+const MAX_PLACED: usize = 1 << 27;
 
 /// Reads a mesh from the bytes of a file. `read` gives the contents of the files that it names.
 ///
@@ -98,8 +98,8 @@ impl Reader<'_> {
         let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
         let first = builder.positions.len() / 3;
         let count = positions.count();
-        if first + count > MOST_PLACED {
-            return Err(MeshError::TooLarge(MOST_PLACED, "vertices"));
+        if first + count > MAX_PLACED {
+            return Err(MeshError::TooLarge(MAX_PLACED, "vertices"));
         }
         let corners = primitive.indices().map_or(count, |indices| indices.count());
         // Positions, normals, texture coordinates, and those that earlier vertices lack; for a corner of a strip three
@@ -107,8 +107,8 @@ impl Reader<'_> {
         let of_vertices = count.saturating_mul(8).saturating_add(builder.positions.len() * 2);
         held.grow_to(builder.memory(of_vertices.saturating_add(corners.saturating_mul(8))))?;
         let Some(corners) = self.corners(primitive, count)? else { return Ok(()) };
-        if builder.indices.len() / 3 + corners.len() / 3 > MOST_PLACED {
-            return Err(MeshError::TooLarge(MOST_PLACED, "triangles"));
+        if builder.indices.len() / 3 + corners.len() / 3 > MAX_PLACED {
+            return Err(MeshError::TooLarge(MAX_PLACED, "triangles"));
         }
         for position in self.vertices::<3>(&positions, count)?.iter() {
             builder.positions.extend(placement.point(position).map(|x| (x as f32).to_bits()));

@@ -89,10 +89,10 @@ impl NumberType {
 }
 
 /// No line of a header is longer.
-const LONGEST_LINE: u64 = 1 << 16;
+const MAX_LINE_BYTES: u64 = 1 << 16;
 
 /// No header is longer: what it lists takes memory.
-const LONGEST_HEADER: usize = 16 << 20;
+const MAX_HEADER_BYTES: usize = 16 << 20;
 
 impl Header {
     /// Reads the lines up to `end_header`.
@@ -106,7 +106,7 @@ impl Header {
         loop {
             let line = next_line(reader)?;
             length += line.len();
-            if length > LONGEST_HEADER {
+            if length > MAX_HEADER_BYTES {
                 return Err(MeshError::Malformed("its header is longer than 16 MiB".to_owned()));
             }
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
@@ -135,9 +135,9 @@ impl Header {
 /// The next line, with its end; comments may hold anything, so what is not UTF-8 is replaced.
 fn next_line(reader: &mut impl BufRead) -> Result<String, MeshError> {
     let mut line = Vec::new();
-    reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
+    reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
     if line.last() != Some(&b'\n') {
-        return Err(match line.len() as u64 == LONGEST_LINE {
+        return Err(match line.len() as u64 == MAX_LINE_BYTES {
             true => MeshError::Malformed("its header has an endless line".to_owned()),
             false => MeshError::Truncated("its header".to_owned()),
         });

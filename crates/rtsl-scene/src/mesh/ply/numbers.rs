@@ -6,7 +6,7 @@ use super::header::{Encoding, NumberType};
 use crate::mesh::MeshError;
 
 /// Numbers as text are no longer.
-const LONGEST_NUMBER: usize = 128;
+const MAX_NUMBER_BYTES: usize = 128;
 
 /// Reads numbers. Binary64 holds each of the format's types exactly.
 pub struct NumberReader<R> {
@@ -65,10 +65,10 @@ impl<R: Read> NumberReader<R> {
             let rest = &buffer[blanks..];
             let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
             let ends = length < rest.len();
-            self.text.extend_from_slice(&rest[..length.min(LONGEST_NUMBER + 1)]);
+            self.text.extend_from_slice(&rest[..length.min(MAX_NUMBER_BYTES + 1)]);
             self.reader.consume(blanks + length);
             let is_started = !self.text.is_empty();
-            if is_started && ends || self.text.len() > LONGEST_NUMBER {
+            if is_started && ends || self.text.len() > MAX_NUMBER_BYTES {
                 break;
             }
         }

@@ -8,8 +8,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use obvhs::bvh2::Bvh2;
-
-use super::wide_tree::WIDTH;
+use rtsl_math::SIMD_LANES;
 
 /// What a visit of a leaf costs, in visits of nodes.
 const LEAF_COST: f32 = 2.0;
@@ -18,7 +17,7 @@ const LEAF_COST: f32 = 2.0;
 const PARALLEL_DEPTH: u32 = 8;
 
 /// How a tree is folded.
-pub struct FoldPlan {
+pub struct CollapsePlan {
     /// For each inner node of the binary tree a byte for each number of trees.
     choices: Vec<AtomicU64>,
 }
@@ -34,15 +33,15 @@ const LEAF: Choice = 0xFE;
 /// The least costs for at most 1 to 8 trees, and how many items there are.
 #[derive(Clone, Copy)]
 struct Cover {
-    costs: [f32; WIDTH],
+    costs: [f32; SIMD_LANES],
     items: u32,
 }
 
-impl FoldPlan {
+impl CollapsePlan {
     /// The best for a tree.
     pub fn new(binary: &Bvh2) -> Self {
         let choices = std::iter::repeat_with(|| AtomicU64::new(0)).take(binary.nodes.len());
-        let plan = FoldPlan { choices: choices.collect() };
+        let plan = CollapsePlan { choices: choices.collect() };
         if !binary.nodes.is_empty() {
             plan.cover(binary, 0, PARALLEL_DEPTH);
         }
@@ -56,7 +55,7 @@ impl FoldPlan {
 
     /// Adds the nodes that become the children of the wide node that `node` becomes.
     pub fn add_children(&self, binary: &Bvh2, node: usize, children: &mut Vec<usize>) {
-        let mut stack = self.split(binary, node, self.choice(node, 1), WIDTH).to_vec();
+        let mut stack = self.split(binary, node, self.choice(node, 1), SIMD_LANES).to_vec();
         while let Some((node, mut trees)) = stack.pop() {
             while trees > 1 && !binary.nodes[node].is_leaf() && self.choice(node, trees) == FEWER {
                 trees -= 1;
@@ -104,23 +103,23 @@ impl FoldPlan {
             let first = node.first_index as usize;
             if node.is_leaf() {
                 let cost = node.aabb().half_area() * LEAF_COST;
-                done.push(Cover { costs: [cost; WIDTH], items: node.prim_count });
+                done.push(Cover { costs: [cost; SIMD_LANES], items: node.prim_count });
             } else if !children_done {
                 stack.extend([(index, true), (first + 1, false), (first, false)]);
             } else if let (Some(second), Some(first)) = (done.pop(), done.pop()) {
                 done.push(self.join(binary, index, &first, &second));
             }
         }
-        done.pop().unwrap_or(Cover { costs: [0.0; WIDTH], items: 0 })
+        done.pop().unwrap_or(Cover { costs: [0.0; SIMD_LANES], items: 0 })
     }
 
     /// Chooses for a node when its children are known.
     fn join(&self, binary: &Bvh2, node: usize, first: &Cover, second: &Cover) -> Cover {
         let area = binary.nodes[node].aabb().half_area();
         let items = first.items + second.items;
-        let mut costs = [f32::INFINITY; WIDTH];
-        let mut choices = [FEWER; WIDTH];
-        for trees in 2..=WIDTH {
+        let mut costs = [f32::INFINITY; SIMD_LANES];
+        let mut choices = [FEWER; SIMD_LANES];
+        for trees in 2..=SIMD_LANES {
             for of_first in 1..trees {
                 let cost = first.costs[of_first - 1] + second.costs[trees - of_first - 1];
                 if cost < costs[trees - 1] {
@@ -129,12 +128,12 @@ impl FoldPlan {
                 }
             }
         }
-        let as_node = area + costs[WIDTH - 1];
-        let as_leaf = if items as usize <= WIDTH { area * LEAF_COST } else { f32::INFINITY };
+        let as_node = area + costs[SIMD_LANES - 1];
+        let as_leaf = if items as usize <= SIMD_LANES { area * LEAF_COST } else { f32::INFINITY };
         let is_leaf = as_leaf <= as_node;
         (costs[0], choices[0]) =
-            if is_leaf { (as_leaf, LEAF) } else { (as_node, choices[WIDTH - 1]) };
-        for trees in 2..=WIDTH {
+            if is_leaf { (as_leaf, LEAF) } else { (as_node, choices[SIMD_LANES - 1]) };
+        for trees in 2..=SIMD_LANES {
             if costs[trees - 2] <= costs[trees - 1] {
                 costs[trees - 1] = costs[trees - 2];
                 choices[trees - 1] = FEWER;

@@ -4,8 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use rtsl_math::Affine;
 
-use super::chunk::{CHUNK, Row};
-use super::wave::{NO_INSTANCE, PathHit};
+use super::shading_batch::{BATCH_LANES, Row};
+use super::wavefront::{NO_INSTANCE, PathHit};
 use crate::compiled::CompiledScene;
 use crate::compiled::compiled_scene::Object;
 use crate::lanes::eight::{Eight, Vectors, scaled};
@@ -14,7 +14,7 @@ use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::sums;
 
 /// Where objects of one class of the traversal stand. Where all lanes have the same, its maps are taken once.
-pub struct Places<'a> {
+pub struct InstanceTransforms<'a> {
     scene: &'a CompiledScene,
     /// The object, where all lanes have the same.
     object: Option<&'a Object>,
@@ -27,15 +27,15 @@ pub struct Places<'a> {
 }
 
 /// Which objects the lanes have, and their times within the shutter.
-pub type Whereabouts<'a> = (&'a [PathHit; CHUNK], &'a Row);
+pub type SurfacePoints<'a> = (&'a [PathHit; BATCH_LANES], &'a Row);
 
-impl<'a> Places<'a> {
+impl<'a> InstanceTransforms<'a> {
     /// Where the objects of these hits stand.
     pub fn new(scene: &'a CompiledScene, class: u32, hits: &[PathHit]) -> Self {
         let (first, element) = hits.first().map_or((0, 0), |hit| (hit.object, hit.element));
         let is_one = hits.iter().all(|hit| hit.object == first);
         let is_one_element = is_one && hits.iter().all(|hit| hit.element == element);
-        Places {
+        InstanceTransforms {
             scene,
             object: is_one.then(|| &scene.objects[first as usize]),
             extents: is_one_element.then(|| scene.extents.lengths(first, element)),
@@ -69,7 +69,7 @@ impl<'a> Places<'a> {
     pub fn group_inverses<S: Simd>(
         &self,
         eight: Eight<S>,
-        (hits, times): Whereabouts<'_>,
+        (hits, times): SurfacePoints<'_>,
     ) -> LaneMaps<S> {
         LaneMaps::each(eight, |lane| {
             let instance = hits[lane].instance;
@@ -82,7 +82,11 @@ impl<'a> Places<'a> {
 
     /// From the spaces of the objects' groups to the world's.
     #[inline(always)]
-    fn group_maps<S: Simd>(&self, eight: Eight<S>, (hits, times): Whereabouts<'_>) -> LaneMaps<S> {
+    fn group_maps<S: Simd>(
+        &self,
+        eight: Eight<S>,
+        (hits, times): SurfacePoints<'_>,
+    ) -> LaneMaps<S> {
         LaneMaps::each(eight, |lane| {
             let instance = hits[lane].instance;
             match self.scene.placement(instance).filter(|_| instance != NO_INSTANCE) {
@@ -94,7 +98,7 @@ impl<'a> Places<'a> {
 
     /// From the spaces of the objects' groups to their own.
     #[inline(always)]
-    pub fn inverses<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
+    pub fn inverses<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> LaneMaps<S> {
         match self.object {
             Some(object) => LaneMaps::same(eight, &object.inverse),
             None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).inverse),
@@ -103,7 +107,7 @@ impl<'a> Places<'a> {
 
     /// From the objects' own spaces to those of their groups.
     #[inline(always)]
-    fn maps<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> LaneMaps<S> {
+    fn maps<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> LaneMaps<S> {
         match self.object {
             Some(object) => LaneMaps::same(eight, &object.forward),
             None => LaneMaps::gathered(eight, |lane| &self.object_of(&hits[lane]).forward),
@@ -116,7 +120,7 @@ impl<'a> Places<'a> {
     pub fn sizes_of_points<S: Simd>(
         &self,
         eight: Eight<S>,
-        lanes: Whereabouts<'_>,
+        lanes: SurfacePoints<'_>,
         of_rays: &Vectors<S>,
     ) -> Vectors<S> {
         let (hits, _) = lanes;
@@ -144,7 +148,7 @@ impl<'a> Places<'a> {
     fn sizes_in_group<S: Simd>(
         &self,
         eight: Eight<S>,
-        (hits, _): Whereabouts<'_>,
+        (hits, _): SurfacePoints<'_>,
         sizes: &Vectors<S>,
     ) -> Vectors<S> {
         if !self.is_placed {
@@ -162,7 +166,7 @@ impl<'a> Places<'a> {
     pub fn local_points<S: Simd>(
         &self,
         eight: Eight<S>,
-        lanes: Whereabouts<'_>,
+        lanes: SurfacePoints<'_>,
         points: &Vectors<S>,
     ) -> Vectors<S> {
         let mut points = *points;
@@ -180,7 +184,7 @@ impl<'a> Places<'a> {
     pub fn points<S: Simd>(
         &self,
         eight: Eight<S>,
-        lanes: Whereabouts<'_>,
+        lanes: SurfacePoints<'_>,
         points: &Vectors<S>,
     ) -> Vectors<S> {
         let mut points = *points;
@@ -198,7 +202,7 @@ impl<'a> Places<'a> {
     pub fn vectors<S: Simd>(
         &self,
         eight: Eight<S>,
-        lanes: Whereabouts<'_>,
+        lanes: SurfacePoints<'_>,
         vectors: &Vectors<S>,
     ) -> Vectors<S> {
         let mut vectors = *vectors;
@@ -216,7 +220,7 @@ impl<'a> Places<'a> {
     pub fn normals<S: Simd, const N: usize>(
         &self,
         eight: Eight<S>,
-        lanes: Whereabouts<'_>,
+        lanes: SurfacePoints<'_>,
         mut normals: [Vectors<S>; N],
     ) -> [Vectors<S>; N] {
         if self.is_placed {
@@ -240,7 +244,7 @@ impl<'a> Places<'a> {
 
     /// -1 where an object's normals point the other way, else 1.
     #[inline(always)]
-    fn sides<S: Simd>(&self, eight: Eight<S>, (hits, _): Whereabouts<'_>) -> f32x8<S> {
+    fn sides<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> f32x8<S> {
         let side = |object: &Object| if object.reverse_orientation { -1.0 } else { 1.0 };
         match self.object {
             Some(object) => eight.splat(side(object)),
@@ -253,7 +257,7 @@ impl<'a> Places<'a> {
     pub fn volume_scales<S: Simd>(
         &self,
         eight: Eight<S>,
-        (hits, times): Whereabouts<'_>,
+        (hits, times): SurfacePoints<'_>,
     ) -> f32x8<S> {
         let own = match self.object {
             Some(object) => eight.splat(object.volume_scale),

@@ -22,7 +22,7 @@ use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
 
 /// The most chunks side by side: a packet of 64 rays, four at a time.
-const MOST_CHUNKS: usize = 16;
+const MAX_CHUNKS: usize = 16;
 
 /// Larger frames do not wait on the caller's stack while a host answers: answers call kernels, which ask again.
 pub(crate) const LARGE_FRAME_BYTES: usize = 16 << 10;
@@ -34,7 +34,7 @@ type Answer = u32;
 type ChunkCall = Coroutine<Answer, (LaneSet, Request), u32, ChunkStack>;
 
 /// As many as there are chunks side by side, without memory from the heap.
-type PerChunk<T> = SmallVec<[T; MOST_CHUNKS]>;
+type PerChunk<T> = SmallVec<[T; MAX_CHUNKS]>;
 
 /// What a chunk asks for. The pointers lead to the chunk's stack, and are good until it goes on.
 #[derive(Clone, Copy)]
@@ -75,7 +75,7 @@ struct ChunkUser<'a> {
 /// # Safety
 /// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays and takes no more stack than
 /// `frame_bytes`; `mask` is the call's.
-pub(crate) unsafe fn call_side_by_side(
+pub(crate) unsafe fn call_in_coroutines(
     entry: Entry,
     raw: &mut RawCall,
     width: u32,
@@ -93,7 +93,7 @@ pub(crate) unsafe fn call_side_by_side(
     };
     let mut begins = (0..count).step_by(width as usize).filter(has_rays);
     loop {
-        let group: PerChunk<u32> = begins.by_ref().take(MOST_CHUNKS).collect();
+        let group: PerChunk<u32> = begins.by_ref().take(MAX_CHUNKS).collect();
         let mut waiting = PerChunk::new();
         for begin in &group {
             // One alone has nobody to wait for.
@@ -113,7 +113,7 @@ pub(crate) unsafe fn call_side_by_side(
         }
         // Safety: the chunks have just been suspended.
         unsafe { answer_all(raw, &mut waiting) };
-        if group.len() < MOST_CHUNKS {
+        if group.len() < MAX_CHUNKS {
             return Ok(());
         }
     }
@@ -173,7 +173,7 @@ unsafe fn start(entry: Entry, raw: &mut RawCall, stack: Option<ChunkStack>) -> O
 /// The chunk that `raw` says, ready to start.
 ///
 /// # Safety
-/// As for [`call_side_by_side`]; and the chunk is run to its end while what `raw` points to is there.
+/// As for [`call_in_coroutines`]; and the chunk is run to its end while what `raw` points to is there.
 unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> ChunkCall {
     let mut raw = RawCall { host: &SUSPENDING_TABLE, status: 0, ..*raw };
     Coroutine::with_stack(stack, move |yielder: &Yielder<_, _>, _| {

@@ -14,7 +14,7 @@ use rtsl_ir::{
     BinaryOp, Effect, Function, Index, Op, OpKind, PlaceId, Region, Scalar, UnaryOp, Value,
 };
 
-use crate::number::{Key, key};
+use crate::gvn::{Key, key};
 use crate::substitution::Substitution;
 
 /// How often the sides of an `if` are gone through: what is moved lets what needs it move.

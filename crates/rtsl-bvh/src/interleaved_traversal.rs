@@ -8,27 +8,28 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 use rtsl_abi::prefetch;
+use rtsl_math::SIMD_LANES;
 
-use super::traversal::Visits;
-use super::wide_tree::{Child, WIDTH, WideNode, WideTree};
+use super::bvh8::{Bvh8, Child, Node8};
+use super::traversal::TraversalStack;
 
 /// So many rays take turns at most.
-pub const MOST_IN_TURN: usize = 32;
+pub const MAX_IN_TURN: usize = 32;
 
 /// So many children are put in order without a branch; few nodes have more that a ray meets.
-const FEW: usize = 3;
+const MIN_IN_TURN: usize = 3;
 
 /// A child that a ray meets, and where, at the earliest, in the upper half: ordered by that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RayVisit(u64);
+pub struct StackEntry(u64);
 
-impl RayVisit {
+impl StackEntry {
     /// Not behind any other.
-    const NONE: RayVisit = RayVisit(0);
+    const NONE: StackEntry = StackEntry(0);
 
     /// What is visited last, behind no limit.
-    const END: RayVisit =
-        RayVisit((f32::NEG_INFINITY.to_bits() as u64) << 32 | Child::END.bits() as u64);
+    const END: StackEntry =
+        StackEntry((f32::NEG_INFINITY.to_bits() as u64) << 32 | Child::END.bits() as u64);
 
     #[inline(always)]
     fn child(self) -> Child {
@@ -41,25 +42,25 @@ impl RayVisit {
     }
 }
 
-/// The visits of the children of a node, by slot, and as many of [`RayVisit::NONE`].
-pub struct NodeVisits([RayVisit; 2 * WIDTH]);
+/// The visits of the children of a node, by slot, and as many of [`StackEntry::NONE`].
+pub struct NodeVisits([StackEntry; 2 * SIMD_LANES]);
 
 impl NodeVisits {
     /// None.
-    pub const NONE: NodeVisits = NodeVisits([RayVisit::NONE; 2 * WIDTH]);
+    pub const NONE: NodeVisits = NodeVisits([StackEntry::NONE; 2 * SIMD_LANES]);
 
     /// Those of a node, where a ray enters each.
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, node: &WideNode, entries: f32x8<S>) {
+    pub fn set<S: Simd>(&mut self, simd: S, node: &Node8, entries: f32x8<S>) {
         let children = node.children.map(Child::bits);
         let children = u32x8::load_array(simd, children);
         let entries: u32x8<S> = entries.bitcast();
         let (low, high) = children.interleave(entries);
-        let (low, high): ([u32; WIDTH], [u32; WIDTH]) = (low.to_array(), high.to_array());
-        let visit = |pair: &[u32]| RayVisit(u64::from(pair[1]) << 32 | u64::from(pair[0]));
-        for slot in 0..WIDTH / 2 {
+        let (low, high): ([u32; SIMD_LANES], [u32; SIMD_LANES]) = (low.to_array(), high.to_array());
+        let visit = |pair: &[u32]| StackEntry(u64::from(pair[1]) << 32 | u64::from(pair[0]));
+        for slot in 0..SIMD_LANES / 2 {
             self.0[slot] = visit(&low[2 * slot..2 * slot + 2]);
-            self.0[slot + WIDTH / 2] = visit(&high[2 * slot..2 * slot + 2]);
+            self.0[slot + SIMD_LANES / 2] = visit(&high[2 * slot..2 * slot + 2]);
         }
     }
 }
@@ -73,7 +74,7 @@ impl Iterator for Waiting {
 
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
-        let first = self.0.trailing_zeros() as usize % MOST_IN_TURN;
+        let first = self.0.trailing_zeros() as usize % MAX_IN_TURN;
         let is_any = self.0 != 0;
         self.0 &= self.0.wrapping_sub(1);
         is_any.then_some(first)
@@ -90,11 +91,11 @@ impl Waiting {
 /// Where rays that take turns have got to.
 pub struct Turns {
     /// What each visits next.
-    next: [Child; MOST_IN_TURN],
+    next: [Child; MAX_IN_TURN],
     /// The leaf that each visited last.
-    last_leaf: [Child; MOST_IN_TURN],
+    last_leaf: [Child; MAX_IN_TURN],
     /// For each ray, the place behind the visits that it has left, the next of which is the last.
-    ends: [usize; MOST_IN_TURN],
+    ends: [usize; MAX_IN_TURN],
     /// The rays that are to visit a node.
     at_nodes: Waiting,
     /// The rays that are to visit a leaf.
@@ -105,24 +106,24 @@ pub struct Turns {
 
 impl Turns {
     /// So many rays, which are to visit `root`. [`Turns::end`] must follow.
-    pub fn new(visits: &mut Visits, tree: &WideTree, root: Child, count: usize) -> Turns {
+    pub fn new(visits: &mut TraversalStack, tree: &Bvh8, root: Child, count: usize) -> Turns {
         // The end, and what is written before it is known to be of use.
-        let room = 1 + FEW + tree.depth * (WIDTH - 1);
+        let room = 1 + MIN_IN_TURN + tree.depth * (SIMD_LANES - 1);
         let base = visits.rays_in_use;
         visits.rays_in_use += count * room;
         if visits.rays.len() < visits.rays_in_use {
-            visits.rays.resize(visits.rays_in_use, RayVisit::NONE);
+            visits.rays.resize(visits.rays_in_use, StackEntry::NONE);
         }
         let mut turns = Turns {
-            next: [root; MOST_IN_TURN],
-            last_leaf: [Child::END; MOST_IN_TURN],
-            ends: [0; MOST_IN_TURN],
+            next: [root; MAX_IN_TURN],
+            last_leaf: [Child::END; MAX_IN_TURN],
+            ends: [0; MAX_IN_TURN],
             at_nodes: Waiting::default(),
             at_leaves: Waiting::default(),
             base,
         };
         for ray in 0..count {
-            visits.rays[base + ray * room] = RayVisit::END;
+            visits.rays[base + ray * room] = StackEntry::END;
             turns.ends[ray] = base + ray * room + 1;
             turns.queue(ray, root);
         }
@@ -130,7 +131,7 @@ impl Turns {
     }
 
     /// Gives back the memory.
-    pub fn end(self, visits: &mut Visits) {
+    pub fn end(self, visits: &mut TraversalStack) {
         visits.rays_in_use = self.base;
     }
 
@@ -167,19 +168,25 @@ impl Turns {
 
     /// Notes which children of a node a ray meets.
     #[inline(always)]
-    pub fn push(&mut self, visits: &mut Visits, ray: usize, met: u64, of_node: &NodeVisits) {
+    pub fn push(
+        &mut self,
+        visits: &mut TraversalStack,
+        ray: usize,
+        met: u64,
+        of_node: &NodeVisits,
+    ) {
         let count = met.count_ones() as usize;
         let end = self.ends[ray];
         let NodeVisits(of_node) = of_node;
         // Behind those that are met come some that are none.
         let mut rest = met as u32 | 0xFF00;
         let mut take = || {
-            let visit = of_node[rest.trailing_zeros() as usize % (2 * WIDTH)];
+            let visit = of_node[rest.trailing_zeros() as usize % (2 * SIMD_LANES)];
             rest &= rest.wrapping_sub(1);
             visit
         };
-        if count <= FEW {
-            let Some(places) = visits.rays[end..].first_chunk_mut::<FEW>() else { return };
+        if count <= MIN_IN_TURN {
+            let Some(places) = visits.rays[end..].first_chunk_mut::<MIN_IN_TURN>() else { return };
             let (a, b, c) = (take(), take(), take());
             let (a, b) = (a.max(b), a.min(b));
             let (b, c) = (b.max(c), b.min(c));
@@ -195,7 +202,7 @@ impl Turns {
 
     /// Finds what a ray visits next, before `limit`, and queues it.
     #[inline(always)]
-    pub fn queue_next(&mut self, visits: &Visits, tree: &WideTree, ray: usize, limit: f32) {
+    pub fn queue_next(&mut self, visits: &TraversalStack, tree: &Bvh8, ray: usize, limit: f32) {
         let mut end = self.ends[ray];
         let visit = loop {
             end -= 1;
@@ -223,7 +230,7 @@ impl Turns {
 }
 
 /// Sorts a few, the greatest first.
-fn sort(few: &mut [RayVisit]) {
+fn sort(few: &mut [StackEntry]) {
     for end in 1..few.len() {
         let mut place = end;
         while place > 0 && few[place] > few[place - 1] {

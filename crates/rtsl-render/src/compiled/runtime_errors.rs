@@ -12,7 +12,7 @@ use crate::statistics::NotFinite;
 /// What went wrong while rendering: a shader ran past its budget, which ends the render; or it gave values that are not
 /// finite.
 #[derive(Debug, Default)]
-pub struct Problems {
+pub struct RuntimeErrors {
     any: AtomicBool,
     /// Class and method.
     exhausted: Mutex<Vec<(String, Method)>>,
@@ -20,7 +20,7 @@ pub struct Problems {
     not_finite: Mutex<BTreeMap<(String, Method), u64>>,
 }
 
-impl Problems {
+impl RuntimeErrors {
     /// Whether there is any that ends the render.
     pub fn any(&self) -> bool {
         self.any.load(Ordering::Relaxed)
@@ -46,7 +46,7 @@ impl Problems {
     }
 }
 
-impl Problems {
+impl RuntimeErrors {
     /// A method of a class gave so many values that are not finite.
     #[cold]
     pub fn report_not_finite(&self, class: &str, method: Method, count: u64) {
@@ -66,7 +66,7 @@ impl Problems {
 }
 
 /// What to say of shaders that ran past their budget.
-pub fn exhausted_budgets(scene: &CompiledScene, problems: &Problems) -> Messages {
+pub fn exhausted_budgets(scene: &CompiledScene, problems: &RuntimeErrors) -> Messages {
     let mut messages = Messages::default();
     for (class, method) in problems.exhausted() {
         let budget = scene.settings.loop_budget;

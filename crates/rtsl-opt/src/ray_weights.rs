@@ -14,7 +14,7 @@
 //! A factor counts once, however often it stands there: contraction repeats a product in each sum that it is part of.
 //! The weight of a request is the greatest bound of its components, and 1 as before where a component has none: a
 //! factor must be known in front of the request, and the use must not stand in a loop of its own, which multiplies it.
-//! Operations that compute a factor behind the request are done once more in front of it; [`number`](crate::number)
+//! Operations that compute a factor behind the request are done once more in front of it; [`gvn`](crate::gvn)
 //! merges the two. Requests whose weight is not the constant 1 have theirs.
 //!
 //! What a factor that is NaN makes of the weight is left to `max`: NaN, by which no host leaves out a ray, or the bound
@@ -22,7 +22,7 @@
 //!
 //! This pass comes before those that only make a function faster, and always, so that weights are a function of the
 //! text alone: they have the same bits however much is optimised and whatever is known of the caller. Before it
-//! [`promote`](crate::promote) and [`dead`](crate::dead) leave the uses that count.
+//! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave the uses that count.
 
 use rtsl_ir::{
     BinaryOp, Constant, Function, Op, OpKind, Place, PlaceKind, Region, Scalar, UnaryOp, Value,
@@ -30,7 +30,7 @@ use rtsl_ir::{
 };
 
 /// How many uses are looked at and operations copied for one request, at most: what takes more has no bound.
-const MOST_STEPS: u32 = 128;
+const MAX_STEPS: u32 = 128;
 
 /// Weighs all requests of `function`.
 pub fn run(function: &mut Function) {
@@ -224,7 +224,7 @@ impl Weighing<'_> {
     fn weigh(&mut self, op: &mut Op, before: &mut Vec<Op>) {
         let within = self.flow.loops[op.results.first as usize];
         let code = Code::default();
-        let mut bounds = Bounds { weighing: self, within, code, steps: MOST_STEPS };
+        let mut bounds = Bounds { weighing: self, within, code, steps: MAX_STEPS };
         let found = bounds.greatest(op.results);
         let code = bounds.code;
         if let (Some(found), OpKind::Trace { weight, .. }) = (found, &mut op.kind) {
@@ -359,7 +359,7 @@ mod tests {
             {rest}"
         );
         transformed(&text, |function| {
-            crate::dead::run(function);
+            crate::dce::run(function);
             super::run(function);
         })
     }

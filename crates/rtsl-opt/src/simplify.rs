@@ -200,7 +200,7 @@ mod tests {
     fn check(text: &str, expected: Expect) {
         let folded = transformed(text, |function| {
             super::run(function);
-            crate::dead::run(function);
+            crate::dce::run(function);
         });
         expected.assert_eq(&folded);
     }

@@ -84,7 +84,7 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// Paths that are traced together, with memory for what is known of them.
 #[derive(Default)]
-pub struct Wave {
+pub struct Wavefront {
     /// The paths.
     pub paths: Vec<Path>,
     /// What their first surfaces are, if that is asked for; else none.
@@ -101,7 +101,7 @@ pub struct Wave {
     pub ends: Vec<usize>,
 }
 
-impl Wave {
+impl Wavefront {
     /// Sorts the hits by their groups, of which there are so many; within a group they keep their order.
     pub fn sort(&mut self, groups: usize) {
         self.ends.clear();
@@ -131,7 +131,7 @@ mod tests {
     fn hits_are_sorted_by_group_and_keep_their_order() {
         let hits = [2, 0, 2, 1, 0].into_iter().zip(0..);
         let hits = hits.map(|(group, path)| (group, PathHit { path, ..PathHit::default() }));
-        let mut wave = Wave { hits: hits.collect(), ..Wave::default() };
+        let mut wave = Wavefront { hits: hits.collect(), ..Wavefront::default() };
         wave.sort(4);
         let paths: Vec<u32> = wave.sorted.iter().map(|hit| hit.path).collect();
         assert_eq!(

@@ -3,21 +3,20 @@
 //! One tree serves packets and single rays. A ray alone tests the eight boxes of a node at once; a
 //! packet tests them with the interval that holds its rays, then each that is left with every ray.
 
+use rtsl_math::SIMD_LANES;
+
 use super::bounds::Bounds;
 use super::geometry::INSTANCE;
 
-/// The most children of a node, and the most items of a block.
-pub const WIDTH: usize = 8;
-
 /// A tree over items, which are numbers.
 #[derive(Clone, Debug, Default)]
-pub struct WideTree {
+pub struct Bvh8 {
     /// The nodes, parents before their children.
-    pub nodes: Vec<WideNode>,
+    pub nodes: Vec<Node8>,
     /// The blocks of items, leaf after leaf; those of items without bounds at the end.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<Leaf>,
     /// The head of each block.
-    pub heads: Vec<BlockHead>,
+    pub heads: Vec<LeafHead>,
     /// Where the walk begins; `None` if no item has bounds.
     pub root: Option<Child>,
     /// The box of all items with bounds.
@@ -28,7 +27,7 @@ pub struct WideTree {
     pub classes: u32,
     /// The most nodes on a way from the root to a leaf.
     pub depth: usize,
-    /// What [`WideTree::visits`] was when it was built.
+    /// What [`Bvh8::visits`] was when it was built.
     pub(super) visits_when_built: f64,
 }
 
@@ -37,20 +36,20 @@ pub struct WideTree {
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes {
     /// The least coordinates, axis by axis, then the greatest.
-    pub planes: [[f32; WIDTH]; 6],
+    pub planes: [[f32; SIMD_LANES]; 6],
 }
 
 /// A node.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct WideNode {
+pub struct Node8 {
     /// The exact unions of the items' own boxes below each child.
     pub boxes: Boxes,
     /// The children.
-    pub children: [Child; WIDTH],
+    pub children: [Child; SIMD_LANES],
     /// Of each child that is a leaf, the items of its block that are its own, as bits: leaves of a node share
     /// blocks. All where the leaf has several blocks.
-    pub items: [u8; WIDTH],
+    pub items: [u8; SIMD_LANES],
     /// How many children there are.
     pub count: u32,
 }
@@ -62,11 +61,11 @@ pub struct Child(u32);
 /// Items of one class, in ascending order.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct Block {
+pub struct Leaf {
     /// The items' own boxes; boundless for items without bounds.
     pub boxes: Boxes,
     /// The items.
-    pub items: [u32; WIDTH],
+    pub items: [u32; SIMD_LANES],
     /// The number of this block among those of its class.
     pub of_class: u32,
     /// What the items have in common: see [`Item`].
@@ -80,14 +79,14 @@ pub struct Block {
 /// What a ray reads of a block that it does not hit. These lie apart from the boxes, which are much more, so
 /// that caches hold them.
 #[derive(Clone, Copy, Debug)]
-pub struct BlockHead {
-    /// As in the [`Block`].
+pub struct LeafHead {
+    /// As in the [`Leaf`].
     pub of_class: u32,
-    /// As in the [`Block`].
+    /// As in the [`Leaf`].
     pub class: u32,
-    /// As in the [`Block`].
+    /// As in the [`Leaf`].
     pub count: u8,
-    /// As in the [`Block`].
+    /// As in the [`Leaf`].
     pub is_last: bool,
 }
 
@@ -147,12 +146,12 @@ impl Child {
     }
 }
 
-impl WideNode {
+impl Node8 {
     /// No children.
-    pub const EMPTY: WideNode = WideNode {
+    pub const EMPTY: Node8 = Node8 {
         boxes: Boxes::EMPTY,
-        children: [Child::node(0); WIDTH],
-        items: [0; WIDTH],
+        children: [Child::node(0); SIMD_LANES],
+        items: [0; SIMD_LANES],
         count: 0,
     };
 
@@ -160,11 +159,11 @@ impl WideNode {
     pub const ALL_ITEMS: u8 = 0xFF;
 }
 
-impl Block {
+impl Leaf {
     /// What a ray reads of it first.
-    pub fn head(&self) -> BlockHead {
-        let Block { boxes: _, items: _, of_class, class, count, is_last } = *self;
-        BlockHead { of_class, class, count, is_last }
+    pub fn head(&self) -> LeafHead {
+        let Leaf { boxes: _, items: _, of_class, class, count, is_last } = *self;
+        LeafHead { of_class, class, count, is_last }
     }
 
     /// Its items.
@@ -176,19 +175,19 @@ impl Block {
 impl Boxes {
     /// No boxes: such as no ray meets.
     pub const EMPTY: Boxes = {
-        let (least, greatest) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        let (least, greatest) = ([f32::INFINITY; SIMD_LANES], [f32::NEG_INFINITY; SIMD_LANES]);
         Boxes { planes: [least, least, least, greatest, greatest, greatest] }
     };
 
     /// The least coordinates along an axis.
     #[inline(always)]
-    pub fn min(&self, axis: usize) -> &[f32; WIDTH] {
+    pub fn min(&self, axis: usize) -> &[f32; SIMD_LANES] {
         &self.planes[axis]
     }
 
     /// The greatest coordinates along an axis.
     #[inline(always)]
-    pub fn max(&self, axis: usize) -> &[f32; WIDTH] {
+    pub fn max(&self, axis: usize) -> &[f32; SIMD_LANES] {
         &self.planes[3 + axis]
     }
 
@@ -217,27 +216,27 @@ impl Boxes {
     }
 }
 
-impl WideTree {
+impl Bvh8 {
     /// The blocks of a leaf.
-    pub fn leaf(&self, first: usize) -> &[Block] {
+    pub fn leaf(&self, first: usize) -> &[Leaf] {
         let rest = &self.blocks[first..];
         let count = rest.iter().position(|block| block.is_last).map_or(rest.len(), |last| last + 1);
         &rest[..count]
     }
 
     /// The blocks of items without bounds.
-    pub fn unbounded(&self) -> &[Block] {
+    pub fn unbounded(&self) -> &[Leaf] {
         &self.blocks[self.first_unbounded as usize..]
     }
 
     /// The tree for items that moved since it was built: with their boxes, and those of nodes computed
     /// anew. `None` where it does not serve any more: an item got bounds or lost them, or rays would visit
     /// many more nodes than when it was built.
-    pub fn refitted(&self, items: &[Item]) -> Option<WideTree> {
-        const MOST_VISITS: f64 = 1.5;
+    pub fn refitted(&self, items: &[Item]) -> Option<Bvh8> {
+        const MAX_VISITS: f64 = 1.5;
         let is_bounded = |item: &u32| items.get(*item as usize).map(|it| it.bounds.is_some());
-        let keep = |blocks: &[Block], bounded: bool| {
-            let mut items = blocks.iter().flat_map(Block::items);
+        let keep = |blocks: &[Leaf], bounded: bool| {
+            let mut items = blocks.iter().flat_map(Leaf::items);
             items.all(|item| is_bounded(item) == Some(bounded))
         };
         let (bounded, unbounded) = self.blocks.split_at(self.first_unbounded as usize);
@@ -252,7 +251,7 @@ impl WideTree {
             }
         }
         tree.bound_nodes();
-        (tree.visits() <= MOST_VISITS * self.visits_when_built).then_some(tree)
+        (tree.visits() <= MAX_VISITS * self.visits_when_built).then_some(tree)
     }
 
     /// Computes the boxes of nodes from those of items. Backwards, every child is done before its
@@ -266,7 +265,7 @@ impl WideTree {
             }
         }
         self.bounds =
-            self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, WideNode::ALL_ITEMS));
+            self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, Node8::ALL_ITEMS));
     }
 
     /// Finds out how many classes there are.
@@ -294,14 +293,14 @@ impl WideTree {
             bounds.fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
         } else {
             let node = &self.nodes[child.index()];
-            node.boxes.union(WideNode::ALL_ITEMS, node.count as usize)
+            node.boxes.union(Node8::ALL_ITEMS, node.count as usize)
         }
     }
 
     /// How many of its children a ray through its box meets on average, if children are met by their
     /// surfaces' share.
     pub fn visits(&self) -> f64 {
-        let of_node = |node: &WideNode| {
+        let of_node = |node: &Node8| {
             let children = (0..node.count as usize).map(|child| node.boxes.get(child).area());
             children.sum::<f64>()
         };

@@ -30,7 +30,7 @@ mod tests {
             return scratch:f@0 = %b, scratch:f@1 = %c";
         let kept = transformed(text, |function| {
             super::run(function, &[false, true]);
-            crate::dead::run(function);
+            crate::dce::run(function);
         });
         expect![[r#"
             %0: f32 = load member:m@0

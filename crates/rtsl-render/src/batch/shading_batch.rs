@@ -10,30 +10,30 @@ use rtsl::{
 use rtsl_bvh::lanes_of;
 use rtsl_math::sampling::Sampler;
 
+use super::instance_transforms::SurfacePoints;
 use super::numbers::Numbers;
-use super::places::Whereabouts;
-use super::wave::{Path, PathHit};
-use crate::compiled::problems::Problems;
+use super::wavefront::{Path, PathHit};
+use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
 /// Lanes of a chunk: the more, the fewer calls; the fewer, the more of it stays in caches. An odd number of vectors of sixteen:
 /// arrays a power of two apart fall into the same places of a cache. A thousand spheres took 8 % less time with 240 than
 /// with 256.
-pub const CHUNK: usize = 272;
+pub const BATCH_LANES: usize = 272;
 
 /// A number for each lane.
-pub type Row = [f32; CHUNK];
+pub type Row = [f32; BATCH_LANES];
 
 /// A vector or colour for each lane, component by component.
 pub type Rows = [Row; 3];
 
 /// The memory.
-pub struct Chunk {
+pub struct ShadingBatch {
     /// How many lanes are in use.
     pub count: usize,
     /// What the rays hit.
-    pub hits: [PathHit; CHUNK],
+    pub hits: [PathHit; BATCH_LANES],
     /// Where the rays begin, in world space.
     pub origin: Rows,
     /// Where they go.
@@ -55,9 +55,9 @@ pub struct Chunk {
     /// The densities of the directions; 0 if they were not chosen by one.
     pub density: Row,
     /// Which sequences of numbers the paths have.
-    pub keys: [u32; CHUNK],
+    pub keys: [u32; BATCH_LANES],
     /// Which samples of their pixels they are.
-    pub samples: [u32; CHUNK],
+    pub samples: [u32; BATCH_LANES],
     /// The points that were hit, in world space.
     pub point: Rows,
     /// How far off them rays begin that leave the surfaces.
@@ -93,7 +93,7 @@ pub struct Chunk {
     /// Those of their emitters.
     pub emitters: LaneIndices,
     /// Those of the textures that cut them out.
-    pub cut_outs: LaneIndices,
+    pub alpha: LaneIndices,
     /// Random numbers.
     pub numbers: Numbers,
 }
@@ -113,7 +113,7 @@ pub struct ChunkRays<'a> {
     /// The times within the shutter.
     pub time: &'a Row,
     /// What they hit, and when.
-    pub whereabouts: Whereabouts<'a>,
+    pub whereabouts: SurfacePoints<'a>,
 }
 
 /// What calls for the shapes of a chunk need.
@@ -160,15 +160,15 @@ pub struct OnwardRows {
     /// How much wider the rays become after a unit of length.
     pub spread: Row,
     /// Which sequences of numbers the paths have from there on.
-    pub keys: [u32; CHUNK],
+    pub keys: [u32; BATCH_LANES],
 }
 
 /// Some of the lanes of a chunk: bits, eight by eight.
-pub struct ChunkLanes([u8; CHUNK / 8]);
+pub struct ChunkLanes([u8; BATCH_LANES / 8]);
 
 impl ChunkLanes {
     /// None.
-    pub const NONE: ChunkLanes = ChunkLanes([0; CHUNK / 8]);
+    pub const NONE: ChunkLanes = ChunkLanes([0; BATCH_LANES / 8]);
 
     /// Says which of the eight lanes from `start` on are among them.
     #[inline(always)]
@@ -192,13 +192,13 @@ impl ChunkLanes {
     }
 }
 
-impl Chunk {
+impl ShadingBatch {
     /// For shaders with at most so many arrays of scratch.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
-        const NONE: Row = [0.0; CHUNK];
-        Box::new(Chunk {
+        const NONE: Row = [0.0; BATCH_LANES];
+        Box::new(ShadingBatch {
             count: 0,
-            hits: [PathHit::default(); CHUNK],
+            hits: [PathHit::default(); BATCH_LANES],
             origin: [NONE; 3],
             direction: [NONE; 3],
             epsilon: NONE,
@@ -209,8 +209,8 @@ impl Chunk {
             spread: NONE,
             throughput: [NONE; 3],
             density: NONE,
-            keys: [0; CHUNK],
-            samples: [0; CHUNK],
+            keys: [0; BATCH_LANES],
+            samples: [0; BATCH_LANES],
             point: [NONE; 3],
             offset: NONE,
             geometric_normal: [NONE; 3],
@@ -233,18 +233,18 @@ impl Chunk {
                 throughput: [NONE; 3],
                 density: NONE,
                 spread: NONE,
-                keys: [0; CHUNK],
+                keys: [0; BATCH_LANES],
             },
             lobe_seeds: NONE,
             light_seeds: NONE,
-            state: new_state(CHUNK),
-            kept_scratch: LaneBlock::new(scratch_arrays, CHUNK),
-            scratch: LaneBlock::new(scratch_arrays, CHUNK),
-            accepted: MaskBlock::new(CHUNK),
-            objects: LaneIndices::new(CHUNK),
-            materials: LaneIndices::new(CHUNK),
-            emitters: LaneIndices::new(CHUNK),
-            cut_outs: LaneIndices::new(CHUNK),
+            state: new_state(BATCH_LANES),
+            kept_scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            scratch: LaneBlock::new(scratch_arrays, BATCH_LANES),
+            accepted: MaskBlock::new(BATCH_LANES),
+            objects: LaneIndices::new(BATCH_LANES),
+            materials: LaneIndices::new(BATCH_LANES),
+            emitters: LaneIndices::new(BATCH_LANES),
+            alpha: LaneIndices::new(BATCH_LANES),
             numbers: Numbers::new(sampler),
         })
     }
@@ -252,7 +252,7 @@ impl Chunk {
     /// Takes paths and what they hit, with the numbers that `purpose` chooses. Lanes behind the last repeat it up to a
     /// multiple of eight, so that eights are whole.
     pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
-        self.count = hits.len().min(CHUNK);
+        self.count = hits.len().min(BATCH_LANES);
         if let Some(last) = hits.last() {
             self.hits[..self.count].copy_from_slice(&hits[..self.count]);
             self.hits[self.count..self.count.next_multiple_of(8)].fill(*last);
@@ -307,15 +307,15 @@ impl Chunk {
 
     /// The rays, and what calls for what they hit need.
     pub fn rays_and_call(&mut self) -> (ChunkRays<'_>, ChunkCall<'_>) {
-        let Chunk { hits, origin, direction, epsilon, distance, limit, time, .. } = self;
+        let ShadingBatch { hits, origin, direction, epsilon, distance, limit, time, .. } = self;
         let whereabouts = (&*hits, &*time);
         let rays = ChunkRays { origin, direction, epsilon, distance, limit, time, whereabouts };
-        let Chunk { state, kept_scratch, accepted, objects, .. } = self;
+        let ShadingBatch { state, kept_scratch, accepted, objects, .. } = self;
         (rays, ChunkCall { blocks: (state, kept_scratch), accepted, objects })
     }
 
     /// Which objects the lanes hit, and when.
-    pub fn whereabouts(&self) -> Whereabouts<'_> {
+    pub fn whereabouts(&self) -> SurfacePoints<'_> {
         (&self.hits, &self.time)
     }
 }
@@ -360,7 +360,7 @@ pub struct Callee<'a> {
     /// Its method.
     pub method: Method,
     /// Where problems go.
-    pub problems: &'a Problems,
+    pub problems: &'a RuntimeErrors,
 }
 
 impl Callee<'_> {
