@@ -12,7 +12,7 @@ pub enum CallError {
     #[error("scratch has no array {0}")]
     MissingScratch(u32),
     /// `intersect` reports hits.
-    #[error("`intersect` reports which rays it found a hit for, and there is no place for that")]
+    #[error("`intersect` reports which rays it found a hit for, and there is no variable for that")]
     MissingAccepted,
     /// The single shape is called for more rays than one, for none, or with a mask.
     #[error("a kernel of the single shape takes one ray and no mask")]

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rtsl_ir::{Place, PlaceKind};
+use rtsl_ir::{Variable, VariableKind};
 
 use crate::offsets::BUFFER_WORDS;
 use crate::{CallMode, ObjectForm};
@@ -39,29 +39,29 @@ pub enum DataLocation {
 impl Layout {
     /// Lays the places out one after the other: members and buffers in the block, scratch in arrays.
     pub fn new<'a>(
-        members: impl IntoIterator<Item = &'a Place>,
-        buffers: impl IntoIterator<Item = &'a Place>,
-        scratch: impl IntoIterator<Item = &'a Place>,
+        members: impl IntoIterator<Item = &'a Variable>,
+        buffers: impl IntoIterator<Item = &'a Variable>,
+        scratch: impl IntoIterator<Item = &'a Variable>,
     ) -> Layout {
         let mut layout = Layout::default();
-        for place in buffers {
-            layout.buffers.insert(place.name.clone(), layout.block_words);
+        for variable in buffers {
+            layout.buffers.insert(variable.name.clone(), layout.block_words);
             layout.block_words += BUFFER_WORDS;
         }
-        for place in members {
-            layout.members.insert(place.name.clone(), layout.block_words);
-            layout.block_words += place.len;
+        for variable in members {
+            layout.members.insert(variable.name.clone(), layout.block_words);
+            layout.block_words += variable.len;
         }
         layout.block_words = layout.block_words.next_multiple_of(2);
-        for place in scratch {
-            layout.scratch.insert(place.name.clone(), layout.scratch_arrays);
-            layout.scratch_arrays += place.len;
+        for variable in scratch {
+            layout.scratch.insert(variable.name.clone(), layout.scratch_arrays);
+            layout.scratch_arrays += variable.len;
         }
         layout
     }
 
     /// The words of each member and each buffer's entry, in their order, with what pads the last.
-    pub fn places(&self) -> impl Iterator<Item = Range<u32>> {
+    pub fn variables(&self) -> impl Iterator<Item = Range<u32>> {
         let mut starts: Vec<u32> =
             self.members.values().chain(self.buffers.values()).copied().collect();
         starts.push(self.block_words);
@@ -80,15 +80,15 @@ impl Layout {
 
     /// Where a member or buffer stands beside objects of this form; `None` for other places, those
     /// that the layout lacks, and such of which only a part stands in the blocks.
-    pub fn locate(&self, place: &Place, form: Option<&ObjectForm>) -> Option<DataLocation> {
-        let (first, words) = match place.kind {
-            PlaceKind::Member => (*self.members.get(&place.name)?, place.len),
-            PlaceKind::Buffer => (*self.buffers.get(&place.name)?, BUFFER_WORDS),
-            PlaceKind::State
-            | PlaceKind::Parameter
-            | PlaceKind::Scratch
-            | PlaceKind::Slot
-            | PlaceKind::Accepted => return None,
+    pub fn locate(&self, variable: &Variable, form: Option<&ObjectForm>) -> Option<DataLocation> {
+        let (first, words) = match variable.kind {
+            VariableKind::Member => (*self.members.get(&variable.name)?, variable.len),
+            VariableKind::Buffer => (*self.buffers.get(&variable.name)?, BUFFER_WORDS),
+            VariableKind::State
+            | VariableKind::Parameter
+            | VariableKind::Scratch
+            | VariableKind::Local
+            | VariableKind::Accepted => return None,
         };
         match form.filter(|form| form.overlaps(first, words)) {
             None => Some(DataLocation::Instance(first)),

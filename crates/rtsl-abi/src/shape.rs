@@ -1,6 +1,6 @@
 //! Which of a kernel's inputs differ from lane to lane.
 
-use rtsl_ir::{Place, PlaceKind};
+use rtsl_ir::{Variable, VariableKind};
 
 /// What the lanes of one call have in common. The author of a shader wrote for one ray and
 /// one object; the shape says which of the two is many.
@@ -52,29 +52,33 @@ impl CallMode {
     /// kernels read it in lane 0, before they store anything. This is all that the lowering knows of
     /// a shape's meaning. `of_objects`: it stands in blocks of objects, not once for all of them. Slots are
     /// absent from the table: what they hold depends on what is stored.
-    pub fn varies(self, place: &Place, of_objects: bool) -> bool {
-        let of_ray =
-            matches!(place.kind, PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted);
-        let is_data =
-            matches!(place.kind, PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer);
+    pub fn varies(self, variable: &Variable, of_objects: bool) -> bool {
+        let of_ray = matches!(
+            variable.kind,
+            VariableKind::State | VariableKind::Scratch | VariableKind::Accepted
+        );
+        let is_data = matches!(
+            variable.kind,
+            VariableKind::Member | VariableKind::Parameter | VariableKind::Buffer
+        );
         let of_object = is_data && of_objects;
         match self {
             CallMode::Packet => of_ray,
             CallMode::CommonOrigin => {
-                of_ray && !(place.kind == PlaceKind::State && place.name == ORIGIN)
+                of_ray && !(variable.kind == VariableKind::State && variable.name == ORIGIN)
             }
             CallMode::Stream => of_ray || of_object,
-            CallMode::Leaf => of_object || place.kind == PlaceKind::Accepted,
+            CallMode::Leaf => of_object || variable.kind == VariableKind::Accepted,
             CallMode::Single => false,
         }
     }
 
     /// Whether a kernel stores what it sets of `place`, state or scratch, to the lane that it reads there. Where it does
     /// not, to store what was read changes other lanes. `accepts`: the method accepts hits.
-    pub fn stores_where_it_reads(self, place: &Place, accepts: bool) -> bool {
+    pub fn stores_where_it_reads(self, variable: &Variable, accepts: bool) -> bool {
         match self {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
-                self.varies(place, false)
+                self.varies(variable, false)
             }
             // The lane of the one ray; in the other methods of the leaf shape, those of the objects.
             CallMode::Single => true,

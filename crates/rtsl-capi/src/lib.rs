@@ -1,7 +1,7 @@
 //! The C interface of RTSL: compile shaders, set their parameters, call their methods for many rays, from C and C++.
 //!
 //! [`rtsl.h`](../include/rtsl.h) is made of this crate, and a test keeps the two alike; what kernels take stands in
-//! `rtsl_kernel.h`, which is that of libraries [compiled ahead of time](rtsl::ahead), too. The crate is a thin shell
+//! `rtsl_kernel.h`, which is that of libraries [compiled ahead of time](rtsl::aot), too. The crate is a thin shell
 //! around `rtsl`: it knows nothing of stages of the compiler, of LLVM or of scenes.
 //!
 //! # Rules

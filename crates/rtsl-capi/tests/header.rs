@@ -23,7 +23,7 @@ fn rtsl_h_is_made_of_the_crate() {
 
 #[test]
 fn rtsl_kernel_h_is_that_of_libraries() {
-    expect_file!["../include/rtsl_kernel.h"].assert_eq(&rtsl::ahead::kernel_header());
+    expect_file!["../include/rtsl_kernel.h"].assert_eq(&rtsl::aot::kernel_header());
 }
 
 /// In the order of their names, but what others use first.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rtsl_abi::description::{ClassDescription, Field, FieldKind};
-use rtsl_ir::{Place, PlaceKind};
+use rtsl_ir::{Variable, VariableKind};
 use rtsl_spec::Method;
 
 use crate::identifier::{Scope, identifier};
@@ -58,18 +58,18 @@ impl ClassNames {
     ///
     /// # Panics
     /// If the class's description lacks the place.
-    pub fn field(&self, place: &Place) -> &str {
-        let kind = match place.kind {
-            PlaceKind::Member => FieldKind::Member,
-            PlaceKind::Buffer => FieldKind::Buffer,
-            PlaceKind::Parameter => FieldKind::Parameter,
-            PlaceKind::Scratch => FieldKind::Scratch,
-            PlaceKind::State | PlaceKind::Slot | PlaceKind::Accepted => {
+    pub fn field(&self, variable: &Variable) -> &str {
+        let kind = match variable.kind {
+            VariableKind::Member => FieldKind::Member,
+            VariableKind::Buffer => FieldKind::Buffer,
+            VariableKind::Parameter => FieldKind::Parameter,
+            VariableKind::Scratch => FieldKind::Scratch,
+            VariableKind::State | VariableKind::Local | VariableKind::Accepted => {
                 unreachable!("only data of the class has fields")
             }
         };
-        let name = self.fields.get(&(kind, place.name.clone()));
-        name.unwrap_or_else(|| panic!("the description has {}", place.name))
+        let name = self.fields.get(&(kind, variable.name.clone()));
+        name.unwrap_or_else(|| panic!("the description has {}", variable.name))
     }
 
     /// The name of a state variable.

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rtsl_ir::{Function, Name, Op, OpKind, PlaceId, PlaceKind, Region, Scalar, Value, Values};
+use rtsl_ir::{
+    Function, Name, Op, OpKind, Region, Scalar, Value, Values, VariableId, VariableKind,
+};
 
 use crate::class_names::ClassNames;
 use crate::expression::Expression;
@@ -72,7 +74,7 @@ pub(crate) struct Writer<'a> {
     /// Values that are to be written where they are used, and have not been.
     pending: BTreeSet<Value>,
     /// How each place is written, but for its index.
-    places: Vec<String>,
+    variables: Vec<String>,
     is_output: Vec<bool>,
     /// Variables that results are to be put into.
     bound: BTreeMap<Value, Target>,
@@ -84,9 +86,9 @@ impl<'a> Writer<'a> {
         class: &'a ClassNames,
         helpers: &'a mut BTreeSet<Helper>,
     ) -> Writer<'a> {
-        let mut is_output = vec![false; function.places.len()];
+        let mut is_output = vec![false; function.variables.len()];
         for output in &function.outputs {
-            is_output[output.place.0 as usize] = true;
+            is_output[output.variable.0 as usize] = true;
         }
         Writer {
             uses: Uses::of(function),
@@ -96,7 +98,7 @@ impl<'a> Writer<'a> {
             scope: class.scope().clone(),
             values: vec![None; function.values.len()],
             pending: BTreeSet::new(),
-            places: Vec::new(),
+            variables: Vec::new(),
             is_output,
             bound: BTreeMap::new(),
             function,
@@ -105,14 +107,14 @@ impl<'a> Writer<'a> {
 
     /// Names the places, and defines those that are the function's own.
     fn begin(&mut self, out: &mut Vec<Statement>) {
-        for (id, place) in (0..).map(PlaceId).zip(&self.function.places) {
+        for (id, variable) in (0..).map(VariableId).zip(&self.function.variables) {
             let (loads, is_output) = (self.uses.loads(id), self.is_output[id.0 as usize]);
-            let text = match place.kind {
-                PlaceKind::State => {
+            let text = match variable.kind {
+                VariableKind::State => {
                     self.needs.state |= loads > 0 || is_output;
-                    let field = format!("state.{}", self.class.state(&place.name));
+                    let field = format!("state.{}", self.class.state(&variable.name));
                     if loads > 1 && !is_output {
-                        let name = self.scope.name(&place.name);
+                        let name = self.scope.name(&variable.name);
                         let value = Some(Expression::atom(field));
                         out.push(Statement::Define {
                             is_constant: true,
@@ -125,36 +127,40 @@ impl<'a> Writer<'a> {
                         field
                     }
                 }
-                PlaceKind::Member | PlaceKind::Buffer => self.class.field(place).to_owned(),
-                PlaceKind::Parameter => {
+                VariableKind::Member | VariableKind::Buffer => {
+                    self.class.field(variable).to_owned()
+                }
+                VariableKind::Parameter => {
                     self.needs.parameters |= loads > 0;
-                    format!("parameters.{}", self.class.field(place))
+                    format!("parameters.{}", self.class.field(variable))
                 }
-                PlaceKind::Scratch => {
+                VariableKind::Scratch => {
                     self.needs.scratch |= loads > 0 || is_output;
-                    format!("scratch.{}", self.class.field(place))
+                    format!("scratch.{}", self.class.field(variable))
                 }
-                PlaceKind::Slot => self.scope.name(&place.name),
-                PlaceKind::Accepted => String::new(),
+                VariableKind::Local => self.scope.name(&variable.name),
+                VariableKind::Accepted => String::new(),
             };
-            self.places.push(text);
+            self.variables.push(text);
         }
         self.define_slots(out);
     }
 
     fn define_slots(&mut self, out: &mut Vec<Statement>) {
-        let mut used = vec![false; self.function.places.len()];
+        let mut used = vec![false; self.function.variables.len()];
         self.function.body.for_each_op(&mut |op| {
-            if let OpKind::Load(place, _) | OpKind::Store(place, ..) = op.kind {
-                used[place.0 as usize] = true;
+            if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
+                used[variable.0 as usize] = true;
             }
         });
-        for ((place, name), used) in self.function.places.iter().zip(&self.places).zip(used) {
-            if place.kind == PlaceKind::Slot && used {
+        for ((variable, name), used) in
+            self.function.variables.iter().zip(&self.variables).zip(used)
+        {
+            if variable.kind == VariableKind::Local && used {
                 out.push(Statement::Define {
                     is_constant: false,
-                    type_name: type_name(place.scalar).to_owned(),
-                    name: format!("{name}[{}]", place.len),
+                    type_name: type_name(variable.scalar).to_owned(),
+                    name: format!("{name}[{}]", variable.len),
                     value: Some(Expression::List(Vec::new())),
                 });
             }
@@ -176,20 +182,20 @@ impl<'a> Writer<'a> {
                 self.branch(op.results, *condition, [then, otherwise], out);
             }
             OpKind::Loop { initial, body } => self.repeat(op.results, initial, body, out),
-            OpKind::Load(place, index) => {
-                let value = self.load(*place, *index, out);
-                let is_slot = self.function.place(*place).kind == PlaceKind::Slot;
+            OpKind::Load(variable, index) => {
+                let value = self.load(*variable, *index, out);
+                let is_slot = self.function.variable(*variable).kind == VariableKind::Local;
                 let result = op.results.get(0);
                 // What is stored later must not be seen.
-                if is_slot || self.is_output[place.0 as usize] {
+                if is_slot || self.is_output[variable.0 as usize] {
                     self.define_now(result, value, out);
                 } else {
                     self.define(result, value, out);
                 }
             }
-            OpKind::Store(place, index, value) => {
+            OpKind::Store(variable, index, value) => {
                 let value = self.value(*value);
-                let target = self.element(*place, *index, out).flat();
+                let target = self.element(*variable, *index, out).flat();
                 out.push(Statement::Assign { target, value });
             }
             OpKind::Trace { .. }
@@ -580,25 +586,28 @@ impl<'a> Writer<'a> {
     fn output_name(&self, value: Value) -> Option<String> {
         let index = self.function.body.yields.iter().position(|it| *it == value)?;
         let output = self.function.outputs[index];
-        let place = self.function.place(output.place);
-        Some(component_name(&place.name, output.component, place.len))
+        let variable = self.function.variable(output.variable);
+        Some(component_name(&variable.name, output.component, variable.len))
     }
 
     /// Stores what the function gives; true if it says whether a hit was accepted.
     fn outputs(&mut self, out: &mut Vec<Statement>) -> bool {
-        let kind = |place: PlaceId| self.function.place(place).kind;
+        let kind = |variable: VariableId| self.function.variable(variable).kind;
         let outputs = self.function.outputs.iter().copied().zip(&self.function.body.yields);
         let (accepted, stored): (Vec<_>, Vec<_>) =
-            outputs.partition(|(output, _)| kind(output.place) == PlaceKind::Accepted);
+            outputs.partition(|(output, _)| kind(output.variable) == VariableKind::Accepted);
         let mut stores = Vec::new();
         for (output, value) in stored {
-            let place = self.function.place(output.place);
+            let variable = self.function.variable(output.variable);
             let mut value = self.value(*value);
-            if place.kind == PlaceKind::Member && place.scalar == Scalar::Bool {
+            if variable.kind == VariableKind::Member && variable.scalar == Scalar::Bool {
                 value = Expression::call("uint32_t", [value]);
             }
-            let target =
-                indexed(&self.places[output.place.0 as usize], output.component, place.len);
+            let target = indexed(
+                &self.variables[output.variable.0 as usize],
+                output.component,
+                variable.len,
+            );
             stores.push(Statement::Assign { target, value });
         }
         let Some((_, accepted)) = accepted.first() else {
@@ -644,8 +653,8 @@ impl<'a> Writer<'a> {
         self.scope.name(hint.as_deref().unwrap_or(name))
     }
 
-    pub fn place_text(&self, place: PlaceId) -> &str {
-        &self.places[place.0 as usize]
+    pub fn place_text(&self, variable: VariableId) -> &str {
+        &self.variables[variable.0 as usize]
     }
 }
 

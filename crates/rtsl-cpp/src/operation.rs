@@ -1,6 +1,8 @@
 //! Operations as expressions.
 
-use rtsl_ir::{BinaryOp, CompareOp, Index, OpKind, PlaceId, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_ir::{
+    BinaryOp, CompareOp, Index, OpKind, Scalar, UnaryOp, Value, VariableId, VariableKind,
+};
 
 use crate::expression::{self as ops, Expression, Operator};
 use crate::method::{Writer, indexed};
@@ -53,8 +55,8 @@ impl Writer<'_> {
                 let [value] = self.operands([a], out);
                 self.bitcast(from, to, value)
             }
-            OpKind::Length(place) => {
-                Expression::atom(format!("{}.length()", self.place_text(place)))
+            OpKind::Length(variable) => {
+                Expression::atom(format!("{}.length()", self.place_text(variable)))
             }
             OpKind::Constant(_)
             | OpKind::Load(..)
@@ -74,10 +76,15 @@ impl Writer<'_> {
     }
 
     /// A scalar of a place, as a value.
-    pub fn load(&mut self, place: PlaceId, index: Index, out: &mut Vec<Statement>) -> Expression {
-        let info = self.function.place(place);
-        let element = self.element(place, index, out);
-        let is_stored_as_word = matches!(info.kind, PlaceKind::Member | PlaceKind::Buffer);
+    pub fn load(
+        &mut self,
+        variable: VariableId,
+        index: Index,
+        out: &mut Vec<Statement>,
+    ) -> Expression {
+        let info = self.function.variable(variable);
+        let element = self.element(variable, index, out);
+        let is_stored_as_word = matches!(info.kind, VariableKind::Member | VariableKind::Buffer);
         match info.scalar == Scalar::Bool && is_stored_as_word {
             true => Expression::binary(ops::NOT_EQUAL, element, Expression::atom("0u")),
             false => element,
@@ -87,20 +94,20 @@ impl Writer<'_> {
     /// A scalar of a place, as it is stored.
     pub fn element(
         &mut self,
-        place: PlaceId,
+        variable: VariableId,
         index: Index,
         out: &mut Vec<Statement>,
     ) -> Expression {
-        let info = self.function.place(place);
-        let name = self.place_text(place).to_owned();
+        let info = self.function.variable(variable);
+        let name = self.place_text(variable).to_owned();
         match (index, info.kind) {
             // One scalar of a buffer is still an element of it.
-            (Index::Constant(index), PlaceKind::Buffer | PlaceKind::Slot) => {
+            (Index::Constant(index), VariableKind::Buffer | VariableKind::Local) => {
                 Expression::atom(format!("{name}[{index}]"))
             }
             (Index::Constant(index), _) => Expression::atom(indexed(&name, index, info.len)),
-            (Index::Dynamic(_), _) if info.len == 1 && info.kind != PlaceKind::Buffer => {
-                let index = if info.kind == PlaceKind::Slot { "[0]" } else { "" };
+            (Index::Dynamic(_), _) if info.len == 1 && info.kind != VariableKind::Buffer => {
+                let index = if info.kind == VariableKind::Local { "[0]" } else { "" };
                 Expression::atom(format!("{name}{index}"))
             }
             (Index::Dynamic(index), kind) => {
@@ -108,7 +115,7 @@ impl Writer<'_> {
                 let [index] = self.operands([index], out);
                 let index = match kind {
                     // It looks itself.
-                    PlaceKind::Buffer => index,
+                    VariableKind::Buffer => index,
                     _ if is_in_range => index,
                     _ => {
                         let length = Expression::atom(info.len.to_string());

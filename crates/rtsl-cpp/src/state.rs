@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_abi::description::LibraryDescription;
-use rtsl_ir::{Function, OpKind, PlaceKind};
+use rtsl_ir::{Function, OpKind, VariableKind};
 use rtsl_spec::{Default as StateDefault, Role, Row, StateVariable, lookup_state, rows};
 
 use crate::ClassCode;
@@ -19,9 +19,9 @@ pub(crate) fn write_state(
     text: &mut String,
 ) {
     let mut variables: Vec<&StateVariable> = Vec::new();
-    for place in functions(classes).flat_map(|function| &function.places) {
-        if place.kind == PlaceKind::State {
-            variables.extend(lookup_state(&place.name));
+    for variable in functions(classes).flat_map(|function| &function.variables) {
+        if variable.kind == VariableKind::State {
+            variables.extend(lookup_state(&variable.name));
         }
     }
     variables.sort_by_key(|variable| variable.index);

@@ -1,6 +1,6 @@
 //! How often and where values are used.
 
-use rtsl_ir::{BinaryOp, Constant, Function, OpKind, PlaceId, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, UnaryOp, Value, VariableId};
 
 /// What is known of the uses of each value.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl Uses {
             used: vec![0; values],
             into_sums: vec![false; values],
             assigned: vec![false; values],
-            loads: vec![0; function.places.len()],
+            loads: vec![0; function.variables.len()],
             clamped: vec![None; values],
         };
         uses.region(&function.body, 0);
@@ -87,8 +87,8 @@ impl Uses {
     }
 
     /// How many operations load from a place.
-    pub fn loads(&self, place: PlaceId) -> u32 {
-        self.loads[place.0 as usize]
+    pub fn loads(&self, variable: VariableId) -> u32 {
+        self.loads[variable.0 as usize]
     }
 
     fn region(&mut self, region: &Region, loops: u32) {
@@ -98,8 +98,8 @@ impl Uses {
         for op in &region.ops {
             let assigns = matches!(op.kind, OpKind::Loop { .. });
             op.kind.for_each_operand(|value| self.add(value, loops, assigns));
-            if let OpKind::Load(place, _) = op.kind {
-                self.loads[place.0 as usize] += 1;
+            if let OpKind::Load(variable, _) = op.kind {
+                self.loads[variable.0 as usize] += 1;
             }
             for result in op.results.iter() {
                 self.defined[result.0 as usize] = loops;

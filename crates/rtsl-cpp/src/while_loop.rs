@@ -7,7 +7,7 @@
 use std::collections::{HashMap, HashSet};
 
 use rtsl_ir::{
-    CompareOp, Constant, Effect, Function, Op, OpKind, Place, Region, Scalar, Value, Values,
+    CompareOp, Constant, Effect, Function, Op, OpKind, Region, Scalar, Value, Values, Variable,
 };
 
 /// Conditions that are larger stay where they are.
@@ -45,7 +45,7 @@ fn is_constant(region: &Region, value: Value, is: bool) -> bool {
 pub(crate) fn run(function: &mut Function) {
     let mut definitions = HashMap::new();
     function.body.for_each_op(&mut |op| {
-        if op.results.count == 1 && is_pure(op, &function.places) {
+        if op.results.count == 1 && is_pure(op, &function.variables) {
             definitions.insert(op.results.get(0), op.kind.clone());
         }
     });
@@ -61,8 +61,8 @@ pub(crate) fn run(function: &mut Function) {
     function.body = body;
 }
 
-fn is_pure(op: &Op, places: &[Place]) -> bool {
-    op.kind.regions().next().is_none() && op.kind.effect(places) == Effect::None
+fn is_pure(op: &Op, variables: &[Variable]) -> bool {
+    op.kind.regions().next().is_none() && op.kind.effect(variables) == Effect::None
 }
 
 struct Rotation<'a> {
@@ -121,7 +121,7 @@ impl Rotation<'_> {
         let (inner, before) = then.ops.split_last()?;
         let OpKind::Loop { initial, body } = &inner.kind else { return None };
         let mut moved = before.iter().chain(&otherwise.ops);
-        if !moved.all(|op| is_pure(op, &self.function.places)) {
+        if !moved.all(|op| is_pure(op, &self.function.variables)) {
             return None;
         }
         let begun = |value: Value| {
@@ -154,7 +154,7 @@ impl Rotation<'_> {
         let more = constant(self.function, &mut ops, true);
         let yields = [more].into_iter().chain(next.iter().copied()).collect();
         let mut then = Region { params: Vec::new(), ops, yields };
-        remove_unused(&mut then, &self.function.places);
+        remove_unused(&mut then, &self.function.variables);
         let mut ops = Vec::new();
         let over = constant(self.function, &mut ops, false);
         let yields = [over].into_iter().chain(round.body.params.iter().copied()).collect();
@@ -269,11 +269,11 @@ fn without_operands(kind: &OpKind) -> OpKind {
 }
 
 /// Removes what nothing in the region uses any more.
-fn remove_unused(region: &mut Region, places: &[Place]) {
+fn remove_unused(region: &mut Region, variables: &[Variable]) {
     let mut used: HashSet<Value> = region.yields.iter().copied().collect();
     let mut kept = Vec::with_capacity(region.ops.len());
     for op in std::mem::take(&mut region.ops).into_iter().rev() {
-        if is_pure(&op, places) && !op.results.iter().any(|result| used.contains(&result)) {
+        if is_pure(&op, variables) && !op.results.iter().any(|result| used.contains(&result)) {
             continue;
         }
         op.kind.for_each_operand(|operand| {

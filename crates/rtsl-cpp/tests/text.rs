@@ -16,7 +16,7 @@ member mask: u32[1]
 member flag: bool[1]
 buffer points: f32[3]
 scratch kept: f32[2]
-slot stack: f32[4]
+local stack: f32[4]
 accepted accepted: bool[1]
 ";
 
@@ -177,9 +177,9 @@ fn places_and_indices() {
         %i: i32 = load member:count@0 %four: i32 = constant 4 %zero: i32 = constant 0 %last: i32 = constant 3
         %w: f32 = load member:weights@%i %v: f32 = load member:weights@2
         %max: i32 = max %i, %zero %min: i32 = min %max, %last
-        store slot:stack@%i, %w
-        store slot:stack@1, %v
-        %s: f32 = load slot:stack@%min
+        store local:stack@%i, %w
+        store local:stack@1, %v
+        %s: f32 = load local:stack@%min
         %p: f32 = load buffer:points@%i %q: f32 = load buffer:points@2 %n: i32 = length buffer:points
         %f: f32 = convert %n
         %x: f32 = max %s, %p %y: f32 = max %q, %f

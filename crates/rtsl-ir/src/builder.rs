@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Name, NameText, Op, OpKind,
-    Output, Place, PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value, Values, evaluate,
+    Output, Region, Scalar, UnaryOp, Value, Values, Variable, VariableId, VariableKind, evaluate,
 };
 
 /// A function under construction: operations are added to the innermost open region.
@@ -28,7 +28,7 @@ pub struct Builder {
     /// Only looked up, so that its order does not matter; so for the others.
     texts: HashMap<String, NameText>,
     /// A class may have tens of thousands of members, and a method name them all.
-    places: HashMap<(PlaceKind, String), PlaceId>,
+    variables: HashMap<(VariableKind, String), VariableId>,
     /// By a slot's name the last number that was tried for another of the name.
     slot_numbers: HashMap<String, u32>,
 }
@@ -50,7 +50,7 @@ impl Builder {
             open: vec![OpenRegion::default()],
             precise: false,
             texts: HashMap::new(),
-            places: HashMap::new(),
+            variables: HashMap::new(),
             slot_numbers: HashMap::new(),
         }
     }
@@ -105,35 +105,35 @@ impl Builder {
     // Places.
 
     /// The place equal to `place`, added where it is missing.
-    pub fn place(&mut self, place: Place) -> PlaceId {
-        if let Some(known) = self.places.get(&(place.kind, place.name.clone())) {
-            debug_assert_eq!(*self.function.place(*known), place);
+    pub fn variable(&mut self, variable: Variable) -> VariableId {
+        if let Some(known) = self.variables.get(&(variable.kind, variable.name.clone())) {
+            debug_assert_eq!(*self.function.variable(*known), variable);
             return *known;
         }
-        let new = PlaceId(self.function.places.len() as u32);
-        self.places.insert((place.kind, place.name.clone()), new);
-        self.function.places.push(place);
+        let new = VariableId(self.function.variables.len() as u32);
+        self.variables.insert((variable.kind, variable.name.clone()), new);
+        self.function.variables.push(variable);
         new
     }
 
     /// A new slot; its name starts with `name` and gets a number where that is taken.
-    pub fn slot(&mut self, name: &str, scalar: Scalar, len: u32) -> PlaceId {
-        let mut key = (PlaceKind::Slot, name.to_owned());
-        if self.places.contains_key(&key) {
+    pub fn local(&mut self, name: &str, scalar: Scalar, len: u32) -> VariableId {
+        let mut key = (VariableKind::Local, name.to_owned());
+        if self.variables.contains_key(&key) {
             let number = self.slot_numbers.entry(name.to_owned()).or_insert(1);
-            while self.places.contains_key(&key) {
+            while self.variables.contains_key(&key) {
                 *number += 1;
                 key.1 = format!("{name}.{number}");
             }
         }
         let (kind, name) = key;
-        self.place(Place { kind, name, scalar, len })
+        self.variable(Variable { kind, name, scalar, len })
     }
 
     /// Makes `value` the output to this scalar of a place.
-    pub fn output(&mut self, place: PlaceId, component: u32, value: Value) {
+    pub fn output(&mut self, variable: VariableId, component: u32, value: Value) {
         assert_eq!(self.open.len(), 1, "outputs belong to the function's body");
-        self.function.outputs.push(Output { place, component });
+        self.function.outputs.push(Output { variable, component });
         self.region().yields.push(value);
     }
 
@@ -263,29 +263,29 @@ impl Builder {
     }
 
     /// The scalar of a place at a constant index.
-    pub fn load(&mut self, place: PlaceId, index: u32) -> Value {
-        self.push(OpKind::Load(place, Index::Constant(index))).get(0)
+    pub fn load(&mut self, variable: VariableId, index: u32) -> Value {
+        self.push(OpKind::Load(variable, Index::Constant(index))).get(0)
     }
 
     /// The scalar of a place at an i32, constant or not. The index must be in range if it is known.
-    pub fn load_at(&mut self, place: PlaceId, index: Value) -> Value {
+    pub fn load_at(&mut self, variable: VariableId, index: Value) -> Value {
         let index = self.index(index);
-        self.push(OpKind::Load(place, index)).get(0)
+        self.push(OpKind::Load(variable, index)).get(0)
     }
 
     /// Stores to a slot at a constant index.
-    pub fn store(&mut self, slot: PlaceId, index: u32, value: Value) {
-        self.push(OpKind::Store(slot, Index::Constant(index), value));
+    pub fn store(&mut self, local: VariableId, index: u32, value: Value) {
+        self.push(OpKind::Store(local, Index::Constant(index), value));
     }
 
     /// Stores to a slot at an i32, constant or not. The index must be in range if it is known.
-    pub fn store_at(&mut self, slot: PlaceId, index: Value, value: Value) {
+    pub fn store_at(&mut self, local: VariableId, index: Value, value: Value) {
         let index = self.index(index);
-        self.push(OpKind::Store(slot, index, value));
+        self.push(OpKind::Store(local, index, value));
     }
 
     /// [`OpKind::Length`]
-    pub fn length(&mut self, buffer: PlaceId) -> Value {
+    pub fn length(&mut self, buffer: VariableId) -> Value {
         self.emit(OpKind::Length(buffer))
     }
 

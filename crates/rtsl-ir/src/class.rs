@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rtsl_spec::{Method, Role};
 
-use crate::{Constant, Function, Place, Scalar};
+use crate::{Constant, Function, Scalar, Variable};
 
 /// A class, checked and lowered, not yet linked with the instances it refers to.
 #[derive(Clone, Debug)]
@@ -18,11 +18,11 @@ pub struct Class {
     /// What hosts may set, constructor parameters first.
     pub parameters: Vec<Parameter>,
     /// The instance's data: public and private members, leaf by leaf; no buffers, no references.
-    pub members: Vec<Place>,
+    pub members: Vec<Variable>,
     /// Its buffers, leaf by leaf.
-    pub buffers: Vec<Place>,
+    pub buffers: Vec<Variable>,
     /// Its scratch, leaf by leaf.
-    pub scratch: Vec<Place>,
+    pub scratch: Vec<Variable>,
     /// Its scratch members as they are declared, in order: for hosts that show or set them.
     pub scratch_types: Vec<(String, ParameterType)>,
     /// Its references.

@@ -1,6 +1,6 @@
 //! Functions, regions and values.
 
-use crate::{Names, Op, OpKind, Place, PlaceId, PlaceKind, Scalar};
+use crate::{Names, Op, OpKind, Scalar, Variable, VariableId, VariableKind};
 
 /// How deep regions may be nested in a function's body, so that walking them by recursion is safe.
 pub const MAX_NESTING: usize = 256;
@@ -50,7 +50,7 @@ pub struct Region {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Output {
     /// A state, member, parameter, scratch or accepted place.
-    pub place: PlaceId,
+    pub variable: VariableId,
     /// Which scalar of it.
     pub component: u32,
 }
@@ -61,7 +61,7 @@ pub struct Function {
     /// `Class.method`.
     pub name: String,
     /// The places that it may read and store.
-    pub places: Vec<Place>,
+    pub variables: Vec<Variable>,
     /// The type of every value.
     pub values: Vec<Scalar>,
     /// What it does.
@@ -77,7 +77,7 @@ impl Function {
     pub fn new(name: impl Into<String>) -> Self {
         Function {
             name: name.into(),
-            places: Vec::new(),
+            variables: Vec::new(),
             values: Vec::new(),
             body: Region::default(),
             outputs: Vec::new(),
@@ -91,24 +91,27 @@ impl Function {
     }
 
     /// The place `id`.
-    pub fn place(&self, id: PlaceId) -> &Place {
-        &self.places[id.0 as usize]
+    pub fn variable(&self, id: VariableId) -> &Variable {
+        &self.variables[id.0 as usize]
     }
 
     /// The place of this kind and name, if the function has it.
-    pub fn find_place(&self, kind: PlaceKind, name: &str) -> Option<PlaceId> {
-        let found = self.places.iter().position(|place| place.kind == kind && place.name == name);
-        found.map(|index| PlaceId(index as u32))
+    pub fn find_variable(&self, kind: VariableKind, name: &str) -> Option<VariableId> {
+        let found = self
+            .variables
+            .iter()
+            .position(|variable| variable.kind == kind && variable.name == name);
+        found.map(|index| VariableId(index as u32))
     }
 
     /// The place equal to `place`, added where it is missing.
-    pub fn intern_place(&mut self, place: Place) -> PlaceId {
-        if let Some(id) = self.find_place(place.kind, &place.name) {
-            debug_assert_eq!(*self.place(id), place);
+    pub fn intern_place(&mut self, variable: Variable) -> VariableId {
+        if let Some(id) = self.find_variable(variable.kind, &variable.name) {
+            debug_assert_eq!(*self.variable(id), variable);
             return id;
         }
-        self.places.push(place);
-        PlaceId(self.places.len() as u32 - 1)
+        self.variables.push(variable);
+        VariableId(self.variables.len() as u32 - 1)
     }
 
     /// How deep regions are nested in the body, 0 where it has none in it.

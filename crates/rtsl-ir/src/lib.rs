@@ -3,13 +3,13 @@
 //! # What a function means
 //!
 //! A [`Function`] is what one method does for ONE ray and ONE object. It reads named
-//! [places](Place) (state variables, members, scratch, buffers), computes scalar values, and at its
+//! [places](Variable) (state variables, members, scratch, buffers), computes scalar values, and at its
 //! end its body yields one value for each of its [outputs](Function::outputs), which the caller
 //! stores. Nothing is stored before the end, except into slots, which are the function's own memory
 //! for arrays with dynamic indices. So a place read anywhere in the body has the value it had
 //! before the call.
 //!
-//! A function with an output to the [`PlaceKind::Accepted`] place is an `intersect`: all its other
+//! A function with an output to the [`VariableKind::Accepted`] place is an `intersect`: all its other
 //! outputs are stored only where that output is true.
 //!
 //! # Values and control
@@ -39,9 +39,9 @@ mod interpreter;
 mod interval;
 mod names;
 mod op;
-mod place;
 mod signature;
 pub mod text;
+mod variable;
 pub mod verify;
 mod visit;
 
@@ -56,5 +56,5 @@ pub use op::{
     BinaryOp, CompareOp, Constant, Index, Op, OpKind, ReferenceCall, ReferencePath, Scalar,
     StateComponent, UnaryOp,
 };
-pub use place::{Place, PlaceId, PlaceKind};
+pub use variable::{Variable, VariableId, VariableKind};
 pub use visit::Effect;

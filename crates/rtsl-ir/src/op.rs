@@ -2,7 +2,7 @@
 
 use rtsl_spec::{Method, Role};
 
-use crate::{PlaceId, Region, Value, Values};
+use crate::{Region, Value, Values, VariableId};
 
 /// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -369,11 +369,11 @@ pub enum OpKind {
     Bitcast(Scalar, Value),
     /// A scalar of any place but an accepted one. State, members, parameters and scratch have the
     /// value from before the call.
-    Load(PlaceId, Index),
+    Load(VariableId, Index),
     /// Into a slot. No result.
-    Store(PlaceId, Index, Value),
+    Store(VariableId, Index, Value),
     /// The number of elements of a buffer, i32.
-    Length(PlaceId),
+    Length(VariableId),
     /// One of two regions without parameters; as many results as each yields.
     If {
         /// bool.

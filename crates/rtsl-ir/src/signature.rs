@@ -17,7 +17,7 @@ impl OpKind {
                 scalars.push(Scalar::Bool);
             }
             OpKind::Convert(to, _) | OpKind::Bitcast(to, _) => scalars.push(*to),
-            OpKind::Load(place, _) => scalars.push(function.place(*place).scalar),
+            OpKind::Load(variable, _) => scalars.push(function.variable(*variable).scalar),
             OpKind::Store(..) | OpKind::ReportBudget => {}
             OpKind::Length(_) | OpKind::LightCount => scalars.push(Scalar::I32),
             OpKind::If { then, .. } => {

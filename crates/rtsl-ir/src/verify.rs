@@ -37,8 +37,8 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
 use crate::{
-    Function, Index, MAX_NESTING, Op, OpKind, Place, PlaceId, PlaceKind, ReferencePath, Region,
-    Scalar, StateComponent, Value, evaluate, text,
+    Function, Index, MAX_NESTING, Op, OpKind, ReferencePath, Region, Scalar, StateComponent, Value,
+    Variable, VariableId, VariableKind, evaluate, text,
 };
 
 /// The greatest number of scalars of a place, but for members and buffers.
@@ -129,18 +129,20 @@ impl<'a> Verifier<'a> {
     fn check_places(&self) -> Result {
         let mut names = BTreeSet::new();
         let mut slot_scalars = 0;
-        for place in &self.function.places {
-            check_place(place)?;
-            if !names.insert((place.kind, &place.name)) {
-                let (kind, name) = (place.kind.name(), &place.name);
+        for variable in &self.function.variables {
+            check_place(variable)?;
+            if !names.insert((variable.kind, &variable.name)) {
+                let (kind, name) = (variable.kind.name(), &variable.name);
                 return Err(format!("{kind} `{name}` is there twice"));
             }
-            if place.kind == PlaceKind::Slot {
-                slot_scalars += u64::from(place.len);
+            if variable.kind == VariableKind::Local {
+                slot_scalars += u64::from(variable.len);
             }
         }
         if slot_scalars > u64::from(MAX_SLOT_SCALARS) {
-            return Err(format!("slots have {slot_scalars} scalars, more than {MAX_SLOT_SCALARS}"));
+            return Err(format!(
+                "locals have {slot_scalars} scalars, more than {MAX_SLOT_SCALARS}"
+            ));
         }
         Ok(())
     }
@@ -153,25 +155,26 @@ impl<'a> Verifier<'a> {
         }
         let mut seen = BTreeSet::new();
         for (output, value) in outputs.iter().zip(&body.yields) {
-            let place = self.place(output.place)?;
-            let name = format!("output {}:{}@{}", place.kind.name(), place.name, output.component);
-            match place.kind {
-                PlaceKind::State
-                | PlaceKind::Member
-                | PlaceKind::Parameter
-                | PlaceKind::Scratch
-                | PlaceKind::Accepted => {}
-                PlaceKind::Buffer | PlaceKind::Slot => {
-                    return Err(format!("{name} is in a place that can be no output"));
+            let variable = self.variable(output.variable)?;
+            let name =
+                format!("output {}:{}@{}", variable.kind.name(), variable.name, output.component);
+            match variable.kind {
+                VariableKind::State
+                | VariableKind::Member
+                | VariableKind::Parameter
+                | VariableKind::Scratch
+                | VariableKind::Accepted => {}
+                VariableKind::Buffer | VariableKind::Local => {
+                    return Err(format!("{name} is in a variable that can be no output"));
                 }
             }
-            if output.component >= place.len {
-                return Err(format!("{name} is beyond the place's length {}", place.len));
+            if output.component >= variable.len {
+                return Err(format!("{name} is beyond the variable's length {}", variable.len));
             }
-            if !seen.insert((output.place, output.component)) {
+            if !seen.insert((output.variable, output.component)) {
                 return Err(format!("{name} is there twice"));
             }
-            self.check_use(*value, Some(place.scalar))
+            self.check_use(*value, Some(variable.scalar))
                 .map_err(|error| format!("{name}: {error}"))?;
         }
         Ok(())
@@ -283,22 +286,22 @@ impl<'a> Verifier<'a> {
             OpKind::Bitcast(to, a) => {
                 check_defined(evaluate::bitcast(scalar(*a), *to).is_some(), scalar(*a))
             }
-            OpKind::Load(place, index) => {
-                if self.place(*place)?.kind == PlaceKind::Accepted {
-                    return Err("an accepted place cannot be read".to_owned());
+            OpKind::Load(variable, index) => {
+                if self.variable(*variable)?.kind == VariableKind::Accepted {
+                    return Err("an accepted variable cannot be read".to_owned());
                 }
-                self.check_index(*place, *index)
+                self.check_index(*variable, *index)
             }
-            OpKind::Store(place, index, value) => {
-                let slot = self.place(*place)?;
-                if slot.kind != PlaceKind::Slot {
-                    return Err("only slots can be stored to".to_owned());
+            OpKind::Store(variable, index, value) => {
+                let local = self.variable(*variable)?;
+                if local.kind != VariableKind::Local {
+                    return Err("only locals can be stored to".to_owned());
                 }
-                self.check_index(*place, *index)?;
-                self.check_use(*value, Some(slot.scalar))
+                self.check_index(*variable, *index)?;
+                self.check_use(*value, Some(local.scalar))
             }
-            OpKind::Length(place) => match self.place(*place)?.kind {
-                PlaceKind::Buffer => Ok(()),
+            OpKind::Length(variable) => match self.variable(*variable)?.kind {
+                VariableKind::Buffer => Ok(()),
                 _ => Err("only buffers have a length".to_owned()),
             },
             OpKind::If { condition, .. } => self.check_use(*condition, Some(Scalar::Bool)),
@@ -338,12 +341,12 @@ impl<'a> Verifier<'a> {
         result
     }
 
-    fn check_index(&self, id: PlaceId, index: Index) -> Result {
+    fn check_index(&self, id: VariableId, index: Index) -> Result {
         match index {
             Index::Constant(index) => {
-                let len = self.place(id)?.len;
+                let len = self.variable(id)?.len;
                 if index >= len {
-                    return Err(format!("index {index} is beyond the place's length {len}"));
+                    return Err(format!("index {index} is beyond the variable's length {len}"));
                 }
                 Ok(())
             }
@@ -408,27 +411,27 @@ impl<'a> Verifier<'a> {
         Ok(())
     }
 
-    fn place(&self, id: PlaceId) -> Result<&'a Place> {
-        let place = self.function.places.get(id.0 as usize);
-        place.ok_or_else(|| format!("there is no place {}", id.0))
+    fn variable(&self, id: VariableId) -> Result<&'a Variable> {
+        let variable = self.function.variables.get(id.0 as usize);
+        variable.ok_or_else(|| format!("there is no variable {}", id.0))
     }
 }
 
-fn check_place(place: &Place) -> Result {
-    let Place { kind, name, scalar, len } = place;
+fn check_place(variable: &Variable) -> Result {
+    let Variable { kind, name, scalar, len } = variable;
     let (kind_name, scalar_name) = (kind.name(), scalar.name());
-    check_word("the name of a place", name)?;
+    check_word("the name of a variable", name)?;
     let fits = match kind {
-        PlaceKind::State => {
+        VariableKind::State => {
             let variable = rtsl_spec::lookup_state(name);
             let variable = variable.ok_or_else(|| format!("there is no state `{name}`"))?;
             *scalar == Scalar::F32 && *len == variable.ty.components()
         }
-        PlaceKind::Accepted => *scalar == Scalar::Bool && *len == 1,
-        PlaceKind::Parameter | PlaceKind::Scratch | PlaceKind::Slot => {
+        VariableKind::Accepted => *scalar == Scalar::Bool && *len == 1,
+        VariableKind::Parameter | VariableKind::Scratch | VariableKind::Local => {
             (1..=MAX_PLACE_SCALARS).contains(len)
         }
-        PlaceKind::Member | PlaceKind::Buffer => *len >= 1,
+        VariableKind::Member | VariableKind::Buffer => *len >= 1,
     };
     if !fits {
         return Err(format!("{kind_name} `{name}` cannot be {scalar_name}[{len}]"));
@@ -462,7 +465,7 @@ mod tests {
     fn error(body: &str) -> String {
         let text = format!(
             "function f\nstate rt_RayOrigin: f32[3]\nmember m: i32[2]\nbuffer b: f32[1]\n\
-             slot s: f32[4]\naccepted a: bool[1]\n{{{body}}}"
+             local s: f32[4]\naccepted a: bool[1]\n{{{body}}}"
         );
         let function: Function = text.parse().unwrap();
         verify(&function).expect_err(body).to_string()
@@ -478,14 +481,14 @@ mod tests {
                 "%1 is i32, expected f32",
             ),
             ("%a: f32, %b: f32 = constant 1 return", "2 results, expected 1"),
-            ("%a: f32 = load accepted:a@0 return", "an accepted place cannot be read"),
-            ("%a: i32 = constant 1 store member:m@0, %a return", "only slots can be stored to"),
+            ("%a: f32 = load accepted:a@0 return", "an accepted variable cannot be read"),
+            ("%a: i32 = constant 1 store member:m@0, %a return", "only locals can be stored to"),
             ("%a: i32 = length member:m return", "only buffers have a length"),
-            ("%a: i32 = load member:m@2 return", "index 2 is beyond the place's length 2"),
+            ("%a: i32 = load member:m@2 return", "index 2 is beyond the variable's length 2"),
             ("%a: f32 = constant 1 %b: i32 = load member:m@%a return", "%0 is f32, expected i32"),
             (
                 "%c: bool = constant true if %c { %a: f32 = constant 1 yield } else { yield }
-                 store slot:s@0, %a return",
+                 store local:s@0, %a return",
                 "%1 is used outside the region that defines it",
             ),
             (
@@ -502,11 +505,11 @@ mod tests {
             ),
             (
                 "%a: f32 = constant 1 return state:rt_RayOrigin@3 = %a",
-                "output state:rt_RayOrigin@3 is beyond the place's length 3",
+                "output state:rt_RayOrigin@3 is beyond the variable's length 3",
             ),
             (
-                "%a: f32 = constant 1 return slot:s@0 = %a",
-                "output slot:s@0 is in a place that can be no output",
+                "%a: f32 = constant 1 return local:s@0 = %a",
+                "output local:s@0 is in a variable that can be no output",
             ),
             (
                 "%a: f32 = constant 1 return state:rt_RayOrigin@0 = %a, state:rt_RayOrigin@0 = %a",
@@ -525,11 +528,12 @@ mod tests {
             ("state rt_Nothing: f32[3]", "there is no state `rt_Nothing`"),
             ("state rt_RayOrigin: f32[2]", "state `rt_RayOrigin` cannot be f32[2]"),
             ("accepted a: f32[1]", "accepted `a` cannot be f32[1]"),
-            ("slot s: f32[4000000000]", "slot `s` cannot be f32[4000000000]"),
-            ("slot s: f32[65536] slot t: i32[1]", "slots have 65537 scalars, more than 65536"),
+            ("local s: f32[4000000000]", "local `s` cannot be f32[4000000000]"),
+            ("local s: f32[65536] local t: i32[1]", "locals have 65537 scalars, more than 65536"),
         ];
-        for (places, expected) in table {
-            let function: Function = format!("function f {places} {{ return }}").parse().unwrap();
+        for (variables, expected) in table {
+            let function: Function =
+                format!("function f {variables} {{ return }}").parse().unwrap();
             assert_eq!(verify(&function).unwrap_err().message, expected);
         }
     }

@@ -1,6 +1,6 @@
 //! Walking operations: the one place that knows the operands and regions of each.
 
-use crate::{Index, Op, OpKind, Place, PlaceId, PlaceKind, ReferencePath, Region, Value};
+use crate::{Index, Op, OpKind, ReferencePath, Region, Value, Variable, VariableId, VariableKind};
 
 /// Calls `$visit` with each operand of `$kind`, in the order of the text form. One body for shared
 /// and exclusive access: `$borrow` is `&` or `&mut`, and `$kind` a reference of that sort.
@@ -93,9 +93,9 @@ pub enum Effect {
     /// Nothing: it may be removed, repeated, moved, and done where the program did not ask for it.
     None,
     /// Its result depends on what has been stored to this slot.
-    ReadsSlot(PlaceId),
+    ReadsSlot(VariableId),
     /// It stores to this slot.
-    WritesSlot(PlaceId),
+    WritesSlot(VariableId),
     /// It asks the host, which may advance samplers and count: neither removed nor reordered.
     Host,
 }
@@ -133,11 +133,12 @@ impl OpKind {
     }
 
     /// What the operation itself does besides giving results, in a function with these places.
-    pub fn effect(&self, places: &[Place]) -> Effect {
-        let is_slot = |place: &PlaceId| places[place.0 as usize].kind == PlaceKind::Slot;
+    pub fn effect(&self, variables: &[Variable]) -> Effect {
+        let is_slot =
+            |variable: &VariableId| variables[variable.0 as usize].kind == VariableKind::Local;
         match self {
-            OpKind::Load(place, _) if is_slot(place) => Effect::ReadsSlot(*place),
-            OpKind::Store(place, ..) => Effect::WritesSlot(*place),
+            OpKind::Load(variable, _) if is_slot(variable) => Effect::ReadsSlot(*variable),
+            OpKind::Store(variable, ..) => Effect::WritesSlot(*variable),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }

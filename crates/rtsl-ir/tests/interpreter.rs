@@ -2,7 +2,7 @@
 
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl_ir::verify::verify;
-use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, Storage};
+use rtsl_ir::{Function, Interpreter, Outcome, Storage, VariableId};
 use rtsl_testing::functions::HashHost;
 
 /// Places as vectors; those not given are empty.
@@ -10,28 +10,28 @@ use rtsl_testing::functions::HashHost;
 struct Places(Vec<Vec<u32>>);
 
 impl Storage for Places {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        self.0[place.0 as usize][index as usize]
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        self.0[variable.0 as usize][index as usize]
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
+    fn elements(&self, buffer: VariableId) -> u32 {
         self.0[buffer.0 as usize].len() as u32
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        self.0[place.0 as usize][component as usize] = bits;
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.0[variable.0 as usize][component as usize] = bits;
     }
 }
 
 /// Runs a function twice with these values in its places, and gives the first place after the
 /// second run.
-fn run(text: &str, places: &[&[u32]]) -> (Vec<u32>, Outcome) {
+fn run(text: &str, variables: &[&[u32]]) -> (Vec<u32>, Outcome) {
     let function: Function = text.parse().unwrap();
     verify(&function).unwrap();
     let mut interpreter = Interpreter::prepare(&function).unwrap();
-    let places = || Places(places.iter().map(|bits| bits.to_vec()).collect());
-    interpreter.run(0, &mut places(), &mut HashHost::default());
-    let mut storage = places();
+    let variables = || Places(variables.iter().map(|bits| bits.to_vec()).collect());
+    interpreter.run(0, &mut variables(), &mut HashHost::default());
+    let mut storage = variables();
     let outcome = interpreter.run(0, &mut storage, &mut HashHost::default());
     (storage.0.swap_remove(0), outcome)
 }
@@ -74,13 +74,13 @@ fn a_loop_may_end_by_a_carried_bool() {
 
 #[test]
 fn slots_start_at_zero_and_indices_are_clamped() {
-    let text = "function f scratch s: i32[3] slot t: i32[4] {
+    let text = "function f scratch s: i32[3] local t: i32[4] {
         %i: i32 = load scratch:s@0
-        %before: i32 = load slot:t@%i
+        %before: i32 = load local:t@%i
         %seven: i32 = constant 7
-        store slot:t@%i, %seven
-        %first: i32 = load slot:t@0
-        %last: i32 = load slot:t@3
+        store local:t@%i, %seven
+        %first: i32 = load local:t@0
+        %last: i32 = load local:t@3
         return scratch:s@0 = %before, scratch:s@1 = %first, scratch:s@2 = %last
     }";
     assert_eq!(run(text, &[&bits(&[-9, 0, 0])]).0, [0, 7, 0]);

@@ -9,7 +9,7 @@ const WORDS: &[&str] = &[
     "function",
     "f",
     "state",
-    "slot",
+    "local",
     "member",
     "rt_RayOrigin",
     "s",

@@ -66,8 +66,8 @@ impl ForkGuard {
         let free = |it: &&AtomicPtr<ForkGuard>| {
             it.compare_exchange(std::ptr::null_mut(), address, SeqCst, SeqCst).is_ok()
         };
-        let place = WATCHED.iter().find(free);
-        debug_assert!(place.is_some(), "there is a place for each guard of the program");
+        let variable = WATCHED.iter().find(free);
+        debug_assert!(variable.is_some(), "there is a variable for each guard of the program");
     }
 
     /// In a child, before anything else is done there.

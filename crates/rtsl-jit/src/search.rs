@@ -20,9 +20,9 @@ pub fn candidates() -> Candidates {
     match std::env::var_os("RTSL_LLVM").filter(|value| !value.is_empty()) {
         Some(value) => Candidates::Chosen(chosen(Path::new(&value))),
         None => {
-            let places: [fn() -> Vec<PathBuf>; 3] =
+            let variables: [fn() -> Vec<PathBuf>; 3] =
                 [system_libraries, toolchain_libraries, asked_toolchain_libraries];
-            Candidates::Found(Box::new(places.into_iter().flat_map(|place| place())))
+            Candidates::Found(Box::new(variables.into_iter().flat_map(|variable| variable())))
         }
     }
 }

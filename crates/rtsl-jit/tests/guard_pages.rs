@@ -6,7 +6,7 @@ use rtsl_abi::{
     CallError, CallMode, CallStatus, HostArguments, HostLanes, InstanceBlock, Instances,
     LaneIndices, Layout, ObjectForm, Objects,
 };
-use rtsl_ir::{Builder, CompareOp, Constant, Function, Place, PlaceKind, Scalar, UnaryOp};
+use rtsl_ir::{Builder, CompareOp, Constant, Function, Scalar, UnaryOp, Variable, VariableKind};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, interleave};
@@ -58,13 +58,13 @@ impl Drop for Guarded {
 /// Reads state, scratch and a member, sets state and scratch, and may accept a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Guarded.intersect");
-    let mut place = |kind, name: &str, len| {
-        builder.place(Place { kind, name: name.to_owned(), scalar: Scalar::F32, len })
+    let mut variable = |kind, name: &str, len| {
+        builder.variable(Variable { kind, name: name.to_owned(), scalar: Scalar::F32, len })
     };
-    let origin = place(PlaceKind::State, "rt_RayOrigin", 3);
-    let distance = place(PlaceKind::State, "rt_HitDistance", 1);
-    let kept = place(PlaceKind::Scratch, "kept", 2);
-    let member = place(PlaceKind::Member, "scale", 1);
+    let origin = variable(VariableKind::State, "rt_RayOrigin", 3);
+    let distance = variable(VariableKind::State, "rt_HitDistance", 1);
+    let kept = variable(VariableKind::Scratch, "kept", 2);
+    let member = variable(VariableKind::Member, "scale", 1);
     let (x, z) = (builder.load(origin, 0), builder.load(origin, 2));
     let (old, scale) = (builder.load(kept, 1), builder.load(member, 0));
     let root = builder.unary(UnaryOp::Sqrt, x);
@@ -72,8 +72,8 @@ fn function(accepts: bool) -> Function {
     builder.output(distance, 0, sum);
     builder.output(kept, 0, z);
     if accepts {
-        let (kind, scalar) = (PlaceKind::Accepted, Scalar::Bool);
-        let accepted = builder.place(Place { kind, name: "hit".to_owned(), scalar, len: 1 });
+        let (kind, scalar) = (VariableKind::Accepted, Scalar::Bool);
+        let accepted = builder.variable(Variable { kind, name: "hit".to_owned(), scalar, len: 1 });
         let limit = builder.constant(Constant::F32(0.5));
         let hit = builder.compare(CompareOp::Less, z, limit);
         builder.output(accepted, 0, hit);
@@ -82,11 +82,11 @@ fn function(accepts: bool) -> Function {
 }
 
 fn lowered(function: &Function, shape: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     let mut kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
     kernel.interleave = interleave::choose(&kernel, interleave);

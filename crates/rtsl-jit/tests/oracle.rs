@@ -4,8 +4,8 @@
 mod oracle_support;
 
 use rtsl_ir::{
-    BinaryOp, Builder, CompareOp, Function, Index, OpKind, Place, PlaceKind, Scalar, UnaryOp,
-    Value, evaluate,
+    BinaryOp, Builder, CompareOp, Function, Index, OpKind, Scalar, UnaryOp, Value, Variable,
+    VariableKind, evaluate,
 };
 use rtsl_testing::functions::{Entropy, seeded_function};
 
@@ -53,12 +53,12 @@ impl Operations {
         let mut entropy = Entropy::new(&bytes);
         let mut operands = Vec::new();
         for scalar in Scalar::ALL {
-            let mut place = |kind, prefix: &str, len| {
+            let mut variable = |kind, prefix: &str, len| {
                 let name = format!("{prefix}_{}", scalar.name());
-                builder.place(Place { kind, name, scalar, len })
+                builder.variable(Variable { kind, name, scalar, len })
             };
-            let lanes = place(PlaceKind::Scratch, "lanes", 2);
-            let shared = place(PlaceKind::Member, "shared", 2);
+            let lanes = variable(VariableKind::Scratch, "lanes", 2);
+            let shared = variable(VariableKind::Member, "shared", 2);
             let mut values = Vec::new();
             for index in 0..2 {
                 values.push(builder.load(lanes, index));
@@ -138,21 +138,26 @@ impl Operations {
 
     /// Places of every kind and several lengths, at indices of every kind.
     fn memory(&mut self, scalar: Scalar) {
-        let kinds = [PlaceKind::Scratch, PlaceKind::Member, PlaceKind::Buffer, PlaceKind::Slot];
+        let kinds = [
+            VariableKind::Scratch,
+            VariableKind::Member,
+            VariableKind::Buffer,
+            VariableKind::Local,
+        ];
         let values = self.operands(scalar);
         for kind in kinds {
             for len in [3, 9] {
                 let name = format!("{}_{}_{len}", kind.name(), scalar.name());
-                let place = self.builder.place(Place { kind, name, scalar, len });
+                let variable = self.builder.variable(Variable { kind, name, scalar, len });
                 for (index, value) in self.operands(Scalar::I32).into_iter().zip(&values).take(2) {
-                    if kind == PlaceKind::Slot {
-                        self.builder.push(OpKind::Store(place, Index::Dynamic(index), *value));
+                    if kind == VariableKind::Local {
+                        self.builder.push(OpKind::Store(variable, Index::Dynamic(index), *value));
                     }
-                    self.push(OpKind::Load(place, Index::Dynamic(index)));
+                    self.push(OpKind::Load(variable, Index::Dynamic(index)));
                 }
-                self.push(OpKind::Load(place, Index::Constant(len - 1)));
-                if kind == PlaceKind::Buffer {
-                    self.push(OpKind::Length(place));
+                self.push(OpKind::Load(variable, Index::Constant(len - 1)));
+                if kind == VariableKind::Buffer {
+                    self.push(OpKind::Length(variable));
                 }
             }
         }
@@ -163,14 +168,14 @@ impl Operations {
             let results = self.results.iter().copied();
             let fitting: Vec<Value> =
                 results.filter(|value| self.builder.scalar(*value) == scalar).collect();
-            let place = self.builder.place(Place {
-                kind: PlaceKind::Scratch,
+            let variable = self.builder.variable(Variable {
+                kind: VariableKind::Scratch,
                 name: format!("results_{}", scalar.name()),
                 scalar,
                 len: fitting.len().max(1) as u32,
             });
             for (component, value) in fitting.into_iter().enumerate() {
-                self.builder.output(place, component as u32, value);
+                self.builder.output(variable, component as u32, value);
             }
         }
         self.builder.finish()
@@ -241,15 +246,15 @@ fn every_kind_of_memory() {
 /// Accepts hits of some objects, at distances of which many are equal, infinite or NaN.
 fn hits(gives_distance: bool) -> Function {
     let mut builder = Builder::new("Hits.intersect");
-    let mut place = |kind, name: &str, scalar, len| {
-        builder.place(Place { kind, name: name.to_owned(), scalar, len })
+    let mut variable = |kind, name: &str, scalar, len| {
+        builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
     };
-    let parts = place(PlaceKind::Member, "parts", Scalar::I32, 2);
-    let flag = place(PlaceKind::Member, "flag", Scalar::Bool, 1);
-    let distance = place(PlaceKind::State, "rt_HitDistance", Scalar::F32, 1);
-    let seen = place(PlaceKind::Scratch, "seen", Scalar::I32, 2);
-    let is_hit = place(PlaceKind::Scratch, "is_hit", Scalar::Bool, 1);
-    let accepted = place(PlaceKind::Accepted, "accepted", Scalar::Bool, 1);
+    let parts = variable(VariableKind::Member, "parts", Scalar::I32, 2);
+    let flag = variable(VariableKind::Member, "flag", Scalar::Bool, 1);
+    let distance = variable(VariableKind::State, "rt_HitDistance", Scalar::F32, 1);
+    let seen = variable(VariableKind::Scratch, "seen", Scalar::I32, 2);
+    let is_hit = variable(VariableKind::Scratch, "is_hit", Scalar::Bool, 1);
+    let accepted = variable(VariableKind::Accepted, "accepted", Scalar::Bool, 1);
     let three = builder.constant(rtsl_ir::Constant::I32(3));
     let one = builder.constant(rtsl_ir::Constant::I32(1));
     let [numerator, denominator] = [0, 1].map(|index| {
@@ -292,13 +297,13 @@ fn the_leaf_shape_keeps_the_nearest_hit() {
 fn the_leaf_shape_reads_scratch_from_before_the_call() {
     for (scalar, is_member) in [(Scalar::F32, true), (Scalar::Bool, true), (Scalar::I32, false)] {
         let mut builder = Builder::new("Shift.lookup");
-        let mut place = |kind, name: &str, scalar, len| {
-            builder.place(Place { kind, name: name.to_owned(), scalar, len })
+        let mut variable = |kind, name: &str, scalar, len| {
+            builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
         };
-        let kind = if is_member { PlaceKind::Member } else { PlaceKind::Scratch };
-        let index = place(kind, "index", Scalar::I32, 1);
-        let kept = place(PlaceKind::Scratch, "kept", scalar, 9);
-        let local = place(PlaceKind::Slot, "local", Scalar::I32, 2);
+        let kind = if is_member { VariableKind::Member } else { VariableKind::Scratch };
+        let index = variable(kind, "index", Scalar::I32, 1);
+        let kept = variable(VariableKind::Scratch, "kept", scalar, 9);
+        let local = variable(VariableKind::Local, "local", Scalar::I32, 2);
         let index = builder.load(index, 0);
         let three = builder.constant(rtsl_ir::Constant::I32(3));
         let shifted = builder.binary(BinaryOp::ShiftRight, index, three);

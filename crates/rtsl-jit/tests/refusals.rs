@@ -8,7 +8,7 @@ use rtsl_abi::{
     BoundBuffer, CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, LaneIndices,
     LaneMask, Layout, LeafArguments, LeafTest, ObjectForm, Objects,
 };
-use rtsl_ir::{Builder, Function, Index, OpKind, Place, PlaceKind, Scalar};
+use rtsl_ir::{Builder, Function, Index, OpKind, Scalar, Variable, VariableKind};
 use rtsl_jit::{CompiledKernel, JitError, LeafKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
@@ -20,19 +20,19 @@ const RAYS: usize = 4;
 /// a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Reads.lookup");
-    let mut place = |kind, name: &str, len| {
-        builder.place(Place { kind, name: name.to_owned(), scalar: Scalar::F32, len })
+    let mut variable = |kind, name: &str, len| {
+        builder.variable(Variable { kind, name: name.to_owned(), scalar: Scalar::F32, len })
     };
-    let member = place(PlaceKind::Member, "scale", 1);
-    let buffer = place(PlaceKind::Buffer, "pairs", 2);
-    let kept = place(PlaceKind::Scratch, "kept", 2);
+    let member = variable(VariableKind::Member, "scale", 1);
+    let buffer = variable(VariableKind::Buffer, "pairs", 2);
+    let kept = variable(VariableKind::Scratch, "kept", 2);
     let (scale, index) = (builder.load(member, 0), builder.constant(rtsl_ir::Constant::I32(3)));
     let element = builder.push(OpKind::Load(buffer, Index::Dynamic(index))).get(0);
     builder.output(kept, 0, scale);
     builder.output(kept, 1, element);
     if accepts {
-        let (kind, scalar) = (PlaceKind::Accepted, Scalar::Bool);
-        let accepted = builder.place(Place { kind, name: "hit".to_owned(), scalar, len: 1 });
+        let (kind, scalar) = (VariableKind::Accepted, Scalar::Bool);
+        let accepted = builder.variable(Variable { kind, name: "hit".to_owned(), scalar, len: 1 });
         let hit = builder.constant(rtsl_ir::Constant::Bool(true));
         builder.output(accepted, 0, hit);
     }
@@ -44,11 +44,11 @@ fn kernel(shape: CallMode) -> Kernel {
 }
 
 fn lowered(function: &Function, shape: CallMode) -> Kernel {
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     rtsl_packet::lower(function, &layout, shape, 4).unwrap()
 }
@@ -180,7 +180,7 @@ fn packet_code_that_breaks_the_rules_is_refused() {
     };
     assert!(!break_rule(|_| {}));
     assert!(break_rule(|kernel| kernel.shape = CallMode::Packet));
-    assert!(break_rule(|kernel| kernel.places[0].varies = false));
+    assert!(break_rule(|kernel| kernel.variables[0].varies = false));
     assert!(break_rule(|kernel| kernel.width = 3));
     assert!(break_rule(|kernel| kernel.outputs[0].component = 7));
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, InstanceBlock, Instances, LaneBlock, Layout,
 };
-use rtsl_ir::{Builder, OpKind, Place, PlaceKind, Scalar};
+use rtsl_ir::{Builder, OpKind, Scalar, Variable, VariableKind};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
@@ -23,9 +23,9 @@ const RAYS: usize = 16 * 16 * 2 + 5;
 /// Keeps values while it asks for a ray, and gives their sum and what the ray brings.
 fn kernel(shape: CallMode) -> Kernel {
     let mut builder = Builder::new("Keeps.shade");
-    let (kind, name) = (PlaceKind::Scratch, "kept".to_owned());
-    let place = builder.place(Place { kind, name, scalar: Scalar::F32, len: 2 });
-    let x = builder.load(place, 0);
+    let (kind, name) = (VariableKind::Scratch, "kept".to_owned());
+    let variable = builder.variable(Variable { kind, name, scalar: Scalar::F32, len: 2 });
+    let x = builder.load(variable, 0);
     let mut kept = vec![x];
     for _ in 0..KEPT {
         let product = builder.multiply(*kept.last().unwrap(), x);
@@ -34,9 +34,9 @@ fn kernel(shape: CallMode) -> Kernel {
     let (origin, direction) = ([x; 3], [x; 3]);
     let answer = builder.push(OpKind::Trace { origin, direction, limit: x, weight: x });
     let sum = kept.into_iter().fold(answer.get(0), |sum, value| builder.add(sum, value));
-    builder.output(place, 1, sum);
+    builder.output(variable, 1, sum);
     let function = builder.finish();
-    let layout = Layout::new([], [], &function.places);
+    let layout = Layout::new([], [], &function.variables);
     rtsl_packet::lower(&function, &layout, shape, 16).unwrap()
 }
 

@@ -2,7 +2,7 @@
 //! whose bits would not be ours.
 
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::PlaceKind;
+use rtsl_ir::VariableKind;
 use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_testing::functions::seeded_function;
@@ -36,11 +36,12 @@ fn no_target_calls_a_library() {
         let mut kernels = Vec::new();
         for seed in 0..4 * CallMode::ALL.len() as u64 {
             let function = seeded_function(seed, 250);
-            let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+            let variables =
+                |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
             let layout = Layout::new(
-                places(PlaceKind::Member),
-                places(PlaceKind::Buffer),
-                places(PlaceKind::Scratch),
+                variables(VariableKind::Member),
+                variables(VariableKind::Buffer),
+                variables(VariableKind::Scratch),
             );
             let width = [1, 4, 8, 16][seed as usize % 4];
             let shape = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];

@@ -10,7 +10,7 @@
 //! full chunks alone, several at a time, and leaves what remains to the second.
 
 use rtsl_abi::{CallMode, offsets};
-use rtsl_ir::{PlaceKind, Value};
+use rtsl_ir::{Value, VariableKind};
 use rtsl_packet::kernel::KernelOutput;
 
 use crate::emitter::{Emitter, Part, PointerSource};
@@ -224,7 +224,7 @@ impl Emitter<'_, '_> {
     }
 
     pub fn is_accepted(&self, output: KernelOutput) -> bool {
-        self.kernel.place(output.place).place.kind == PlaceKind::Accepted
+        self.kernel.variable(output.variable).variable.kind == VariableKind::Accepted
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (KernelOutput, Value)> {
@@ -320,7 +320,8 @@ impl Emitter<'_, '_> {
             if self.is_accepted(output) {
                 continue;
             }
-            let ty = self.lanes(memory_element(self.kernel.place(output.place).place.scalar));
+            let ty =
+                self.lanes(memory_element(self.kernel.variable(output.variable).variable.scalar));
             let at = self.output_address(output);
             let new = self.memory_operand(value, true);
             self.store_some(lanes, ty, new, at);

@@ -77,8 +77,8 @@ impl ConstructorPart {
             let _ = writeln!(
                 text,
                 "  %word.{part}.{index} = getelementptr i32, ptr %block, i64 {}\n  \
-                 %slot.{part}.{index} = getelementptr ptr, ptr %table, i64 {index}\n  \
-                 store ptr %word.{part}.{index}, ptr %slot.{part}.{index}, align 8",
+                 %local.{part}.{index} = getelementptr ptr, ptr %table, i64 {index}\n  \
+                 store ptr %word.{part}.{index}, ptr %local.{part}.{index}, align 8",
                 output.word
             );
         }

@@ -29,11 +29,11 @@ impl Emitter<'_, '_> {
                 self.define(result(), any);
             }
             OpKind::First(mask, value) => self.emit_first(result(), *mask, *value),
-            OpKind::Load(place, index) => self.emit_load(result(), *place, *index),
-            OpKind::Store { place, index, value, mask } => {
-                self.emit_store(*place, *index, *value, *mask);
+            OpKind::Load(variable, index) => self.emit_load(result(), *variable, *index),
+            OpKind::Store { variable, index, value, mask } => {
+                self.emit_store(*variable, *index, *value, *mask);
             }
-            OpKind::Length(place) => self.emit_length(result(), *place),
+            OpKind::Length(variable) => self.emit_length(result(), *variable),
             OpKind::If { condition, then, otherwise } => {
                 self.emit_if(op, *condition, then, otherwise);
             }

@@ -43,8 +43,8 @@ pub struct Emitter<'a, 'm> {
     pub callback: Option<Callback<'a>>,
     /// The test that the function does, if it is one of a test.
     pub test: Option<LeafTest>,
-    /// The address of each slot, by place.
-    pub slots: Vec<Option<Operand>>,
+    /// The address of each local, by variable.
+    pub local_memory: Vec<Option<Operand>>,
     pub pieces: Pieces,
     /// The piece being written that is not one of `pieces`: the prologue or the chunks.
     text: String,
@@ -110,7 +110,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
             nearest: Nearest::default(),
             callback: None,
             test: None,
-            slots: vec![None; kernel.places.len()],
+            local_memory: vec![None; kernel.variables.len()],
             pieces: Pieces::default(),
             text: String::new(),
             locals: 0,

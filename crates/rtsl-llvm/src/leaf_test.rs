@@ -96,9 +96,9 @@ impl Emitter<'_, '_> {
     }
 
     /// Writes which object has the nearest hit: its place among those of the test, or -1 for none.
-    pub fn store_nearest(&mut self, place: Operand, any: Operand) {
+    pub fn store_nearest(&mut self, variable: Operand, any: Operand) {
         let Some(LeafTest { first, .. }) = self.test else { return };
-        let number = self.instruction(format_args!("add i32 {first}, {place}"));
+        let number = self.instruction(format_args!("add i32 {first}, {variable}"));
         let none = offsets::NO_OBJECT as i32;
         let number = self.instruction(format_args!("select i1 {any}, i32 {number}, i32 {none}"));
         let offset = offsets::TEST_NEAREST;

@@ -5,8 +5,8 @@
 //! elements has the address of a word of zero in place of its own.
 
 use rtsl_abi::{CallMode, offsets};
-use rtsl_ir::{Index, PlaceId, PlaceKind, Scalar, Value};
-use rtsl_packet::kernel::{KernelOutput, KernelPlace};
+use rtsl_ir::{Index, Scalar, Value, VariableId, VariableKind};
+use rtsl_packet::kernel::{KernelOutput, KernelVariable};
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{LlvmType, Operand, memory_element};
@@ -58,19 +58,21 @@ pub struct Buffer {
 impl Emitter<'_, '_> {
     // Access.
 
-    pub fn emit_load(&mut self, result: Value, id: PlaceId, index: Index) {
-        let place = &self.kernel.places[id.0 as usize];
-        let loaded = match place.place.kind {
-            PlaceKind::State => self.load_lanes(LaneTable::State, id, index),
-            PlaceKind::Scratch => self.load_lanes(LaneTable::Scratch, id, index),
-            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted if place.of_objects => {
+    pub fn emit_load(&mut self, result: Value, id: VariableId, index: Index) {
+        let variable = &self.kernel.variables[id.0 as usize];
+        let loaded = match variable.variable.kind {
+            VariableKind::State => self.load_lanes(LaneTable::State, id, index),
+            VariableKind::Scratch => self.load_lanes(LaneTable::Scratch, id, index),
+            VariableKind::Member | VariableKind::Parameter | VariableKind::Accepted
+                if variable.of_objects =>
+            {
                 self.load_of_objects(id, index)
             }
-            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Accepted => {
+            VariableKind::Member | VariableKind::Parameter | VariableKind::Accepted => {
                 self.load_member(id, index)
             }
-            PlaceKind::Buffer => self.load_buffer(id, place, index),
-            PlaceKind::Slot => self.load_slot(id, place, index),
+            VariableKind::Buffer => self.load_buffer(id, variable, index),
+            VariableKind::Local => self.load_slot(id, variable, index),
         };
         self.define_loaded(result, loaded);
     }
@@ -143,12 +145,12 @@ impl Emitter<'_, '_> {
 
     /// A dynamic index into the scalars of a place other than a buffer, clamped unless it is known to be
     /// inside.
-    pub fn clamp_index(&mut self, value: Value, id: PlaceId) -> (Operand, bool) {
+    pub fn clamp_index(&mut self, value: Value, id: VariableId) -> (Operand, bool) {
         let (index, lanes) = self.index_operand(value);
         if self.ranges.is_inside(self.kernel, value, id) {
             return (index, lanes);
         }
-        let last = Operand::Int(self.kernel.place(id).place.len as i32 - 1);
+        let last = Operand::Int(self.kernel.variable(id).variable.len as i32 - 1);
         let last = if lanes { self.constant_lanes("i32", last) } else { last };
         (self.clamp(lanes, index, last), lanes)
     }
@@ -175,30 +177,30 @@ impl Emitter<'_, '_> {
     }
 
     fn output_location(&self, output: KernelOutput) -> (LaneTable, u32) {
-        let place = self.kernel.place(output.place);
-        let table = match place.place.kind {
-            PlaceKind::State => LaneTable::State,
-            PlaceKind::Scratch => LaneTable::Scratch,
-            PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Buffer
-            | PlaceKind::Slot
-            | PlaceKind::Accepted => {
-                unreachable!("{} has no lane array", place.place.name)
+        let variable = self.kernel.variable(output.variable);
+        let table = match variable.variable.kind {
+            VariableKind::State => LaneTable::State,
+            VariableKind::Scratch => LaneTable::Scratch,
+            VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Buffer
+            | VariableKind::Local
+            | VariableKind::Accepted => {
+                unreachable!("{} has no lane array", variable.variable.name)
             }
         };
-        (table, place.location + output.component)
+        (table, variable.location + output.component)
     }
 
-    fn load_lanes(&mut self, table: LaneTable, id: PlaceId, index: Index) -> Operand {
-        let place = self.kernel.place(id);
-        if !place.varies {
+    fn load_lanes(&mut self, table: LaneTable, id: VariableId, index: Index) -> Operand {
+        let variable = self.kernel.variable(id);
+        if !variable.varies {
             return self.load_first_lane(table, id, index);
         }
-        let ty = self.lanes(memory_element(place.place.scalar));
+        let ty = self.lanes(memory_element(variable.variable.scalar));
         let index = match index {
             Index::Constant(index) => {
-                let at = self.lane_address(table, place.location + index);
+                let at = self.lane_address(table, variable.location + index);
                 return self.load(ty, at);
             }
             Index::Dynamic(index) => index,
@@ -206,7 +208,7 @@ impl Emitter<'_, '_> {
         let (index, by_lane) = self.clamp_index(index, id);
         let base = self.chunk_base();
         let table = self.pointer(PointerSource::Call, table.offset());
-        let first = self.offset(table, place.location * 8);
+        let first = self.offset(table, variable.location * 8);
         let indices = self.vector("i32", by_lane);
         let entries =
             self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
@@ -227,23 +229,23 @@ impl Emitter<'_, '_> {
     }
 
     /// What all lanes share stands in the first one; each may want another array of it.
-    fn load_first_lane(&mut self, table: LaneTable, id: PlaceId, index: Index) -> Operand {
-        let place = self.kernel.place(id);
-        let element = memory_element(place.place.scalar);
+    fn load_first_lane(&mut self, table: LaneTable, id: VariableId, index: Index) -> Operand {
+        let variable = self.kernel.variable(id);
+        let element = memory_element(variable.variable.scalar);
         let index = match index {
             Index::Constant(index) => {
-                let array = self.pointer(table.source(), (place.location + index) * 8);
+                let array = self.pointer(table.source(), (variable.location + index) * 8);
                 return self.load(self.vector(element, false), array);
             }
             Index::Dynamic(index) => index,
         };
         let (index, by_lane) = self.clamp_index(index, id);
-        if self.is_overwritten(place) {
-            let copy = self.copy_of_first_lane(table, place);
+        if self.is_overwritten(variable) {
+            let copy = self.copy_of_first_lane(table, variable);
             return self.load_at(element, (copy, self.vector("ptr", false)), (index, by_lane));
         }
         let table = self.pointer(PointerSource::Call, table.offset());
-        let first = self.offset(table, place.location * 8);
+        let first = self.offset(table, variable.location * 8);
         let indices = self.vector("i32", by_lane);
         let entries =
             self.instruction(format_args!("getelementptr ptr, ptr {first}, {indices} {index}"));
@@ -254,12 +256,12 @@ impl Emitter<'_, '_> {
     }
 
     /// Whether a chunk's outputs may go where a later chunk would read what all lanes share.
-    fn is_overwritten(&self, place: &KernelPlace) -> bool {
+    fn is_overwritten(&self, variable: &KernelVariable) -> bool {
         let mut outputs = self.kernel.outputs.iter();
         match self.kernel.shape {
             CallMode::Leaf => {
                 !self.kernel.keeps_nearest()
-                    && outputs.any(|output| self.kernel.place(output.place) == place)
+                    && outputs.any(|output| self.kernel.variable(output.variable) == variable)
             }
             // Nothing that the first three share has a dynamic index left; the last has one chunk.
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
@@ -269,19 +271,19 @@ impl Emitter<'_, '_> {
     }
 
     /// What all lanes share of an array, in the function's own memory.
-    fn copy_of_first_lane(&mut self, table: LaneTable, place: &KernelPlace) -> Operand {
-        if let Some(copy) = self.buffers.copies.get(&place.location) {
+    fn copy_of_first_lane(&mut self, table: LaneTable, variable: &KernelVariable) -> Operand {
+        if let Some(copy) = self.buffers.copies.get(&variable.location) {
             return *copy;
         }
-        let (element, len) = (memory_element(place.place.scalar), place.place.len);
+        let (element, len) = (memory_element(variable.variable.scalar), variable.variable.len);
         let copy = self.alloca(&format!("[{len} x {element}]"), 64);
         for index in 0..len {
-            let array = self.pointer(table.source(), (place.location + index) * 8);
+            let array = self.pointer(table.source(), (variable.location + index) * 8);
             let word = self.setup(format_args!("load {element}, ptr {array}, align 4"));
             let at = self.setup(format_args!("getelementptr {element}, ptr {copy}, i64 {index}"));
             self.setup_effect(format_args!("store {element} {word}, ptr {at}, align 4"));
         }
-        self.buffers.copies.insert(place.location, copy);
+        self.buffers.copies.insert(variable.location, copy);
         copy
     }
 
@@ -294,12 +296,12 @@ impl Emitter<'_, '_> {
         format!("<{}>", numbers.collect::<Vec<_>>().join(", "))
     }
 
-    fn load_member(&mut self, id: PlaceId, index: Index) -> Operand {
-        let place = self.kernel.place(id);
-        let element = memory_element(place.place.scalar);
+    fn load_member(&mut self, id: VariableId, index: Index) -> Operand {
+        let variable = self.kernel.variable(id);
+        let element = memory_element(variable.variable.scalar);
         let instance = self.pointer(PointerSource::Call, offsets::CALL_INSTANCE);
         let (base, pointers) =
-            (self.offset(instance, place.location * 4), self.vector("ptr", false));
+            (self.offset(instance, variable.location * 4), self.vector("ptr", false));
         match index {
             Index::Constant(0) => self.gather(pointers.of(element), base),
             Index::Constant(index) => {
@@ -368,19 +370,19 @@ impl Emitter<'_, '_> {
 
     // Buffers.
 
-    fn buffer(&mut self, id: PlaceId, place: &KernelPlace) -> Buffer {
+    fn buffer(&mut self, id: VariableId, variable: &KernelVariable) -> Buffer {
         if let Some(buffer) = self.buffers.buffers.get(&id.0) {
             return *buffer;
         }
-        let buffer = self.buffer_of_call(place);
+        let buffer = self.buffer_of_call(variable);
         self.buffers.buffers.insert(id.0, buffer);
         buffer
     }
 
-    fn load_buffer(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
-        let buffer = self.buffer(id, place);
-        let buffer_lanes = place.varies && self.width > 1;
-        let element = memory_element(place.place.scalar);
+    fn load_buffer(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
+        let buffer = self.buffer(id, variable);
+        let buffer_lanes = variable.varies && self.width > 1;
+        let element = memory_element(variable.variable.scalar);
         let pointers = self.vector("ptr", buffer_lanes);
         let (index, index_lanes) = match index {
             Index::Constant(index) => (Operand::Int(index as i32), false),
@@ -408,9 +410,9 @@ impl Emitter<'_, '_> {
         self.load_at(element, (buffer.address, pointers), (index, by_lane))
     }
 
-    pub fn emit_length(&mut self, result: Value, id: PlaceId) {
-        let place = &self.kernel.places[id.0 as usize];
-        let buffer = self.buffer(id, place);
+    pub fn emit_length(&mut self, result: Value, id: VariableId) {
+        let variable = &self.kernel.variables[id.0 as usize];
+        let buffer = self.buffer(id, variable);
         self.define(result, buffer.count);
     }
 
@@ -418,45 +420,51 @@ impl Emitter<'_, '_> {
 
     /// Gives each slot its memory, and zeroes it.
     pub fn emit_slots(&mut self) {
-        for (number, place) in self.kernel.places.iter().enumerate() {
-            if place.place.kind != PlaceKind::Slot {
+        for (number, variable) in self.kernel.variables.iter().enumerate() {
+            if variable.variable.kind != VariableKind::Local {
                 continue;
             }
-            let (ty, len) = (self.slot_type(place), place.place.len);
-            let slot = self.alloca(&format!("[{len} x {ty}]"), 64);
-            self.slots[number] = Some(slot);
+            let (ty, len) = (self.slot_type(variable), variable.variable.len);
+            let local = self.alloca(&format!("[{len} x {ty}]"), 64);
+            self.local_memory[number] = Some(local);
             self.module.declare(
                 "void @llvm.memset.p0.i64(ptr nocapture writeonly, i8, i64, i1 immarg)".to_owned(),
             );
             let bytes = u64::from(len) * u64::from(ty.count) * 4;
             self.effect(format_args!(
-                "call void @llvm.memset.p0.i64(ptr align 64 {slot}, i8 0, i64 {bytes}, i1 false)"
+                "call void @llvm.memset.p0.i64(ptr align 64 {local}, i8 0, i64 {bytes}, i1 false)"
             ));
         }
     }
 
-    fn slot_type(&self, place: &KernelPlace) -> LlvmType {
-        self.vector(memory_element(place.place.scalar), place.varies)
+    fn slot_type(&self, variable: &KernelVariable) -> LlvmType {
+        self.vector(memory_element(variable.variable.scalar), variable.varies)
     }
 
     /// Where an element of a slot is: its address, or those of its lanes; and whether the latter.
-    fn slot_address(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> (Operand, bool) {
-        let slot = self.slots[id.0 as usize].expect("slots have memory from the chunk's start");
-        let ty = self.slot_type(place);
+    fn slot_address(
+        &mut self,
+        id: VariableId,
+        variable: &KernelVariable,
+        index: Index,
+    ) -> (Operand, bool) {
+        let local =
+            self.local_memory[id.0 as usize].expect("locals have memory from the chunk's start");
+        let ty = self.slot_type(variable);
         let (index, by_lane) = match index {
-            Index::Constant(0) => return (slot, false),
+            Index::Constant(0) => return (local, false),
             Index::Constant(index) => {
-                let text = format_args!("getelementptr {ty}, ptr {slot}, i64 {index}");
+                let text = format_args!("getelementptr {ty}, ptr {local}, i64 {index}");
                 return (self.instruction(text), false);
             }
             Index::Dynamic(index) => self.clamp_index(index, id),
         };
         if !by_lane {
-            let text = format_args!("getelementptr {ty}, ptr {slot}, i32 {index}");
+            let text = format_args!("getelementptr {ty}, ptr {local}, i32 {index}");
             return (self.instruction(text), false);
         }
         let (words, element) = (self.lanes("i32"), ty.element);
-        let index = if place.varies {
+        let index = if variable.varies {
             let width = self.constant_lanes("i32", Operand::Int(self.width as i32));
             let row = self.instruction(format_args!("mul {words} {index}, {width}"));
             let numbers = self.lane_numbers(1);
@@ -464,24 +472,24 @@ impl Emitter<'_, '_> {
         } else {
             index
         };
-        let text = format_args!("getelementptr {element}, ptr {slot}, {words} {index}");
+        let text = format_args!("getelementptr {element}, ptr {local}, {words} {index}");
         (self.instruction(text), true)
     }
 
-    fn load_slot(&mut self, id: PlaceId, place: &KernelPlace, index: Index) -> Operand {
-        let ty = self.slot_type(place);
-        let (at, by_lane) = self.slot_address(id, place, index);
+    fn load_slot(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
+        let ty = self.slot_type(variable);
+        let (at, by_lane) = self.slot_address(id, variable, index);
         if by_lane {
             return self.gather(self.lanes(ty.element), at);
         }
         self.instruction(format_args!("load {ty}, ptr {at}, align {}", ty.count * 4))
     }
 
-    pub fn emit_store(&mut self, id: PlaceId, index: Index, value: Value, mask: Option<Value>) {
-        let place = &self.kernel.places[id.0 as usize];
-        let ty = self.slot_type(place);
-        let new = self.memory_operand(value, place.varies);
-        let (at, by_lane) = self.slot_address(id, place, index);
+    pub fn emit_store(&mut self, id: VariableId, index: Index, value: Value, mask: Option<Value>) {
+        let variable = &self.kernel.variables[id.0 as usize];
+        let ty = self.slot_type(variable);
+        let new = self.memory_operand(value, variable.varies);
+        let (at, by_lane) = self.slot_address(id, variable, index);
         let align = ty.count * 4;
         let merged = match mask {
             None => new,

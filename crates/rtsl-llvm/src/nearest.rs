@@ -188,6 +188,6 @@ impl Emitter<'_, '_> {
     }
 
     fn output_element(&self, output: KernelOutput) -> &'static str {
-        memory_element(self.kernel.place(output.place).place.scalar)
+        memory_element(self.kernel.variable(output.variable).variable.scalar)
     }
 }

@@ -5,8 +5,8 @@
 //! each lane has an address of its own.
 
 use rtsl_abi::{CallMode, offsets};
-use rtsl_ir::{Index, PlaceId, PlaceKind};
-use rtsl_packet::kernel::KernelPlace;
+use rtsl_ir::{Index, VariableId, VariableKind};
+use rtsl_packet::kernel::KernelVariable;
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::memory::Buffer;
@@ -21,7 +21,7 @@ impl Emitter<'_, '_> {
 
     /// Finds the objects of the chunk where they differ from lane to lane, and their buffers.
     pub fn emit_instances(&mut self) {
-        if !self.kernel.places.iter().any(|place| place.varies && place.of_objects) {
+        if !self.kernel.variables.iter().any(|variable| variable.varies && variable.of_objects) {
             return;
         }
         self.objects = match self.kernel.shape {
@@ -29,9 +29,9 @@ impl Emitter<'_, '_> {
             CallMode::Leaf => Some(self.objects_of_chunk()),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => return,
         };
-        for (number, place) in self.kernel.places.iter().enumerate() {
-            if place.place.kind == PlaceKind::Buffer && place.varies {
-                let buffer = self.buffer_of_lanes(place);
+        for (number, variable) in self.kernel.variables.iter().enumerate() {
+            if variable.variable.kind == VariableKind::Buffer && variable.varies {
+                let buffer = self.buffer_of_lanes(variable);
                 self.buffers.buffers.insert(number as u32, buffer);
             }
         }
@@ -78,9 +78,9 @@ impl Emitter<'_, '_> {
                 .map(|number| self.same(ty, number));
         let blocks = self.instruction(format_args!("lshr {ty} {numbers}, {shift}"));
         let blocks = self.instruction(format_args!("mul nuw {ty} {blocks}, {bytes}"));
-        let places = self.instruction(format_args!("and {ty} {numbers}, {last}"));
-        let places = self.instruction(format_args!("shl {ty} {places}, {two}"));
-        self.instruction(format_args!("add {ty} {blocks}, {places}"))
+        let variables = self.instruction(format_args!("and {ty} {numbers}, {last}"));
+        let variables = self.instruction(format_args!("shl {ty} {variables}, {two}"));
+        self.instruction(format_args!("add {ty} {blocks}, {variables}"))
     }
 
     /// Object numbers in which lanes that are off have that of one that is on: theirs may be
@@ -161,10 +161,10 @@ impl Emitter<'_, '_> {
         ))
     }
 
-    pub fn load_of_objects(&mut self, id: PlaceId, index: Index) -> Operand {
-        let place = self.kernel.place(id);
-        let element = memory_element(place.place.scalar);
-        let location = place.location;
+    pub fn load_of_objects(&mut self, id: VariableId, index: Index) -> Operand {
+        let variable = self.kernel.variable(id);
+        let element = memory_element(variable.variable.scalar);
+        let location = variable.location;
         let index = match index {
             Index::Constant(index) => return self.load_object_word(element, location + index),
             Index::Dynamic(index) => index,
@@ -195,9 +195,9 @@ impl Emitter<'_, '_> {
     /// How many bytes after the chunk's first object the others lie, as a literal.
     fn row_offsets(&self) -> String {
         let offset = |lane: u32| {
-            let (block, place) =
+            let (block, variable) =
                 (lane / offsets::OBJECTS_IN_BLOCK, lane % offsets::OBJECTS_IN_BLOCK);
-            u64::from(block) * u64::from(self.block_bytes()) + u64::from(place) * 4
+            u64::from(block) * u64::from(self.block_bytes()) + u64::from(variable) * 4
         };
         let offsets = (0..self.width).map(|lane| format!("i64 {}", offset(lane)));
         format!("<{}>", offsets.collect::<Vec<_>>().join(", "))
@@ -214,13 +214,13 @@ impl Emitter<'_, '_> {
     // Entries of buffers.
 
     /// The buffer that all lanes have, found in the setup.
-    pub fn buffer_of_call(&mut self, place: &KernelPlace) -> Buffer {
+    pub fn buffer_of_call(&mut self, variable: &KernelVariable) -> Buffer {
         self.module.use_zero();
-        let (address, count) = match place.of_objects {
-            true => self.entry_of_object(place.location * ROW),
-            false => self.entry_of_instance(place.location * 4),
+        let (address, count) = match variable.of_objects {
+            true => self.entry_of_object(variable.location * ROW),
+            false => self.entry_of_instance(variable.location * 4),
         };
-        let len = place.place.len;
+        let len = variable.variable.len;
         let wide = self.setup(format_args!("zext i32 {count} to i64"));
         let total = self.setup(format_args!("mul i64 {wide}, {len}"));
         let last = self.setup(format_args!("sub i64 {total}, 1"));
@@ -257,10 +257,10 @@ impl Emitter<'_, '_> {
     }
 
     /// A buffer's addresses and counts in the lanes' objects.
-    fn entry_of_lanes(&mut self, place: &KernelPlace) -> (Operand, Operand) {
+    fn entry_of_lanes(&mut self, variable: &KernelVariable) -> (Operand, Operand) {
         let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
         let [low, high, count] =
-            [0, 1, 2].map(|word| self.load_object_word("i32", place.location + word));
+            [0, 1, 2].map(|word| self.load_object_word("i32", variable.location + word));
         let [low, high] =
             [low, high].map(|half| self.instruction(format_args!("zext {words} {half} to {wide}")));
         let shift = self.constant_lanes("i64", Operand::Int(32));
@@ -270,11 +270,11 @@ impl Emitter<'_, '_> {
     }
 
     /// The buffers of the lanes' objects, found for each chunk.
-    fn buffer_of_lanes(&mut self, place: &KernelPlace) -> Buffer {
+    fn buffer_of_lanes(&mut self, variable: &KernelVariable) -> Buffer {
         self.module.use_zero();
         let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
-        let (address, count) = self.entry_of_lanes(place);
-        let len = place.place.len;
+        let (address, count) = self.entry_of_lanes(variable);
+        let len = variable.variable.len;
         let extended = self.instruction(format_args!("zext {words} {count} to {wide}"));
         let len = self.constant_lanes("i64", Operand::Int(len as i32));
         let total = self.instruction(format_args!("mul {wide} {extended}, {len}"));

@@ -2,17 +2,17 @@
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, Mark, MarkWord, RayRecord};
-use rtsl_ir::{Function, PlaceKind};
+use rtsl_ir::{Function, VariableKind};
 use rtsl_llvm::{Callback, TargetFeatures};
 
 fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
     let target = TargetFeatures::new("x86_64-unknown-linux-gnu", target, "");
@@ -25,8 +25,11 @@ fn check(text: &str, target: &str, width: u32, expected: Expect) {
 
 fn emit_callback(text: &str, target: &str, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
-    let layout =
-        Layout::new(function.places.iter().filter(|place| place.kind == PlaceKind::Member), [], []);
+    let layout = Layout::new(
+        function.variables.iter().filter(|variable| variable.kind == VariableKind::Member),
+        [],
+        [],
+    );
     let kernel = rtsl_packet::lower_packet(&function, &layout, width).unwrap();
     let component = |name| rtsl_spec::lookup_state(name).unwrap().first_component;
     let record = RayRecord {
@@ -666,12 +669,12 @@ fn nothing_lets_llvm_change_results() {
 fn the_deepest_nesting_is_no_trouble() {
     let depth = rtsl_ir::MAX_NESTING - 1;
     let mut text = String::from(
-        "function f state rt_PDF: f32[1] slot s: f32[1] { %t: f32 = load state:rt_PDF@0
+        "function f state rt_PDF: f32[1] local s: f32[1] { %t: f32 = load state:rt_PDF@0
          %c: bool = less %t, %t ",
     );
     for level in 0..depth {
         text += &match level % 2 {
-            0 => format!("%r{level}: f32 = if %c {{ store slot:s@0, %t "),
+            0 => format!("%r{level}: f32 = if %c {{ store local:s@0, %t "),
             _ => format!("%r{level}: f32 = loop (%p{level}: f32 = %t) {{ "),
         };
     }

@@ -1,6 +1,6 @@
 //! Parts of variables: `a.b[i].xy`, read and written without touching the rest.
 
-use rtsl_ir::{CompareOp, OpKind, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{CompareOp, OpKind, Scalar, Value, VariableId, VariableKind};
 use rtsl_sema::hir::{Expression, ExpressionKind, StructId, Type};
 use rtsl_source::Span;
 
@@ -8,12 +8,12 @@ use crate::Lowering;
 use crate::addresses::LeafPart;
 use crate::facts::{CHOICE, root_of};
 use crate::limits::Lowered;
-use crate::variables::{Storage, VariableId};
+use crate::variables::{SourceVariableId, Storage};
 
 /// A part of a variable. Its indices have been evaluated, so that it can be read and then written.
 #[derive(Clone, Debug)]
 pub(crate) struct Access {
-    pub root: VariableId,
+    pub root: SourceVariableId,
     pub steps: Vec<Step>,
     pub ty: Type,
     pub span: Span,
@@ -45,13 +45,13 @@ pub(crate) enum Position {
 
 impl Access {
     /// A whole variable.
-    pub fn whole(root: VariableId, ty: Type, span: Span) -> Self {
+    pub fn whole(root: SourceVariableId, ty: Type, span: Span) -> Self {
         Access { root, steps: Vec::new(), ty, span }
     }
 
     /// An element of a variable.
     pub fn element(
-        root: VariableId,
+        root: SourceVariableId,
         index: Value,
         whole: &Type,
         element: &Type,
@@ -189,16 +189,16 @@ impl<'m> Lowering<'m> {
                 });
                 Ok(cells.map(|cell| whole[cell as usize]).collect())
             }
-            Storage::Slots(slots) => {
+            Storage::Locals(slots) => {
                 let slots = slots.clone();
                 Ok(self.load_parts(&parts, |part| slots[part.leaf]))
             }
-            Storage::Places(kind) => {
+            Storage::Memory(kind) => {
                 let variable = self.variable(access.root);
-                let places: Vec<_> = variable.layout.places(*kind, &variable.name).collect();
+                let places: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
                 let mut used = vec![None; places.len()];
                 for part in &parts {
-                    used[part.leaf] = Some(self.builder.place(places[part.leaf].clone()));
+                    used[part.leaf] = Some(self.builder.variable(places[part.leaf].clone()));
                 }
                 Ok(self.load_parts(&parts, |part| used[part.leaf].expect("made above")))
             }
@@ -208,7 +208,7 @@ impl<'m> Lowering<'m> {
     fn load_parts(
         &mut self,
         parts: &[LeafPart],
-        place: impl Fn(&LeafPart) -> PlaceId,
+        place: impl Fn(&LeafPart) -> VariableId,
     ) -> Vec<Value> {
         let mut values = Vec::new();
         for part in parts {
@@ -230,7 +230,7 @@ impl<'m> Lowering<'m> {
             return self.write_choices(access, step, index, count, values);
         }
         let parts = self.resolve(access)?;
-        if let Storage::Slots(slots) = &self.variable(access.root).storage {
+        if let Storage::Locals(slots) = &self.variable(access.root).storage {
             let slots = slots.clone();
             let mut values = values.iter();
             for part in &parts {
@@ -312,9 +312,9 @@ impl<'m> Lowering<'m> {
     fn choice_to_read(&self, access: &Access) -> Option<(usize, Value, u32)> {
         let storage = &self.variable(access.root).storage;
         self.choice(access, |count, basic| match storage {
-            Storage::Cells(_) | Storage::Places(PlaceKind::State) => true,
-            Storage::Places(_) => basic && count <= CHOICE,
-            Storage::Slots(_) => false,
+            Storage::Cells(_) | Storage::Memory(VariableKind::State) => true,
+            Storage::Memory(_) => basic && count <= CHOICE,
+            Storage::Locals(_) => false,
         })
     }
 

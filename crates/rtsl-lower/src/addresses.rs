@@ -1,12 +1,12 @@
 //! Where the scalars of a part of a variable are in memory.
 
-use rtsl_ir::{BinaryOp, Index, PlaceKind, Scalar, Value};
+use rtsl_ir::{BinaryOp, Index, Scalar, Value, VariableKind};
 
 use crate::Lowering;
 use crate::access::{Access, Position, Step};
 use crate::layout::Leaf;
 use crate::limits::Lowered;
-use crate::variables::VariableId;
+use crate::variables::SourceVariableId;
 
 /// Scalars of one leaf.
 #[derive(Clone, Debug)]
@@ -104,14 +104,14 @@ impl Lowering<'_> {
     }
 
     /// The number of elements of a buffer variable, i32.
-    pub fn length_of_buffer(&mut self, buffer: VariableId) -> Option<Value> {
+    pub fn length_of_buffer(&mut self, buffer: SourceVariableId) -> Option<Value> {
         let variable = self.variable(buffer);
-        let place = variable.layout.places(PlaceKind::Buffer, &variable.name).next()?;
-        let place = self.builder.place(place);
+        let place = variable.layout.variables(VariableKind::Buffer, &variable.name).next()?;
+        let place = self.builder.variable(place);
         Some(self.builder.length(place))
     }
 
-    fn last_index_of_buffer(&mut self, buffer: VariableId) -> Value {
+    fn last_index_of_buffer(&mut self, buffer: SourceVariableId) -> Value {
         let one = self.builder.i32(1);
         match self.length_of_buffer(buffer) {
             Some(length) => self.builder.subtract(length, one),

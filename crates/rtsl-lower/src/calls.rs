@@ -9,7 +9,7 @@ use crate::access::Access;
 use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::{self, Lowered};
-use crate::variables::{RANK_OF_PARAMETERS, VariableId};
+use crate::variables::{RANK_OF_PARAMETERS, SourceVariableId};
 
 /// One call whose body is being lowered.
 #[derive(Clone, Debug)]
@@ -17,8 +17,8 @@ pub(crate) struct Frame<'m> {
     pub id: Option<FunctionId>,
     pub function: Option<&'m Function>,
     /// Made where they are declared.
-    pub locals: Vec<Option<VariableId>>,
-    pub result: Option<VariableId>,
+    pub locals: Vec<Option<SourceVariableId>>,
+    pub result: Option<SourceVariableId>,
     /// The flag of `return`.
     pub returned: Cell,
     /// The flags of the innermost loop or `switch`.
@@ -47,7 +47,7 @@ pub(crate) enum Argument {
     Values(Vec<Value>),
     /// A variable that lies in a place of the host's and that neither side writes: the parameter is
     /// that variable, and large tables are not copied.
-    Shared(VariableId),
+    Shared(SourceVariableId),
 }
 
 /// For each parameter where it is copied out to.
@@ -84,7 +84,7 @@ impl<'m> Lowering<'m> {
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
-    ) -> Lowered<Vec<Option<VariableId>>> {
+    ) -> Lowered<Vec<Option<SourceVariableId>>> {
         let facts = self.facts.of(id);
         let mut shared = Vec::with_capacity(arguments.len());
         for (local, argument) in (0..).map(LocalId).zip(arguments) {
@@ -101,7 +101,7 @@ impl<'m> Lowering<'m> {
         &mut self,
         id: FunctionId,
         arguments: &'m [Expression],
-        shared: &[Option<VariableId>],
+        shared: &[Option<SourceVariableId>],
     ) -> Lowered<(Vec<Vec<Value>>, Targets)> {
         let function = self.function(id);
         let mut values = Vec::with_capacity(arguments.len());
@@ -227,7 +227,7 @@ impl<'m> Lowering<'m> {
     }
 
     /// The variable of a local of the current call.
-    pub fn local_variable(&mut self, id: LocalId, span: Span) -> Lowered<VariableId> {
+    pub fn local_variable(&mut self, id: LocalId, span: Span) -> Lowered<SourceVariableId> {
         let index = id.0 as usize;
         if let Some(made) = self.frame.locals[index] {
             return Ok(made);

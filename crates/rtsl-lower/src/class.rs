@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::{self, Reference};
-use rtsl_ir::{Builder, Function, Place, PlaceKind};
+use rtsl_ir::{Builder, Function, Variable, VariableKind};
 use rtsl_sema::hir::{
     Class, ClassId, Expression, FunctionId, LocalId, Member, Module, Storage, Type,
 };
@@ -19,7 +19,7 @@ use crate::layout::Layouts;
 use crate::limits::{self, Lowered};
 use crate::members::ConstantTables;
 use crate::parameters::{parameters_of, reference_role, scratch_types};
-use crate::variables::{SlotPool, VariableId};
+use crate::variables::{LocalPool, SourceVariableId};
 use crate::{Lowering, Purpose};
 
 /// Lowers a class of a checked module without errors.
@@ -86,7 +86,7 @@ impl<'m> Maker<'m> {
             .collect();
         // Last, since it sets the tables that the others have asked for.
         let initializer = keep(self.make_initializer());
-        let mut places = |kind| match self.places(kind) {
+        let mut places = |kind| match self.variables(kind) {
             Ok(places) => places,
             Err(diagnostic) => {
                 failures.push(*diagnostic);
@@ -98,9 +98,9 @@ impl<'m> Maker<'m> {
             roles: self.class.roles.clone(),
             documentation: self.class.documentation.clone(),
             parameters: parameters_of(self.module, self.layouts, self.class),
-            members: places(PlaceKind::Member),
-            buffers: places(PlaceKind::Buffer),
-            scratch: places(PlaceKind::Scratch),
+            members: places(VariableKind::Member),
+            buffers: places(VariableKind::Buffer),
+            scratch: places(VariableKind::Scratch),
             scratch_types: scratch_types(self.layouts, self.class),
             references: self.references(),
             initializer,
@@ -123,22 +123,22 @@ impl<'m> Maker<'m> {
     }
 
     /// The leaves of all members that are stored as `kind`.
-    fn places(&self, kind: PlaceKind) -> Lowered<Vec<Place>> {
+    fn variables(&self, kind: VariableKind) -> Lowered<Vec<Variable>> {
         let mut places = Vec::new();
         for member in self.class.members.iter().filter(|member| place_kind(member) == Some(kind)) {
             let layout = self.layouts.layout(&member.ty, member.span)?;
-            places.extend(layout.places(kind, &member.name));
+            places.extend(layout.variables(kind, &member.name));
         }
-        if kind == PlaceKind::Member {
+        if kind == VariableKind::Member {
             for table in self.tables.borrow().iter() {
                 let layout = self.layouts.layout(&table.ty, self.class.span)?;
-                places.extend(layout.places(kind, &table.name));
+                places.extend(layout.variables(kind, &table.name));
             }
         }
         let scalars = places.iter().map(|place| u64::from(place.len)).sum();
         let allowed = match kind {
-            PlaceKind::Buffer => u64::MAX,
-            PlaceKind::Scratch => limits::SCALARS_OF_SCRATCH,
+            VariableKind::Buffer => u64::MAX,
+            VariableKind::Scratch => limits::SCALARS_OF_SCRATCH,
             _ => limits::SCALARS_OF_AN_INSTANCE,
         };
         if scalars > allowed {
@@ -162,9 +162,9 @@ impl<'m> Maker<'m> {
     fn make_initializer(&self) -> Lowered<Function> {
         let mut lowering = self.lowering(Purpose::Initializer, "initializer", None);
         for member in &self.class.members {
-            if place_kind(member) == Some(PlaceKind::Member) {
+            if place_kind(member) == Some(VariableKind::Member) {
                 let value = member.initializer.as_ref();
-                lowering.lower_initial(member, PlaceKind::Member, value)?;
+                lowering.lower_initial(member, VariableKind::Member, value)?;
             }
         }
         if let Some(constructor) = &self.class.constructor {
@@ -180,7 +180,7 @@ impl<'m> Maker<'m> {
                     span: self.class.span,
                 };
                 let value = parameter.default.as_ref();
-                lowering.lower_initial(&member, PlaceKind::Parameter, value)?;
+                lowering.lower_initial(&member, VariableKind::Parameter, value)?;
             }
         }
         lowering.lower_tables()?;
@@ -238,7 +238,7 @@ impl<'m> Maker<'m> {
             variables: Vec::new(),
             members: BTreeMap::new(),
             states: BTreeMap::new(),
-            slots: SlotPool::default(),
+            slots: LocalPool::default(),
             accepted,
             frame: Frame {
                 id: None,
@@ -260,7 +260,7 @@ impl<'m> Lowering<'m> {
     fn lower_initial(
         &mut self,
         member: &Member,
-        kind: PlaceKind,
+        kind: VariableKind,
         value: Option<&'m Expression>,
     ) -> Lowered<()> {
         let variable = self.new_place_variable(&member.name, &member.ty, kind, member.span)?;
@@ -280,10 +280,10 @@ impl<'m> Lowering<'m> {
         for table in tables.borrow().iter() {
             let span = self.class.span;
             let variable =
-                self.new_place_variable(&table.name, &table.ty, PlaceKind::Member, span)?;
+                self.new_place_variable(&table.name, &table.ty, VariableKind::Member, span)?;
             let values = table.values.iter().map(|value| self.builder.constant(*value)).collect();
             let values = self.layouts.by_leaves(&table.ty, values, span)?;
-            self.output_variable(variable, PlaceKind::Member, &values);
+            self.output_variable(variable, VariableKind::Member, &values);
         }
         Ok(())
     }
@@ -293,12 +293,12 @@ impl<'m> Lowering<'m> {
         let function = self.function(id);
         for index in 0..function.parameters.len() {
             let local = &function.locals[index];
-            let kind = PlaceKind::Parameter;
+            let kind = VariableKind::Parameter;
             let host = self.new_place_variable(&local.name, &local.ty, kind, function.span)?;
             let local_id = LocalId(index as u32);
             if self.facts.of(id).written_locals.contains(&local_id) {
                 let values = self.read(&Access::whole(host, local.ty.clone(), function.span))?;
-                let copy: VariableId = self.local_variable(local_id, function.span)?;
+                let copy: SourceVariableId = self.local_variable(local_id, function.span)?;
                 self.set_variable(copy, &values);
             } else {
                 self.frame.locals[index] = Some(host);
@@ -308,24 +308,24 @@ impl<'m> Lowering<'m> {
     }
 
     fn output_accepted(&mut self) {
-        let place = Place {
-            kind: PlaceKind::Accepted,
+        let place = Variable {
+            kind: VariableKind::Accepted,
             name: "accepted".to_owned(),
             scalar: rtsl_ir::Scalar::Bool,
             len: 1,
         };
-        let place = self.builder.place(place);
+        let place = self.builder.variable(place);
         let accepted = self.cells.get(self.accepted);
         self.builder.output(place, 0, accepted);
     }
 }
 
 /// How hosts store a member; `None` for references.
-fn place_kind(member: &Member) -> Option<PlaceKind> {
+fn place_kind(member: &Member) -> Option<VariableKind> {
     match (&member.ty, member.storage) {
         (ty, _) if reference_role(ty).is_some() => None,
-        (Type::Buffer(_), _) => Some(PlaceKind::Buffer),
-        (_, Storage::Public | Storage::Private) => Some(PlaceKind::Member),
-        (_, Storage::Scratch) => Some(PlaceKind::Scratch),
+        (Type::Buffer(_), _) => Some(VariableKind::Buffer),
+        (_, Storage::Public | Storage::Private) => Some(VariableKind::Member),
+        (_, Storage::Scratch) => Some(VariableKind::Scratch),
     }
 }

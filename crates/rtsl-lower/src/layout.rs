@@ -4,14 +4,14 @@
 //! elements of an array share the leaves of their type, so an array of a struct is a
 //! structure of arrays. A value is the list of its scalars, leaf by leaf; within a leaf element by
 //! element. So a field of a struct is a range of the struct's list, and a leaf is what
-//! [`rtsl_ir::Place`] calls a place.
+//! [`rtsl_ir::Variable`] calls a place.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
-use rtsl_ir::{Place, PlaceKind, Scalar, Value};
+use rtsl_ir::{Scalar, Value, Variable, VariableKind};
 use rtsl_sema::hir::{Module, StructId, Type};
 use rtsl_source::Span;
 use rtsl_spec::COLOR_COMPONENTS;
@@ -47,8 +47,8 @@ impl Layout {
     }
 
     /// The places that store something of this layout under `name`.
-    pub fn places(&self, kind: PlaceKind, name: &str) -> impl Iterator<Item = Place> {
-        self.leaves.iter().map(move |leaf| Place {
+    pub fn variables(&self, kind: VariableKind, name: &str) -> impl Iterator<Item = Variable> {
+        self.leaves.iter().map(move |leaf| Variable {
             kind,
             name: format!("{name}{}", leaf.suffix),
             scalar: leaf.scalar,

@@ -54,7 +54,7 @@ use self::cells::{Cell, Cells};
 use self::facts::{FactTable, Root};
 use self::layout::Layouts;
 use self::members::ConstantTables;
-use self::variables::{SlotPool, Variable, VariableId};
+use self::variables::{LocalPool, SourceVariable, SourceVariableId};
 
 pub use self::class::lower_class;
 
@@ -80,10 +80,10 @@ struct Lowering<'m> {
     indexed: BTreeSet<Root>,
     builder: Builder,
     cells: Cells,
-    variables: Vec<Variable>,
-    members: BTreeMap<MemberId, VariableId>,
-    states: BTreeMap<StateId, VariableId>,
-    slots: SlotPool,
+    variables: Vec<SourceVariable>,
+    members: BTreeMap<MemberId, SourceVariableId>,
+    states: BTreeMap<StateId, SourceVariableId>,
+    slots: LocalPool,
     /// Whether `hit` has accepted.
     accepted: Cell,
     /// The call whose body is being lowered.

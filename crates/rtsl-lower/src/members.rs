@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use rtsl_ir::{Constant, PlaceKind, UnaryOp, evaluate};
+use rtsl_ir::{Constant, UnaryOp, VariableKind, evaluate};
 use rtsl_sema::hir::{Expression, ExpressionKind, Member, MemberId, Storage, Type, UnaryOperator};
 use rtsl_source::Span;
 
 use crate::access::Access;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::variables::{RANK_OF_DATA, Storage as InPlace, VariableId};
+use crate::variables::{RANK_OF_DATA, SourceVariableId, Storage as InPlace};
 use crate::{Lowering, Purpose};
 
 /// Tables of constants that the class indexes dynamically. They become members that only the
@@ -73,15 +73,15 @@ impl<'m> Lowering<'m> {
 
     /// Makes the function's outputs of the members that it may have written and that outlive it.
     pub fn output_members(&mut self) -> Lowered<()> {
-        let members: Vec<(MemberId, VariableId)> =
+        let members: Vec<(MemberId, SourceVariableId)> =
             self.members.iter().map(|(id, variable)| (*id, *variable)).collect();
         for (id, variable) in members {
             if !self.writes.contains(&Root::Member(id)) {
                 continue;
             }
             let kind = match (self.member(id).storage, self.purpose) {
-                (Storage::Scratch, Purpose::Method(_)) => PlaceKind::Scratch,
-                (Storage::Public | Storage::Private, Purpose::Constructor) => PlaceKind::Member,
+                (Storage::Scratch, Purpose::Method(_)) => VariableKind::Scratch,
+                (Storage::Public | Storage::Private, Purpose::Constructor) => VariableKind::Member,
                 _ => continue,
             };
             let values = self.get_variable(variable)?;
@@ -91,7 +91,7 @@ impl<'m> Lowering<'m> {
     }
 
     /// The variable that a name stands for: a local, a member, state, or a table.
-    pub fn root_variable(&mut self, root: &Expression) -> Lowered<VariableId> {
+    pub fn root_variable(&mut self, root: &Expression) -> Lowered<SourceVariableId> {
         match &root.kind {
             ExpressionKind::Local(id) => self.local_variable(*id, root.span),
             ExpressionKind::Member(id) => self.member_variable(*id),
@@ -108,13 +108,13 @@ impl<'m> Lowering<'m> {
         ty: &Type,
         values: &Arc<[Constant]>,
         span: Span,
-    ) -> Lowered<VariableId> {
+    ) -> Lowered<SourceVariableId> {
         let name = self.tables.borrow_mut().intern(ty, values);
-        self.new_place_variable(&name, ty, PlaceKind::Member, span)
+        self.new_place_variable(&name, ty, VariableKind::Member, span)
     }
 
     /// The variable in a place of the host's that an array is: a member, or a table of constants.
-    pub fn place_of(&mut self, array: &Expression) -> Lowered<Option<VariableId>> {
+    pub fn place_of(&mut self, array: &Expression) -> Lowered<Option<SourceVariableId>> {
         let variable = match &array.kind {
             ExpressionKind::Member(_) | ExpressionKind::Local(_) => self.root_variable(array)?,
             _ if self.purpose == Purpose::Initializer => return Ok(None),
@@ -123,7 +123,7 @@ impl<'m> Lowering<'m> {
                 None => return Ok(None),
             },
         };
-        let in_place = matches!(self.variable(variable).storage, InPlace::Places(_));
+        let in_place = matches!(self.variable(variable).storage, InPlace::Memory(_));
         Ok(in_place.then_some(variable))
     }
 
@@ -131,7 +131,7 @@ impl<'m> Lowering<'m> {
         &self.class.members[id.0 as usize]
     }
 
-    fn member_variable(&mut self, id: MemberId) -> Lowered<VariableId> {
+    fn member_variable(&mut self, id: MemberId) -> Lowered<SourceVariableId> {
         if let Some(made) = self.members.get(&id) {
             return Ok(*made);
         }
@@ -140,16 +140,16 @@ impl<'m> Lowering<'m> {
         Ok(variable)
     }
 
-    fn new_member_variable(&mut self, id: MemberId) -> Lowered<VariableId> {
+    fn new_member_variable(&mut self, id: MemberId) -> Lowered<SourceVariableId> {
         let Member { name, ty, storage, span, .. } = self.member(id);
         let kind = match (storage, self.purpose) {
-            _ if matches!(ty, Type::Buffer(_)) => PlaceKind::Buffer,
-            (Storage::Public | Storage::Private, _) => PlaceKind::Member,
+            _ if matches!(ty, Type::Buffer(_)) => VariableKind::Buffer,
+            (Storage::Public | Storage::Private, _) => VariableKind::Member,
             (Storage::Scratch, purpose) => {
                 if !keeps_scratch(purpose) {
                     return self.new_zero_member(id, name, ty, *span);
                 }
-                PlaceKind::Scratch
+                VariableKind::Scratch
             }
         };
         let host = self.new_place_variable(name, ty, kind, *span)?;
@@ -168,7 +168,7 @@ impl<'m> Lowering<'m> {
         name: &str,
         ty: &Type,
         span: Span,
-    ) -> Lowered<VariableId> {
+    ) -> Lowered<SourceVariableId> {
         let variable = self.new_variable(name, ty, (self.is_indexed(id), RANK_OF_DATA), span)?;
         let layout = self.variable(variable).layout.clone();
         let zeros = self.zeros(&layout);

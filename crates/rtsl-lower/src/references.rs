@@ -124,7 +124,7 @@ impl<'m> Lowering<'m> {
             return Ok(self.constant_default(of_callee));
         }
         let variable = self.state_variable(state, span)?;
-        if matches!(self.variable(variable).storage, Storage::Places(_)) {
+        if matches!(self.variable(variable).storage, Storage::Memory(_)) {
             return Ok(None);
         }
         let values = self.get_variable(variable)?;

@@ -6,7 +6,7 @@
 //!   flag in a cell says whether it was.
 //! - What the method's table does not have is a local that starts with the default.
 
-use rtsl_ir::{Constant, Place, PlaceKind, Scalar, Value};
+use rtsl_ir::{Constant, Scalar, Value, Variable, VariableKind};
 use rtsl_sema::hir::{StateId, Type};
 use rtsl_source::Span;
 use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable};
@@ -14,7 +14,7 @@ use rtsl_spec::{Default, Direction, Method, Role, Row, StateType, StateVariable}
 use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::variables::{RANK_OF_DATA, Storage, Variable, VariableId};
+use crate::variables::{RANK_OF_DATA, SourceVariable, SourceVariableId, Storage};
 use crate::{Lowering, Purpose};
 
 /// A default that depends on other variables.
@@ -77,20 +77,20 @@ impl Lowering<'_> {
                 && is_output(direction)
             {
                 let values = self.get_variable(variable)?;
-                self.output_variable(variable, PlaceKind::State, &values);
+                self.output_variable(variable, VariableKind::State, &values);
             }
         }
         Ok(())
     }
 
     /// Makes the function's outputs of a variable with this value.
-    pub fn output_variable(&mut self, id: VariableId, kind: PlaceKind, values: &[Value]) {
+    pub fn output_variable(&mut self, id: SourceVariableId, kind: VariableKind, values: &[Value]) {
         let variable = self.variable(id);
-        let places: Vec<Place> = variable.layout.places(kind, &variable.name).collect();
+        let places: Vec<Variable> = variable.layout.variables(kind, &variable.name).collect();
         let mut values = values.iter();
         for place in places {
             let len = place.len;
-            let place = self.builder.place(place);
+            let place = self.builder.variable(place);
             for (component, value) in (0..len).zip(&mut values) {
                 self.builder.output(place, component, *value);
             }
@@ -98,7 +98,7 @@ impl Lowering<'_> {
     }
 
     /// The variable of a state variable.
-    pub fn state_variable(&mut self, id: StateId, span: Span) -> Lowered<VariableId> {
+    pub fn state_variable(&mut self, id: StateId, span: Span) -> Lowered<SourceVariableId> {
         if let Some(made) = self.states.get(&id) {
             return Ok(*made);
         }
@@ -107,12 +107,12 @@ impl Lowering<'_> {
         Ok(variable)
     }
 
-    fn new_state_variable(&mut self, id: StateId, span: Span) -> Lowered<VariableId> {
+    fn new_state_variable(&mut self, id: StateId, span: Span) -> Lowered<SourceVariableId> {
         let (direction, row) = self.row(id);
         let ty = type_of(row.ty);
         let written = self.is_state_written(id);
         if direction == Some(Direction::In) && !written {
-            return self.new_place_variable(row.name, &ty, PlaceKind::State, span);
+            return self.new_place_variable(row.name, &ty, VariableKind::State, span);
         }
         let layout = self.layouts.layout(&ty, span)?;
         let (initial, default, input) = match direction {
@@ -132,19 +132,19 @@ impl Lowering<'_> {
         let names = self.scalar_names(row.name, &layout, RANK_OF_DATA);
         let storage = Storage::Cells(Cell(self.cells.allocate_named(initial, names).start));
         let name = row.name.to_owned();
-        Ok(self.add_variable(Variable { name, layout, storage, default, input }))
+        Ok(self.add_variable(SourceVariable { name, layout, storage, default, input }))
     }
 
     fn load_state(&mut self, id: StateId) -> Vec<Value> {
         let variable = entry(id);
         let len = variable.ty.components();
-        let place = Place {
-            kind: PlaceKind::State,
+        let place = Variable {
+            kind: VariableKind::State,
             name: variable.name.to_owned(),
             scalar: Scalar::F32,
             len,
         };
-        let place = self.builder.place(place);
+        let place = self.builder.variable(place);
         (0..len).map(|component| self.builder.load(place, component)).collect()
     }
 
@@ -163,7 +163,7 @@ impl Lowering<'_> {
     }
 
     /// The value of a state variable with a computed default.
-    pub fn effective_state(&mut self, id: VariableId) -> Lowered<Vec<Value>> {
+    pub fn effective_state(&mut self, id: SourceVariableId) -> Lowered<Vec<Value>> {
         let stored = self.stored(id);
         let Some(ComputedDefault { written, default }) = self.variable(id).default else {
             return Ok(stored);

@@ -9,7 +9,7 @@ use crate::calls::Jumps;
 use crate::cells::Cell;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::variables::VariableId;
+use crate::variables::SourceVariableId;
 
 /// Up to this many regions deep, what follows an `if` that ends in a jump becomes its other branch; deeper
 /// down flags take over, so that a long list of `if (...) return` does not nest without end.
@@ -190,7 +190,7 @@ impl<'m> Lowering<'m> {
         &mut self,
         local: LocalId,
         value: Option<&'m Expression>,
-    ) -> Lowered<Option<VariableId>> {
+    ) -> Lowered<Option<SourceVariableId>> {
         let (Some(value), Some(function)) = (value, self.frame.id) else { return Ok(None) };
         let facts = self.facts.of(function);
         // A `switch` has made its variables before, since it may jump over declarations.

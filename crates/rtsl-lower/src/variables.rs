@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use rtsl_ir::{Constant, Name, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{Constant, Name, Scalar, Value, VariableId, VariableKind};
 use rtsl_sema::hir::Type;
 use rtsl_source::Span;
 
@@ -15,11 +15,11 @@ use crate::state::ComputedDefault;
 
 /// An index into [`Lowering::variables`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct VariableId(pub u32);
+pub(crate) struct SourceVariableId(pub u32);
 
 /// A local, parameter, member or state variable of one instance of a function.
 #[derive(Clone, Debug)]
-pub(crate) struct Variable {
+pub(crate) struct SourceVariable {
     pub name: String,
     pub layout: Rc<Layout>,
     pub storage: Storage,
@@ -42,9 +42,9 @@ pub(crate) enum Storage {
     /// In SSA values: the first of its cells.
     Cells(Cell),
     /// In memory of its own, a place for each leaf.
-    Slots(Vec<PlaceId>),
+    Locals(Vec<VariableId>),
     /// Where the host has put it; it is never written.
-    Places(PlaceKind),
+    Memory(VariableKind),
 }
 
 /// An array longer than this is kept in memory even if all its indices are constant, since control flow would
@@ -52,13 +52,13 @@ pub(crate) enum Storage {
 const SCALARS_IN_VALUES: u32 = 256;
 
 impl Lowering<'_> {
-    pub fn variable(&self, id: VariableId) -> &Variable {
+    pub fn variable(&self, id: SourceVariableId) -> &SourceVariable {
         &self.variables[id.0 as usize]
     }
 
-    pub fn add_variable(&mut self, variable: Variable) -> VariableId {
+    pub fn add_variable(&mut self, variable: SourceVariable) -> SourceVariableId {
         self.variables.push(variable);
-        VariableId(self.variables.len() as u32 - 1)
+        SourceVariableId(self.variables.len() as u32 - 1)
     }
 
     /// A new variable in cells or slots, whose value is not yet set.
@@ -68,18 +68,18 @@ impl Lowering<'_> {
         ty: &Type,
         (indexed, rank): (bool, u8),
         span: Span,
-    ) -> Lowered<VariableId> {
+    ) -> Lowered<SourceVariableId> {
         let layout = self.layouts.layout(ty, span)?;
         let memory = indexed || (holds_array(ty) && layout.len() > SCALARS_IN_VALUES);
         let storage = if memory {
-            Storage::Slots(self.take_slots(name, &layout, span)?)
+            Storage::Locals(self.take_slots(name, &layout, span)?)
         } else {
             let zeros = self.zeros(&layout);
             let names = self.scalar_names(name, &layout, rank);
             Storage::Cells(Cell(self.cells.allocate_named(zeros, names).start))
         };
         let name = name.to_owned();
-        Ok(self.add_variable(Variable { name, layout, storage, default: None, input: None }))
+        Ok(self.add_variable(SourceVariable { name, layout, storage, default: None, input: None }))
     }
 
     /// A new variable that is never written and lies where the host has put it.
@@ -87,14 +87,14 @@ impl Lowering<'_> {
         &mut self,
         name: &str,
         ty: &Type,
-        kind: PlaceKind,
+        kind: VariableKind,
         span: Span,
-    ) -> Lowered<VariableId> {
+    ) -> Lowered<SourceVariableId> {
         let layout = self.layouts.layout(ty, span)?;
-        Ok(self.add_variable(Variable {
+        Ok(self.add_variable(SourceVariable {
             name: name.to_owned(),
             layout,
-            storage: Storage::Places(kind),
+            storage: Storage::Memory(kind),
             default: None,
             input: None,
         }))
@@ -139,16 +139,16 @@ impl Lowering<'_> {
     }
 
     /// The cells of a variable, if it is stored so.
-    pub fn cells_of(&self, id: VariableId) -> Option<impl Iterator<Item = Cell> + use<>> {
+    pub fn cells_of(&self, id: SourceVariableId) -> Option<impl Iterator<Item = Cell> + use<>> {
         let variable = self.variable(id);
         match variable.storage {
             Storage::Cells(Cell(first)) => Some((first..first + variable.layout.len()).map(Cell)),
-            Storage::Slots(_) | Storage::Places(_) => None,
+            Storage::Locals(_) | Storage::Memory(_) => None,
         }
     }
 
     /// Sets a whole variable.
-    pub fn set_variable(&mut self, id: VariableId, values: &[Value]) {
+    pub fn set_variable(&mut self, id: SourceVariableId, values: &[Value]) {
         let variable = &self.variables[id.0 as usize];
         debug_assert_eq!(variable.layout.len() as usize, values.len(), "{}", variable.name);
         match &variable.storage {
@@ -158,7 +158,7 @@ impl Lowering<'_> {
                     self.set_cell(Cell(cell), *value);
                 }
             }
-            Storage::Slots(slots) => {
+            Storage::Locals(slots) => {
                 // Values of slots have no names: where slots are promoted their places tell enough.
                 let mut values = values.iter();
                 for (slot, leaf) in slots.iter().zip(&variable.layout.leaves) {
@@ -167,7 +167,7 @@ impl Lowering<'_> {
                     }
                 }
             }
-            Storage::Places(_) => debug_assert!(false, "{} is never written", variable.name),
+            Storage::Memory(_) => debug_assert!(false, "{} is never written", variable.name),
         }
         if let Some(default) = &self.variables[id.0 as usize].default {
             let written = default.written;
@@ -177,7 +177,7 @@ impl Lowering<'_> {
     }
 
     /// The value of a whole variable.
-    pub fn get_variable(&mut self, id: VariableId) -> Lowered<Vec<Value>> {
+    pub fn get_variable(&mut self, id: SourceVariableId) -> Lowered<Vec<Value>> {
         if self.variable(id).default.is_some() {
             return self.effective_state(id);
         }
@@ -185,26 +185,26 @@ impl Lowering<'_> {
     }
 
     /// What is stored for a variable, whether or not it was set.
-    pub fn stored(&mut self, id: VariableId) -> Vec<Value> {
+    pub fn stored(&mut self, id: SourceVariableId) -> Vec<Value> {
         let variable = &self.variables[id.0 as usize];
         match &variable.storage {
             Storage::Cells(Cell(first)) => {
                 let cells = *first..first + variable.layout.len();
                 cells.map(|cell| self.cells.get(Cell(cell))).collect()
             }
-            Storage::Slots(slots) => {
+            Storage::Locals(slots) => {
                 let mut values = Vec::new();
                 for (slot, leaf) in slots.iter().zip(&variable.layout.leaves) {
                     values.extend((0..leaf.len).map(|index| self.builder.load(*slot, index)));
                 }
                 values
             }
-            Storage::Places(kind) => {
-                let places: Vec<_> = variable.layout.places(*kind, &variable.name).collect();
+            Storage::Memory(kind) => {
+                let places: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
                 let mut values = Vec::new();
                 for place in places {
                     let len = place.len;
-                    let place = self.builder.place(place);
+                    let place = self.builder.variable(place);
                     values.extend((0..len).map(|index| self.builder.load(place, index)));
                 }
                 values
@@ -212,7 +212,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn take_slots(&mut self, name: &str, layout: &Layout, span: Span) -> Lowered<Vec<PlaceId>> {
+    fn take_slots(&mut self, name: &str, layout: &Layout, span: Span) -> Lowered<Vec<VariableId>> {
         let mut slots = Vec::new();
         for leaf in &layout.leaves {
             let slot = match self.slots.free.entry((leaf.scalar, leaf.len)).or_default().pop() {
@@ -223,7 +223,7 @@ impl Lowering<'_> {
                         return Err(limits::too_many_slots(span));
                     }
                     let name = self.slots.new_name(format!("{name}{}", leaf.suffix));
-                    self.builder.slot(&name, leaf.scalar, leaf.len)
+                    self.builder.local(&name, leaf.scalar, leaf.len)
                 }
             };
             slots.push(slot);
@@ -232,11 +232,11 @@ impl Lowering<'_> {
     }
 
     /// Ends the life of variables: their slots may serve others.
-    pub fn release_slots(&mut self, variables: impl IntoIterator<Item = VariableId>) {
+    pub fn release_slots(&mut self, variables: impl IntoIterator<Item = SourceVariableId>) {
         for id in variables {
-            if let Storage::Slots(slots) = &self.variables[id.0 as usize].storage {
+            if let Storage::Locals(slots) = &self.variables[id.0 as usize].storage {
                 for slot in slots {
-                    let place = self.builder.function().place(*slot);
+                    let place = self.builder.function().variable(*slot);
                     let key = (place.scalar, place.len);
                     self.slots.free.entry(key).or_default().push(*slot);
                 }
@@ -247,16 +247,16 @@ impl Lowering<'_> {
 
 /// The slots of a function.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SlotPool {
+pub(crate) struct LocalPool {
     /// Those whose variables live no longer.
-    free: BTreeMap<(Scalar, u32), Vec<PlaceId>>,
+    free: BTreeMap<(Scalar, u32), Vec<VariableId>>,
     /// How many scalars all slots have.
     scalars: u32,
     /// How many slots were named after each variable.
     named: BTreeMap<String, u32>,
 }
 
-impl SlotPool {
+impl LocalPool {
     /// A name that no slot has yet; the builder would look for one from the start each time.
     fn new_name(&mut self, name: String) -> String {
         let used = self.named.entry(name.clone()).or_default();

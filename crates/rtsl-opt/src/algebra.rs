@@ -5,8 +5,8 @@
 //! change, which no operation can see.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, OpKind, Place, PlaceId, PlaceKind, Scalar, UnaryOp,
-    Value, evaluate,
+    BinaryOp, CompareOp, Constant, Index, OpKind, Scalar, UnaryOp, Value, Variable, VariableId,
+    VariableKind, evaluate,
 };
 
 /// What an operation is the same as.
@@ -49,7 +49,7 @@ pub(crate) struct Facts<'a> {
     /// Their types.
     pub scalars: &'a [Scalar],
     /// The function's places.
-    pub places: &'a [Place],
+    pub variables: &'a [Variable],
     /// The constants, by value; shorter where nothing is known of the last values.
     pub known: &'a [Option<Constant>],
     /// The definitions, likewise.
@@ -75,13 +75,13 @@ pub(crate) fn simplify(kind: &OpKind, facts: &Facts<'_>) -> Option<Simplified> {
         OpKind::Fma(a, b, c) => facts.fma(a, b, c),
         OpKind::Convert(to, a) => facts.convert(to, a),
         OpKind::Bitcast(to, a) => facts.bitcast(to, a),
-        OpKind::Load(place, Index::Dynamic(index)) => {
-            let index = facts.constant_index(place, index)?;
-            Some(Simplified::Kind(OpKind::Load(place, index)))
+        OpKind::Load(variable, Index::Dynamic(index)) => {
+            let index = facts.constant_index(variable, index)?;
+            Some(Simplified::Kind(OpKind::Load(variable, index)))
         }
-        OpKind::Store(place, Index::Dynamic(index), value) => {
-            let index = facts.constant_index(place, index)?;
-            Some(Simplified::Kind(OpKind::Store(place, index, value)))
+        OpKind::Store(variable, Index::Dynamic(index), value) => {
+            let index = facts.constant_index(variable, index)?;
+            Some(Simplified::Kind(OpKind::Store(variable, index, value)))
         }
         _ => None,
     }
@@ -370,13 +370,13 @@ impl Facts<'_> {
     }
 
     /// The index that a known one is clamped to, unless that takes knowing a buffer's length.
-    fn constant_index(&self, id: PlaceId, index: Value) -> Option<Index> {
+    fn constant_index(&self, id: VariableId, index: Value) -> Option<Index> {
         let Constant::I32(index) = self.known(index)? else { return None };
-        let place = &self.places[id.0 as usize];
+        let variable = &self.variables[id.0 as usize];
         let index = index.max(0) as u32;
-        match place.kind {
-            PlaceKind::Buffer => (index < place.len).then_some(Index::Constant(index)),
-            _ => Some(Index::Constant(index.min(place.len - 1))),
+        match variable.kind {
+            VariableKind::Buffer => (index < variable.len).then_some(Index::Constant(index)),
+            _ => Some(Index::Constant(index.min(variable.len - 1))),
         }
     }
 }

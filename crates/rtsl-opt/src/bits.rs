@@ -46,7 +46,7 @@ struct Bit {
     /// The integer.
     word: Value,
     /// How far the bit is from the lowest.
-    place: u32,
+    variable: u32,
 }
 
 impl Choices<'_> {
@@ -145,7 +145,7 @@ impl Choices<'_> {
                 };
                 match other {
                     0 => Some((bit, !is_set)),
-                    _ if other == 1 << bit.place => Some((bit, is_set)),
+                    _ if other == 1 << bit.variable => Some((bit, is_set)),
                     _ => None,
                 }
             }
@@ -161,7 +161,7 @@ impl Choices<'_> {
             (Some(mask), None) => (b, mask),
             _ => return None,
         };
-        mask.is_power_of_two().then(|| Bit { word, place: mask.trailing_zeros() })
+        mask.is_power_of_two().then(|| Bit { word, variable: mask.trailing_zeros() })
     }
 
     /// The bits of an integer constant.
@@ -180,9 +180,9 @@ impl Choices<'_> {
             Scalar::I32 => self.push(OpKind::Convert(Scalar::U32, bit.word), before),
             Scalar::U32 | Scalar::F32 | Scalar::Bool => bit.word,
         };
-        let distance = self.literal(31 - bit.place);
+        let distance = self.literal(31 - bit.variable);
         let shifted = self.push(OpKind::Binary(BinaryOp::ShiftLeft, word, distance), before);
-        if bit.place == 0 {
+        if bit.variable == 0 {
             return shifted;
         }
         let sign = self.literal(1 << 31);

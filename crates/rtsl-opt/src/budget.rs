@@ -9,8 +9,8 @@
 //! every level of optimisation: whether a budget ran out is a part of the result, and the same for all.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Place, PlaceId,
-    PlaceKind, Region, Scalar, Value,
+    BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Region, Scalar,
+    Value, Variable, VariableId, VariableKind,
 };
 
 use crate::mem2reg;
@@ -23,8 +23,8 @@ pub fn run(function: &mut Function, budget: u32) {
     if !has_loop(&function.body) {
         return;
     }
-    let counter = function.intern_place(Place {
-        kind: PlaceKind::Slot,
+    let counter = function.intern_place(Variable {
+        kind: VariableKind::Local,
         name: "#budget".to_owned(),
         scalar: Scalar::I32,
         len: 1,
@@ -41,7 +41,7 @@ pub fn run(function: &mut Function, budget: u32) {
     constants.define_in(function);
     // The counter is a value from now on, and its place, the last, is gone.
     mem2reg::promote(function, &[counter]);
-    function.places.pop();
+    function.variables.pop();
 }
 
 fn has_loop(region: &Region) -> bool {
@@ -52,7 +52,7 @@ fn has_loop(region: &Region) -> bool {
 
 struct Instrumentation<'a> {
     function: &'a mut Function,
-    counter: PlaceId,
+    counter: VariableId,
     one: Value,
     limit: Value,
 }
@@ -159,9 +159,9 @@ mod tests {
             return scratch:i@0 = %n, scratch:i@1 = %m";
         let mut function = function_of(text);
         super::run(&mut function, 100);
-        let (places, outcome) = outcome(&function, &[]);
+        let (variables, outcome) = outcome(&function, &[]);
         assert!(outcome.budget_exceeded);
-        assert_eq!(places[1][..2], [rtsl_ir::Constant::I32(1), rtsl_ir::Constant::I32(1)]);
+        assert_eq!(variables[1][..2], [rtsl_ir::Constant::I32(1), rtsl_ir::Constant::I32(1)]);
     }
 
     #[test]
@@ -177,9 +177,9 @@ mod tests {
         for (budget, exceeded, count) in [(10, false, 10), (9, true, 10), (3, true, 4)] {
             let mut function = function_of(text);
             super::run(&mut function, budget);
-            let (places, outcome) = outcome(&function, &[]);
+            let (variables, outcome) = outcome(&function, &[]);
             assert_eq!(outcome.budget_exceeded, exceeded, "{budget}");
-            assert_eq!(places[1][0], rtsl_ir::Constant::I32(count), "{budget}");
+            assert_eq!(variables[1][0], rtsl_ir::Constant::I32(count), "{budget}");
         }
     }
 

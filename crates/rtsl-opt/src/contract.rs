@@ -20,7 +20,9 @@
 //! lets the compiler optimise. All passes after it keep results to the bit. With `--math=strict` it
 //! does not run.
 
-use rtsl_ir::{BinaryOp, Function, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{
+    BinaryOp, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableKind,
+};
 
 /// Contracts all of `function`.
 pub fn run(function: &mut Function) {
@@ -58,14 +60,16 @@ impl Contraction<'_> {
     fn is_of_object(&self, kind: &OpKind) -> bool {
         match kind {
             OpKind::Constant(_) => true,
-            OpKind::Load(place, Index::Constant(_)) => match self.function.place(*place).kind {
-                PlaceKind::Member | PlaceKind::Parameter => true,
-                PlaceKind::State
-                | PlaceKind::Scratch
-                | PlaceKind::Buffer
-                | PlaceKind::Slot
-                | PlaceKind::Accepted => false,
-            },
+            OpKind::Load(variable, Index::Constant(_)) => {
+                match self.function.variable(*variable).kind {
+                    VariableKind::Member | VariableKind::Parameter => true,
+                    VariableKind::State
+                    | VariableKind::Scratch
+                    | VariableKind::Buffer
+                    | VariableKind::Local
+                    | VariableKind::Accepted => false,
+                }
+            }
             OpKind::Unary(..) | OpKind::Binary(..) | OpKind::Fma(..) | OpKind::Convert(..) => {
                 let mut all = true;
                 kind.for_each_operand(|value| all &= self.of_object[value.0 as usize]);

@@ -6,7 +6,9 @@
 //! it is. Everything else goes, single results of `if` and loops and slots that nothing names
 //! included. A loop that does nothing needed goes even if it would never end.
 
-use rtsl_ir::{Effect, Function, Op, OpKind, Place, PlaceId, PlaceKind, Region, Value, Values};
+use rtsl_ir::{
+    Effect, Function, Op, OpKind, Region, Value, Values, Variable, VariableId, VariableKind,
+};
 
 use crate::substitution::Substitution;
 
@@ -35,7 +37,7 @@ enum Source {
 
 /// Which values are needed, found backward from where needs begin.
 struct Liveness<'a> {
-    places: &'a [Place],
+    variables: &'a [Variable],
     /// The operations, in the order of the text.
     ops: Vec<&'a Op>,
     /// For each operation the one whose region it is in.
@@ -56,15 +58,15 @@ impl<'a> Liveness<'a> {
     fn new(function: &'a Function) -> Self {
         let values = function.values.len();
         let mut liveness = Liveness {
-            places: &function.places,
+            variables: &function.variables,
             ops: Vec::new(),
             parents: Vec::new(),
             owners: vec![u32::MAX; values],
             sources: vec![Source::Undefined; values],
-            stores: vec![Vec::new(); function.places.len()],
+            stores: vec![Vec::new(); function.variables.len()],
             needed_values: vec![false; values],
             needed_ops: Vec::new(),
-            needed_slots: vec![false; function.places.len()],
+            needed_slots: vec![false; function.variables.len()],
             worklist: Vec::new(),
         };
         liveness.index(&function.body, None);
@@ -90,8 +92,8 @@ impl<'a> Liveness<'a> {
                     self.set_source(*value, number, Source::Carried(position));
                 }
             }
-            if let Effect::WritesSlot(slot) = op.kind.effect(self.places) {
-                self.stores[slot.0 as usize].push(number);
+            if let Effect::WritesSlot(local) = op.kind.effect(self.variables) {
+                self.stores[local.0 as usize].push(number);
             }
             for region in op.kind.regions() {
                 self.index(region, Some(number));
@@ -109,7 +111,7 @@ impl<'a> Liveness<'a> {
             self.need(*value);
         }
         for number in 0..self.ops.len() as u32 {
-            if self.ops[number as usize].kind.effect(self.places) == Effect::Host {
+            if self.ops[number as usize].kind.effect(self.variables) == Effect::Host {
                 self.need_op(number);
             }
         }
@@ -160,16 +162,16 @@ impl<'a> Liveness<'a> {
                 OpKind::Loop { body, .. } => self.need(body.yields[0]),
                 kind => kind.for_each_operand(|value| self.need(value)),
             }
-            if let Effect::ReadsSlot(slot) = op.kind.effect(self.places) {
-                self.need_slot(slot);
+            if let Effect::ReadsSlot(local) = op.kind.effect(self.variables) {
+                self.need_slot(local);
             }
             next = self.parents[number as usize];
         }
     }
 
-    fn need_slot(&mut self, slot: PlaceId) {
-        if !std::mem::replace(&mut self.needed_slots[slot.0 as usize], true) {
-            for store in std::mem::take(&mut self.stores[slot.0 as usize]) {
+    fn need_slot(&mut self, local: VariableId) {
+        if !std::mem::replace(&mut self.needed_slots[local.0 as usize], true) {
+            for store in std::mem::take(&mut self.stores[local.0 as usize]) {
                 self.need_op(store);
             }
         }
@@ -269,10 +271,10 @@ fn count_inside(kind: &OpKind) -> usize {
 /// Removes slots that no operation names; other places are the interface.
 fn remove_unused_slots(function: &mut Function) {
     let mut used: Vec<bool> =
-        function.places.iter().map(|place| place.kind != PlaceKind::Slot).collect();
+        function.variables.iter().map(|variable| variable.kind != VariableKind::Local).collect();
     function.body.for_each_op(&mut |op| {
-        if let OpKind::Load(place, _) | OpKind::Store(place, ..) = op.kind {
-            used[place.0 as usize] = true;
+        if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
+            used[variable.0 as usize] = true;
         }
     });
     if !used.contains(&false) {
@@ -281,25 +283,25 @@ fn remove_unused_slots(function: &mut Function) {
     let mut new_ids = Vec::with_capacity(used.len());
     let mut next = 0;
     for used in &used {
-        new_ids.push(PlaceId(next));
+        new_ids.push(VariableId(next));
         next += u32::from(*used);
     }
     let mut position = 0;
-    function.places.retain(|_| {
+    function.variables.retain(|_| {
         position += 1;
         used[position - 1]
     });
     for output in &mut function.outputs {
-        output.place = new_ids[output.place.0 as usize];
+        output.variable = new_ids[output.variable.0 as usize];
     }
     rename_places(&mut function.body, &new_ids);
 }
 
-fn rename_places(region: &mut Region, new_ids: &[PlaceId]) {
+fn rename_places(region: &mut Region, new_ids: &[VariableId]) {
     for op in &mut region.ops {
         match &mut op.kind {
-            OpKind::Load(place, _) | OpKind::Store(place, ..) | OpKind::Length(place) => {
-                *place = new_ids[place.0 as usize];
+            OpKind::Load(variable, _) | OpKind::Store(variable, ..) | OpKind::Length(variable) => {
+                *variable = new_ids[variable.0 as usize];
             }
             kind => kind.regions_mut().for_each(|region| rename_places(region, new_ids)),
         }
@@ -365,17 +367,17 @@ mod tests {
     fn stores_that_nobody_reads_go_with_the_slot() {
         let text = "
             %x: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
-            store slot:s@0, %x
-            store slot:r@0, %i
-            %y: i32 = load slot:r@%i
+            store local:s@0, %x
+            store local:r@0, %i
+            %y: i32 = load local:r@%i
             return scratch:i@0 = %y";
         let function = |function: &mut rtsl_ir::Function| {
             super::run(function);
-            assert!(function.find_place(rtsl_ir::PlaceKind::Slot, "s").is_none());
+            assert!(function.find_variable(rtsl_ir::VariableKind::Local, "s").is_none());
         };
         expect![[r#"
-            store slot:r@0, %0
-            %1: i32 = load slot:r@%0
+            store local:r@0, %0
+            %1: i32 = load local:r@%0
             return scratch:i@0 = %1
         "#]]
         .assert_eq(&transformed(text, function));

@@ -15,7 +15,7 @@
 
 use rtsl_ir::{
     BinaryOp, Constant, ConstantPool, Effect, FloatInterval, Function, Interval, Op, OpKind,
-    PlaceId, PlaceKind, Region, Scalar, UnaryOp, Value,
+    Region, Scalar, UnaryOp, Value, VariableId, VariableKind,
 };
 
 use crate::conditions::Conditions;
@@ -39,25 +39,25 @@ struct Floats {
     of: Vec<FloatInterval>,
     scalars: Vec<Scalar>,
     /// By place, what a load may give.
-    places: Vec<FloatInterval>,
+    variables: Vec<FloatInterval>,
     conditions: Conditions,
 }
 
 impl Floats {
     fn new(function: &Function, body: &Region) -> Floats {
-        let places = function.places.iter().map(|place| match place.kind {
-            PlaceKind::Slot => FloatInterval::of(0.0),
-            PlaceKind::State
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Scratch
-            | PlaceKind::Buffer
-            | PlaceKind::Accepted => FloatInterval::ALL,
+        let variables = function.variables.iter().map(|variable| match variable.kind {
+            VariableKind::Local => FloatInterval::of(0.0),
+            VariableKind::State
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Scratch
+            | VariableKind::Buffer
+            | VariableKind::Accepted => FloatInterval::ALL,
         });
         let mut floats = Floats {
             of: vec![FloatInterval::ALL; function.values.len()],
             scalars: function.values.clone(),
-            places: places.collect(),
+            variables: variables.collect(),
             conditions: Conditions::default(),
         };
         floats.store_constants(body);
@@ -71,9 +71,9 @@ impl Floats {
                 OpKind::Constant(Constant::F32(value)) => {
                     self.of[op.results.first as usize] = FloatInterval::of(value);
                 }
-                OpKind::Store(PlaceId(place), _, value) => {
-                    let place = place as usize;
-                    self.places[place] = self.places[place].hull(self.get(value));
+                OpKind::Store(VariableId(variable), _, value) => {
+                    let variable = variable as usize;
+                    self.variables[variable] = self.variables[variable].hull(self.get(value));
                 }
                 _ => op.kind.regions().for_each(|region| self.store_constants(region)),
             }
@@ -120,7 +120,7 @@ impl Floats {
                 Some(integers) => FloatInterval::of_integer(integers),
                 None => self.get(a),
             },
-            OpKind::Load(PlaceId(place), _) => self.places[place as usize],
+            OpKind::Load(VariableId(variable), _) => self.variables[variable as usize],
             _ => FloatInterval::ALL,
         }
     }
@@ -214,7 +214,7 @@ impl Use<'_> {
             return None;
         }
         if let Some(constant) = self.constant(&op.kind, result)
-            && op.kind.effect(&self.function.places) == Effect::None
+            && op.kind.effect(&self.function.variables) == Effect::None
         {
             return Some(self.interned(constant));
         }
@@ -426,22 +426,22 @@ mod tests {
         let text = "
             %i: i32 = load scratch:i@0 %x: f32 = load scratch:f@0
             %2: f32 = constant 2 %3: f32 = constant 3
-            store slot:s@0, %2 store slot:s@1, %3
-            %a: f32 = load slot:s@%i %b: f32 = min %a, %3 %c: f32 = abs %b
-            store slot:q@0, %2 store slot:q@1, %x
-            %d: f32 = load slot:q@%i %e: f32 = min %d, %3
+            store local:s@0, %2 store local:s@1, %3
+            %a: f32 = load local:s@%i %b: f32 = min %a, %3 %c: f32 = abs %b
+            store local:q@0, %2 store local:q@1, %x
+            %d: f32 = load local:q@%i %e: f32 = min %d, %3
             return scratch:f@0 = %c, scratch:f@1 = %e";
         check(
             text,
             expect![[r#"
             %2: f32 = constant 2.0
             %3: f32 = constant 3.0
-            store slot:s@0, %2
-            store slot:s@1, %3
-            %4: f32 = load slot:s@%0
-            store slot:q@0, %2
-            store slot:q@1, %1
-            %5: f32 = load slot:q@%0
+            store local:s@0, %2
+            store local:s@1, %3
+            %4: f32 = load local:s@%0
+            store local:q@0, %2
+            store local:q@1, %1
+            %5: f32 = load local:q@%0
             %6: f32 = min %5, %3
             return scratch:f@0 = %4, scratch:f@1 = %6
         "#]],

@@ -8,8 +8,8 @@
 use std::collections::HashMap;
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Index, Op, OpKind, PlaceId,
-    Region, Scalar, UnaryOp, Value, Values,
+    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Index, Op, OpKind, Region,
+    Scalar, UnaryOp, Value, Values, VariableId,
 };
 
 use crate::substitution::Substitution;
@@ -41,8 +41,8 @@ pub(crate) enum Key {
     Fma(Value, Value, Value),
     Convert(Scalar, Value),
     Bitcast(Scalar, Value),
-    Load(PlaceId, Index),
-    Length(PlaceId),
+    Load(VariableId, Index),
+    Length(VariableId),
     LightCount,
     Ambient,
 }
@@ -90,7 +90,7 @@ impl Numbering<'_> {
         {
             std::mem::swap(a, b);
         }
-        if op.kind.effect(&self.function.places) != Effect::None {
+        if op.kind.effect(&self.function.variables) != Effect::None {
             return true;
         }
         let Some(key) = key(&op.kind) else { return true };
@@ -151,8 +151,8 @@ pub(crate) fn key(kind: &OpKind) -> Option<Key> {
         OpKind::Fma(a, b, c) => Some(Key::Fma(a, b, c)),
         OpKind::Convert(to, a) => Some(Key::Convert(to, a)),
         OpKind::Bitcast(to, a) => Some(Key::Bitcast(to, a)),
-        OpKind::Load(place, index) => Some(Key::Load(place, index)),
-        OpKind::Length(place) => Some(Key::Length(place)),
+        OpKind::Load(variable, index) => Some(Key::Load(variable, index)),
+        OpKind::Length(variable) => Some(Key::Length(variable)),
         OpKind::LightCount => Some(Key::LightCount),
         OpKind::Ambient => Some(Key::Ambient),
         OpKind::Constant(_)
@@ -228,14 +228,14 @@ mod tests {
     fn loads_of_slots_are_not_the_same_after_a_store() {
         let text = "
             %i: i32 = load scratch:i@0
-            %a: i32 = load slot:r@%i
-            store slot:r@0, %i
-            %b: i32 = load slot:r@%i
+            %a: i32 = load local:r@%i
+            store local:r@0, %i
+            %b: i32 = load local:r@%i
             return scratch:i@0 = %a, scratch:i@1 = %b";
         expect![[r#"
-            %1: i32 = load slot:r@%0
-            store slot:r@0, %0
-            %2: i32 = load slot:r@%0
+            %1: i32 = load local:r@%0
+            store local:r@0, %0
+            %2: i32 = load local:r@%0
             return scratch:i@0 = %1, scratch:i@1 = %2
         "#]]
         .assert_eq(&transformed(text, super::run));

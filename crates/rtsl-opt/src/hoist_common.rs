@@ -11,7 +11,7 @@
 use std::collections::{HashMap, HashSet};
 
 use rtsl_ir::{
-    BinaryOp, Effect, Function, Index, Op, OpKind, PlaceId, Region, Scalar, UnaryOp, Value,
+    BinaryOp, Effect, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableId,
 };
 
 use crate::gvn::{Key, key};
@@ -39,7 +39,7 @@ struct Merging<'a> {
 enum Expensive {
     Unary(UnaryOp),
     Binary(BinaryOp, Scalar),
-    Load(PlaceId),
+    Load(VariableId),
 }
 
 impl Merging<'_> {
@@ -119,7 +119,7 @@ impl Merging<'_> {
         is_available
             && op.results.count == 1
             && key(&op.kind).is_some()
-            && op.kind.effect(&self.function.places) == Effect::None
+            && op.kind.effect(&self.function.variables) == Effect::None
     }
 
     fn expensive(&self, kind: &OpKind) -> Option<Expensive> {
@@ -134,7 +134,7 @@ impl Merging<'_> {
             OpKind::Binary(op @ (BinaryOp::Divide | BinaryOp::Remainder), a, _) => {
                 Some(Expensive::Binary(op, self.function.scalar(a)))
             }
-            OpKind::Load(place, Index::Dynamic(_)) => Some(Expensive::Load(place)),
+            OpKind::Load(variable, Index::Dynamic(_)) => Some(Expensive::Load(variable)),
             _ => None,
         }
     }
@@ -235,12 +235,12 @@ mod tests {
             %c: bool = load scratch:b@0 %a: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
             %r: f32 = if %c {
                 %x: f32 = negate %a %q: f32 = divide %a, %x
-                %u: f32 = rand %l: f32 = load slot:s@%i
-                store slot:s@0, %u yield %q
+                %u: f32 = rand %l: f32 = load local:s@%i
+                store local:s@0, %u yield %q
             } else {
                 %y: f32 = abs %a %q2: f32 = divide %a, %y
-                %u2: f32 = rand %l2: f32 = load slot:s@%i
-                store slot:s@0, %u2 yield %q2
+                %u2: f32 = rand %l2: f32 = load local:s@%i
+                store local:s@0, %u2 yield %q2
             }
             return scratch:f@0 = %r";
         let unchanged = transformed(text, |_| ());
@@ -252,20 +252,20 @@ mod tests {
         let text = "
             %c: bool = load scratch:b@0 %a: f32 = load scratch:f@0
             if %c {
-                store slot:s@0, %a %x: f32 = negate %a store slot:s@1, %x yield
+                store local:s@0, %a %x: f32 = negate %a store local:s@1, %x yield
             } else {
-                store slot:s@2, %a %y: f32 = negate %a store slot:s@3, %y yield
+                store local:s@2, %a %y: f32 = negate %a store local:s@3, %y yield
             }
             return";
         expect![[r#"
             %2: f32 = negate %1
             if %0 {
-              store slot:s@0, %1
-              store slot:s@1, %2
+              store local:s@0, %1
+              store local:s@1, %2
               yield
             } else {
-              store slot:s@2, %1
-              store slot:s@3, %2
+              store local:s@2, %1
+              store local:s@3, %2
               yield
             }
             return

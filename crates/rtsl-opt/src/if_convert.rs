@@ -8,7 +8,7 @@
 use std::collections::HashSet;
 
 use rtsl_ir::{
-    BinaryOp, Effect, Function, Index, Op, OpKind, Place, Region, UnaryOp, Value, Values,
+    BinaryOp, Effect, Function, Index, Op, OpKind, Region, UnaryOp, Value, Values, Variable,
 };
 
 /// The cost of both regions, in simple operations, up to which a branch costs more.
@@ -17,12 +17,12 @@ pub const MAX_COST: u32 = 8;
 /// Converts what it can in all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    Conversion { places: &function.places, seldom: HashSet::new() }.region(&mut body);
+    Conversion { variables: &function.variables, seldom: HashSet::new() }.region(&mut body);
     function.body = body;
 }
 
 struct Conversion<'a> {
-    places: &'a [Place],
+    variables: &'a [Variable],
     /// Conditions that are seldom true.
     seldom: HashSet<Value>,
 }
@@ -58,7 +58,7 @@ impl Conversion<'_> {
     fn is_short(&self, then: &Region, otherwise: &Region) -> bool {
         let mut total = then.yields.len() as u32;
         for op in then.ops.iter().chain(&otherwise.ops) {
-            let Some(cost) = cost(&op.kind, self.places) else { return false };
+            let Some(cost) = cost(&op.kind, self.variables) else { return false };
             total += cost;
             if total > MAX_COST {
                 return false;
@@ -74,8 +74,8 @@ fn select(result: Value, condition: Value, a: Value, b: Value) -> Op {
 }
 
 /// In simple operations; `None` for what must not be done unasked, or is long.
-fn cost(kind: &OpKind, places: &[Place]) -> Option<u32> {
-    if kind.effect(places) != Effect::None {
+fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
+    if kind.effect(variables) != Effect::None {
         return None;
     }
     match kind {
@@ -137,14 +137,14 @@ mod tests {
     fn effects_and_long_regions_stay() {
         let text = "
             %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0
-            if %c { store slot:s@0, %x yield } else { yield }
+            if %c { store local:s@0, %x yield } else { yield }
             %r: f32 = if %c {
                 %a: f32 = sqrt %x %b: f32 = sqrt %a yield %b
             } else { yield %x }
             return scratch:f@0 = %r";
         expect![[r#"
             if %0 {
-              store slot:s@0, %1
+              store local:s@0, %1
               yield
             } else {
               yield

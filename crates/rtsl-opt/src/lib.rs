@@ -38,7 +38,7 @@ pub mod unroll;
 use std::collections::BTreeMap;
 
 use rtsl_ir::verify::verify;
-use rtsl_ir::{Constant, Function, PlaceId};
+use rtsl_ir::{Constant, Function, VariableId};
 
 /// What [`optimize`] does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,11 +136,11 @@ pub fn optimize(function: &mut Function, options: &Options) {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Caller {
     /// Scalars of members whose values are always these.
-    pub known: BTreeMap<(PlaceId, u32), Constant>,
+    pub known: BTreeMap<(VariableId, u32), Constant>,
     /// For each output whether it is read; all are where `None`.
     pub read: Option<Vec<bool>>,
     /// Places that hold vectors of unit length. Changes results.
-    pub unit: Vec<PlaceId>,
+    pub unit: Vec<VariableId>,
     /// The object is [`placed`], and whether products are contracted. Changes results.
     pub placed: Option<Contract>,
 }

@@ -7,7 +7,7 @@
 //! for all operands, so that computing one too many changes nothing; loops, which might not end, stay
 //! where they are.
 
-use rtsl_ir::{Effect, Function, Op, OpKind, Place, Region};
+use rtsl_ir::{Effect, Function, Op, OpKind, Region, Variable};
 
 /// Operations are taken from this many `if`s inside the body of a loop.
 const MAX_IFS: u32 = 1;
@@ -15,7 +15,7 @@ const MAX_IFS: u32 = 1;
 /// Moves what it can in all of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
-    let mut levels = Levels { places: &function.places, of: vec![0; function.values.len()] };
+    let mut levels = Levels { variables: &function.variables, of: vec![0; function.values.len()] };
     levels.region(&body, 0);
     let mut motion = Motion { levels: levels.of };
     motion.region(&mut body, Position { loops: 0, ifs: 0 }, &mut Vec::new());
@@ -25,7 +25,7 @@ pub fn run(function: &mut Function) {
 /// In how many loops values vary: a value of level 1 is the same in every round of a loop inside
 /// the outermost, wherever it is computed.
 struct Levels<'a> {
-    places: &'a [Place],
+    variables: &'a [Variable],
     /// By value.
     of: Vec<u32>,
 }
@@ -59,7 +59,7 @@ impl Levels<'_> {
                 let then = self.region(then, loops);
                 level.max(then).max(self.region(otherwise, loops))
             }
-            kind if kind.effect(self.places) == Effect::None => level,
+            kind if kind.effect(self.variables) == Effect::None => level,
             _ => loops,
         }
     }
@@ -167,11 +167,11 @@ mod tests {
             loop () {
                 %a: f32 = if %c {
                     %m: f32 = load member:m@0
-                    store slot:s@0, %m
-                    %b: f32 = if %c { %n: f32 = sqrt %x store slot:s@0, %n yield %n } else { yield %x }
+                    store local:s@0, %m
+                    %b: f32 = if %c { %n: f32 = sqrt %x store local:s@0, %n yield %n } else { yield %x }
                     yield %b
-                } else { %r: f32 = load slot:s@0 yield %r }
-                store slot:s@1, %a
+                } else { %r: f32 = load local:s@0 yield %r }
+                store local:s@1, %a
                 repeat %c
             }
             return";
@@ -179,20 +179,20 @@ mod tests {
             %2: f32 = load member:m@0
             loop () {
               %3: f32 = if %1 {
-                store slot:s@0, %2
+                store local:s@0, %2
                 %4: f32 = if %1 {
                   %5: f32 = sqrt %0
-                  store slot:s@0, %5
+                  store local:s@0, %5
                   yield %5
                 } else {
                   yield %0
                 }
                 yield %4
               } else {
-                %6: f32 = load slot:s@0
+                %6: f32 = load local:s@0
                 yield %6
               }
-              store slot:s@1, %3
+              store local:s@1, %3
               repeat %1
             }
             return

@@ -9,8 +9,8 @@
 use std::collections::BTreeSet;
 
 use rtsl_ir::{
-    Constant, ConstantPool, Function, Index, Name, Op, OpKind, PlaceId, PlaceKind, Region, Scalar,
-    Value, Values,
+    Constant, ConstantPool, Function, Index, Name, Op, OpKind, Region, Scalar, Value, Values,
+    VariableId, VariableKind,
 };
 
 use crate::substitution::Substitution;
@@ -24,41 +24,42 @@ const MAX_SCALARS: u32 = 512;
 /// Promotes the slots that can be.
 pub fn run(function: &mut Function) {
     let mut is_candidate: Vec<bool> = function
-        .places
+        .variables
         .iter()
-        .map(|place| place.kind == PlaceKind::Slot && place.len <= MAX_SLOT_LEN)
+        .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_SLOT_LEN)
         .collect();
     function.body.for_each_op(&mut |op| match op.kind {
-        OpKind::Load(place, Index::Dynamic(_)) | OpKind::Store(place, Index::Dynamic(_), _) => {
-            is_candidate[place.0 as usize] = false;
+        OpKind::Load(variable, Index::Dynamic(_))
+        | OpKind::Store(variable, Index::Dynamic(_), _) => {
+            is_candidate[variable.0 as usize] = false;
         }
         _ => {}
     });
     let mut scalars = 0;
-    let slots = (0..function.places.len() as u32).map(PlaceId).filter(|slot| {
-        let fits =
-            is_candidate[slot.0 as usize] && scalars + function.place(*slot).len <= MAX_SCALARS;
-        scalars += if fits { function.place(*slot).len } else { 0 };
+    let locals = (0..function.variables.len() as u32).map(VariableId).filter(|local| {
+        let fits = is_candidate[local.0 as usize]
+            && scalars + function.variable(*local).len <= MAX_SCALARS;
+        scalars += if fits { function.variable(*local).len } else { 0 };
         fits
     });
-    let slots: Vec<PlaceId> = slots.collect();
-    if !slots.is_empty() {
-        promote(function, &slots);
+    let locals: Vec<VariableId> = locals.collect();
+    if !locals.is_empty() {
+        promote(function, &locals);
     }
 }
 
 /// Promotes these slots, which are accessed at constant indices only.
-pub(crate) fn promote(function: &mut Function, slots: &[PlaceId]) {
+pub(crate) fn promote(function: &mut Function, locals: &[VariableId]) {
     let mut variables = Variables::default();
-    variables.first.resize(function.places.len(), None);
-    for slot in slots {
-        let place = &function.places[slot.0 as usize];
-        let text = function.names.add_text(place.name.as_str());
-        let len = place.len as u16;
+    variables.first.resize(function.variables.len(), None);
+    for local in locals {
+        let variable = &function.variables[local.0 as usize];
+        let text = function.names.add_text(variable.name.as_str());
+        let len = variable.len as u16;
         let names = (0..len).map(|component| Name { text, component, len, rank: Name::DECLARED });
         variables.names.extend(names);
-        variables.first[slot.0 as usize] = Some(variables.scalars.len());
-        variables.scalars.extend((0..place.len).map(|_| place.scalar));
+        variables.first[local.0 as usize] = Some(variables.scalars.len());
+        variables.scalars.extend((0..variable.len).map(|_| variable.scalar));
     }
     let mut constants = ConstantPool::of(function);
     let zeros = variables
@@ -90,11 +91,11 @@ struct Variables {
 }
 
 impl Variables {
-    fn at(&self, place: PlaceId, index: Index) -> Option<usize> {
-        let first = self.first[place.0 as usize]?;
+    fn at(&self, variable: VariableId, index: Index) -> Option<usize> {
+        let first = self.first[variable.0 as usize]?;
         match index {
             Index::Constant(index) => Some(first + index as usize),
-            Index::Dynamic(_) => unreachable!("slots with dynamic indices are not promoted"),
+            Index::Dynamic(_) => unreachable!("locals with dynamic indices are not promoted"),
         }
     }
 }
@@ -109,7 +110,7 @@ fn collect_stored(
     let mut all = BTreeSet::new();
     for op in &region.ops {
         match &op.kind {
-            OpKind::Store(place, index, _) => all.extend(variables.at(*place, *index)),
+            OpKind::Store(variable, index, _) => all.extend(variables.at(*variable, *index)),
             OpKind::If { .. } | OpKind::Loop { .. } => {
                 let position = stored.len();
                 stored.push(BTreeSet::new());
@@ -151,14 +152,14 @@ impl Promotion<'_> {
     /// False: the operation is no longer needed.
     fn op(&mut self, op: &mut Op) -> bool {
         match &mut op.kind {
-            OpKind::Load(place, index) => match self.variables.at(*place, *index) {
+            OpKind::Load(variable, index) => match self.variables.at(*variable, *index) {
                 Some(variable) => {
                     self.substitution.set(op.results.get(0), self.current[variable]);
                     return false;
                 }
                 None => return true,
             },
-            OpKind::Store(place, index, value) => match self.variables.at(*place, *index) {
+            OpKind::Store(variable, index, value) => match self.variables.at(*variable, *index) {
                 Some(variable) => {
                     self.current[variable] = *value;
                     return false;
@@ -235,18 +236,18 @@ mod tests {
     fn variables_pass_through_regions() {
         let text = "
             %a: f32 = load scratch:f@0 %c: bool = load scratch:b@0
-            store slot:s@1, %a
+            store local:s@1, %a
             %n: i32 = loop (%i: i32 = %start) {
                 if %c {
-                    %x: f32 = load slot:s@1
+                    %x: f32 = load local:s@1
                     %y: f32 = add %x, %a
-                    store slot:s@1, %y
+                    store local:s@1, %y
                     yield
                 } else { yield }
                 repeat %c, %i
             }
-            %l: f32 = load slot:s@1
-            %z: f32 = load slot:s@2
+            %l: f32 = load local:s@1
+            %z: f32 = load local:s@2
             return scratch:f@0 = %l, scratch:f@1 = %z";
         let text = text.replace("%n:", "%start: i32 = constant 5 %n:");
         expect![[r#"
@@ -271,13 +272,13 @@ mod tests {
     fn a_dynamic_index_keeps_the_slot() {
         let text = "
             %i: i32 = load scratch:i@0
-            store slot:r@1, %i
-            %a: i32 = load slot:r@%i
+            store local:r@1, %i
+            %a: i32 = load local:r@%i
             return scratch:i@0 = %a";
         expect![[r#"
             %0: f32 = constant 0.0
-            store slot:r@1, %1
-            %2: i32 = load slot:r@%1
+            store local:r@1, %1
+            %2: i32 = load local:r@%1
             return scratch:i@0 = %2
         "#]]
         .assert_eq(&transformed(text, super::run));

@@ -17,7 +17,7 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{BinaryOp, Effect, Function, Op, OpKind, Place, Region, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Effect, Function, Op, OpKind, Region, Scalar, UnaryOp, Value, Variable};
 
 use crate::substitution::Substitution;
 
@@ -55,7 +55,7 @@ impl Joining<'_> {
             if let OpKind::Unary(UnaryOp::Seldom, condition) = op.kind {
                 self.seldom.insert(op.results.get(0), condition);
             }
-            if has_effect(&op, &self.function.places) {
+            if has_effect(&op, &self.function.variables) {
                 self.join(std::mem::take(&mut free), &mut ops);
                 ops.push(op);
             } else {
@@ -196,13 +196,13 @@ impl Depths {
 }
 
 /// Whether an operation or what is in its regions does more than give results, or may not end.
-fn has_effect(op: &Op, places: &[Place]) -> bool {
+fn has_effect(op: &Op, variables: &[Variable]) -> bool {
     match &op.kind {
         OpKind::If { then, otherwise, .. } => {
-            then.ops.iter().chain(&otherwise.ops).any(|op| has_effect(op, places))
+            then.ops.iter().chain(&otherwise.ops).any(|op| has_effect(op, variables))
         }
         OpKind::Loop { .. } => true,
-        kind => kind.effect(places) != Effect::None,
+        kind => kind.effect(variables) != Effect::None,
     }
 }
 
@@ -303,7 +303,7 @@ mod tests {
             %a: f32 = if %s { yield %0 } else { yield %x }
             %d: bool = greater %a, %y %t: bool = seldom %d
             %b: f32 = if %t { yield %0 } else { yield %a }
-            store slot:s@0, %b
+            store local:s@0, %b
             %e: bool = less %y, %0 %u: bool = seldom %e
             %f: f32 = if %u { yield %0 } else { yield %y }
             return scratch:f@0 = %b, scratch:f@1 = %f";

@@ -6,8 +6,8 @@
 //! it is, since the direction keeps the length that it is mapped to.
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Place, PlaceId, PlaceKind, Region,
-    Scalar, Value,
+    BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Region, Scalar, Value, Variable,
+    VariableId, VariableKind,
 };
 
 use crate::substitution::Substitution;
@@ -24,17 +24,17 @@ const RAY: [&str; 3] = ["rt_RayOrigin", "rt_RayDirection", "rt_InverseRayDirecti
 /// Takes what the function reads of the ray through its object's placement, with `fma` where `contract`
 /// says that products are contracted.
 pub fn run(function: &mut Function, contract: bool) {
-    let places = RAY.map(|name| function.find_place(PlaceKind::State, name));
-    if places == [None; 3] {
+    let variables = RAY.map(|name| function.find_variable(VariableKind::State, name));
+    if variables == [None; 3] {
         return;
     }
     let mut body = std::mem::take(&mut function.body);
     let mut mapping = Mapping { function, contract, ops: Vec::new() };
-    let vectors = mapping.ray(&places);
+    let vectors = mapping.ray(&variables);
     let mut ops = mapping.ops;
     let mut loads = Loads {
         function,
-        vectors: places.into_iter().flatten().zip(vectors).collect(),
+        vectors: variables.into_iter().flatten().zip(vectors).collect(),
         substitution: Substitution::default(),
     };
     loads.region(&mut body);
@@ -52,16 +52,16 @@ struct Mapping<'a> {
 
 impl Mapping<'_> {
     /// The vectors of those of the places that the function has.
-    fn ray(&mut self, places: &[Option<PlaceId>; 3]) -> Vec<[Value; 3]> {
-        let placement = self.function.intern_place(Place {
-            kind: PlaceKind::Member,
+    fn ray(&mut self, variables: &[Option<VariableId>; 3]) -> Vec<[Value; 3]> {
+        let placement = self.function.intern_place(Variable {
+            kind: VariableKind::Member,
             name: PLACEMENT.to_owned(),
             scalar: Scalar::F32,
             len: PLACEMENT_SCALARS,
         });
-        let [origin, direction, inverse] = *places;
-        let origin = origin.map(|place| {
-            let origin = self.load(place, 0);
+        let [origin, direction, inverse] = *variables;
+        let origin = origin.map(|variable| {
+            let origin = self.load(variable, 0);
             let translation = self.load(placement, 9);
             self.map(placement, origin, Some(translation))
         });
@@ -77,9 +77,9 @@ impl Mapping<'_> {
         [origin, direction.and(mapped), inverse].into_iter().flatten().collect()
     }
 
-    fn direction(&mut self) -> PlaceId {
-        self.function.intern_place(Place {
-            kind: PlaceKind::State,
+    fn direction(&mut self) -> VariableId {
+        self.function.intern_place(Variable {
+            kind: VariableKind::State,
             name: RAY[1].to_owned(),
             scalar: Scalar::F32,
             len: 3,
@@ -88,7 +88,7 @@ impl Mapping<'_> {
 
     fn map(
         &mut self,
-        placement: PlaceId,
+        placement: VariableId,
         vector: [Value; 3],
         origin: Option<[Value; 3]>,
     ) -> [Value; 3] {
@@ -112,8 +112,8 @@ impl Mapping<'_> {
         }
     }
 
-    fn load(&mut self, place: PlaceId, first: u32) -> [Value; 3] {
-        [0, 1, 2].map(|index| self.push(OpKind::Load(place, Index::Constant(first + index))))
+    fn load(&mut self, variable: VariableId, first: u32) -> [Value; 3] {
+        [0, 1, 2].map(|index| self.push(OpKind::Load(variable, Index::Constant(first + index))))
     }
 
     fn push(&mut self, kind: OpKind) -> Value {
@@ -125,7 +125,7 @@ impl Mapping<'_> {
 struct Loads<'a> {
     function: &'a mut Function,
     /// By place.
-    vectors: Vec<(PlaceId, [Value; 3])>,
+    vectors: Vec<(VariableId, [Value; 3])>,
     substitution: Substitution,
 }
 
@@ -146,8 +146,8 @@ impl Loads<'_> {
 
     /// What stands for a load of the ray; operations that it needs go to `ops`.
     fn mapped(&mut self, kind: &OpKind, ops: &mut Vec<Op>) -> Option<Value> {
-        let OpKind::Load(place, index) = kind else { return None };
-        let (_, vector) = self.vectors.iter().find(|(mapped, _)| mapped == place)?;
+        let OpKind::Load(variable, index) = kind else { return None };
+        let (_, vector) = self.vectors.iter().find(|(mapped, _)| mapped == variable)?;
         match (*index, *vector) {
             (Index::Constant(index), vector) => vector.get(index as usize).copied(),
             (Index::Dynamic(index), [x, y, z]) => {

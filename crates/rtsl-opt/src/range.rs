@@ -15,8 +15,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Interval, Op, OpKind, PlaceId,
-    PlaceKind, Region, Scalar, UnaryOp, Value,
+    BinaryOp, CompareOp, Constant, ConstantPool, Effect, Function, Interval, Op, OpKind, Region,
+    Scalar, UnaryOp, Value, VariableId, VariableKind,
 };
 
 use crate::conditions::Conditions;
@@ -37,7 +37,7 @@ pub fn run(function: &mut Function) {
 }
 
 /// The same where scalars of members are known.
-pub fn run_knowing(function: &mut Function, known: &BTreeMap<(PlaceId, u32), Constant>) {
+pub fn run_knowing(function: &mut Function, known: &BTreeMap<(VariableId, u32), Constant>) {
     let ranges = Ranges::find(function, known);
     let mut pool = ConstantPool::of(function);
     let mut body = std::mem::take(&mut function.body);
@@ -54,7 +54,7 @@ struct Ranges {
     of: Vec<Option<Interval>>,
     scalars: Vec<Scalar>,
     /// By place, what a load may give.
-    places: Vec<Option<Interval>>,
+    variables: Vec<Option<Interval>>,
     /// Slots keep what was found of them until the end of a round.
     stored: Vec<Option<Interval>>,
     /// The carried values of each loop, by its first parameter.
@@ -79,18 +79,20 @@ enum Phase {
 }
 
 impl Ranges {
-    fn find(function: &Function, known: &BTreeMap<(PlaceId, u32), Constant>) -> Ranges {
-        let places = (0..).map(PlaceId).zip(&function.places);
+    fn find(function: &Function, known: &BTreeMap<(VariableId, u32), Constant>) -> Ranges {
+        let variables = (0..).map(VariableId).zip(&function.variables);
         let mut ranges = Ranges {
             of: vec![None; function.values.len()],
             scalars: function.values.clone(),
-            places: places
-                .map(|(id, place)| match place.kind {
-                    PlaceKind::Slot => Interval::all(place.scalar).map(|_| Interval::point(0)),
-                    _ => known_range(id, place.len, known).or(Interval::all(place.scalar)),
+            variables: variables
+                .map(|(id, variable)| match variable.kind {
+                    VariableKind::Local => {
+                        Interval::all(variable.scalar).map(|_| Interval::point(0))
+                    }
+                    _ => known_range(id, variable.len, known).or(Interval::all(variable.scalar)),
                 })
                 .collect(),
-            stored: vec![None; function.places.len()],
+            stored: vec![None; function.variables.len()],
             params: HashMap::new(),
             conditions: Conditions::default(),
             limits: limits(&function.body),
@@ -118,9 +120,9 @@ impl Ranges {
         self.region(&function.body);
         for index in 0..self.stored.len() {
             if let Some(stored) = self.stored[index].take() {
-                let scalar = function.places[index].scalar;
-                let next = self.places[index].map(|_| stored.hull(Interval::point(0)));
-                self.places[index] = self.moved(scalar, self.places[index], next);
+                let scalar = function.variables[index].scalar;
+                let next = self.variables[index].map(|_| stored.hull(Interval::point(0)));
+                self.variables[index] = self.moved(scalar, self.variables[index], next);
             }
         }
     }
@@ -149,8 +151,8 @@ impl Ranges {
                 }
             }
             kind => {
-                if let OpKind::Store(place, _, value) = kind {
-                    self.store(*place, *value);
+                if let OpKind::Store(variable, _, value) = kind {
+                    self.store(*variable, *value);
                 }
                 self.plain(op);
             }
@@ -179,7 +181,7 @@ impl Ranges {
             OpKind::Compare(op, a, b) => Some(Interval::compare(op, self.get(a)?, self.get(b)?)),
             OpKind::Select(_, a, b) => Some(self.get(a)?.hull(self.get(b)?)),
             OpKind::Convert(to, a) => Interval::convert(self.scalar(a), to, self.get(a)),
-            OpKind::Load(place, _) => self.places[place.0 as usize],
+            OpKind::Load(variable, _) => self.variables[variable.0 as usize],
             OpKind::Length(_) | OpKind::LightCount => {
                 Some(Interval { low: 0, high: i64::from(i32::MAX) })
             }
@@ -187,9 +189,9 @@ impl Ranges {
         }
     }
 
-    fn store(&mut self, place: PlaceId, value: Value) {
+    fn store(&mut self, variable: VariableId, value: Value) {
         let range = self.get(value);
-        let stored = &mut self.stored[place.0 as usize];
+        let stored = &mut self.stored[variable.0 as usize];
         *stored = stored.map_or(range, |stored| range.map(|range| stored.hull(range)));
     }
 
@@ -383,12 +385,12 @@ fn taken(op: &Op, truths: &[(Value, bool)]) -> Vec<(Value, Value)> {
 
 /// What the scalars of a place have in common, if all are known.
 fn known_range(
-    place: PlaceId,
+    variable: VariableId,
     len: u32,
-    known: &BTreeMap<(PlaceId, u32), Constant>,
+    known: &BTreeMap<(VariableId, u32), Constant>,
 ) -> Option<Interval> {
     let mut ranges =
-        (0..len).map(|index| known.get(&(place, index)).copied().and_then(Interval::of));
+        (0..len).map(|index| known.get(&(variable, index)).copied().and_then(Interval::of));
     let first = ranges.next()??;
     ranges.try_fold(first, |all, range| Some(all.hull(range?)))
 }
@@ -461,7 +463,7 @@ impl Use<'_> {
             return None;
         }
         if let Some(constant) = self.ranges.get(result).and_then(|it| it.constant(scalar))
-            && op.kind.effect(&self.function.places) == Effect::None
+            && op.kind.effect(&self.function.variables) == Effect::None
         {
             return Some(Rewritten::Value(self.constant(constant)));
         }
@@ -627,12 +629,12 @@ mod tests {
             %i: i32 = loop (%j: i32 = %0) {
                 %low: i32 = max %j, %0 %clamped: i32 = min %low, %5
                 %e: f32 = load buffer:t@%clamped
-                store slot:s@%clamped, %e
+                store local:s@%clamped, %e
                 %next: i32 = add %j, %1 %below: bool = less %next, %5
                 %again: bool = and %c, %below
                 repeat %again, %next
             }
-            %last: i32 = min %i, %7 %f: f32 = load slot:s@%last
+            %last: i32 = min %i, %7 %f: f32 = load local:s@%last
             return scratch:f@0 = %f, scratch:i@0 = %last";
         check(
             text,
@@ -642,13 +644,13 @@ mod tests {
             %3: i32 = constant 5
             %4: i32 = loop (%5: i32 = %1) {
               %6: f32 = load buffer:t@%5
-              store slot:s@%5, %6
+              store local:s@%5, %6
               %7: i32 = add %5, %2
               %8: bool = less %7, %3
               %9: bool = and %0, %8
               repeat %9, %7
             }
-            %10: f32 = load slot:s@%4
+            %10: f32 = load local:s@%4
             return scratch:f@0 = %10, scratch:i@0 = %4
         "#]],
         );
@@ -659,8 +661,8 @@ mod tests {
         let text = "
             %i: i32 = load scratch:i@0 %0: i32 = constant 0 %3: i32 = constant 3
             %4: i32 = constant 4 %6: i32 = constant 6 %2: i32 = constant 2
-            store slot:r@0, %2 store slot:r@1, %3 store slot:r@2, %4
-            %a: i32 = load slot:r@%i
+            store local:r@0, %2 store local:r@1, %3 store local:r@2, %4
+            %a: i32 = load local:r@%i
             %b: i32 = add %a, %2
             %low: i32 = max %b, %0 %clamped: i32 = min %low, %6
             return scratch:i@0 = %clamped";
@@ -670,10 +672,10 @@ mod tests {
                 %1: i32 = constant 3
                 %2: i32 = constant 4
                 %3: i32 = constant 2
-                store slot:r@0, %3
-                store slot:r@1, %1
-                store slot:r@2, %2
-                %4: i32 = load slot:r@%0
+                store local:r@0, %3
+                store local:r@1, %1
+                store local:r@2, %2
+                %4: i32 = load local:r@%0
                 %5: i32 = add %4, %3
                 return scratch:i@0 = %5
             "#]],

@@ -25,8 +25,8 @@
 //! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave the uses that count.
 
 use rtsl_ir::{
-    BinaryOp, Constant, Function, Op, OpKind, Place, PlaceKind, Region, Scalar, UnaryOp, Value,
-    Values,
+    BinaryOp, Constant, Function, Op, OpKind, Region, Scalar, UnaryOp, Value, Values, Variable,
+    VariableKind,
 };
 
 /// How many uses are looked at and operations copied for one request, at most: what takes more has no bound.
@@ -85,14 +85,20 @@ impl Flow {
             loops: vec![0; count],
             loop_count: 0,
         };
-        flow.region(&function.places, body, 0, None);
+        flow.region(&function.variables, body, 0, None);
         flow
     }
 
     /// A region in this loop, whose yields become these results.
-    fn region(&mut self, places: &[Place], region: &Region, within: u32, results: Option<Values>) {
+    fn region(
+        &mut self,
+        variables: &[Variable],
+        region: &Region,
+        within: u32,
+        results: Option<Values>,
+    ) {
         for op in &region.ops {
-            self.op(places, op, within);
+            self.op(variables, op, within);
         }
         for (position, value) in region.yields.iter().enumerate() {
             let passed = results.map(|results| Use::Passed(results.get(position as u32)));
@@ -100,22 +106,22 @@ impl Flow {
         }
     }
 
-    fn op(&mut self, places: &[Place], op: &Op, within: u32) {
+    fn op(&mut self, variables: &[Variable], op: &Op, within: u32) {
         for result in op.results.iter() {
             self.loops[result.0 as usize] = within;
         }
-        if can_be_copied(&op.kind, places) {
+        if can_be_copied(&op.kind, variables) {
             self.definitions[op.results.first as usize] = Some(op.clone());
         }
         self.operands(op, within);
         match &op.kind {
             OpKind::If { condition: _, then, otherwise } => {
-                self.region(places, then, within, Some(op.results));
-                self.region(places, otherwise, within, Some(op.results));
+                self.region(variables, then, within, Some(op.results));
+                self.region(variables, otherwise, within, Some(op.results));
             }
             OpKind::Loop { initial: _, body } => {
                 self.loop_count += 1;
-                self.region(places, body, self.loop_count, None);
+                self.region(variables, body, self.loop_count, None);
             }
             _ => {}
         }
@@ -151,7 +157,7 @@ impl Flow {
 }
 
 /// Whether the operation gives the same wherever its operands are known, and is worth it.
-fn can_be_copied(kind: &OpKind, places: &[Place]) -> bool {
+fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
     match kind {
         OpKind::Constant(_)
         | OpKind::Unary(..)
@@ -162,7 +168,7 @@ fn can_be_copied(kind: &OpKind, places: &[Place]) -> bool {
         | OpKind::Convert(..)
         | OpKind::Bitcast(..)
         | OpKind::Length(_) => true,
-        OpKind::Load(place, _) => places[place.0 as usize].kind != PlaceKind::Slot,
+        OpKind::Load(variable, _) => variables[variable.0 as usize].kind != VariableKind::Local,
         OpKind::Store(..)
         | OpKind::If { .. }
         | OpKind::Loop { .. }
@@ -400,12 +406,12 @@ mod tests {
               %11: f32 = constant 0.25
               %12: f32 = multiply %10, %11
               %13: f32 = multiply %7, %12
-              store slot:s@0, %13
+              store local:s@0, %13
               yield
             } else {
               yield
             }
-            %14: f32 = load slot:s@0
+            %14: f32 = load local:s@0
             return scratch:f@0 = %14
         "#]]
         .assert_eq(&weighed(
@@ -413,10 +419,10 @@ mod tests {
                 %m: f32 = load member:m@0 %quarter: f32 = constant 0.25
                 %f: f32 = multiply %m, %quarter
                 %x: f32 = multiply %red, %f
-                store slot:s@0, %x
+                store local:s@0, %x
                 yield
             } else { yield }
-            %s: f32 = load slot:s@0
+            %s: f32 = load local:s@0
             return scratch:f@0 = %s",
         ));
     }

@@ -72,7 +72,7 @@ impl Folding<'_> {
         for _ in 0..MAX_STEPS {
             let facts = Facts {
                 scalars: &self.function.values,
-                places: &self.function.places,
+                variables: &self.function.variables,
                 known: &self.known,
                 definitions: &self.definitions,
             };

@@ -2,19 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use rtsl_ir::{Constant, Function, Index, OpKind, PlaceId, Region};
+use rtsl_ir::{Constant, Function, Index, OpKind, Region, VariableId};
 
 /// Replaces loads of these scalars of places by their values. Loads at dynamic indices stay.
 ///
 /// The values must have the types of their places; folding then spreads them.
-pub fn run(function: &mut Function, known: &BTreeMap<(PlaceId, u32), Constant>) {
+pub fn run(function: &mut Function, known: &BTreeMap<(VariableId, u32), Constant>) {
     region(&mut function.body, known);
 }
 
-fn region(region_: &mut Region, known: &BTreeMap<(PlaceId, u32), Constant>) {
+fn region(region_: &mut Region, known: &BTreeMap<(VariableId, u32), Constant>) {
     for op in &mut region_.ops {
-        if let OpKind::Load(place, Index::Constant(index)) = op.kind
-            && let Some(constant) = known.get(&(place, index))
+        if let OpKind::Load(variable, Index::Constant(index)) = op.kind
+            && let Some(constant) = known.get(&(variable, index))
         {
             op.kind = OpKind::Constant(*constant);
         }
@@ -27,7 +27,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use expect_test::expect;
-    use rtsl_ir::{Constant, PlaceKind};
+    use rtsl_ir::{Constant, VariableKind};
 
     use crate::testing::transformed;
 
@@ -39,8 +39,8 @@ mod tests {
             %b: f32 = if %c { %x: f32 = load member:m@1 yield %x } else { yield %a }
             return scratch:f@0 = %b";
         let specialised = transformed(text, |function| {
-            let place = function.find_place(PlaceKind::Member, "m").unwrap();
-            let known = BTreeMap::from([((place, 1), Constant::F32(2.5))]);
+            let variable = function.find_variable(VariableKind::Member, "m").unwrap();
+            let known = BTreeMap::from([((variable, 1), Constant::F32(2.5))]);
             super::run(function, &known);
         });
         expect![[r#"

@@ -6,7 +6,7 @@ use rtsl_testing::functions::{Entropy, HashHost, Memory, function};
 /// Places that the bodies of tests may name.
 const PLACES: &str = "
     scratch f: f32[4] scratch i: i32[4] scratch u: u32[4] scratch b: bool[4]
-    member m: f32[3] member n: i32[3] buffer t: f32[3] slot s: f32[4] slot q: f32[4] slot r: i32[4]
+    member m: f32[3] member n: i32[3] buffer t: f32[3] local s: f32[4] local q: f32[4] local r: i32[4]
     accepted hit: bool[1]";
 
 /// The function with these places and this body.
@@ -62,6 +62,6 @@ pub(crate) fn outcome_with(
     let mut interpreter = Interpreter::prepare(function).expect("linked");
     let outcome = interpreter.run(3, &mut memory, &mut host);
     let mut snapshot = memory.snapshot();
-    snapshot.retain(|place| !place.is_empty());
+    snapshot.retain(|variable| !variable.is_empty());
     (snapshot, outcome)
 }

@@ -8,25 +8,25 @@
 
 use std::collections::HashSet;
 
-use rtsl_ir::{Function, Index, OpKind, Output, Place, PlaceKind, Value};
+use rtsl_ir::{Function, Index, OpKind, Output, Value, Variable, VariableKind};
 
 /// A scalar of a place: an output of a function, whatever the numbers of its places are.
-pub type PlaceScalar = (Place, u32);
+pub type VariableScalar = (Variable, u32);
 
 /// The outputs of a function.
-pub fn outputs(function: &Function) -> impl Iterator<Item = PlaceScalar> {
-    function.outputs.iter().map(|it| (function.place(it.place).clone(), it.component))
+pub fn outputs(function: &Function) -> impl Iterator<Item = VariableScalar> {
+    function.outputs.iter().map(|it| (function.variable(it.variable).clone(), it.component))
 }
 
 /// Makes scalars of places outputs that yield what is in them.
-pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'a PlaceScalar>) {
+pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'a VariableScalar>) {
     let mut loads = Vec::new();
-    for (place, component) in scalars {
-        let (scalar, component) = (place.scalar, *component);
-        let place = function.intern_place(place.clone());
-        let load = OpKind::Load(place, Index::Constant(component));
+    for (variable, component) in scalars {
+        let (scalar, component) = (variable.scalar, *component);
+        let variable = function.intern_place(variable.clone());
+        let load = OpKind::Load(variable, Index::Constant(component));
         let value = function.push(&mut loads, scalar, load);
-        function.outputs.push(Output { place, component });
+        function.outputs.push(Output { variable, component });
         function.body.yields.push(value);
     }
     function.body.ops.splice(0..0, loads);
@@ -36,8 +36,8 @@ pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'
 pub fn run(function: &mut Function) {
     let mut loaded: HashSet<(Value, Output)> = HashSet::new();
     function.body.for_each_op(&mut |op| {
-        if let OpKind::Load(place, Index::Constant(component)) = op.kind {
-            loaded.insert((op.results.get(0), Output { place, component }));
+        if let OpKind::Load(variable, Index::Constant(component)) = op.kind {
+            loaded.insert((op.results.get(0), Output { variable, component }));
         }
     });
     let yields = std::mem::take(&mut function.body.yields);
@@ -46,8 +46,8 @@ pub fn run(function: &mut Function) {
         .into_iter()
         .zip(yields)
         .filter(|(output, value)| {
-            let kind = function.place(output.place).kind;
-            let is_kept = matches!(kind, PlaceKind::State | PlaceKind::Scratch);
+            let kind = function.variable(output.variable).kind;
+            let is_kept = matches!(kind, VariableKind::State | VariableKind::Scratch);
             !(is_kept && loaded.contains(&(*value, *output)))
         })
         .unzip();

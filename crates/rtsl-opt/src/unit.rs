@@ -7,11 +7,11 @@
 use std::collections::HashMap;
 
 use rtsl_ir::{
-    BinaryOp, Constant, Function, Index, Op, OpKind, PlaceId, Region, Scalar, UnaryOp, Value,
+    BinaryOp, Constant, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableId,
 };
 
 /// Replaces the squares of the lengths of these places, three f32 each, by 1.
-pub fn run(function: &mut Function, vectors: &[PlaceId]) {
+pub fn run(function: &mut Function, vectors: &[VariableId]) {
     let mut body = std::mem::take(&mut function.body);
     let mut squares =
         Squares { vectors, components: HashMap::new(), squares: HashMap::new(), function };
@@ -20,13 +20,13 @@ pub fn run(function: &mut Function, vectors: &[PlaceId]) {
 }
 
 /// A component of a vector, or some of its components.
-type Part = (PlaceId, u32);
+type Part = (VariableId, u32);
 
 /// All three components, a bit each.
 const ALL: u32 = 0b111;
 
 struct Squares<'a> {
-    vectors: &'a [PlaceId],
+    vectors: &'a [VariableId],
     /// Values that are a component of a vector, or its negative.
     components: HashMap<Value, Part>,
     /// Values that are sums of the squares of different components, a bit each.
@@ -61,8 +61,8 @@ impl Squares<'_> {
 
     fn component(&self, kind: &OpKind) -> Option<Part> {
         match *kind {
-            OpKind::Load(place, Index::Constant(index)) => {
-                self.vectors.contains(&place).then_some((place, index))
+            OpKind::Load(variable, Index::Constant(index)) => {
+                self.vectors.contains(&variable).then_some((variable, index))
             }
             OpKind::Unary(UnaryOp::Negate, a) => self.components.get(&a).copied(),
             _ => None,
@@ -81,8 +81,8 @@ impl Squares<'_> {
     }
 
     fn square(&self, a: Value, b: Value) -> Option<Part> {
-        let (place, index) = *self.components.get(&a)?;
-        (self.components.get(&b) == Some(&(place, index))).then_some((place, 1 << index))
+        let (variable, index) = *self.components.get(&a)?;
+        (self.components.get(&b) == Some(&(variable, index))).then_some((variable, 1 << index))
     }
 }
 
@@ -94,7 +94,7 @@ fn disjoint((a, left): Part, (b, right): Part) -> Option<Part> {
 #[cfg(test)]
 mod tests {
     use expect_test::expect;
-    use rtsl_ir::PlaceKind;
+    use rtsl_ir::VariableKind;
 
     use crate::testing::transformed;
 
@@ -112,7 +112,7 @@ mod tests {
             return scratch:f@0 = %length, scratch:f@1 = %unit, scratch:f@2 = %twice,
                 scratch:f@3 = %yf, member:m@0 = %sum";
         let found = transformed(text, |function| {
-            let vector = function.find_place(PlaceKind::Member, "m").unwrap();
+            let vector = function.find_variable(VariableKind::Member, "m").unwrap();
             super::run(function, &[vector]);
             crate::simplify::run(function);
             crate::dce::run(function);

@@ -2,17 +2,17 @@
 
 use rtsl_ir::verify::verify;
 use rtsl_ir::{
-    BinaryOp, Builder, CompareOp, Function, Interpreter, MAX_NESTING, Place, PlaceId, PlaceKind,
-    Scalar,
+    BinaryOp, Builder, CompareOp, Function, Interpreter, MAX_NESTING, Scalar, Variable, VariableId,
+    VariableKind,
 };
 use rtsl_opt::{Options, optimize};
 use rtsl_testing::functions::{Entropy, HashHost, Memory};
 
-fn builder() -> (Builder, PlaceId) {
+fn builder() -> (Builder, VariableId) {
     let mut builder = Builder::new("Large.method");
-    let (kind, name) = (PlaceKind::Scratch, "s".to_owned());
-    let place = builder.place(Place { kind, name, scalar: Scalar::F32, len: 4 });
-    (builder, place)
+    let (kind, name) = (VariableKind::Scratch, "s".to_owned());
+    let variable = builder.variable(Variable { kind, name, scalar: Scalar::F32, len: 4 });
+    (builder, variable)
 }
 
 fn optimize_and_run(mut function: Function) {
@@ -27,11 +27,11 @@ fn optimize_and_run(mut function: Function) {
 /// As deep as the verifier lets it, alternating between `if` and loops.
 #[test]
 fn the_deepest_nesting() {
-    let (mut builder, place) = builder();
+    let (mut builder, variable) = builder();
     let zero = builder.f32(0.0);
-    let x = builder.load(place, 0);
+    let x = builder.load(variable, 0);
     let condition = builder.compare(CompareOp::Less, x, zero);
-    let slot = builder.slot("t", Scalar::F32, 2);
+    let local = builder.local("t", Scalar::F32, 2);
     let mut value = x;
     for depth in 0..MAX_NESTING {
         if depth % 2 == 0 {
@@ -40,7 +40,7 @@ fn the_deepest_nesting() {
             value = builder.begin_loop(vec![value]).get(0);
         }
         value = builder.add(value, x);
-        builder.store(slot, 1, value);
+        builder.store(local, 1, value);
     }
     for depth in (0..MAX_NESTING).rev() {
         if depth % 2 == 0 {
@@ -52,17 +52,17 @@ fn the_deepest_nesting() {
             value = builder.end_loop(condition, &[value]).get(0);
         }
     }
-    let stored = builder.load(slot, 1);
-    builder.output(place, 0, value);
-    builder.output(place, 1, stored);
+    let stored = builder.load(local, 1);
+    builder.output(variable, 0, value);
+    builder.output(variable, 1, stored);
     optimize_and_run(builder.finish());
 }
 
 /// A flat function with very many operations.
 #[test]
 fn very_many_operations() {
-    let (mut builder, place) = builder();
-    let x = builder.load(place, 0);
+    let (mut builder, variable) = builder();
+    let x = builder.load(variable, 0);
     let mut value = x;
     for round in 0..10_000 {
         let constant = builder.f32(round as f32);
@@ -71,21 +71,21 @@ fn very_many_operations() {
         let condition = builder.compare(CompareOp::Less, sum, constant);
         value = builder.if_(condition, |_| vec![sum], |builder| vec![builder.add(sum, x)]).get(0);
     }
-    builder.output(place, 0, value);
+    builder.output(variable, 0, value);
     optimize_and_run(builder.finish());
 }
 
 /// Very many loops, each with the same few rounds.
 #[test]
 fn very_many_loops() {
-    let (mut builder, place) = builder();
+    let (mut builder, variable) = builder();
     let (zero, one, four) = (builder.i32(0), builder.i32(1), builder.i32(4));
-    let slot = builder.slot("t", Scalar::F32, 8);
-    let mut value = builder.load(place, 0);
+    let local = builder.local("t", Scalar::F32, 8);
+    let mut value = builder.load(variable, 0);
     for _ in 0..1_500 {
         let results = builder.loop_(vec![zero, value], |builder, carried| {
             let counter = carried.get(0);
-            builder.store_at(slot, counter, carried.get(1));
+            builder.store_at(local, counter, carried.get(1));
             let sum = builder.binary(BinaryOp::Max, carried.get(1), value);
             let next = builder.add(counter, one);
             let again = builder.compare(CompareOp::Less, next, four);
@@ -93,8 +93,8 @@ fn very_many_loops() {
         });
         value = results.get(1);
     }
-    let stored = builder.load(slot, 3);
-    builder.output(place, 0, value);
-    builder.output(place, 1, stored);
+    let stored = builder.load(local, 3);
+    builder.output(variable, 0, value);
+    builder.output(variable, 1, stored);
     optimize_and_run(builder.finish());
 }

@@ -33,7 +33,7 @@ fn outcome(function: &Function) -> (Vec<Vec<Constant>>, Outcome) {
     let mut interpreter = Interpreter::prepare(function).unwrap();
     let outcome = interpreter.run(0, &mut memory, &mut HashHost::ignoring_weights());
     let mut snapshot = memory.snapshot();
-    snapshot.retain(|place| !place.is_empty());
+    snapshot.retain(|variable| !variable.is_empty());
     (snapshot, outcome)
 }
 

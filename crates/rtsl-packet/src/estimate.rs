@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{BinaryOp, Index, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Index, Scalar, UnaryOp, Value, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region, Type};
@@ -207,7 +207,7 @@ impl Walk<'_> {
             OpKind::Compare(..) | OpKind::Bitcast(..) => cost(3.0, 1.0),
             OpKind::Convert(to, a) if is_float(a) && *to != Scalar::Bool => cost(10.0, 6.0),
             OpKind::Convert(..) => cost(4.0, 1.0),
-            OpKind::Load(place, index) => self.load(*place, *index, lanes),
+            OpKind::Load(variable, index) => self.load(*variable, *index, lanes),
             OpKind::Any(_)
             | OpKind::First(..)
             | OpKind::Store { .. }
@@ -222,12 +222,13 @@ impl Walk<'_> {
         }
     }
 
-    fn load(&self, place: rtsl_ir::PlaceId, index: Index, lanes: f32) -> Cost {
-        let in_lanes = match self.kernel.place(place).place.kind {
-            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
-            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Accepted => {
-                false
-            }
+    fn load(&self, variable: rtsl_ir::VariableId, index: Index, lanes: f32) -> Cost {
+        let in_lanes = match self.kernel.variable(variable).variable.kind {
+            VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
+            VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Buffer
+            | VariableKind::Accepted => false,
         };
         match index {
             Index::Constant(_) if in_lanes => cost(5.0, 1.0),

@@ -28,9 +28,9 @@
 //! tests whether it is full, which takes a tenth of a short kernel's time.
 
 use rtsl_abi::CallMode;
-use rtsl_ir::PlaceKind;
+use rtsl_ir::VariableKind;
 
-use crate::kernel::{KernelPlace, OpKind, Region};
+use crate::kernel::{KernelVariable, OpKind, Region};
 use crate::{Estimate, Kernel};
 
 /// The numbers of chunks that may be done at a time.
@@ -110,7 +110,8 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
         !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MAX_SLOT_BYTES;
     // What all lanes share is read from the first lane before anything is stored: too late for the
     // chunks that are left over.
-    let overwrites_shared = kernel.outputs.iter().any(|output| !kernel.place(output.place).varies);
+    let overwrites_shared =
+        kernel.outputs.iter().any(|output| !kernel.variable(output.variable).varies);
     let many_rays = match kernel.shape {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => kernel.width > 1,
         CallMode::Leaf | CallMode::Single => false,
@@ -123,9 +124,9 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
 
 /// Bytes of the stack that local arrays take for a chunk.
 fn slot_bytes(kernel: &Kernel) -> u32 {
-    let slots = kernel.places.iter().filter(|it| it.place.kind == PlaceKind::Slot);
-    let lanes = |it: &KernelPlace| if it.varies { kernel.width } else { 1 };
-    slots.map(|it| it.place.len.saturating_mul(4 * lanes(it))).fold(0, u32::saturating_add)
+    let locals = kernel.variables.iter().filter(|it| it.variable.kind == VariableKind::Local);
+    let lanes = |it: &KernelVariable| if it.varies { kernel.width } else { 1 };
+    locals.map(|it| it.variable.len.saturating_mul(4 * lanes(it))).fold(0, u32::saturating_add)
 }
 
 fn asks_host(region: &Region) -> bool {

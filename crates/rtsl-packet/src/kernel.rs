@@ -57,7 +57,8 @@
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, UnaryOp, Value, Values,
+    BinaryOp, CompareOp, Constant, Index, Scalar, UnaryOp, Value, Values, Variable, VariableId,
+    VariableKind,
 };
 
 /// The type of a packet value.
@@ -88,9 +89,9 @@ impl Type {
 
 /// A place and where the caller keeps it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct KernelPlace {
+pub struct KernelVariable {
     /// The single-ray function's place.
-    pub place: Place,
+    pub variable: Variable,
     /// It differs from ray to ray: for a slot, its memory holds lanes.
     pub varies: bool,
     /// State: the index of its first component. Scratch: its first lane array. Members and
@@ -104,7 +105,7 @@ pub struct KernelPlace {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KernelOutput {
     /// A state or scratch place, or the accepted one.
-    pub place: PlaceId,
+    pub variable: VariableId,
     /// Which scalar of it.
     pub component: u32,
 }
@@ -128,8 +129,8 @@ pub struct Kernel {
     /// Words of each of the objects that it takes in blocks; `None` where it takes one instance's
     /// block and nothing else.
     pub object_words: Option<u32>,
-    /// What it reads and stores, by [`PlaceId`].
-    pub places: Vec<KernelPlace>,
+    /// What it reads and stores, by [`VariableId`].
+    pub variables: Vec<KernelVariable>,
     /// The type of every value.
     pub values: Vec<Type>,
     /// Runs once per call; no parameters, no yields. Its values are visible in the body.
@@ -166,22 +167,23 @@ impl Kernel {
     }
 
     /// The place `id`.
-    pub fn place(&self, id: PlaceId) -> &KernelPlace {
-        &self.places[id.0 as usize]
+    pub fn variable(&self, id: VariableId) -> &KernelVariable {
+        &self.variables[id.0 as usize]
     }
 
     /// The position among the outputs of the accepted one.
     pub fn accepted_output(&self) -> Option<usize> {
-        let is_accepted =
-            |output: &KernelOutput| self.place(output.place).place.kind == PlaceKind::Accepted;
+        let is_accepted = |output: &KernelOutput| {
+            self.variable(output.variable).variable.kind == VariableKind::Accepted
+        };
         self.outputs.iter().position(is_accepted)
     }
 
     /// The position among the outputs of `rt_HitDistance`.
     pub fn distance_output(&self) -> Option<usize> {
         let is_distance = |output: &KernelOutput| {
-            let place = &self.place(output.place).place;
-            place.kind == PlaceKind::State && place.name == HIT_DISTANCE
+            let variable = &self.variable(output.variable).variable;
+            variable.kind == VariableKind::State && variable.name == HIT_DISTANCE
         };
         self.outputs.iter().position(is_distance)
     }
@@ -253,11 +255,11 @@ pub enum OpKind {
     /// uniform.
     First(Value, Value),
     /// As [`rtsl_ir::OpKind::Load`]; uniform where neither place nor index varies.
-    Load(PlaceId, Index),
+    Load(VariableId, Index),
     /// Into a slot, in the lanes of the mask; without one in all of them. No result.
     Store {
         /// The slot.
-        place: PlaceId,
+        variable: VariableId,
         /// Which scalar of it, clamped.
         index: Index,
         /// What to store.
@@ -266,7 +268,7 @@ pub enum OpKind {
         mask: Option<Value>,
     },
     /// As [`rtsl_ir::OpKind::Length`].
-    Length(PlaceId),
+    Length(VariableId),
     /// One of two regions, by a uniform bool.
     If {
         /// The uniform bool.
@@ -365,7 +367,7 @@ impl OpKind {
                 [*a, *b, *c].into_iter().for_each(visit);
             }
             OpKind::Load(_, index) => index_operand(*index).into_iter().for_each(visit),
-            OpKind::Store { place: _, index, value, mask } => {
+            OpKind::Store { variable: _, index, value, mask } => {
                 index_operand(*index).into_iter().chain([*value]).chain(*mask).for_each(visit);
             }
             OpKind::Loop { initial, body: _ } => initial.iter().copied().for_each(visit),

@@ -5,10 +5,12 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_ir::{
+    BinaryOp, CompareOp, Constant, Index, Scalar, UnaryOp, Value, VariableId, VariableKind,
+};
 
 use crate::Kernel;
-use crate::kernel::{KernelPlace, Op, OpKind, Region, Type};
+use crate::kernel::{KernelVariable, Op, OpKind, Region, Type};
 
 impl Display for Type {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -27,8 +29,8 @@ impl Display for Kernel {
             write!(f, " full=W*{interleave}")?;
         }
         writeln!(f, " {{")?;
-        for place in &self.places {
-            writeln!(f, "  {}", KernelPlaceText(place))?;
+        for variable in &self.variables {
+            writeln!(f, "  {}", KernelPlaceText(variable))?;
         }
         let printer = Printer { kernel: self };
         writeln!(f, "  prologue {{")?;
@@ -38,36 +40,36 @@ impl Display for Kernel {
         printer.ops(f, &self.body, 2)?;
         writeln!(f, "  }}")?;
         for (output, value) in self.outputs.iter().zip(&self.body.yields) {
-            let name = &self.place(output.place).place.name;
+            let name = &self.variable(output.variable).variable.name;
             writeln!(f, "  {name}[{}] = {}", output.component, Name(*value))?;
         }
         writeln!(f, "}}")
     }
 }
 
-struct KernelPlaceText<'a>(&'a KernelPlace);
+struct KernelPlaceText<'a>(&'a KernelVariable);
 
 impl Display for KernelPlaceText<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let KernelPlace { place, varies, location, of_objects } = self.0;
-        let ty = Type { scalar: place.scalar, lanes: *varies };
-        write!(f, "{} {}: {ty}[{}]", place.kind.name(), place.name, place.len)?;
-        match place.kind {
-            PlaceKind::Slot | PlaceKind::Accepted => Ok(()),
-            PlaceKind::State
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Scratch
-            | PlaceKind::Buffer
+        let KernelVariable { variable, varies, location, of_objects } = self.0;
+        let ty = Type { scalar: variable.scalar, lanes: *varies };
+        write!(f, "{} {}: {ty}[{}]", variable.kind.name(), variable.name, variable.len)?;
+        match variable.kind {
+            VariableKind::Local | VariableKind::Accepted => Ok(()),
+            VariableKind::State
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Scratch
+            | VariableKind::Buffer
                 if *of_objects =>
             {
                 write!(f, " at {location} of objects")
             }
-            PlaceKind::State
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Scratch
-            | PlaceKind::Buffer => write!(f, " at {location}"),
+            VariableKind::State
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Scratch
+            | VariableKind::Buffer => write!(f, " at {location}"),
         }
     }
 }
@@ -158,14 +160,14 @@ impl Printer<'_> {
             OpKind::Unspecified => f.write_str("unspecified")?,
             OpKind::Any(_) => f.write_str("any")?,
             OpKind::First(..) => f.write_str("first")?,
-            OpKind::Load(place, index) => return self.load(f, *place, *index),
-            OpKind::Store { place, index, value, mask } => {
-                self.element(f, "store ", *place, *index)?;
+            OpKind::Load(variable, index) => return self.load(f, *variable, *index),
+            OpKind::Store { variable, index, value, mask } => {
+                self.element(f, "store ", *variable, *index)?;
                 write!(f, " {}", Name(*value))?;
                 return mask.map_or(Ok(()), |mask| write!(f, " where {}", Name(mask)));
             }
-            OpKind::Length(place) => {
-                return write!(f, "length {}", self.kernel.place(*place).place.name);
+            OpKind::Length(variable) => {
+                return write!(f, "length {}", self.kernel.variable(*variable).variable.name);
             }
             OpKind::If { .. } => f.write_str("if")?,
             OpKind::Loop { .. } => f.write_str("loop")?,
@@ -183,18 +185,18 @@ impl Printer<'_> {
         write!(f, "{space}{}", Names(&operands))
     }
 
-    fn load(&self, f: &mut Formatter<'_>, place: PlaceId, index: Index) -> fmt::Result {
-        self.element(f, "load ", place, index)
+    fn load(&self, f: &mut Formatter<'_>, variable: VariableId, index: Index) -> fmt::Result {
+        self.element(f, "load ", variable, index)
     }
 
     fn element(
         &self,
         f: &mut Formatter<'_>,
         verb: &str,
-        place: PlaceId,
+        variable: VariableId,
         index: Index,
     ) -> fmt::Result {
-        let name = &self.kernel.place(place).place.name;
+        let name = &self.kernel.variable(variable).variable.name;
         match index {
             Index::Constant(index) => write!(f, "{verb}{name}[{index}]"),
             Index::Dynamic(index) => write!(f, "{verb}{name}[{}]", Name(index)),

@@ -15,7 +15,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use rtsl_ir::{BinaryOp, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Scalar, UnaryOp, Value, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
@@ -52,7 +52,7 @@ pub struct Profile {
     /// Buffers.
     pub buffers: Traffic,
     /// The kernel's own arrays.
-    pub slots: Traffic,
+    pub locals: Traffic,
     /// Branches that were executed, by side.
     pub branches: Sides,
     /// Rounds of loops.
@@ -161,7 +161,7 @@ impl Profile {
     pub(crate) fn count(&mut self, kernel: &Kernel, op: &Op, active: u32) {
         let Some(work) = Work::of(kernel, op) else { return };
         let is_lanes = match &op.kind {
-            OpKind::Store { place, .. } => kernel.place(*place).varies,
+            OpKind::Store { variable, .. } => kernel.variable(*variable).varies,
             _ => op.results.iter().any(|result| kernel.ty(result).lanes),
         };
         let lanes = if is_lanes {
@@ -176,7 +176,7 @@ impl Profile {
     }
 
     /// Counts the store of an output in the lanes `on`. If there is none, there is no store.
-    pub(crate) fn count_output(&mut self, kind: PlaceKind, width: u32, on: u32) {
+    pub(crate) fn count_output(&mut self, kind: VariableKind, width: u32, on: u32) {
         if on == 0 {
             return;
         }
@@ -206,13 +206,13 @@ impl Profile {
         }
     }
 
-    fn traffic(&mut self, kind: PlaceKind) -> &mut Traffic {
+    fn traffic(&mut self, kind: VariableKind) -> &mut Traffic {
         match kind {
-            PlaceKind::State | PlaceKind::Accepted => &mut self.state,
-            PlaceKind::Scratch => &mut self.scratch,
-            PlaceKind::Member | PlaceKind::Parameter => &mut self.members,
-            PlaceKind::Buffer => &mut self.buffers,
-            PlaceKind::Slot => &mut self.slots,
+            VariableKind::State | VariableKind::Accepted => &mut self.state,
+            VariableKind::Scratch => &mut self.scratch,
+            VariableKind::Member | VariableKind::Parameter => &mut self.members,
+            VariableKind::Buffer => &mut self.buffers,
+            VariableKind::Local => &mut self.locals,
         }
     }
 }
@@ -229,8 +229,8 @@ enum Work {
     Conversion,
     Integer,
     Logic,
-    Load(PlaceKind),
-    Store(PlaceKind),
+    Load(VariableKind),
+    Store(VariableKind),
 }
 
 impl Work {
@@ -243,8 +243,8 @@ impl Work {
             OpKind::Select(..) => Work::Select,
             OpKind::Fma(..) => Work::Float(2),
             OpKind::Convert(..) => Work::Conversion,
-            OpKind::Load(place, _) => Work::Load(kernel.place(*place).place.kind),
-            OpKind::Store { place, .. } => Work::Store(kernel.place(*place).place.kind),
+            OpKind::Load(variable, _) => Work::Load(kernel.variable(*variable).variable.kind),
+            OpKind::Store { variable, .. } => Work::Store(kernel.variable(*variable).variable.kind),
             OpKind::Constant(_)
             | OpKind::Bitcast(..)
             | OpKind::Reinterpret(..)
@@ -395,14 +395,14 @@ impl Profile {
             scratch,
             members,
             buffers,
-            slots,
+            locals,
             branches: _,
             rounds: _,
             decisions: _,
         } = self;
         let mut counts = vec![lanes, float_operations, divisions, square_roots, comparisons];
         counts.extend([selects, conversions, integer_operations, logic]);
-        for Traffic { loaded, stored } in [state, scratch, members, buffers, slots] {
+        for Traffic { loaded, stored } in [state, scratch, members, buffers, locals] {
             counts.extend([loaded, stored]);
         }
         counts
@@ -425,7 +425,7 @@ impl Profile {
             ("scratch", self.scratch),
             ("members", self.members),
             ("buffers", self.buffers),
-            ("slots", self.slots),
+            ("locals", self.locals),
         ];
         let operations = operations.into_iter().map(|(name, count)| (name.to_owned(), count));
         let bytes = memory.into_iter().flat_map(|(name, Traffic { loaded, stored })| {

@@ -4,7 +4,7 @@
 //! unknown. It follows [`Interval`]s, and which values are less than the length of which buffer. Masks
 //! play no part in it, so that what it finds holds in lanes that are off too.
 
-use rtsl_ir::{BinaryOp, Interval, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{BinaryOp, Interval, Scalar, Value, VariableId, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{OpKind, Region};
@@ -20,7 +20,7 @@ struct Range {
 /// At most the length of a buffer less something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Bound {
-    buffer: PlaceId,
+    buffer: VariableId,
     below: i64,
 }
 
@@ -48,21 +48,23 @@ impl Ranges {
 
     /// Whether `index` is an index of a scalar of the place. For a buffer it may be -1 where that is
     /// empty.
-    pub fn is_inside(&self, kernel: &Kernel, index: Value, place: PlaceId) -> bool {
+    pub fn is_inside(&self, kernel: &Kernel, index: Value, variable: VariableId) -> bool {
         let Some(Range { interval, within }) = self.get(index) else { return false };
-        let declared = &kernel.place(place).place;
+        let declared = &kernel.variable(variable).variable;
         match declared.kind {
             // An index of an element is one of a scalar only where they are the same.
-            PlaceKind::Buffer => {
-                let below = within.is_some_and(|it| it.buffer == place && it.below >= 1);
+            VariableKind::Buffer => {
+                let below = within.is_some_and(|it| it.buffer == variable && it.below >= 1);
                 below && declared.len == 1 && interval.low >= -1
             }
-            PlaceKind::State
-            | PlaceKind::Scratch
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Slot
-            | PlaceKind::Accepted => interval.low >= 0 && interval.high < i64::from(declared.len),
+            VariableKind::State
+            | VariableKind::Scratch
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Local
+            | VariableKind::Accepted => {
+                interval.low >= 0 && interval.high < i64::from(declared.len)
+            }
         }
     }
 
@@ -121,7 +123,7 @@ impl Ranges {
 
 #[cfg(test)]
 mod tests {
-    use rtsl_ir::{Function, Index, PlaceKind};
+    use rtsl_ir::{Function, Index, VariableKind};
 
     use super::*;
     use rtsl_abi::{CallMode, Layout};
@@ -140,17 +142,18 @@ mod tests {
         );
         let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
         rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
-        let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+        let variables =
+            |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
         let layout = Layout::new(
-            places(PlaceKind::Member),
-            places(PlaceKind::Buffer),
-            places(PlaceKind::Scratch),
+            variables(VariableKind::Member),
+            variables(VariableKind::Buffer),
+            variables(VariableKind::Scratch),
         );
         let kernel = crate::lower(&function, &layout, CallMode::Stream, 8).unwrap();
         let ranges = Ranges::new(&kernel);
         let inside = kernel.body.ops.iter().find_map(|op| match op.kind {
-            OpKind::Load(place, Index::Dynamic(index)) => {
-                Some(ranges.is_inside(&kernel, index, place))
+            OpKind::Load(variable, Index::Dynamic(index)) => {
+                Some(ranges.is_inside(&kernel, index, variable))
             }
             _ => None,
         });

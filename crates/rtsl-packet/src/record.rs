@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_abi::{CallMode, RayRecord};
-use rtsl_ir::{PlaceId, PlaceKind};
+use rtsl_ir::{VariableId, VariableKind};
 
 use crate::kernel::{Kernel, OpKind, Region};
 
@@ -17,7 +17,7 @@ pub enum RecordError {
     #[error("the record has no row for a component of `{0}`")]
     NoRow(String),
     /// It reads or sets scratch, or takes members of objects.
-    #[error("records have no place for `{0}`")]
+    #[error("records have no variable for `{0}`")]
     NoPlace(String),
     /// It asks for rays, light or random numbers.
     #[error("it asks its host for something, and a record says nothing of a host")]
@@ -34,15 +34,15 @@ impl Kernel {
             return Err(RecordError::CallMode);
         }
         for id in used_places(self) {
-            let place = self.place(id);
-            let name = || place.place.name.clone();
-            let mut components = place.location..place.location + place.place.len;
-            match place.place.kind {
-                PlaceKind::State if !components.all(|it| record.rows.contains_key(&it)) => {
+            let variable = self.variable(id);
+            let name = || variable.variable.name.clone();
+            let mut components = variable.location..variable.location + variable.variable.len;
+            match variable.variable.kind {
+                VariableKind::State if !components.all(|it| record.rows.contains_key(&it)) => {
                     return Err(RecordError::NoRow(name()));
                 }
-                PlaceKind::Scratch => return Err(RecordError::NoPlace(name())),
-                _ if place.of_objects => return Err(RecordError::NoPlace(name())),
+                VariableKind::Scratch => return Err(RecordError::NoPlace(name())),
+                _ if variable.of_objects => return Err(RecordError::NoPlace(name())),
                 _ => {}
             }
         }
@@ -53,19 +53,20 @@ impl Kernel {
     }
 }
 
-fn used_places(kernel: &Kernel) -> BTreeSet<PlaceId> {
-    let mut used = kernel.outputs.iter().map(|output| output.place).collect();
+fn used_places(kernel: &Kernel) -> BTreeSet<VariableId> {
+    let mut used = kernel.outputs.iter().map(|output| output.variable).collect();
     add_used_places(&kernel.prologue, &mut used);
     add_used_places(&kernel.body, &mut used);
     used
 }
 
-fn add_used_places(region: &Region, used: &mut BTreeSet<PlaceId>) {
+fn add_used_places(region: &Region, used: &mut BTreeSet<VariableId>) {
     for op in &region.ops {
-        if let OpKind::Load(place, _) | OpKind::Store { place, .. } | OpKind::Length(place) =
-            op.kind
+        if let OpKind::Load(variable, _)
+        | OpKind::Store { variable, .. }
+        | OpKind::Length(variable) = op.kind
         {
-            used.insert(place);
+            used.insert(variable);
         }
         op.kind.regions().for_each(|region| add_used_places(region, used));
     }

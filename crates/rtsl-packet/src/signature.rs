@@ -3,27 +3,30 @@
 use std::sync::Arc;
 
 use rtsl_abi::{BufferEntry, ComponentSet, Signature, offsets};
-use rtsl_ir::{Index, PlaceKind};
+use rtsl_ir::{Index, VariableKind};
 
-use crate::kernel::{Kernel, KernelPlace, OpKind, Region};
+use crate::kernel::{Kernel, KernelVariable, OpKind, Region};
 
 impl Kernel {
     /// What calls of the kernel must bring.
     pub fn signature(&self) -> Signature {
-        let places = |kind| self.places.iter().filter(move |it| it.place.kind == kind);
-        let end = |place: &KernelPlace| place.location.saturating_add(place.place.len);
+        let variables = |kind| self.variables.iter().filter(move |it| it.variable.kind == kind);
+        let end =
+            |variable: &KernelVariable| variable.location.saturating_add(variable.variable.len);
         let buffers = |of_objects| -> Arc<[BufferEntry]> {
-            let buffers = places(PlaceKind::Buffer).filter(|it| it.of_objects == of_objects);
-            let entry =
-                |it: &KernelPlace| BufferEntry { offset: it.location, element_words: it.place.len };
+            let buffers = variables(VariableKind::Buffer).filter(|it| it.of_objects == of_objects);
+            let entry = |it: &KernelVariable| BufferEntry {
+                offset: it.location,
+                element_words: it.variable.len,
+            };
             buffers.map(entry).collect()
         };
         let (buffers, object_buffers) = (buffers(false), buffers(true));
         let entry_ends = buffers.iter().map(|it| it.offset.saturating_add(offsets::BUFFER_WORDS));
-        let members = places(PlaceKind::Member).filter(|it| !it.of_objects).map(end);
+        let members = variables(VariableKind::Member).filter(|it| !it.of_objects).map(end);
         Signature {
             state: state_components(self),
-            scratch_arrays: places(PlaceKind::Scratch).map(end).max().unwrap_or(0),
+            scratch_arrays: variables(VariableKind::Scratch).map(end).max().unwrap_or(0),
             block_words: members.chain(entry_ends).max().unwrap_or(0),
             buffers,
             object_words: self.object_words,
@@ -41,9 +44,9 @@ fn state_components(kernel: &Kernel) -> ComponentSet {
     add_loaded(kernel, &kernel.prologue, &mut components);
     add_loaded(kernel, &kernel.body, &mut components);
     for output in &kernel.outputs {
-        let place = kernel.place(output.place);
-        if place.place.kind == PlaceKind::State {
-            components.insert(place.location + output.component);
+        let variable = kernel.variable(output.variable);
+        if variable.variable.kind == VariableKind::State {
+            components.insert(variable.location + output.component);
         }
     }
     components
@@ -52,13 +55,14 @@ fn state_components(kernel: &Kernel) -> ComponentSet {
 fn add_loaded(kernel: &Kernel, region: &Region, components: &mut ComponentSet) {
     for op in &region.ops {
         if let OpKind::Load(id, index) = &op.kind
-            && kernel.place(*id).place.kind == PlaceKind::State
+            && kernel.variable(*id).variable.kind == VariableKind::State
         {
-            let place = kernel.place(*id);
+            let variable = kernel.variable(*id);
             match index {
-                Index::Constant(index) => components.insert(place.location + index),
+                Index::Constant(index) => components.insert(variable.location + index),
                 Index::Dynamic(_) => {
-                    (0..place.place.len).for_each(|it| components.insert(place.location + it));
+                    (0..variable.variable.len)
+                        .for_each(|it| components.insert(variable.location + it));
                 }
             }
         }

@@ -7,25 +7,25 @@
 //!   may be uniform, for all rays that are still in the loop went round it equally often;
 //! - what a slot holds, if a varying value, index or condition was there at any store.
 
-use rtsl_ir::{Function, Index, Op, OpKind, PlaceId, ReferencePath, Region, Value};
+use rtsl_ir::{Function, Index, Op, OpKind, ReferencePath, Region, Value, VariableId};
 
-use crate::kernel::KernelPlace;
+use crate::kernel::KernelVariable;
 
 /// The result of the analysis.
 #[derive(Clone, Debug)]
 pub struct Uniformity {
     values: Vec<bool>,
-    places: Vec<bool>,
+    variables: Vec<bool>,
 }
 
 impl Uniformity {
     /// Analyses `function` for calls in which what these places, in the function's order, hold varies where
     /// they say so. Slots begin as what they say.
-    pub fn new(function: &Function, places: &[KernelPlace]) -> Uniformity {
+    pub fn new(function: &Function, variables: &[KernelVariable]) -> Uniformity {
         let mut analysis = Analysis {
             result: Uniformity {
                 values: vec![false; function.values.len()],
-                places: places.iter().map(|place| place.varies).collect(),
+                variables: variables.iter().map(|variable| variable.varies).collect(),
             },
             changed: true,
         };
@@ -43,8 +43,8 @@ impl Uniformity {
     }
 
     /// Whether what the place holds may differ from ray to ray.
-    pub fn place_varies(&self, place: PlaceId) -> bool {
-        self.places[place.0 as usize]
+    pub fn place_varies(&self, variable: VariableId) -> bool {
+        self.variables[variable.0 as usize]
     }
 }
 
@@ -74,10 +74,10 @@ impl Analysis {
                 }
             }
             OpKind::Loop { initial, body } => self.run_loop(op, initial, body, diverged),
-            OpKind::Store(place, index, value) => {
+            OpKind::Store(variable, index, value) => {
                 if diverged || self.index_varies(*index) || self.result.varies(*value) {
-                    self.changed |= !self.result.places[place.0 as usize];
-                    self.result.places[place.0 as usize] = true;
+                    self.changed |= !self.result.variables[variable.0 as usize];
+                    self.result.variables[variable.0 as usize] = true;
                 }
             }
             kind => {
@@ -119,10 +119,10 @@ impl Analysis {
             OpKind::Unary(_, a) | OpKind::Convert(_, a) | OpKind::Bitcast(_, a) => self.any(&[*a]),
             OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => self.any(&[*a, *b]),
             OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => self.any(&[*a, *b, *c]),
-            OpKind::Load(place, index) => {
-                self.result.place_varies(*place) || self.index_varies(*index)
+            OpKind::Load(variable, index) => {
+                self.result.place_varies(*variable) || self.index_varies(*index)
             }
-            OpKind::Length(place) => self.result.place_varies(*place),
+            OpKind::Length(variable) => self.result.place_varies(*variable),
             OpKind::IsSet(_, ReferencePath::Single) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }

@@ -18,11 +18,11 @@
 //!    and accepted places.
 
 use rtsl_abi::offsets::BUFFER_WORDS;
-use rtsl_ir::{BinaryOp, CompareOp, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, CompareOp, Index, Scalar, UnaryOp, Value, VariableId, VariableKind};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
-use crate::kernel::{KernelPlace, Op, OpKind, Region, Type};
+use crate::kernel::{KernelVariable, Op, OpKind, Region, Type};
 use crate::lower::{MAX_SLOT_WORDS, local_words};
 
 /// A broken rule: a mistake in the compiler, never in a shader.
@@ -62,7 +62,7 @@ impl Verifier<'_> {
     fn kernel(&mut self) -> Checked {
         let Kernel { prologue, body, outputs, width, .. } = self.kernel;
         ensure(width.is_power_of_two() && *width <= 16, || format!("width {width}"))?;
-        self.places()?;
+        self.variables()?;
         ensure(prologue.params.is_empty() && prologue.yields.is_empty(), || {
             "the prologue has parameters or yields".to_owned()
         })?;
@@ -74,49 +74,53 @@ impl Verifier<'_> {
         ensure(body.yields.len() == outputs.len(), || "outputs and yields differ".to_owned())?;
         // The body's values went out of scope with it; its yields were checked there.
         for (output, value) in outputs.iter().zip(&body.yields) {
-            let place = &self.place(output.place)?.place;
-            let kind =
-                matches!(place.kind, PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted);
-            ensure(kind && output.component < place.len, || format!("output to {}", place.name))?;
-            ensure(self.kernel.ty(*value).scalar == place.scalar, || {
-                format!("output {} has another type", place.name)
+            let variable = &self.variable(output.variable)?.variable;
+            let kind = matches!(
+                variable.kind,
+                VariableKind::State | VariableKind::Scratch | VariableKind::Accepted
+            );
+            ensure(kind && output.component < variable.len, || {
+                format!("output to {}", variable.name)
+            })?;
+            ensure(self.kernel.ty(*value).scalar == variable.scalar, || {
+                format!("output {} has another type", variable.name)
             })?;
         }
         Ok(())
     }
 
-    fn places(&self) -> Checked {
+    fn variables(&self) -> Checked {
         let Kernel { shape, object_words, .. } = self.kernel;
         ensure(!shape.has_many_objects() || object_words.is_some(), || {
             "the shape has many objects, and there are no blocks of them".to_owned()
         })?;
         let states = rtsl_spec::state_component_count();
-        for KernelPlace { place, varies, location, of_objects } in &self.kernel.places {
-            let name = &place.name;
-            let as_shape = place.kind == PlaceKind::Slot
-                || *varies == self.kernel.shape.varies(place, *of_objects);
+        for KernelVariable { variable, varies, location, of_objects } in &self.kernel.variables {
+            let name = &variable.name;
+            let as_shape = variable.kind == VariableKind::Local
+                || *varies == self.kernel.shape.varies(variable, *of_objects);
             ensure(as_shape, || format!("{name} varies otherwise in the shape"))?;
-            let end = location.saturating_add(place.len);
-            let is_data = matches!(place.kind, PlaceKind::Member | PlaceKind::Buffer);
-            let words = match place.kind {
-                PlaceKind::Buffer => BUFFER_WORDS,
-                PlaceKind::State
-                | PlaceKind::Member
-                | PlaceKind::Parameter
-                | PlaceKind::Scratch
-                | PlaceKind::Slot
-                | PlaceKind::Accepted => place.len,
+            let end = location.saturating_add(variable.len);
+            let is_data = matches!(variable.kind, VariableKind::Member | VariableKind::Buffer);
+            let words = match variable.kind {
+                VariableKind::Buffer => BUFFER_WORDS,
+                VariableKind::State
+                | VariableKind::Member
+                | VariableKind::Parameter
+                | VariableKind::Scratch
+                | VariableKind::Local
+                | VariableKind::Accepted => variable.len,
             };
             let in_objects =
                 location.saturating_add(words) <= self.kernel.object_words.unwrap_or(0);
             ensure(!of_objects || (is_data && in_objects), || {
                 format!("{name} is not in the blocks of objects")
             })?;
-            let in_table = place.kind != PlaceKind::State || end <= states;
+            let in_table = variable.kind != VariableKind::State || end <= states;
             ensure(in_table, || format!("state {name} is not in the table"))?;
         }
         let words = local_words(self.kernel);
-        ensure(words <= MAX_SLOT_WORDS, || format!("slots of {words} words"))
+        ensure(words <= MAX_SLOT_WORDS, || format!("locals of {words} words"))
     }
 
     fn region(&mut self, region: &Region) -> Checked {
@@ -162,8 +166,8 @@ impl Verifier<'_> {
         ensure(visible, || format!("%{} is used where it is not visible", value.0))
     }
 
-    fn place(&self, id: PlaceId) -> Result<&KernelPlace, String> {
-        self.kernel.places.get(id.0 as usize).ok_or_else(|| format!("no place {}", id.0))
+    fn variable(&self, id: VariableId) -> Result<&KernelVariable, String> {
+        self.kernel.variables.get(id.0 as usize).ok_or_else(|| format!("no variable {}", id.0))
     }
 
     fn ty(&self, value: Value) -> Type {
@@ -225,28 +229,30 @@ impl Verifier<'_> {
             }
             OpKind::Load(id, index) => {
                 let lanes = self.check_element(*id, *index)?;
-                let place = self.place(*id)?;
-                let loads = place.place.kind != PlaceKind::Accepted;
+                let variable = self.variable(*id)?;
+                let loads = variable.variable.kind != VariableKind::Accepted;
                 ensure(loads, || "accepted cannot be read".to_owned())?;
-                let slot = place.place.kind == PlaceKind::Slot;
-                ensure(!(slot && self.pure_only), || "slots in the prologue".to_owned())?;
-                want(&[place.place.scalar], lanes)
+                let local = variable.variable.kind == VariableKind::Local;
+                ensure(!(local && self.pure_only), || "locals in the prologue".to_owned())?;
+                want(&[variable.variable.scalar], lanes)
             }
-            OpKind::Store { place, index, value, mask } => {
+            OpKind::Store { variable, index, value, mask } => {
                 self.check_effect()?;
-                let lanes = self.check_element(*place, *index)?;
-                let slot = self.place(*place)?;
-                ensure(slot.place.kind == PlaceKind::Slot, || "not a slot".to_owned())?;
-                self.check_scalar(*value, slot.place.scalar)?;
+                let lanes = self.check_element(*variable, *index)?;
+                let local = self.variable(*variable)?;
+                ensure(local.variable.kind == VariableKind::Local, || "not a local".to_owned())?;
+                self.check_scalar(*value, local.variable.scalar)?;
                 mask.map_or(Ok(()), |mask| self.check_mask(mask))?;
                 let any_lanes = lanes || self.ty(*value).lanes || mask.is_some();
-                ensure(slot.varies || !any_lanes, || "lanes into a uniform slot".to_owned())?;
+                ensure(local.varies || !any_lanes, || "lanes into a uniform local".to_owned())?;
                 want(&[], false)
             }
             OpKind::Length(id) => {
-                let place = self.place(*id)?;
-                ensure(place.place.kind == PlaceKind::Buffer, || "not a buffer".to_owned())?;
-                want(&[Scalar::I32], place.varies)
+                let variable = self.variable(*id)?;
+                ensure(variable.variable.kind == VariableKind::Buffer, || {
+                    "not a buffer".to_owned()
+                })?;
+                want(&[Scalar::I32], variable.varies)
             }
             OpKind::If { condition, then, otherwise } => {
                 self.check_condition(*condition)?;
@@ -340,16 +346,16 @@ impl Verifier<'_> {
     }
 
     /// Whether the element differs from ray to ray.
-    fn check_element(&self, id: PlaceId, index: Index) -> Result<bool, String> {
-        let place = self.place(id)?;
+    fn check_element(&self, id: VariableId, index: Index) -> Result<bool, String> {
+        let variable = self.variable(id)?;
         match index {
             Index::Constant(index) => {
-                ensure(index < place.place.len, || format!("index {index}"))?;
-                Ok(place.varies)
+                ensure(index < variable.variable.len, || format!("index {index}"))?;
+                Ok(variable.varies)
             }
             Index::Dynamic(index) => {
                 self.check_scalar(index, Scalar::I32)?;
-                Ok(place.varies || self.ty(index).lanes)
+                Ok(variable.varies || self.ty(index).lanes)
             }
         }
     }

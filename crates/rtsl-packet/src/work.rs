@@ -37,7 +37,7 @@ impl Kernel {
         let varies = |value: Value| self.ty(value).lanes;
         let by_lanes = match kind {
             OpKind::Load(_, Index::Dynamic(index))
-            | OpKind::Store { place: _, index: Index::Dynamic(index), value: _, mask: _ } => {
+            | OpKind::Store { variable: _, index: Index::Dynamic(index), value: _, mask: _ } => {
                 varies(*index)
             }
             OpKind::Binary(BinaryOp::Divide | BinaryOp::Remainder, a, b) => {

@@ -1,18 +1,18 @@
 //! Which kernels do several full chunks at a time.
 
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::{Function, PlaceKind};
+use rtsl_ir::{Function, VariableKind};
 use rtsl_packet::Kernel;
 use rtsl_packet::interleave::{FACTORS, choose};
 
 fn lower(text: &str, shape: CallMode, width: u32) -> Kernel {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     rtsl_packet::lower(&function, &layout, shape, width).unwrap()
 }
@@ -20,7 +20,7 @@ fn lower(text: &str, shape: CallMode, width: u32) -> Kernel {
 /// A method that reads `x` and gives `r`.
 fn method(body: &str) -> String {
     format!(
-        "function f state rt_HitDistance: f32[1] state rt_RayOrigin: f32[3] slot s: f32[8] {{
+        "function f state rt_HitDistance: f32[1] state rt_RayOrigin: f32[3] local s: f32[8] {{
             %x: f32 = load state:rt_HitDistance@0 %one: f32 = constant 1.0
             {body}
             return state:rt_HitDistance@0 = %r
@@ -47,7 +47,7 @@ fn short_code_is_interleaved_for_the_sake_of_its_loop() {
     assert_eq!(chosen("%r: f32 = divide %one, %x"), Some(4));
     assert_eq!(chosen("%r: f32 = multiply %x, %x"), Some(4));
     let accepting = method("%hit: bool = less %one, %x %r: f32 = add %x, %one")
-        .replace("slot s", "accepted rt_Accepted: bool[1] slot s")
+        .replace("local s", "accepted rt_Accepted: bool[1] local s")
         .replace("return ", "return accepted:rt_Accepted@0 = %hit, ");
     assert_eq!(choose(&lower(&accepting, CallMode::Packet, 8), None), Some(2), "stores if any hit");
 }
@@ -88,9 +88,9 @@ fn what_cannot_be_interleaved_is_not() {
     assert_eq!(forced(root, CallMode::Packet, 8), [true; 3]);
     assert_eq!(forced(root, CallMode::Packet, 1), [false; 3], "one ray");
     assert_eq!(forced("%r: f32 = rand", CallMode::Packet, 8), [true, false, false], "a request");
-    let slot = "%n: i32 = convert %x store slot:s@%n, %x %r: f32 = load slot:s@0";
-    assert_eq!(forced(slot, CallMode::Packet, 8), [true; 3], "a small array");
-    let large = lower(&method(slot).replace("f32[8]", "f32[100]"), CallMode::Packet, 8);
+    let local = "%n: i32 = convert %x store local:s@%n, %x %r: f32 = load local:s@0";
+    assert_eq!(forced(local, CallMode::Packet, 8), [true; 3], "a small array");
+    let large = lower(&method(local).replace("f32[8]", "f32[100]"), CallMode::Packet, 8);
     assert_eq!(choose(&large, Some(2)), Some(2));
     assert_eq!(choose(&large, Some(4)), None, "a large array");
     let kernel = lower(&method(root), CallMode::Packet, 8);

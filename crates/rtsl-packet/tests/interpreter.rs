@@ -4,7 +4,7 @@
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, Storage as _};
+use rtsl_ir::{Function, Interpreter, Storage as _, VariableId, VariableKind};
 use rtsl_packet::Kernel;
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
@@ -14,11 +14,11 @@ const RAYS: u32 = 37;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
 fn lower(function: &Function, shape: CallMode, width: u32) -> Kernel {
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     let kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
     rtsl_packet::verify(&kernel).unwrap();
@@ -39,23 +39,23 @@ impl<'a> RayMemories<'a> {
         RayMemories { kernel, rays: (0..RAYS).map(|_| Memory::new(function, entropy)).collect() }
     }
 
-    fn ray_of(&self, place: PlaceId, ray: u32) -> &Memory {
-        let ray = if self.kernel.place(place).varies { ray } else { 0 };
+    fn ray_of(&self, variable: VariableId, ray: u32) -> &Memory {
+        let ray = if self.kernel.variable(variable).varies { ray } else { 0 };
         &self.rays[ray as usize]
     }
 }
 
 impl Storage for RayMemories<'_> {
-    fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32 {
-        self.ray_of(place, ray).load(place, index)
+    fn load(&self, variable: VariableId, index: u32, ray: u32) -> u32 {
+        self.ray_of(variable, ray).load(variable, index)
     }
 
-    fn elements(&self, buffer: PlaceId, ray: u32) -> u32 {
+    fn elements(&self, buffer: VariableId, ray: u32) -> u32 {
         self.ray_of(buffer, ray).elements(buffer)
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32) {
-        self.rays[ray as usize].store(place, component, bits);
+    fn store(&mut self, variable: VariableId, component: u32, ray: u32, bits: u32) {
+        self.rays[ray as usize].store(variable, component, bits);
     }
 }
 
@@ -67,16 +67,16 @@ struct OneRay<'a> {
 }
 
 impl rtsl_ir::Storage for OneRay<'_> {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        Storage::load(self.before, place, index, self.ray)
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        Storage::load(self.before, variable, index, self.ray)
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
+    fn elements(&self, buffer: VariableId) -> u32 {
         Storage::elements(self.before, buffer, self.ray)
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        self.after.store(place, component, bits);
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.after.store(variable, component, bits);
     }
 }
 
@@ -106,7 +106,7 @@ fn check_call(
     let accepted = function
         .outputs
         .iter()
-        .find(|output| function.place(output.place).kind == PlaceKind::Accepted);
+        .find(|output| function.variable(output.variable).kind == VariableKind::Accepted);
     let mut budget_exceeded = false;
     let count = if kernel.shape == CallMode::Single { 1 } else { RAYS };
     let mut nearest: Option<(u32, Memory)> = None;
@@ -135,7 +135,7 @@ fn check_call(
             hit = outcome.accepted;
         }
         if let Some(output) = accepted {
-            after.store(output.place, 0, hit.into());
+            after.store(output.variable, 0, hit.into());
         }
     }
     let mut found = before.clone();
@@ -144,8 +144,9 @@ fn check_call(
     assert_eq!(outcome.budget_exceeded, budget_exceeded);
     assert_eq!(outcome.nearest, nearest.as_ref().map(|(object, _)| *object), "{function}{kernel}");
     if let Some((_, after)) = nearest {
-        let outputs = function.outputs.iter().map(|output| output.place);
-        let kept = |place: &PlaceId| function.place(*place).kind != PlaceKind::Accepted;
+        let outputs = function.outputs.iter().map(|output| output.variable);
+        let kept =
+            |variable: &VariableId| function.variable(*variable).kind != VariableKind::Accepted;
         for output in outputs.filter(kept) {
             (0..).zip(after.bits(output)).for_each(|(component, bits)| {
                 expected.rays[0].store(output, component, *bits);
@@ -161,9 +162,9 @@ fn check_call(
 
 /// By what hits are compared.
 fn distance(function: &Function, memory: &Memory) -> f32 {
-    let mut places = function.places.iter();
-    let place = places.position(|place| place.name == "rt_HitDistance").unwrap();
-    f32::from_bits(memory.bits(PlaceId(place as u32))[0]).min(f32::INFINITY)
+    let mut variables = function.variables.iter();
+    let variable = variables.position(|variable| variable.name == "rt_HitDistance").unwrap();
+    f32::from_bits(memory.bits(VariableId(variable as u32))[0]).min(f32::INFINITY)
 }
 
 #[test]
@@ -185,15 +186,15 @@ proptest! {
 struct Ramp;
 
 impl Storage for Ramp {
-    fn load(&self, _: PlaceId, _: u32, ray: u32) -> u32 {
+    fn load(&self, _: VariableId, _: u32, ray: u32) -> u32 {
         (ray as f32 / 4.0).to_bits()
     }
 
-    fn elements(&self, _: PlaceId, _: u32) -> u32 {
+    fn elements(&self, _: VariableId, _: u32) -> u32 {
         3
     }
 
-    fn store(&mut self, _: PlaceId, _: u32, _: u32, _: u32) {}
+    fn store(&mut self, _: VariableId, _: u32, _: u32, _: u32) {}
 }
 
 fn count(text: &str, width: u32, count: u32, round_limit: u64) -> Outcome {

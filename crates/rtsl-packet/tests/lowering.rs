@@ -2,7 +2,7 @@
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, ObjectForm};
-use rtsl_ir::{Function, PlaceKind};
+use rtsl_ir::{Function, VariableKind};
 use rtsl_packet::{Kernel, LowerError};
 
 fn lower(text: &str, shape: CallMode, width: u32) -> Result<Kernel, LowerError> {
@@ -17,11 +17,11 @@ fn lower_for(
 ) -> Result<Kernel, LowerError> {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
-    let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+    let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
-        places(PlaceKind::Member),
-        places(PlaceKind::Buffer),
-        places(PlaceKind::Scratch),
+        variables(VariableKind::Member),
+        variables(VariableKind::Buffer),
+        variables(VariableKind::Scratch),
     );
     let layout = Layout { objects, ..layout };
     let kernel = rtsl_packet::lower(&function, &layout, shape, width)?;
@@ -202,11 +202,11 @@ fn what_objects_share_is_uniform() {
     "#]]
     .assert_eq(&kernel.to_string());
     let kernel = lower_for(SHARED_WORK, CallMode::Packet, 8, radius).unwrap();
-    let places = kernel.places.iter().map(|it| (it.of_objects, it.varies, it.location));
-    assert_eq!(places.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
+    let variables = kernel.variables.iter().map(|it| (it.of_objects, it.varies, it.location));
+    assert_eq!(variables.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
     // A part of the table.
     let part = lower_for(SHARED_WORK, CallMode::Leaf, 8, Some(ObjectForm::new(3..5)));
-    assert_eq!(part, Err(LowerError::NoLocation(PlaceKind::Member, "table".to_owned())));
+    assert_eq!(part, Err(LowerError::NoLocation(VariableKind::Member, "table".to_owned())));
 }
 
 #[test]
@@ -515,14 +515,14 @@ fn rays_leave_a_loop_at_different_times() {
 #[test]
 fn rays_that_count_together_need_no_mask() {
     check(
-        "function f state rt_HitDistance: f32[1] member count: i32[1] slot table: f32[6] {
+        "function f state rt_HitDistance: f32[1] member count: i32[1] local table: f32[6] {
             %t: f32 = load state:rt_HitDistance@0
             %count: i32 = load member:count@0
             %0: i32 = constant 0 %1: i32 = constant 1 %zero: f32 = constant 0.0
             %below: bool = less %t, %zero
             %r: f32 = if %below {
                 %n: i32, %x: f32 = loop (%i: i32 = %0, %y: f32 = %t) {
-                    store slot:table@%i, %y
+                    store local:table@%i, %y
                     %next: i32 = add %i, %1
                     %twice: f32 = add %y, %y
                     %more: bool = less %next, %count
@@ -532,7 +532,7 @@ fn rays_that_count_together_need_no_mask() {
             } else {
                 yield %t
             }
-            %last: f32 = load slot:table@5
+            %last: f32 = load local:table@5
             %sum: f32 = add %last, %r
             return state:rt_HitDistance@0 = %sum
         }",
@@ -540,7 +540,7 @@ fn rays_that_count_together_need_no_mask() {
             kernel f packet W=8 {
               state rt_HitDistance: f32xW[1] at 17
               member count: i32[1] at 0
-              slot table: f32xW[6]
+              local table: f32xW[6]
               prologue {
                 %2 = load count[0] : i32
                 %3 = 0 : i32
@@ -577,18 +577,18 @@ fn rays_that_count_together_need_no_mask() {
 #[test]
 fn small_arrays_are_chosen_from() {
     check(
-        "function f state rt_HitPoint: f32[3] scratch axis: i32[1] slot v: f32[2] {
+        "function f state rt_HitPoint: f32[3] scratch axis: i32[1] local v: f32[2] {
             %axis: i32 = load scratch:axis@0
             %c: f32 = load state:rt_HitPoint@%axis
-            store slot:v@%axis, %c
-            %r: f32 = load slot:v@1
+            store local:v@%axis, %c
+            %r: f32 = load local:v@1
             return state:rt_HitPoint@0 = %r
         }",
         expect![[r#"
             kernel f packet W=8 {
               state rt_HitPoint: f32xW[3] at 21
               scratch axis: i32xW[1] at 0
-              slot v: f32xW[2]
+              local v: f32xW[2]
               prologue {
                 %4 = 1 : i32
                 %8 = 2 : i32
@@ -687,14 +687,14 @@ fn hosts_are_asked_for_lanes() {
 
 #[test]
 fn errors_say_why() {
-    let slot = "function f slot large: f32[9000] state rt_PDF: f32[1] {
-        %1: f32 = load state:rt_PDF@0 store slot:large@4, %1 return }";
+    let local = "function f local large: f32[9000] state rt_PDF: f32[1] {
+        %1: f32 = load state:rt_PDF@0 store local:large@4, %1 return }";
     let parameter = "function f parameter p: f32[1] { %1: f32 = load parameter:p@0 return }";
     let member = "function f member m: f32[1] { %1: f32 = load member:m@0 return member:m@0 = %1 }";
     let linked = "function f { %1: bool = is_set kd return }";
     for (text, width, message) in [
-        (slot, 8, "local arrays take 144000 words for 16 rays, more than 65536"),
-        (parameter, 8, "the parameter `p` has no place in a call"),
+        (local, 8, "local arrays take 144000 words for 16 rays, more than 65536"),
+        (parameter, 8, "the parameter `p` has no variable in a call"),
         (member, 8, "kernels do not store the member `m`"),
         (linked, 8, "the reference `kd` is not linked"),
         ("function f { return }", 5, "no packets have 5 rays"),

@@ -1,15 +1,17 @@
 //! Kernels that break one rule each.
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{BinaryOp, Constant, Index, Place, PlaceId, PlaceKind, Scalar, Value, Values};
-use rtsl_packet::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
+use rtsl_ir::{
+    BinaryOp, Constant, Index, Scalar, Value, Values, Variable, VariableId, VariableKind,
+};
+use rtsl_packet::kernel::{Kernel, KernelOutput, KernelVariable, Op, OpKind, Region, Type};
 use rtsl_packet::verify;
 
 /// Loads a state variable, a member in the prologue, and adds them:
 /// %0 mask, %1 = 1.0, %2 = radius, %3 = t, %4 = %3 + %2, %5 = any %0.
 fn valid() -> Kernel {
-    let place = |kind, name: &str, scalar, len, varies| KernelPlace {
-        place: Place { kind, name: name.to_owned(), scalar, len },
+    let variable = |kind, name: &str, scalar, len, varies| KernelVariable {
+        variable: Variable { kind, name: name.to_owned(), scalar, len },
         varies,
         location: 0,
         of_objects: false,
@@ -21,10 +23,10 @@ fn valid() -> Kernel {
         width: 8,
         interleave: None,
         object_words: None,
-        places: vec![
-            place(PlaceKind::State, "rt_HitDistance", Scalar::F32, 1, true),
-            place(PlaceKind::Member, "radius", Scalar::F32, 1, false),
-            place(PlaceKind::Slot, "table", Scalar::F32, 4, false),
+        variables: vec![
+            variable(VariableKind::State, "rt_HitDistance", Scalar::F32, 1, true),
+            variable(VariableKind::Member, "radius", Scalar::F32, 1, false),
+            variable(VariableKind::Local, "table", Scalar::F32, 4, false),
         ],
         values: vec![
             Type::MASK,
@@ -37,20 +39,20 @@ fn valid() -> Kernel {
         prologue: Region {
             ops: vec![
                 op(1, 1, OpKind::Constant(Constant::F32(1.0))),
-                op(2, 1, OpKind::Load(PlaceId(1), Index::Constant(0))),
+                op(2, 1, OpKind::Load(VariableId(1), Index::Constant(0))),
             ],
             ..Region::default()
         },
         body: Region {
             params: vec![Value(0)],
             ops: vec![
-                op(3, 1, OpKind::Load(PlaceId(0), Index::Constant(0))),
+                op(3, 1, OpKind::Load(VariableId(0), Index::Constant(0))),
                 op(4, 1, OpKind::Binary(BinaryOp::Add, Value(3), Value(2))),
                 op(5, 1, OpKind::Any(Value(0))),
             ],
             yields: vec![Value(4)],
         },
-        outputs: vec![KernelOutput { place: PlaceId(0), component: 0 }],
+        outputs: vec![KernelOutput { variable: VariableId(0), component: 0 }],
     }
 }
 
@@ -71,7 +73,7 @@ fn every_broken_rule_is_found() {
     let float = Type::uniform(Scalar::F32);
     let lanes = Type::lanes(Scalar::F32);
     let store = |value, mask| OpKind::Store {
-        place: PlaceId(2),
+        variable: VariableId(2),
         index: Index::Constant(0),
         value: Value(value),
         mask,
@@ -85,12 +87,12 @@ fn every_broken_rule_is_found() {
     let broken: Vec<(&str, Break<'_>)> = vec![
         ("width 3", Box::new(|k| k.width = 3)),
         ("there are no blocks of them", Box::new(|k| k.shape = CallMode::Stream)),
-        ("radius is not in the blocks of objects", Box::new(|k| k.places[1].of_objects = true)),
+        ("radius is not in the blocks of objects", Box::new(|k| k.variables[1].of_objects = true)),
         (
             "rt_HitDistance is not in the blocks of objects",
             Box::new(|k| {
                 k.object_words = Some(9);
-                k.places[0].of_objects = true;
+                k.variables[0].of_objects = true;
             }),
         ),
         ("%3 is used where it is not visible", Box::new(|k| k.body.ops.swap(0, 1))),
@@ -129,23 +131,23 @@ fn every_broken_rule_is_found() {
         (
             "index 4",
             Box::new(|k| {
-                append(k, &[float], OpKind::Load(PlaceId(2), Index::Constant(4)));
+                append(k, &[float], OpKind::Load(VariableId(2), Index::Constant(4)));
             }),
         ),
         (
-            "no place 9",
+            "no variable 9",
             Box::new(|k| {
-                append(k, &[float], OpKind::Load(PlaceId(9), Index::Constant(0)));
+                append(k, &[float], OpKind::Load(VariableId(9), Index::Constant(0)));
             }),
         ),
         (
             "not a buffer",
             Box::new(|k| {
-                append(k, &[Type::uniform(Scalar::I32)], OpKind::Length(PlaceId(1)));
+                append(k, &[Type::uniform(Scalar::I32)], OpKind::Length(VariableId(1)));
             }),
         ),
-        ("lanes into a uniform slot", Box::new(|k| append(k, &[], store(3, None)))),
-        ("lanes into a uniform slot", Box::new(|k| append(k, &[], store(2, Some(Value(0)))))),
+        ("lanes into a uniform local", Box::new(|k| append(k, &[], store(3, None)))),
+        ("lanes into a uniform local", Box::new(|k| append(k, &[], store(2, Some(Value(0)))))),
         (
             "the prologue changes nothing",
             Box::new(|k| {
@@ -154,7 +156,7 @@ fn every_broken_rule_is_found() {
             }),
         ),
         ("outputs and yields differ", Box::new(|k| k.body.yields.push(Value(3)))),
-        ("output to radius", Box::new(|k| k.outputs[0].place = PlaceId(1))),
+        ("output to radius", Box::new(|k| k.outputs[0].variable = VariableId(1))),
         ("%1 is defined twice", Box::new(|k| k.prologue.ops.push(k.prologue.ops[0].clone()))),
         ("the body has one parameter", Box::new(|k| k.body.params.clear())),
         (

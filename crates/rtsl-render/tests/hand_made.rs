@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
-use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Messages, Method, Place, Role};
+use rtsl::{Backend, Class, Engine, EngineOptions, Instance, Messages, Method, Role, Variable};
 use rtsl_image::Image;
 use rtsl_ir::{Function, Scalar};
 use rtsl_math::Transform;
@@ -17,8 +17,8 @@ use rtsl_scene::{PlacedGroup, PlacedLight, Scene, SceneObject, Settings};
 fn class(name: &str, role: Role, scratch: &[&str], methods: &[(Method, &str)]) -> Arc<Instance> {
     let function = |text: &str| -> Function { text.parse().expect("the test's text is right") };
     let methods = methods.iter().map(|(method, text)| (*method, function(text)));
-    let place = |name: &&str| Place {
-        kind: rtsl_ir::PlaceKind::Scratch,
+    let place = |name: &&str| Variable {
+        kind: rtsl_ir::VariableKind::Scratch,
         name: (*name).to_owned(),
         scalar: Scalar::F32,
         len: 1,

@@ -1,6 +1,6 @@
 //! What parameters are where a host does not set them.
 
-use rtsl_ir::PlaceKind;
+use rtsl_ir::VariableKind;
 use rtsl_ir::class::{Class, Parameter, ParameterTarget};
 
 use crate::environment::Environment;
@@ -9,14 +9,14 @@ use crate::environment::Environment;
 /// where they lie in several places (structs) or nowhere (references, buffers).
 pub fn default_value(class: &Class, parameter: &Parameter) -> Option<Vec<u32>> {
     let kind = match parameter.target {
-        ParameterTarget::Constructor => PlaceKind::Parameter,
-        ParameterTarget::Member => PlaceKind::Member,
+        ParameterTarget::Constructor => VariableKind::Parameter,
+        ParameterTarget::Member => VariableKind::Member,
     };
-    let places = class.initializer.places.iter().chain(&class.members);
-    let place = places.filter(|it| it.kind == kind).find(|it| it.name == parameter.name)?;
+    let variables = class.initializer.variables.iter().chain(&class.members);
+    let variable = variables.filter(|it| it.kind == kind).find(|it| it.name == parameter.name)?;
     let mut values = Environment::default();
     values.run(&class.initializer).ok()?;
-    Some(values.take(place))
+    Some(values.take(variable))
 }
 
 #[cfg(test)]

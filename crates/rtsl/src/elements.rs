@@ -15,8 +15,8 @@ use rtsl_abi::{
 };
 use rtsl_ir::class::ParameterTarget;
 use rtsl_ir::host::NoHost;
-use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
-use rtsl_packet::kernel::KernelPlace;
+use rtsl_ir::{Function, Output, Scalar, Variable, VariableId, VariableKind};
+use rtsl_packet::kernel::KernelVariable;
 use rtsl_packet::uniformity::Uniformity;
 use rtsl_source::Diagnostic;
 
@@ -83,16 +83,16 @@ impl ElementMaker {
         let name = element.parameter;
         let target = class.parameters.iter().find(|it| it.name == name).map(|it| it.target);
         let (kind, number_word) = match target {
-            Some(ParameterTarget::Member) => (PlaceKind::Member, Some(layout.members[name])),
-            Some(ParameterTarget::Constructor) | None => (PlaceKind::Parameter, None),
+            Some(ParameterTarget::Member) => (VariableKind::Member, Some(layout.members[name])),
+            Some(ParameterTarget::Constructor) | None => (VariableKind::Parameter, None),
         };
         let constructor = class.constructor.as_ref();
         let linked = constructor.map(|it| link_function(tree, it)).transpose()?;
         let draft = linked.map(|linked| Draft::new(linked.function, (kind, name)));
         let draft = draft.filter(|draft| !draft.function.outputs.is_empty());
-        let made = draft.iter().flat_map(Draft::members).flat_map(|place| {
-            let first = layout.members[&place.name];
-            first..first + place.len
+        let made = draft.iter().flat_map(Draft::members).flat_map(|variable| {
+            let first = layout.members[&variable.name];
+            first..first + variable.len
         });
         let form = ObjectForm::new(made.chain(number_word));
         let position = |word: u32| form.position(word, 1).map(|position| position as usize);
@@ -188,41 +188,44 @@ impl Constructor {
 struct Draft {
     function: Function,
     /// For each output the member's place in the class.
-    members: Vec<(Place, u32)>,
+    members: Vec<(Variable, u32)>,
 }
 
 impl Draft {
     /// Reads the element from a lane array and stores members to others. What the constructor gives to all
     /// elements alike is left out.
-    fn new(mut function: Function, (element, parameter): (PlaceKind, &str)) -> Draft {
+    fn new(mut function: Function, (element, parameter): (VariableKind, &str)) -> Draft {
         rtsl_opt::optimize(&mut function, &constructor_passes());
-        for place in &mut function.places {
-            if place.kind == element && place.name == parameter {
-                (place.kind, place.name) = (PlaceKind::Scratch, NUMBER.to_owned());
-            } else if place.kind == PlaceKind::Parameter {
-                (place.kind, place.name) = (PlaceKind::Member, parameter_name(&place.name));
+        for variable in &mut function.variables {
+            if variable.kind == element && variable.name == parameter {
+                (variable.kind, variable.name) = (VariableKind::Scratch, NUMBER.to_owned());
+            } else if variable.kind == VariableKind::Parameter {
+                (variable.kind, variable.name) =
+                    (VariableKind::Member, parameter_name(&variable.name));
             }
         }
         leave_out_uniform(&mut function);
         let mut members = Vec::new();
         for output in &mut function.outputs {
-            let mut member = function.places[output.place.0 as usize].clone();
-            if member.kind == PlaceKind::Scratch {
+            let mut member = function.variables[output.variable.0 as usize].clone();
+            if member.kind == VariableKind::Scratch {
                 // The constructor changes the element's number.
                 (member.kind, member.name) = (element, parameter.to_owned());
             }
             let name = format!("{}[{}]", member.name, output.component);
-            let scratch = Place { kind: PlaceKind::Scratch, name, scalar: member.scalar, len: 1 };
+            let scratch =
+                Variable { kind: VariableKind::Scratch, name, scalar: member.scalar, len: 1 };
             members.push((member, output.component));
-            function.places.push(scratch);
-            *output = Output { place: PlaceId(function.places.len() as u32 - 1), component: 0 };
+            function.variables.push(scratch);
+            *output =
+                Output { variable: VariableId(function.variables.len() as u32 - 1), component: 0 };
         }
         Draft { function, members }
     }
 
     /// The members that differ from element to element.
-    fn members(&self) -> impl Iterator<Item = &Place> {
-        self.members.iter().map(|(place, _)| place)
+    fn members(&self) -> impl Iterator<Item = &Variable> {
+        self.members.iter().map(|(variable, _)| variable)
     }
 
     fn finish(self, layout: &Layout, form: &ObjectForm) -> Constructor {
@@ -233,10 +236,10 @@ impl Draft {
             objects: None,
             ..layout.clone()
         };
-        for place in function.places.iter().filter(|it| it.kind == PlaceKind::Member) {
-            if !layout.members.contains_key(&place.name) {
-                layout.members.insert(place.name.clone(), layout.block_words);
-                layout.block_words += place.len;
+        for variable in function.variables.iter().filter(|it| it.kind == VariableKind::Member) {
+            if !layout.members.contains_key(&variable.name) {
+                layout.members.insert(variable.name.clone(), layout.block_words);
+                layout.block_words += variable.len;
             }
         }
         let mut outputs = Vec::new();
@@ -244,7 +247,7 @@ impl Draft {
             let word = layout.members[&member.name] + component;
             let Some(position) = form.position(word, 1) else { continue };
             let array = layout.scratch_arrays;
-            layout.scratch.insert(function.place(output.place).name.clone(), array);
+            layout.scratch.insert(function.variable(output.variable).name.clone(), array);
             layout.scratch_arrays += 1;
             outputs.push(MadeWord {
                 array: array as usize,
@@ -259,13 +262,13 @@ impl Draft {
 
 /// Leaves out what the function gives to all elements alike.
 fn leave_out_uniform(function: &mut Function) {
-    let places = function.places.iter().map(|place| KernelPlace {
-        place: place.clone(),
-        varies: CallMode::Packet.varies(place, false),
+    let variables = function.variables.iter().map(|variable| KernelVariable {
+        variable: variable.clone(),
+        varies: CallMode::Packet.varies(variable, false),
         location: 0,
         of_objects: false,
     });
-    let uniformity = Uniformity::new(function, &places.collect::<Vec<_>>());
+    let uniformity = Uniformity::new(function, &variables.collect::<Vec<_>>());
     let varies = function.body.yields.iter().map(|value| uniformity.varies(*value));
     let caller = rtsl_opt::Caller { read: Some(varies.collect()), ..Default::default() };
     rtsl_opt::specialise(function, &caller, true);

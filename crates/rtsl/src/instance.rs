@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rtsl_abi::{BoundBuffer, InstanceBlock, Layout};
 use rtsl_ir::class::{Class, Parameter, ParameterTarget, Reference};
-use rtsl_ir::{Function, OpKind, PlaceKind};
+use rtsl_ir::{Function, OpKind, VariableKind};
 use rtsl_source::{Diagnostic, Diagnostics};
 
 use crate::elements::parameter_name;
@@ -134,13 +134,13 @@ impl Instance {
 
     /// The scalars of a member as bits, after the constructor; `None` for an unknown name.
     pub fn member(&self, name: &str) -> Option<&[u32]> {
-        let index = self.class.members.iter().position(|place| place.name == name)?;
+        let index = self.class.members.iter().position(|variable| variable.name == name)?;
         Some(&self.members[index])
     }
 
     /// The scalars of a buffer, which other instances may share; `None` for an unknown name.
     pub fn buffer(&self, name: &str) -> Option<&Arc<[u32]>> {
-        let index = self.class.buffers.iter().position(|place| place.name == name)?;
+        let index = self.class.buffers.iter().position(|variable| variable.name == name)?;
         Some(&self.buffers[index])
     }
 
@@ -152,7 +152,7 @@ impl Instance {
             let rest = name.strip_prefix(element.buffer);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        let index = self.class.buffers.iter().position(|place| is_buffer(&place.name))?;
+        let index = self.class.buffers.iter().position(|variable| is_buffer(&variable.name))?;
         let entry_words = self.class.buffers[index].len.max(1) as usize;
         let entries = self.buffers[index].len() / entry_words;
         // Element parameters are i32 or u32, and indices i32.
@@ -181,8 +181,8 @@ impl Instance {
                 words[start..start + data.len()].copy_from_slice(data);
             }
         };
-        for (place, member) in self.class.members.iter().zip(members) {
-            fill(&place.name, member);
+        for (variable, member) in self.class.members.iter().zip(members) {
+            fill(&variable.name, member);
         }
         for (name, data) in parameters {
             fill(&parameter_name(name), data);
@@ -197,13 +197,13 @@ impl Instance {
         words: &mut [u32],
         buffers: &mut Vec<BoundBuffer>,
     ) {
-        for (place, member) in self.class.members.iter().zip(&self.members) {
-            let start = layout.members[&format!("{prefix}{}", place.name)] as usize;
+        for (variable, member) in self.class.members.iter().zip(&self.members) {
+            let start = layout.members[&format!("{prefix}{}", variable.name)] as usize;
             words[start..start + member.len()].copy_from_slice(member);
         }
-        for (place, words) in self.class.buffers.iter().zip(&self.buffers) {
-            let offset = layout.buffers[&format!("{prefix}{}", place.name)];
-            let element_words = place.len.max(1);
+        for (variable, words) in self.class.buffers.iter().zip(&self.buffers) {
+            let offset = layout.buffers[&format!("{prefix}{}", variable.name)];
+            let element_words = variable.len.max(1);
             buffers.push(BoundBuffer { offset, words: words.clone(), element_words });
         }
         for_each_element(&self.class, &self.references, |path, instance| {
@@ -213,11 +213,11 @@ impl Instance {
 
     /// Lets a constructor that refers to this instance as `path` see its data.
     fn show(&self, path: &str, values: &mut Environment) {
-        for (place, words) in self.class.members.iter().zip(&self.members) {
-            values.set(PlaceKind::Member, &format!("{path}.{}", place.name), words);
+        for (variable, words) in self.class.members.iter().zip(&self.members) {
+            values.set(VariableKind::Member, &format!("{path}.{}", variable.name), words);
         }
-        for (place, words) in self.class.buffers.iter().zip(&self.buffers) {
-            values.set_buffer(&format!("{path}.{}", place.name), Words::Shared(words.clone()));
+        for (variable, words) in self.class.buffers.iter().zip(&self.buffers) {
+            values.set_buffer(&format!("{path}.{}", variable.name), Words::Shared(words.clone()));
         }
         for_each_element(&self.class, &self.references, |inner, instance| {
             instance.show(&format!("{path}.{inner}"), values);
@@ -227,9 +227,10 @@ impl Instance {
 
 impl Unmade {
     fn new(class: &Class, constructor: &Function, values: &Environment) -> Unmade {
-        let parameters = constructor.places.iter().filter(|it| it.kind == PlaceKind::Parameter);
+        let parameters =
+            constructor.variables.iter().filter(|it| it.kind == VariableKind::Parameter);
         Unmade {
-            members: class.members.iter().map(|place| values.words(place)).collect(),
+            members: class.members.iter().map(|variable| values.words(variable)).collect(),
             parameters: parameters.map(|it| (it.name.clone(), values.words(it))).collect(),
         }
     }
@@ -324,9 +325,9 @@ impl<'a> Builder<'a> {
             }
         };
         let class = self.class;
-        let members = class.members.iter().map(|place| values.take(place)).collect();
-        let buffers = class.buffers.iter().map(|place| {
-            self.members.remove(&place.name).map_or_else(|| Arc::from([]), Words::into_shared)
+        let members = class.members.iter().map(|variable| values.take(variable)).collect();
+        let buffers = class.buffers.iter().map(|variable| {
+            self.members.remove(&variable.name).map_or_else(|| Arc::from([]), Words::into_shared)
         });
         let buffers = buffers.collect();
         let class = class.clone();
@@ -342,14 +343,14 @@ impl<'a> Builder<'a> {
         let mut values = Environment::default();
         values.run(&self.class.initializer)?;
         for (name, words) in &self.members {
-            if self.class.buffers.iter().any(|place| place.name == *name) {
+            if self.class.buffers.iter().any(|variable| variable.name == *name) {
                 values.set_buffer(name, words.clone());
             } else {
-                values.set(PlaceKind::Member, name, words.as_slice());
+                values.set(VariableKind::Member, name, words.as_slice());
             }
         }
         for (name, words) in &self.constructor_arguments {
-            values.set(PlaceKind::Parameter, name, words.as_slice());
+            values.set(VariableKind::Parameter, name, words.as_slice());
         }
         let unmade = self
             .class

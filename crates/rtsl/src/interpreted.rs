@@ -4,11 +4,11 @@ use rtsl_abi::{
     CallArguments, CallError, CallMode, CallStatus, HostArguments, Instances, LaneBlock, LaneMask,
     Layout, LeafArguments, Objects, Signature,
 };
-use rtsl_ir::{Function, Interpreter, PlaceId, PlaceKind, PrepareError, Storage};
+use rtsl_ir::{Function, Interpreter, PrepareError, Storage, VariableId, VariableKind};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::state_component_count;
 
-use crate::lane_storage::{CallStorage, LanePlaces, LaneStorage};
+use crate::lane_storage::{CallStorage, LaneStorage, LaneVariables};
 
 /// A method, run ray by ray.
 #[derive(Clone, Debug)]
@@ -16,9 +16,9 @@ pub(crate) struct InterpretedKernel {
     /// Copied for each call: a call needs registers of its own, since hosts call kernels from
     /// within calls.
     interpreter: Interpreter,
-    places: LanePlaces,
+    variables: LaneVariables,
     /// That of `rt_HitDistance`.
-    distance: Option<PlaceId>,
+    distance: Option<VariableId>,
     signature: Signature,
 }
 
@@ -28,14 +28,16 @@ impl InterpretedKernel {
         layout: &Layout,
         signature: Signature,
     ) -> Result<InterpretedKernel, PrepareError> {
-        let places = LanePlaces::new(&function.places, layout, &signature);
+        let variables = LaneVariables::new(&function.variables, layout, &signature);
         let distance = function
-            .places
+            .variables
             .iter()
-            .position(|place| place.kind == PlaceKind::State && place.name == HIT_DISTANCE)
-            .map(|index| PlaceId(index as u32));
+            .position(|variable| {
+                variable.kind == VariableKind::State && variable.name == HIT_DISTANCE
+            })
+            .map(|index| VariableId(index as u32));
         let interpreter = Interpreter::prepare(function)?;
-        Ok(InterpretedKernel { interpreter, places, distance, signature })
+        Ok(InterpretedKernel { interpreter, variables, distance, signature })
     }
 
     pub fn signature(&self) -> &Signature {
@@ -90,7 +92,7 @@ impl InterpretedKernel {
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
         // Only methods that accept hits write the mask.
         let accepted = accepted.filter(|_| self.signature.accepts);
-        let mut storage = CallStorage::new(&self.places, state, scratch, accepted, instances);
+        let mut storage = CallStorage::new(&self.variables, state, scratch, accepted, instances);
         let mut interpreter = self.interpreter.clone();
         let mut status = CallStatus::default();
         for lane in 0..count {
@@ -131,7 +133,8 @@ impl InterpretedKernel {
     /// Tests each object with the ray of a lane as the call found it, and stores what the nearest hit gave.
     fn keep_nearest(&self, call: CallArguments<'_>, ray: usize) -> CallStatus {
         let CallArguments { state, scratch, count, mask, accepted: _, instances, host } = call;
-        let mut storage = CallStorage::of_ray(ray, &self.places, state, scratch, None, instances);
+        let mut storage =
+            CallStorage::of_ray(ray, &self.variables, state, scratch, None, instances);
         let mut interpreter = self.interpreter.clone();
         let mut status = CallStatus::default();
         let mut nearest: Option<Hit> = None;
@@ -147,8 +150,8 @@ impl InterpretedKernel {
             }
         }
         if let Some(Hit { lane, distance: _, outputs }) = nearest {
-            for (place, component, bits) in outputs {
-                storage.lane(ray).store(place, component, bits);
+            for (variable, component, bits) in outputs {
+                storage.lane(ray).store(variable, component, bits);
             }
             status.nearest = instances.number(lane);
         }
@@ -157,14 +160,14 @@ impl InterpretedKernel {
 
     /// What hits are compared by: at most infinity, which it is for NaN, too.
     fn distance_of(&self, outputs: &[Output]) -> f32 {
-        let distance = outputs.iter().find(|(place, ..)| Some(*place) == self.distance);
+        let distance = outputs.iter().find(|(variable, ..)| Some(*variable) == self.distance);
         let distance = distance.map_or(0.0, |(_, _, bits)| f32::from_bits(*bits));
         distance.min(f32::INFINITY)
     }
 }
 
-/// Place, component and bits.
-type Output = (PlaceId, u32, u32);
+/// Variable, component and bits.
+type Output = (VariableId, u32, u32);
 
 /// A hit in the leaf shape.
 struct Hit {
@@ -180,15 +183,15 @@ struct HeldOutputs<'a, 'call> {
 }
 
 impl Storage for HeldOutputs<'_, '_> {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        self.inputs.load(place, index)
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        self.inputs.load(variable, index)
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
+    fn elements(&self, buffer: VariableId) -> u32 {
         self.inputs.elements(buffer)
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        self.outputs.push((place, component, bits));
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.outputs.push((variable, component, bits));
     }
 }

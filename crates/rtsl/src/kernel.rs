@@ -139,7 +139,7 @@ impl Kernel {
     }
 
     /// The address of the machine code, a function that takes a pointer to a call as the C header describes it
-    /// ([`kernel_header`](crate::ahead::kernel_header)); `None` on the interpreter. It is good as long as the kernel is kept.
+    /// ([`kernel_header`](crate::aot::kernel_header)); `None` on the interpreter. It is good as long as the kernel is kept.
     pub fn address(&self) -> Option<*const std::ffi::c_void> {
         match &self.kind {
             Kind::Compiled(kernel) => Some(kernel.address()),

@@ -4,13 +4,13 @@ use rtsl_abi::{
     ComponentSet, DataLocation, InstanceBlock, Instances, LaneBlock, LaneMask, Layout, ObjectForm,
     Objects, Signature,
 };
-use rtsl_ir::{Place, PlaceId, PlaceKind, Scalar};
+use rtsl_ir::{Scalar, Variable, VariableId, VariableKind};
 use rtsl_spec::lookup_state;
 
 /// Where a method's places lie in calls of one shape.
 #[derive(Clone, Debug)]
-pub(crate) struct LanePlaces {
-    places: Vec<LanePlace>,
+pub(crate) struct LaneVariables {
+    variables: Vec<LanePlace>,
     /// The components of the state that the method touches: calls need bring no others.
     touched: ComponentSet,
 }
@@ -45,22 +45,23 @@ enum Location {
     Nowhere,
 }
 
-impl LanePlaces {
+impl LaneVariables {
     /// The places of a function whose calls the signature describes.
-    pub fn new(places: &[Place], layout: &Layout, signature: &Signature) -> LanePlaces {
+    pub fn new(variables: &[Variable], layout: &Layout, signature: &Signature) -> LaneVariables {
         let shape = signature.shape;
         let form = layout.object_form(shape);
-        let places = places.iter().map(|place| {
-            let location = Location::of(place, layout, form.as_ref()).unwrap_or(Location::Nowhere);
+        let variables = variables.iter().map(|variable| {
+            let location =
+                Location::of(variable, layout, form.as_ref()).unwrap_or(Location::Nowhere);
             let of_objects =
                 matches!(location, Location::ObjectMember(_) | Location::ObjectBuffer(_));
-            LanePlace { location, len: place.len, varies: shape.varies(place, of_objects) }
+            LanePlace { location, len: variable.len, varies: shape.varies(variable, of_objects) }
         });
-        LanePlaces { places: places.collect(), touched: signature.state }
+        LaneVariables { variables: variables.collect(), touched: signature.state }
     }
 
-    fn get(&self, place: PlaceId) -> LanePlace {
-        self.places[place.0 as usize]
+    fn get(&self, variable: VariableId) -> LanePlace {
+        self.variables[variable.0 as usize]
     }
 
     /// By place the scalars of state and scratch that all lanes share, from the lane that has them: copies,
@@ -75,9 +76,9 @@ impl LanePlaces {
             true => location.lane(index, lane, state, scratch),
             false => 0,
         };
-        let of_lane = |place: &LanePlace| match place.location {
-            Location::State(_) | Location::Scratch(..) if !place.varies => {
-                (0..place.len).map(|index| shared(place.location, index)).collect()
+        let of_lane = |variable: &LanePlace| match variable.location {
+            Location::State(_) | Location::Scratch(..) if !variable.varies => {
+                (0..variable.len).map(|index| shared(variable.location, index)).collect()
             }
             Location::State(_)
             | Location::Scratch(..)
@@ -88,30 +89,30 @@ impl LanePlaces {
             | Location::Accepted
             | Location::Nowhere => Vec::new(),
         };
-        self.places.iter().map(of_lane).collect()
+        self.variables.iter().map(of_lane).collect()
     }
 }
 
 impl Location {
-    fn of(place: &Place, layout: &Layout, form: Option<&ObjectForm>) -> Option<Location> {
-        let name = place.name.as_str();
-        match place.kind {
-            PlaceKind::State => {
+    fn of(variable: &Variable, layout: &Layout, form: Option<&ObjectForm>) -> Option<Location> {
+        let name = variable.name.as_str();
+        match variable.kind {
+            VariableKind::State => {
                 lookup_state(name).map(|variable| Location::State(variable.first_component))
             }
-            PlaceKind::Scratch => {
-                layout.scratch.get(name).map(|first| Location::Scratch(*first, place.scalar))
+            VariableKind::Scratch => {
+                layout.scratch.get(name).map(|first| Location::Scratch(*first, variable.scalar))
             }
-            PlaceKind::Member => Some(match layout.locate(place, form)? {
+            VariableKind::Member => Some(match layout.locate(variable, form)? {
                 DataLocation::Instance(word) => Location::Member(word),
                 DataLocation::Objects(word) => Location::ObjectMember(word),
             }),
-            PlaceKind::Buffer => Some(match layout.locate(place, form)? {
+            VariableKind::Buffer => Some(match layout.locate(variable, form)? {
                 DataLocation::Instance(word) => Location::Buffer(word),
                 DataLocation::Objects(word) => Location::ObjectBuffer(word),
             }),
-            PlaceKind::Accepted => Some(Location::Accepted),
-            PlaceKind::Parameter | PlaceKind::Slot => None,
+            VariableKind::Accepted => Some(Location::Accepted),
+            VariableKind::Parameter | VariableKind::Local => None,
         }
     }
 
@@ -135,8 +136,8 @@ impl Location {
 
 /// The places in the arguments of one call.
 pub(crate) struct CallStorage<'a> {
-    places: &'a LanePlaces,
-    /// See [`LanePlaces::shared_inputs`].
+    variables: &'a LaneVariables,
+    /// See [`LaneVariables::shared_inputs`].
     shared: Vec<Vec<u32>>,
     state: &'a mut LaneBlock,
     scratch: &'a mut LaneBlock,
@@ -146,26 +147,26 @@ pub(crate) struct CallStorage<'a> {
 
 impl<'a> CallStorage<'a> {
     pub fn new(
-        places: &'a LanePlaces,
+        variables: &'a LaneVariables,
         state: &'a mut LaneBlock,
         scratch: &'a mut LaneBlock,
         accepted: Option<&'a mut LaneMask>,
         instances: Instances<'a>,
     ) -> Self {
-        CallStorage::of_ray(0, places, state, scratch, accepted, instances)
+        CallStorage::of_ray(0, variables, state, scratch, accepted, instances)
     }
 
     /// Where the ray that lanes share is not the first.
     pub fn of_ray(
         ray: usize,
-        places: &'a LanePlaces,
+        variables: &'a LaneVariables,
         state: &'a mut LaneBlock,
         scratch: &'a mut LaneBlock,
         accepted: Option<&'a mut LaneMask>,
         instances: Instances<'a>,
     ) -> Self {
-        let shared = places.shared_inputs(ray, state, scratch);
-        CallStorage { places, shared, state, scratch, accepted, instances }
+        let shared = variables.shared_inputs(ray, state, scratch);
+        CallStorage { variables, shared, state, scratch, accepted, instances }
     }
 
     /// The places of one lane.
@@ -179,11 +180,11 @@ impl<'a> CallStorage<'a> {
         }
     }
 
-    fn load(&self, place: PlaceId, index: u32, lane: usize, data: Data<'_>) -> u32 {
-        if let Some(shared) = self.shared[place.0 as usize].get(index as usize) {
+    fn load(&self, variable: VariableId, index: u32, lane: usize, data: Data<'_>) -> u32 {
+        if let Some(shared) = self.shared[variable.0 as usize].get(index as usize) {
             return *shared;
         }
-        match self.places.get(place).location {
+        match self.variables.get(variable).location {
             location @ (Location::State(_) | Location::Scratch(..)) => {
                 location.lane(index, lane, self.state, self.scratch)
             }
@@ -203,8 +204,8 @@ impl<'a> CallStorage<'a> {
         }
     }
 
-    fn elements(&self, buffer: PlaceId, data: Data<'_>) -> u32 {
-        match self.places.get(buffer).location {
+    fn elements(&self, buffer: VariableId, data: Data<'_>) -> u32 {
+        match self.variables.get(buffer).location {
             Location::Buffer(entry) => {
                 let buffer = data.block.buffers().iter().find(|buffer| buffer.offset == entry);
                 buffer.map_or(0, |buffer| buffer.elements())
@@ -220,8 +221,8 @@ impl<'a> CallStorage<'a> {
         }
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, lane: usize, bits: u32) {
-        match self.places.get(place).location {
+    fn store(&mut self, variable: VariableId, component: u32, lane: usize, bits: u32) {
+        match self.variables.get(variable).location {
             Location::State(first) => {
                 self.state.words_mut((first + component) as usize)[lane] = bits;
             }
@@ -266,30 +267,30 @@ pub(crate) struct LaneStorage<'a, 'call> {
 }
 
 impl rtsl_ir::Storage for LaneStorage<'_, '_> {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        self.call.load(place, index, self.lane, self.data)
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        self.call.load(variable, index, self.lane, self.data)
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
+    fn elements(&self, buffer: VariableId) -> u32 {
         self.call.elements(buffer, self.data)
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        self.call.store(place, component, self.lane, bits);
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.call.store(variable, component, self.lane, bits);
     }
 }
 
 impl rtsl_packet::interpreter::Storage for CallStorage<'_> {
-    fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32 {
+    fn load(&self, variable: VariableId, index: u32, ray: u32) -> u32 {
         let lane = ray as usize;
-        self.load(place, index, lane, Data::of(self.instances, lane))
+        self.load(variable, index, lane, Data::of(self.instances, lane))
     }
 
-    fn elements(&self, buffer: PlaceId, ray: u32) -> u32 {
+    fn elements(&self, buffer: VariableId, ray: u32) -> u32 {
         self.elements(buffer, Data::of(self.instances, ray as usize))
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32) {
-        self.store(place, component, ray as usize, bits);
+    fn store(&mut self, variable: VariableId, component: u32, ray: u32, bits: u32) {
+        self.store(variable, component, ray as usize, bits);
     }
 }

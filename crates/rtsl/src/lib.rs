@@ -20,7 +20,7 @@
 //! This crate knows no scene, no acceleration structure, no image. Hosts need no other crate of
 //! the project: what they use of those below is exported here.
 
-pub mod ahead;
+pub mod aot;
 mod background;
 mod callback;
 mod compiler;
@@ -88,7 +88,7 @@ pub use rtsl_ir::class::{
     Annotation, AnnotationValue, Class, Element, Parameter, ParameterTarget, ParameterType,
     Reference,
 };
-pub use rtsl_ir::{Constant, Place, Scalar, host};
+pub use rtsl_ir::{Constant, Scalar, Variable, host};
 pub use rtsl_jit::{CompiledCallback, ForkGuard, Llvm, LlvmError, OptLevel, Target};
 pub use rtsl_packet::profile::{Count, Decision, Profile, Sides, Traffic};
 pub use rtsl_source::{

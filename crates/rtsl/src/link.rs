@@ -11,10 +11,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rtsl_ir::class::Reference;
 use rtsl_ir::{
-    CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Place, PlaceId,
-    PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, Value, Values,
+    CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
+    ReferencePath, Region, Scalar, StateComponent, Value, Values, Variable, VariableId,
+    VariableKind,
 };
-use rtsl_opt::unchanged::PlaceScalar;
+use rtsl_opt::unchanged::VariableScalar;
 use rtsl_source::{Diagnostic, deep_stack, diagnostic_codes as codes};
 use rtsl_spec::{Default as StateDefault, Method, Role, lookup_state, state_variables};
 
@@ -32,7 +33,7 @@ const UNROLLED_SLOT: u32 = 16;
 pub(crate) struct Linked {
     pub function: Function,
     /// What the method sets and leaves as it was, which optimisation has found out.
-    pub unchanged: Vec<PlaceScalar>,
+    pub unchanged: Vec<VariableScalar>,
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -51,15 +52,15 @@ pub(crate) fn link_function(tree: &ClassTree, function: &Function) -> Result<Lin
 struct Linker {
     out: Function,
     /// The places of `out`.
-    places: BTreeMap<(PlaceKind, String), PlaceId>,
+    variables: BTreeMap<(VariableKind, String), VariableId>,
     operations: usize,
     depth: usize,
-    slots: u32,
+    locals: u32,
     /// Class and reference path.
     warnings: BTreeSet<(String, String)>,
     /// Scalars of scratch that methods have set, the last one of each counting, where scratch is no memory but
     /// values; zero where none has.
-    scratch: Option<Vec<((PlaceId, u32), Value)>>,
+    scratch: Option<Vec<((VariableId, u32), Value)>>,
 }
 
 /// One body that is being copied.
@@ -72,7 +73,7 @@ struct Site<'a> {
     /// State that differs from what the host's places hold.
     overrides: Vec<(StateComponent, Value)>,
     values: Vec<Option<Value>>,
-    places: Vec<Option<PlaceId>>,
+    variables: Vec<Option<VariableId>>,
     in_loop: bool,
     /// The first of the texts of its names in the linked function.
     first_text: u32,
@@ -93,7 +94,7 @@ impl<'a> Site<'a> {
             prefix,
             overrides: Vec::new(),
             values: vec![None; function.values.len()],
-            places: vec![None; function.places.len()],
+            variables: vec![None; function.variables.len()],
             in_loop: false,
         }
     }
@@ -127,8 +128,8 @@ type ElementBody<'a> = dyn FnMut(&mut Linker, usize, &mut Vec<Op>) -> Linking<Ve
 impl Linker {
     fn new(out: Function) -> Linker {
         let warnings = BTreeSet::new();
-        let places = BTreeMap::new();
-        Linker { out, places, operations: 0, depth: 0, slots: 0, warnings, scratch: None }
+        let variables = BTreeMap::new();
+        Linker { out, variables, operations: 0, depth: 0, locals: 0, warnings, scratch: None }
     }
 
     fn finish(self) -> Linked {
@@ -140,8 +141,8 @@ impl Linker {
         let mut site = Site::new(tree, function, String::new(), &mut self.out);
         self.out.body = self.copy_region(&mut site, &function.body)?;
         for output in &function.outputs {
-            let place = self.place(&mut site, output.place);
-            self.out.outputs.push(Output { place, component: output.component });
+            let variable = self.variable(&mut site, output.variable);
+            self.out.outputs.push(Output { variable: variable, component: output.component });
         }
         Ok(())
     }
@@ -190,19 +191,19 @@ impl Linker {
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
-            OpKind::Load(place, index)
-                if site.function.place(*place).kind == PlaceKind::State
+            OpKind::Load(variable, index)
+                if site.function.variable(*variable).kind == VariableKind::State
                     && !site.overrides.is_empty() =>
             {
-                let result = self.load_state(site, *place, *index, to)?;
+                let result = self.load_state(site, *variable, *index, to)?;
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
-            OpKind::Load(place, index)
-                if site.function.place(*place).kind == PlaceKind::Scratch
+            OpKind::Load(variable, index)
+                if site.function.variable(*variable).kind == VariableKind::Scratch
                     && self.scratch.is_some() =>
             {
-                let result = self.load_scratch(site, *place, *index, to)?;
+                let result = self.load_scratch(site, *variable, *index, to)?;
                 site.define(op.results.get(0), result);
                 return Ok(());
             }
@@ -238,42 +239,45 @@ impl Linker {
     fn copy_simple(&mut self, site: &mut Site<'_>, kind: &OpKind) -> OpKind {
         let mut kind = kind.clone();
         kind.for_each_operand_mut(|value| *value = site.value(*value));
-        if let OpKind::Load(place, _) | OpKind::Store(place, _, _) | OpKind::Length(place) =
-            &mut kind
+        if let OpKind::Load(variable, _)
+        | OpKind::Store(variable, _, _)
+        | OpKind::Length(variable) = &mut kind
         {
-            *place = self.place(site, *place);
+            *variable = self.variable(site, *variable);
         }
         kind
     }
 
     /// The place in the linked function that stands for one of the site's.
-    fn place(&mut self, site: &mut Site<'_>, id: PlaceId) -> PlaceId {
-        if let Some(known) = site.places[id.0 as usize] {
+    fn variable(&mut self, site: &mut Site<'_>, id: VariableId) -> VariableId {
+        if let Some(known) = site.variables[id.0 as usize] {
             return known;
         }
-        let place = site.function.place(id);
-        let name = match place.kind {
-            PlaceKind::State | PlaceKind::Parameter | PlaceKind::Accepted => place.name.clone(),
-            PlaceKind::Member | PlaceKind::Scratch | PlaceKind::Buffer => {
-                format!("{}{}", site.prefix, place.name)
+        let variable = site.function.variable(id);
+        let name = match variable.kind {
+            VariableKind::State | VariableKind::Parameter | VariableKind::Accepted => {
+                variable.name.clone()
             }
-            PlaceKind::Slot if site.is_root => place.name.clone(),
-            PlaceKind::Slot => {
-                self.slots += 1;
-                format!("{}{}.{}", site.prefix, place.name, self.slots)
+            VariableKind::Member | VariableKind::Scratch | VariableKind::Buffer => {
+                format!("{}{}", site.prefix, variable.name)
+            }
+            VariableKind::Local if site.is_root => variable.name.clone(),
+            VariableKind::Local => {
+                self.locals += 1;
+                format!("{}{}.{}", site.prefix, variable.name, self.locals)
             }
         };
-        let new = self.intern_place(Place { name, ..place.clone() });
-        site.places[id.0 as usize] = Some(new);
+        let new = self.intern_variable(Variable { name, ..variable.clone() });
+        site.variables[id.0 as usize] = Some(new);
         new
     }
 
-    /// As [`Function::intern_place`], which looks at all places one after another.
-    fn intern_place(&mut self, place: Place) -> PlaceId {
-        let next = PlaceId(self.out.places.len() as u32);
-        let id = *self.places.entry((place.kind, place.name.clone())).or_insert(next);
+    /// As [`Function::intern_variable`], which looks at all places one after another.
+    fn intern_variable(&mut self, variable: Variable) -> VariableId {
+        let next = VariableId(self.out.variables.len() as u32);
+        let id = *self.variables.entry((variable.kind, variable.name.clone())).or_insert(next);
         if id == next {
-            self.out.places.push(place);
+            self.out.variables.push(variable);
         }
         id
     }
@@ -302,15 +306,15 @@ impl Linker {
     fn load_state(
         &mut self,
         site: &mut Site<'_>,
-        place: PlaceId,
+        variable: VariableId,
         index: Index,
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
-        let info = site.function.place(place);
-        let variable = lookup_state(&info.name).map(|variable| variable.index);
+        let info = site.function.variable(variable);
+        let state = lookup_state(&info.name).map(|state| state.index);
         let len = info.len;
-        let wanted = |component| variable.map(|variable| StateComponent { variable, component });
-        let new = self.place(site, place);
+        let wanted = |component| state.map(|variable| StateComponent { variable, component });
+        let new = self.variable(site, variable);
         let overrides = &site.overrides;
         let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| match wanted(component)
             .and_then(|wanted| find_override(overrides, wanted))
@@ -329,16 +333,16 @@ impl Linker {
     fn load_scratch(
         &mut self,
         site: &mut Site<'_>,
-        place: PlaceId,
+        variable: VariableId,
         index: Index,
         to: &mut Vec<Op>,
     ) -> Linking<Value> {
-        let info = site.function.place(place);
+        let info = site.function.variable(variable);
         let (scalar, len) = (info.scalar, info.len);
-        let place = self.place(site, place);
+        let variable = self.variable(site, variable);
         let load = |linker: &mut Self, to: &mut Vec<Op>, component: u32| {
             let mut set = linker.scratch.iter().flatten().rev();
-            match set.find(|(wanted, _)| *wanted == (place, component)) {
+            match set.find(|(wanted, _)| *wanted == (variable, component)) {
                 Some((_, value)) => Ok(*value),
                 None => linker.constant(to, Constant::from_bits(scalar, 0)),
             }
@@ -454,10 +458,10 @@ impl Linker {
         self.nested(|linker| linker.copy_ops(&mut site, &function.body.ops, to))?;
         let result = |linker: &mut Self, wanted: &StateComponent, to: &mut Vec<Op>| {
             let output = function.outputs.iter().position(|output| {
-                let place = function.place(output.place);
-                let variable = lookup_state(&place.name).map(|variable| variable.index);
-                place.kind == PlaceKind::State
-                    && variable == Some(wanted.variable)
+                let variable = function.variable(output.variable);
+                let state = lookup_state(&variable.name).map(|state| state.index);
+                variable.kind == VariableKind::State
+                    && state == Some(wanted.variable)
                     && output.component == wanted.component
             });
             match output {
@@ -477,18 +481,18 @@ impl Linker {
     /// The slots of a body that runs more than once start at zero each time.
     fn zero_slots(&mut self, site: &mut Site<'_>, to: &mut Vec<Op>) -> Linking<()> {
         let function = site.function;
-        for (id, place) in (0..).map(PlaceId).zip(&function.places) {
-            if place.kind != PlaceKind::Slot {
+        for (id, variable) in (0..).map(VariableId).zip(&function.variables) {
+            if variable.kind != VariableKind::Local {
                 continue;
             }
-            let slot = self.place(site, id);
-            let zero = self.constant(to, Constant::zero(place.scalar))?;
-            if place.len <= UNROLLED_SLOT {
-                for index in 0..place.len {
-                    self.emit(to, OpKind::Store(slot, Index::Constant(index), zero), &[], false)?;
+            let local = self.variable(site, id);
+            let zero = self.constant(to, Constant::zero(variable.scalar))?;
+            if variable.len <= UNROLLED_SLOT {
+                for index in 0..variable.len {
+                    self.emit(to, OpKind::Store(local, Index::Constant(index), zero), &[], false)?;
                 }
             } else {
-                self.zero_by_loop(slot, place.len, zero, to)?;
+                self.zero_by_loop(local, variable.len, zero, to)?;
             }
         }
         Ok(())
@@ -496,7 +500,7 @@ impl Linker {
 
     fn zero_by_loop(
         &mut self,
-        slot: PlaceId,
+        local: VariableId,
         len: u32,
         zero: Value,
         to: &mut Vec<Op>,
@@ -507,7 +511,7 @@ impl Linker {
         let index = self.out.new_values(&[Scalar::I32]).get(0);
         let mut body = Region { params: vec![index], ..Region::default() };
         let ops = &mut body.ops;
-        self.emit(ops, OpKind::Store(slot, Index::Dynamic(index), zero), &[], false)?;
+        self.emit(ops, OpKind::Store(local, Index::Dynamic(index), zero), &[], false)?;
         let next = OpKind::Binary(rtsl_ir::BinaryOp::Add, index, one);
         let next = self.emit(ops, next, &[Scalar::I32], false)?.get(0);
         let again = OpKind::Compare(CompareOp::Less, next, end);

@@ -4,14 +4,14 @@ use rtsl_abi::{CallArguments, CallStatus, Layout, Signature};
 use rtsl_packet::Profile;
 use rtsl_packet::interpreter::{self, Rays};
 
-use crate::lane_storage::{CallStorage, LanePlaces};
+use crate::lane_storage::{CallStorage, LaneVariables};
 
 /// A method's packet code. It is called as machine code is, gives the same bits, takes far
 /// longer, and says what it did.
 #[derive(Clone, Debug)]
 pub struct PacketKernel {
     packet: rtsl_packet::Kernel,
-    places: LanePlaces,
+    variables: LaneVariables,
     signature: Signature,
 }
 
@@ -33,9 +33,10 @@ impl PacketKernel {
         layout: &Layout,
         signature: Signature,
     ) -> PacketKernel {
-        let places: Vec<_> = packet.places.iter().map(|place| place.place.clone()).collect();
-        let places = LanePlaces::new(&places, layout, &signature);
-        PacketKernel { packet, places, signature }
+        let variables: Vec<_> =
+            packet.variables.iter().map(|variable| variable.variable.clone()).collect();
+        let variables = LaneVariables::new(&variables, layout, &signature);
+        PacketKernel { packet, variables, signature }
     }
 
     /// Runs the method for all rays of the call, until it is done or its loops went round
@@ -48,7 +49,7 @@ impl PacketKernel {
             error.refuse();
         }
         let CallArguments { state, scratch, count, mask, accepted, instances, host } = call;
-        let mut storage = CallStorage::new(&self.places, state, scratch, accepted, instances);
+        let mut storage = CallStorage::new(&self.variables, state, scratch, accepted, instances);
         let is_on = |ray: u32| mask.is_none_or(|mask| mask.get(ray as usize));
         let rays = Rays { count: count as u32, is_on: &is_on, round_limit };
         let outcome = interpreter::run(&self.packet, rays, &mut storage, host);

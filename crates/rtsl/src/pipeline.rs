@@ -13,20 +13,20 @@
 //!
 //! `callback` goes through steps 2 and 4 for a host's own packets.
 //!
-//! What step 2 or 3 gives is also what [libraries](crate::ahead) are made of: object files by step 4 but for loading,
+//! What step 2 or 3 gives is also what [libraries](crate::aot) are made of: object files by step 4 but for loading,
 //! C++ by `rtsl_cpp::emit`.
 
 use std::sync::Arc;
 
 use rtsl_abi::{BufferEntry, CallMode, DataLocation, Layout, Signature};
 use rtsl_ir::class::Class;
-use rtsl_ir::{Constant, Function, Output, PlaceId, PlaceKind};
+use rtsl_ir::{Constant, Function, Output, VariableId, VariableKind};
 use rtsl_jit::{
     CompiledCallback, CompiledKernel, JitError, Llvm, MAX_FRAME_BYTES, OptLevel, Target,
 };
 use rtsl_llvm::TargetFeatures;
 use rtsl_lower::lower_class;
-use rtsl_opt::unchanged::{self, PlaceScalar};
+use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_packet::interleave;
 use rtsl_sema::check::check_unit;
 use rtsl_sema::hir::ClassId;
@@ -118,9 +118,9 @@ pub(crate) fn link(
 ) -> Result<Linked, Diagnostic> {
     let linked = link::link(tree, method);
     let mut linked = linked.ok_or_else(|| errors::missing_method(&tree.class, method))??;
-    let set: Vec<PlaceScalar> = unchanged::outputs(&linked.function).collect();
+    let set: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
     rtsl_opt::optimize(&mut linked.function, &passes(options));
-    let left: Vec<PlaceScalar> = unchanged::outputs(&linked.function).collect();
+    let left: Vec<VariableScalar> = unchanged::outputs(&linked.function).collect();
     linked.unchanged = set.into_iter().filter(|it| !left.contains(it)).collect();
     Ok(linked)
 }
@@ -148,24 +148,26 @@ pub(crate) fn specialise(
         return function.clone();
     }
     let is_read = |output: &Output| {
-        let place = function.place(output.place);
-        match place.kind {
-            PlaceKind::State => lookup_state(&place.name).is_none_or(|it| outputs.has_state(it)),
-            PlaceKind::Scratch => outputs.has_scratch(),
-            PlaceKind::Accepted
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Buffer
-            | PlaceKind::Slot => true,
+        let variable = function.variable(output.variable);
+        match variable.kind {
+            VariableKind::State => {
+                lookup_state(&variable.name).is_none_or(|it| outputs.has_state(it))
+            }
+            VariableKind::Scratch => outputs.has_scratch(),
+            VariableKind::Accepted
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Buffer
+            | VariableKind::Local => true,
         }
     };
-    let members = (0..).map(PlaceId).zip(&function.places);
-    let members = members.filter(|(_, place)| place.kind == PlaceKind::Member);
-    let known = members.flat_map(|(id, place)| {
-        let first = layout.members[&place.name];
-        (0..place.len).filter_map(move |index| {
+    let members = (0..).map(VariableId).zip(&function.variables);
+    let members = members.filter(|(_, variable)| variable.kind == VariableKind::Member);
+    let known = members.flat_map(|(id, variable)| {
+        let first = layout.members[&variable.name];
+        (0..variable.len).filter_map(move |index| {
             let bits = known.get(first + index)?;
-            Some(((id, index), Constant::from_bits(place.scalar, bits)))
+            Some(((id, index), Constant::from_bits(variable.scalar, bits)))
         })
     });
     let caller = rtsl_opt::Caller {
@@ -180,8 +182,8 @@ pub(crate) fn specialise(
 }
 
 /// The place of the ray's direction, if the function has it.
-pub(crate) fn ray_direction(function: &Function) -> Option<PlaceId> {
-    function.find_place(PlaceKind::State, "rt_RayDirection")
+pub(crate) fn ray_direction(function: &Function) -> Option<VariableId> {
+    function.find_variable(VariableKind::State, "rt_RayDirection")
 }
 
 /// A kernel to make.
@@ -325,13 +327,14 @@ pub(crate) fn target_features(target: &Target) -> TargetFeatures {
 }
 
 fn signature(job: Job<'_>) -> Signature {
-    let kind = |output: &Output| job.function.place(output.place).kind;
+    let kind = |output: &Output| job.function.variable(output.variable).kind;
     let form = job.layout.object_form(job.shape);
-    let places = job.function.places.iter().filter(|place| place.kind == PlaceKind::Buffer);
+    let variables =
+        job.function.variables.iter().filter(|variable| variable.kind == VariableKind::Buffer);
     let (mut buffers, mut object_buffers) = (Vec::new(), Vec::new());
-    for place in places {
-        let element_words = place.len;
-        match job.layout.locate(place, form.as_ref()) {
+    for variable in variables {
+        let element_words = variable.len;
+        match job.layout.locate(variable, form.as_ref()) {
             Some(DataLocation::Instance(offset)) => {
                 buffers.push(BufferEntry { offset, element_words });
             }
@@ -349,7 +352,7 @@ fn signature(job: Job<'_>) -> Signature {
         object_words: form.map(|form| form.words().len() as u32),
         object_buffers: object_buffers.into(),
         shape: job.shape,
-        accepts: job.function.outputs.iter().any(|output| kind(output) == PlaceKind::Accepted),
+        accepts: job.function.outputs.iter().any(|output| kind(output) == VariableKind::Accepted),
         // Only machine code has chunks.
         separate_chunks: None,
     }

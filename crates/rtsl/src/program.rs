@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rtsl_abi::description::KernelDescription;
 use rtsl_abi::{CallMode, InstanceBlock, LaneBlock, Layout, ObjectForm, Objects};
 use rtsl_ir::class::Class;
-use rtsl_ir::{Function, OpKind, Output, Place, PlaceId, PlaceKind, Region, Value};
+use rtsl_ir::{Function, OpKind, Output, Region, Value, Variable, VariableId, VariableKind};
 use rtsl_jit::CompiledCallback;
 use rtsl_opt::placed::PLACEMENT_SCALARS;
-use rtsl_opt::unchanged::{self, PlaceScalar};
+use rtsl_opt::unchanged::{self, VariableScalar};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable, lookup_state};
 
@@ -23,9 +23,9 @@ use crate::link::Linked;
 use crate::options::Math;
 use crate::packet_kernel::PacketKernel;
 use crate::pipeline::{self, Job};
-use crate::tree::{ClassTree, TreePlaces};
+use crate::tree::{ClassTree, TreeVariables};
 use crate::variant::{KnownMembers, Variant};
-use crate::{Instance, ahead, errors, nesting};
+use crate::{Instance, aot, errors, nesting};
 
 /// A class, linked with the classes of the instances that it refers to. Its methods become
 /// kernels when they are first asked for.
@@ -57,7 +57,7 @@ use crate::{Instance, ahead, errors, nesting};
 pub struct Program {
     shared: Arc<Shared>,
     tree: ClassTree,
-    places: TreePlaces,
+    variables: TreeVariables,
     layout: Layout,
     methods: BTreeMap<Method, OnceLock<Result<Arc<LinkedMethod>, Diagnostic>>>,
     kernels: KernelCache,
@@ -85,19 +85,19 @@ pub struct LinkedMethod {
     /// Whether it sets scratch.
     pub sets_scratch: bool,
     /// What it sets and leaves as it was.
-    unchanged: Vec<PlaceScalar>,
+    unchanged: Vec<VariableScalar>,
     /// How deep its regions nest.
     pub(crate) nesting: usize,
 }
 
 impl Program {
     pub(crate) fn new(shared: Arc<Shared>, tree: ClassTree) -> Program {
-        let places = tree.places();
-        let layout = places.layout();
+        let variables = tree.variables();
+        let layout = variables.layout();
         let methods = tree.class.methods.keys().map(|method| (*method, OnceLock::new())).collect();
         let (kernels, elements) = (KernelCache::default(), OnceLock::new());
         let callbacks = Mutex::default();
-        Program { shared, tree, places, layout, methods, kernels, callbacks, elements }
+        Program { shared, tree, variables, layout, methods, kernels, callbacks, elements }
     }
 
     /// The class.
@@ -122,8 +122,8 @@ impl Program {
 
     /// The per-ray storage of the class, leaf by leaf; a leaf's arrays start at
     /// [`Layout::scratch`].
-    pub fn scratch(&self) -> &[Place] {
-        &self.places.scratch
+    pub fn scratch(&self) -> &[Variable] {
+        &self.variables.scratch
     }
 
     /// Scratch for `lanes` rays, all zero.
@@ -165,7 +165,7 @@ impl Program {
             let word = *word as usize;
             blocks.windows(2).any(|pair| pair[0].words()[word] != pair[1].words()[word])
         };
-        let places = self.layout.places();
+        let places = self.layout.variables();
         let differing = places.filter(|place| place.clone().any(|word| differs(&word)));
         Objects::of_instances(ObjectForm::new(differing.flatten()), blocks)
     }
@@ -295,7 +295,7 @@ impl Program {
         Ok(nesting::bear(linked.nesting, || {
             let variant = self.canonical(&linked, variant.clone());
             let width = variant.width_in(self.width());
-            ahead::describe_kernel(method, &linked, &variant, width, String::new())
+            aot::describe_kernel(method, &linked, &variant, width, String::new())
         }))
     }
 
@@ -322,7 +322,7 @@ impl Program {
     /// If the instance belongs to another program.
     pub fn known_members(&self, instance: &Instance) -> KnownMembers {
         let block = self.block(instance);
-        let words = self.places.members.iter().flat_map(|place| {
+        let words = self.variables.members.iter().flat_map(|place| {
             let first = self.layout.members[&place.name];
             (first..first + place.len).map(|word| (word, block.words()[word as usize]))
         });
@@ -470,7 +470,7 @@ impl Program {
 impl LinkedMethod {
     /// Whether it leaves a state variable zero whatever it is called for: as far as constants tell.
     pub fn leaves_zero(&self, variable: &StateVariable) -> bool {
-        let Function { places, body, outputs, .. } = &*self.function;
+        let Function { variables, body, outputs, .. } = &*self.function;
         let is_zero = |value: Value| {
             body.ops.iter().any(|op| match op.kind {
                 OpKind::Constant(constant) => {
@@ -479,20 +479,20 @@ impl LinkedMethod {
                 _ => false,
             })
         };
-        let is_of = |place: PlaceId| {
-            let place = &places[place.0 as usize];
-            place.kind == PlaceKind::State && place.name == variable.name
+        let is_of = |place: VariableId| {
+            let place = &variables[place.0 as usize];
+            place.kind == VariableKind::State && place.name == variable.name
         };
-        let left = outputs.iter().zip(&body.yields).filter(|(output, _)| is_of(output.place));
+        let left = outputs.iter().zip(&body.yields).filter(|(output, _)| is_of(output.variable));
         left.map(|(_, value)| *value).all(is_zero)
     }
 
     /// The method as kernels of a shape have it: where lanes store elsewhere than they read, what it leaves as it was is
     /// stored, too.
     pub(crate) fn in_shape(&self, shape: CallMode) -> Cow<'_, LinkedMethod> {
-        let kind = |output: &Output| self.function.place(output.place).kind;
-        let accepts = self.function.outputs.iter().any(|it| kind(it) == PlaceKind::Accepted);
-        let moves = |(place, _): &&PlaceScalar| !shape.stores_where_it_reads(place, accepts);
+        let kind = |output: &Output| self.function.variable(output.variable).kind;
+        let accepts = self.function.outputs.iter().any(|it| kind(it) == VariableKind::Accepted);
+        let moves = |(place, _): &&VariableScalar| !shape.stores_where_it_reads(place, accepts);
         let mut moved = self.unchanged.iter().filter(moves).peekable();
         if moved.peek().is_none() {
             return Cow::Borrowed(self);
@@ -506,11 +506,11 @@ impl LinkedMethod {
     fn new(Linked { function, unchanged, warnings }: Linked) -> LinkedMethod {
         let reads = state_places(&function, |function, place| is_loaded(&function.body, place));
         let writes = state_places(&function, |function, place| {
-            function.outputs.iter().any(|output| output.place == place)
+            function.outputs.iter().any(|output| output.variable == place)
         });
-        let is_scratch = |place: PlaceId| function.place(place).kind == PlaceKind::Scratch;
-        let sets_scratch = function.outputs.iter().any(|output| is_scratch(output.place));
-        let places = (0..function.places.len() as u32).map(PlaceId);
+        let is_scratch = |place: VariableId| function.variable(place).kind == VariableKind::Scratch;
+        let sets_scratch = function.outputs.iter().any(|output| is_scratch(output.variable));
+        let places = (0..function.variables.len() as u32).map(VariableId);
         let reads_scratch =
             places.filter(|it| is_scratch(*it)).any(|it| is_loaded(&function.body, it));
         let (nesting, function) = (function.nesting(), Arc::new(function));
@@ -530,17 +530,17 @@ impl LinkedMethod {
 /// The variables of the state places for which `wanted` holds, in the order of the one table.
 fn state_places(
     function: &Function,
-    wanted: impl Fn(&Function, PlaceId) -> bool,
+    wanted: impl Fn(&Function, VariableId) -> bool,
 ) -> Vec<&'static StateVariable> {
-    let places = (0..).map(PlaceId).zip(&function.places);
+    let places = (0..).map(VariableId).zip(&function.variables);
     let states =
-        places.filter(|(id, place)| place.kind == PlaceKind::State && wanted(function, *id));
+        places.filter(|(id, place)| place.kind == VariableKind::State && wanted(function, *id));
     let mut variables: Vec<_> = states.filter_map(|(_, place)| lookup_state(&place.name)).collect();
     variables.sort_by_key(|variable| variable.index);
     variables
 }
 
-fn is_loaded(region: &Region, place: PlaceId) -> bool {
+fn is_loaded(region: &Region, place: VariableId) -> bool {
     region.ops.iter().any(|op| match &op.kind {
         OpKind::Load(loaded, _) => *loaded == place,
         kind => kind.regions().any(|region| is_loaded(region, place)),

@@ -1,15 +1,15 @@
 //! What of the state a method touches.
 
 use rtsl_abi::ComponentSet;
-use rtsl_ir::{Function, Index, OpKind, PlaceId, PlaceKind};
+use rtsl_ir::{Function, Index, OpKind, VariableId, VariableKind};
 use rtsl_spec::lookup_state;
 
 /// The state components that a linked method loads or stores: those whose arrays its kernels need.
 pub(crate) fn state_components(function: &Function) -> ComponentSet {
     let mut components = ComponentSet::default();
-    let mut touch = |place: PlaceId, indices: std::ops::Range<u32>| {
-        let place = function.place(place);
-        if place.kind == PlaceKind::State
+    let mut touch = |place: VariableId, indices: std::ops::Range<u32>| {
+        let place = function.variable(place);
+        if place.kind == VariableKind::State
             && let Some(variable) = lookup_state(&place.name)
         {
             indices.for_each(|index| components.insert(variable.first_component + index));
@@ -19,11 +19,11 @@ pub(crate) fn state_components(function: &Function) -> ComponentSet {
         let OpKind::Load(place, index) = op.kind else { return };
         match index {
             Index::Constant(index) => touch(place, index..index + 1),
-            Index::Dynamic(_) => touch(place, 0..function.place(place).len),
+            Index::Dynamic(_) => touch(place, 0..function.variable(place).len),
         }
     });
     for output in &function.outputs {
-        touch(output.place, output.component..output.component + 1);
+        touch(output.variable, output.component..output.component + 1);
     }
     components
 }

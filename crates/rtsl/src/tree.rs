@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rtsl_abi::Layout;
-use rtsl_ir::Place;
+use rtsl_ir::Variable;
 use rtsl_ir::class::Class;
 
 use crate::Instance;
@@ -50,21 +50,23 @@ impl ClassTree {
 
     /// Every place of the tree, with the path to its instance in its name, in the order of the
     /// blocks.
-    pub fn places(&self) -> TreePlaces {
-        let mut places = TreePlaces::default();
-        self.add_places("", &mut places);
-        places
+    pub fn variables(&self) -> TreeVariables {
+        let mut variables = TreeVariables::default();
+        self.add_places("", &mut variables);
+        variables
     }
 
-    fn add_places(&self, prefix: &str, places: &mut TreePlaces) {
-        let renamed =
-            |place: &Place| Place { name: format!("{prefix}{}", place.name), ..place.clone() };
-        places.members.extend(self.class.members.iter().map(renamed));
-        places.buffers.extend(self.class.buffers.iter().map(renamed));
-        places.scratch.extend(self.class.scratch.iter().map(renamed));
+    fn add_places(&self, prefix: &str, variables: &mut TreeVariables) {
+        let renamed = |variable: &Variable| Variable {
+            name: format!("{prefix}{}", variable.name),
+            ..variable.clone()
+        };
+        variables.members.extend(self.class.members.iter().map(renamed));
+        variables.buffers.extend(self.class.buffers.iter().map(renamed));
+        variables.scratch.extend(self.class.scratch.iter().map(renamed));
         for (path, element) in self.elements() {
             if let Some(tree) = element {
-                tree.add_places(&format!("{prefix}{path}."), places);
+                tree.add_places(&format!("{prefix}{path}."), variables);
             }
         }
     }
@@ -112,13 +114,13 @@ pub(crate) fn element_path(reference: &rtsl_ir::class::Reference, index: usize) 
 
 /// The places of a tree, the root's first.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct TreePlaces {
-    pub members: Vec<Place>,
-    pub buffers: Vec<Place>,
-    pub scratch: Vec<Place>,
+pub(crate) struct TreeVariables {
+    pub members: Vec<Variable>,
+    pub buffers: Vec<Variable>,
+    pub scratch: Vec<Variable>,
 }
 
-impl TreePlaces {
+impl TreeVariables {
     pub fn layout(&self) -> Layout {
         Layout::new(&self.members, &self.buffers, &self.scratch)
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rtsl_abi::{CallMode, Layout, ObjectForm};
-use rtsl_ir::{Function, Index, OpKind, PlaceKind};
+use rtsl_ir::{Function, Index, OpKind, VariableKind};
 use rtsl_opt::placed::{PLACEMENT, PLACEMENT_SCALARS};
 use rtsl_packet::kernel::HIT_DISTANCE;
 use rtsl_spec::{StateVariable, lookup_state, state_variables};
@@ -262,8 +262,8 @@ impl KnownMembers {
         let mut words = BTreeSet::new();
         function.body.for_each_op(&mut |op| {
             let OpKind::Load(place, index) = op.kind else { return };
-            let place = function.place(place);
-            if place.kind != PlaceKind::Member {
+            let place = function.variable(place);
+            if place.kind != VariableKind::Member {
                 return;
             }
             let first = layout.members[&place.name];

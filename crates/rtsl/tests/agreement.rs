@@ -6,9 +6,9 @@ use std::sync::Arc;
 use rtsl::{
     Backend, CallArguments, CallMode, CallStatus, Class, Engine, EngineOptions, Instance,
     Instances, LaneBlock, LaneIndices, LaneMask, Method, Numbers, OptLevel, Parameter,
-    ParameterTarget, ParameterType, Place, Program, Role, Scalar, Value, Variant, new_state,
+    ParameterTarget, ParameterType, Program, Role, Scalar, Value, Variable, Variant, new_state,
 };
-use rtsl_ir::{Function, PlaceKind};
+use rtsl_ir::{Function, VariableKind};
 use rtsl_testing::functions::{Entropy, HashHost, seeded_function};
 
 /// Rays of a call: not a multiple of any width but 1.
@@ -24,30 +24,30 @@ fn class_of(function: Function) -> Arc<Class> {
 
 /// The same with another method.
 fn class_with(method: Method, function: Function) -> Arc<Class> {
-    let of_kind = |kind| -> Vec<Place> {
-        function.places.iter().filter(|place| place.kind == kind).cloned().collect()
+    let of_kind = |kind| -> Vec<Variable> {
+        function.variables.iter().filter(|variable| variable.kind == kind).cloned().collect()
     };
-    let (members, buffers) = (of_kind(PlaceKind::Member), of_kind(PlaceKind::Buffer));
-    let parameter = |place: &Place, ty| Parameter {
-        name: place.name.clone(),
+    let (members, buffers) = (of_kind(VariableKind::Member), of_kind(VariableKind::Buffer));
+    let parameter = |variable: &Variable, ty| Parameter {
+        name: variable.name.clone(),
         ty,
         target: ParameterTarget::Member,
         required: true,
         annotations: Vec::new(),
     };
-    let element = |place: &Place| {
-        ParameterType::Array(Box::new(ParameterType::Scalar(place.scalar)), place.len)
+    let element = |variable: &Variable| {
+        ParameterType::Array(Box::new(ParameterType::Scalar(variable.scalar)), variable.len)
     };
-    let data = members.iter().map(|place| parameter(place, element(place)));
+    let data = members.iter().map(|variable| parameter(variable, element(variable)));
     let shared = buffers
         .iter()
-        .map(|place| parameter(place, ParameterType::Buffer(Box::new(element(place)))));
+        .map(|variable| parameter(variable, ParameterType::Buffer(Box::new(element(variable)))));
     Arc::new(Class {
         name: "Random".to_owned(),
         roles: vec![Role::Primitive],
         documentation: None,
         parameters: data.chain(shared).collect(),
-        scratch: of_kind(PlaceKind::Scratch),
+        scratch: of_kind(VariableKind::Scratch),
         scratch_types: Vec::new(),
         method_documentation: Default::default(),
         members,
@@ -64,13 +64,13 @@ fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
 }
 
 fn instance(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Arc<Instance> {
-    let arguments = class.members.iter().chain(&class.buffers).map(|place| {
-        let elements = match place.kind {
-            PlaceKind::Buffer => entropy.below(4),
+    let arguments = class.members.iter().chain(&class.buffers).map(|variable| {
+        let elements = match variable.kind {
+            VariableKind::Buffer => entropy.below(4),
             _ => 1,
         };
-        let words = words(entropy, place.scalar, elements * place.len as usize);
-        (place.name.as_str(), Value::from(Numbers::from_words(place.scalar, words)))
+        let words = words(entropy, variable.scalar, elements * variable.len as usize);
+        (variable.name.as_str(), Value::from(Numbers::from_words(variable.scalar, words)))
     });
     let arguments: Vec<_> = arguments.collect();
     Instance::new(class, arguments).unwrap()
@@ -92,13 +92,13 @@ impl Inputs {
             let random = words(entropy, Scalar::F32, COUNT);
             state.words_mut(component).copy_from_slice(&random);
         }
-        let arrays = class.scratch.iter().map(|place| place.len).sum::<u32>() as usize;
+        let arrays = class.scratch.iter().map(|variable| variable.len).sum::<u32>() as usize;
         let mut scratch = LaneBlock::new(arrays, COUNT);
         let mut array = 0;
-        for place in &class.scratch {
-            for _ in 0..place.len {
-                let mut random = words(entropy, place.scalar, COUNT);
-                if place.scalar == Scalar::Bool {
+        for variable in &class.scratch {
+            for _ in 0..variable.len {
+                let mut random = words(entropy, variable.scalar, COUNT);
+                if variable.scalar == Scalar::Bool {
                     random.iter_mut().for_each(|word| *word = word.wrapping_neg());
                 }
                 scratch.words_mut(array).copy_from_slice(&random);
@@ -171,7 +171,7 @@ fn call_with(
         host: &mut HashHost::default(),
     });
     let scratch_scalars =
-        class.scratch.iter().flat_map(|place| (0..place.len).map(|_| place.scalar));
+        class.scratch.iter().flat_map(|variable| (0..variable.len).map(|_| variable.scalar));
     let floats = std::iter::repeat(Scalar::F32);
     let collect = |block: &LaneBlock, scalars: &mut dyn Iterator<Item = Scalar>| {
         let arrays = (0..block.components()).zip(scalars);
@@ -342,15 +342,15 @@ fn check_all(engines: &[Engine], inputs: &Inputs, context: &dyn std::fmt::Debug)
 /// A method that accepts no hits, and sets scratch to what it is.
 fn without_hits(mut function: Function) -> Function {
     let scratch: Vec<_> =
-        function.places.iter().filter(|it| it.kind == PlaceKind::Scratch).collect();
+        function.variables.iter().filter(|it| it.kind == VariableKind::Scratch).collect();
     let scalars = scratch.into_iter().flat_map(|it| (0..it.len).map(|index| (it.clone(), index)));
     let all: Vec<_> = scalars.collect();
     let outputs = std::mem::take(&mut function.outputs);
     let yields = std::mem::take(&mut function.body.yields);
     for (output, value) in outputs.into_iter().zip(yields) {
-        let is_set = match function.place(output.place).kind {
-            PlaceKind::Accepted => false,
-            PlaceKind::Scratch => output.component % 2 == 1,
+        let is_set = match function.variable(output.variable).kind {
+            VariableKind::Accepted => false,
+            VariableKind::Scratch => output.component % 2 == 1,
             _ => true,
         };
         if is_set {

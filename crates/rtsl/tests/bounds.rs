@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
-use rtsl::ahead::AheadOptions;
+use rtsl::aot::AotOptions;
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl::{
     Backend, CallArguments, CallMode, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
@@ -419,8 +419,8 @@ fn too_much_stack_is_an_error_that_says_what_is_needed() {
     // Straight code of so many values is made at once.
     let (engine, shapes) = (engine_at(16, OptLevel::O0), vec![(CallMode::Packet, 16)]);
     let program = engine.program(&instance);
-    let options = AheadOptions { shapes, ..AheadOptions::default() };
-    let library = engine.ahead(&[program.class().clone()], &options).unwrap();
+    let options = AotOptions { shapes, ..AotOptions::default() };
+    let library = engine.aot_library(&[program.class().clone()], &options).unwrap();
     let errors = [
         ("`T.hit`", program.callback(&callback(16)).unwrap_err()),
         ("`rtsl_T_intersect_packet16`", library.object(None).unwrap_err()),
@@ -457,12 +457,12 @@ fn long_methods_with_many_blocks_need_little_stack() {
 fn macros_that_expand_to_too_much_work_are_an_error() {
     let repeat = "#define A D D D D D D D D D D D D D D D D\n\
                   #define B A A A A A A A A A A A A A A A A\n";
-    let slots = format!(
+    let locals = format!(
         "class T : rt_Texture;\n#define D a[n=n*3+1] = a[n>>3] * y;\n{repeat}void lookup() {{
          int n = int(rt_TextureUV.x * 100.0); float y = rt_TextureUV.y; float a[17];
          B B B B B B B B rt_FloatTextureValue = a[n]; }}"
     );
-    let instance = instance(&slots);
+    let instance = instance(&locals);
     let program = engine(8).program(&instance);
     let error = program.kernel(Method::Lookup, CallMode::Packet).unwrap_err();
     assert_eq!(error.code.as_str(), "E0511");
@@ -471,8 +471,8 @@ fn macros_that_expand_to_too_much_work_are_an_error() {
         "`T.lookup` has 81979 operations with all the functions that it calls, where 65536 are allowed"
     );
     let shapes = vec![(CallMode::Packet, 8)];
-    let options = AheadOptions { shapes, ..AheadOptions::default() };
-    let library = engine(8).ahead(&[program.class().clone()], &options);
+    let options = AotOptions { shapes, ..AotOptions::default() };
+    let library = engine(8).aot_library(&[program.class().clone()], &options);
     assert_eq!(library.map(drop).unwrap_err().code.as_str(), "E0511");
 }
 

@@ -273,9 +273,9 @@ fn sizes_that_do_not_fit_are_refused() {
 }
 
 /// A method that reads one component of what rays of these shapes have in common, and leaves others alone.
-const DEPTH: &str = "class Depth : rt_Primitive; scratch vec2 place;
-    void intersect() { if (hit(rt_RayOrigin.z + 2.0)) place.y = rt_RayDirection.y; }
-    void computeNormal() { rt_GeometricNormal = vec3(rt_RayOrigin.z, place.y, 1.0); }";
+const DEPTH: &str = "class Depth : rt_Primitive; scratch vec2 variable;
+    void intersect() { if (hit(rt_RayOrigin.z + 2.0)) variable.y = rt_RayDirection.y; }
+    void computeNormal() { rt_GeometricNormal = vec3(rt_RayOrigin.z, variable.y, 1.0); }";
 
 fn depth() -> Arc<Instance> {
     let unit = Compiler::default().compile("depth.rtsl", DEPTH).unit.expect("it compiles");

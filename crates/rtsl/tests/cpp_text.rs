@@ -1,13 +1,13 @@
 //! The C++ that the manual shows is what the compiler writes.
 
-use rtsl::ahead::AheadOptions;
+use rtsl::aot::AotOptions;
 use rtsl::{Backend, Compiler, Engine, EngineOptions, library};
 
 fn sphere() -> String {
     let unit = library::unit_of_class(&Compiler::default(), "Sphere").unwrap();
     let options = EngineOptions { backend: Backend::Interpreter, ..EngineOptions::default() };
     let (engine, _) = Engine::new(options).unwrap();
-    engine.ahead(unit.classes(), &AheadOptions::default()).unwrap().cpp()
+    engine.aot_library(unit.classes(), &AotOptions::default()).unwrap().cpp()
 }
 
 #[test]

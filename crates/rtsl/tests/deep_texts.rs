@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use rtsl::ahead::AheadOptions;
+use rtsl::aot::AotOptions;
 use rtsl::host::NoHost;
 use rtsl::{
     Backend, CallArguments, CallMode, Callback, Compiler, Diagnostic, Emit, EmitRequest, Engine,
@@ -123,7 +123,7 @@ fn long(size: usize) -> Vec<(&'static str, String)> {
                 few - 1
             )),
         ),
-        ("slots", class(&format!("float a[9]; int n = int(x);\n{stores} p = a[n];"))),
+        ("locals", class(&format!("float a[9]; int n = int(x);\n{stores} p = a[n];"))),
     ]
 }
 
@@ -204,7 +204,7 @@ impl Maker<'_> {
         if self.instance.element_count().is_some() {
             self.note("elements", program.elements(self.instance));
         }
-        let library = engine.ahead(self.unit.classes(), &AheadOptions::default());
+        let library = engine.aot_library(self.unit.classes(), &AotOptions::default());
         if let Some(library) = self.note("library", library) {
             self.note("C++", Ok(library.cpp()));
         }

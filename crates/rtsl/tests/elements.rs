@@ -98,11 +98,11 @@ fn check(engine: &Engine, class: &Arc<Class>, arguments: &[(&str, Value)], count
         let name = class.element().unwrap().parameter;
         let number_argument = (name, Value::Int(number as i32));
         let one = Instance::new(class, arguments.iter().cloned().chain([number_argument])).unwrap();
-        for place in &class.members {
-            let first = program.layout().members[&place.name];
-            for (index, word) in one.member(&place.name).unwrap().iter().enumerate() {
+        for variable in &class.members {
+            let first = program.layout().members[&variable.name];
+            for (index, word) in one.member(&variable.name).unwrap().iter().enumerate() {
                 let found = word_of(&elements, number, first + index as u32);
-                assert_eq!(found, *word, "{}[{index}] of element {number}", place.name);
+                assert_eq!(found, *word, "{}[{index}] of element {number}", variable.name);
             }
         }
     }

@@ -9,11 +9,11 @@ use rtsl::{
     lookup_state, new_state, state_component_count,
 };
 
-const BALL: &str = "class Ball : rt_Primitive; public float radius = 1.0; scratch vec2 place;
+const BALL: &str = "class Ball : rt_Primitive; public float radius = 1.0; scratch vec2 variable;
     void intersect() {
         float b = dot(rt_RayOrigin, rt_RayDirection);
         float d = b * b - dot(rt_RayOrigin, rt_RayOrigin) + radius * radius;
-        if (d > 0.0 && hit(-b - sqrt(d))) place = rt_RayOrigin.xy + place;
+        if (d > 0.0 && hit(-b - sqrt(d))) variable = rt_RayOrigin.xy + variable;
     }";
 
 /// State and scratch of a host, component by component.

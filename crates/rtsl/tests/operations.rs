@@ -57,7 +57,7 @@ fn choices(count: usize, most: usize) -> Vec<Vec<Operand>> {
     let mut chosen: BTreeSet<usize> = (0..total).step_by(total.div_ceil(most)).collect();
     chosen.extend([0, (total - 1) / 2, total - 1]);
     let kinds = |choice: usize| {
-        let digit = |place: u32| OPERANDS[choice / 3usize.pow(place) % 3];
+        let digit = |variable: u32| OPERANDS[choice / 3usize.pow(variable) % 3];
         (0..count as u32).map(digit).collect()
     };
     chosen.into_iter().map(kinds).collect()

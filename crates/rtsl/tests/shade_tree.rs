@@ -49,19 +49,19 @@ fn new(unit: &Unit, class: &str, arguments: Vec<(&str, Value)>) -> Arc<Instance>
     Instance::new(unit.class(class).unwrap(), arguments).unwrap()
 }
 
-fn shade(engine: &Engine, instance: &Instance, places: &[[f32; 2]]) -> Vec<f32> {
+fn shade(engine: &Engine, instance: &Instance, variables: &[[f32; 2]]) -> Vec<f32> {
     let program = engine.program(instance);
     let kernel = program.kernel(Method::Shade, CallMode::Packet).unwrap();
-    let mut state = new_state(places.len());
+    let mut state = new_state(variables.len());
     let uv = lookup_state("rt_TextureUV").unwrap().first_component as usize;
     let [u, v] = state.vectors_mut::<2>(uv);
-    for (lane, place) in places.iter().enumerate() {
-        (u[lane], v[lane]) = (place[0], place[1]);
+    for (lane, variable) in variables.iter().enumerate() {
+        (u[lane], v[lane]) = (variable[0], variable[1]);
     }
     let _ = kernel.call(CallArguments {
         state: &mut state,
-        scratch: &mut program.new_scratch(places.len()),
-        count: places.len(),
+        scratch: &mut program.new_scratch(variables.len()),
+        count: variables.len(),
         mask: None,
         accepted: None,
         instances: Instances::One(&program.block(instance)),
@@ -89,8 +89,8 @@ fn a_shade_tree_is_one_kernel() {
     let painted = new(&unit, "Painted", vec![("paint", choice.into())]);
     for engine in engines() {
         // The layers give u, 2u and 4u; the loop adds 100 (0 + 2 * 1 + 4 * 2).
-        let places = [[3.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 7.0], [3.0, -5.0]];
-        let found = shade(&engine, &painted, &places);
+        let variables = [[3.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 7.0], [3.0, -5.0]];
+        let found = shade(&engine, &painted, &variables);
         assert_eq!(found, [1003.0, 1006.0, 1012.0, 1012.0, 1003.0]);
         let method = engine.program(&painted).method(Method::Shade).unwrap();
         assert!(method.warnings.is_empty());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rtsl::ahead::AheadLibrary;
+use rtsl::aot::AotLibrary;
 use rtsl::host::NoHost;
 use rtsl::{
     CallArguments, CallMode, Class, Compilation, Compiler, Diagnostic, Engine, EngineOptions,
@@ -17,7 +17,7 @@ fn types_are_for_all_threads() {
     is_for_all_threads::<(Compiler, Compilation, Unit, Class, Diagnostic)>();
     is_for_all_threads::<(Instance, Value, InstanceBlock, Objects, LaneBlock, LaneMask)>();
     is_for_all_threads::<(Engine, Program, Kernel, LeafKernel, Variant, SpecialisedKernel)>();
-    is_for_all_threads::<AheadLibrary>();
+    is_for_all_threads::<AotLibrary>();
 }
 
 /// Threads that begin at once ask one engine for the same and for different things.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::Args;
-use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
+use rtsl::aot::{AotLibrary, AotOptions, Bindings};
 use rtsl::{CallMode, Class, Compiler, CompilerOptions, Engine, Outputs, library, unknown_class};
 
 use super::build::{BuildArguments, standard_class};
@@ -85,7 +85,7 @@ pub fn emit(
 fn make_library(
     arguments: &BuildArguments,
     reporter: &Reporter,
-) -> Result<Option<AheadLibrary>, Failure> {
+) -> Result<Option<AotLibrary>, Failure> {
     if arguments.variant.specialise {
         let message =
             "a library serves instances of any members: `--specialise` is for one method's forms";
@@ -96,7 +96,7 @@ fn make_library(
     let compiler = Compiler::new(CompilerOptions { search_path, ..CompilerOptions::default() });
     let Some(sources) = Sources::compile(arguments, &compiler, reporter)? else { return Ok(None) };
     let engine = arguments.engine(reporter)?;
-    let options = AheadOptions {
+    let options = AotOptions {
         shapes: shapes(arguments, &engine),
         outputs: arguments
             .variant
@@ -107,7 +107,7 @@ fn make_library(
         bindings: sources.bindings(&arguments.library.bind)?,
         prefix: arguments.library.prefix.clone().unwrap_or_else(|| "rtsl".to_owned()),
     };
-    Ok(Some(engine.ahead(&sources.chosen, &options)?))
+    Ok(Some(engine.aot_library(&sources.chosen, &options)?))
 }
 
 /// Each of the shapes at each of the widths.

@@ -2,7 +2,9 @@
 
 use super::PrepareError;
 use super::program::{Instruction, Program, Register};
-use crate::{Function, Index, Op, OpKind, PlaceId, PlaceKind, Region, Value, Values, evaluate};
+use crate::{
+    Function, Index, Op, OpKind, Region, Value, Values, VariableId, VariableKind, evaluate,
+};
 
 /// The program of a verified function.
 pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
@@ -10,9 +12,9 @@ pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
     compiler.region(&function.body)?;
     let registers = function.body.yields.iter().map(|value| compiler.register(*value));
     let all: Vec<_> = function.outputs.iter().copied().zip(registers).collect();
-    let kind = |place| function.place(place).kind;
+    let kind = |variable| function.variable(variable).kind;
     let (accepted, outputs): (Vec<_>, Vec<_>) =
-        all.into_iter().partition(|(output, _)| kind(output.place) == PlaceKind::Accepted);
+        all.into_iter().partition(|(output, _)| kind(output.variable) == VariableKind::Accepted);
     Ok(Program {
         instructions: compiler.instructions,
         operands: compiler.operands,
@@ -39,10 +41,10 @@ struct Compiler<'a> {
 impl<'a> Compiler<'a> {
     fn new(function: &'a Function) -> Self {
         let mut slot_scalars = 0;
-        let slot_bases = function.places.iter().map(|place| {
+        let slot_bases = function.variables.iter().map(|variable| {
             let base = slot_scalars;
-            if place.kind == PlaceKind::Slot {
-                slot_scalars += place.len;
+            if variable.kind == VariableKind::Local {
+                slot_scalars += variable.len;
             }
             base
         });
@@ -157,9 +159,9 @@ impl<'a> Compiler<'a> {
                 let function = evaluate::bitcast(scalar(a), target).expect("verified");
                 Instruction::Unary { function, to, a: self.register(a) }
             }
-            OpKind::Load(place, index) => self.load(to, place, index),
-            OpKind::Store(place, index, value) => self.store(place, index, value),
-            OpKind::Length(place) => Instruction::Length { to, place },
+            OpKind::Load(variable, index) => self.load(to, variable, index),
+            OpKind::Store(variable, index, value) => self.store(variable, index, value),
+            OpKind::Length(variable) => Instruction::Length { to, variable },
             OpKind::Trace { .. } => Instruction::Trace { to, operands },
             OpKind::Occluded { .. } => Instruction::Occluded { to, operands },
             OpKind::LightCount => Instruction::LightCount { to },
@@ -185,36 +187,36 @@ impl<'a> Compiler<'a> {
         Ok(())
     }
 
-    fn load(&self, to: Register, place: PlaceId, index: Index) -> Instruction {
-        let len = self.function.place(place).len;
-        let base = self.slot_bases[place.0 as usize];
-        match (self.function.place(place).kind, index) {
-            (PlaceKind::Slot, Index::Constant(index)) => {
+    fn load(&self, to: Register, variable: VariableId, index: Index) -> Instruction {
+        let len = self.function.variable(variable).len;
+        let base = self.slot_bases[variable.0 as usize];
+        match (self.function.variable(variable).kind, index) {
+            (VariableKind::Local, Index::Constant(index)) => {
                 Instruction::LoadSlot { to, address: base + index }
             }
-            (PlaceKind::Slot, Index::Dynamic(index)) => {
+            (VariableKind::Local, Index::Dynamic(index)) => {
                 Instruction::LoadSlotAt { to, index: self.register(index), base, len }
             }
-            (PlaceKind::Buffer, Index::Constant(index)) => {
-                Instruction::LoadBuffer { to, place, index }
+            (VariableKind::Buffer, Index::Constant(index)) => {
+                Instruction::LoadBuffer { to, variable, index }
             }
-            (PlaceKind::Buffer, Index::Dynamic(index)) => {
-                Instruction::LoadBufferAt { to, place, index: self.register(index), len }
+            (VariableKind::Buffer, Index::Dynamic(index)) => {
+                Instruction::LoadBufferAt { to, variable, index: self.register(index), len }
             }
-            (_, Index::Constant(index)) => Instruction::Load { to, place, index },
+            (_, Index::Constant(index)) => Instruction::Load { to, variable, index },
             (_, Index::Dynamic(index)) => {
-                Instruction::LoadAt { to, place, index: self.register(index), len }
+                Instruction::LoadAt { to, variable, index: self.register(index), len }
             }
         }
     }
 
-    fn store(&self, place: PlaceId, index: Index, value: Value) -> Instruction {
-        let base = self.slot_bases[place.0 as usize];
+    fn store(&self, variable: VariableId, index: Index, value: Value) -> Instruction {
+        let base = self.slot_bases[variable.0 as usize];
         let value = self.register(value);
         match index {
             Index::Constant(index) => Instruction::StoreSlot { address: base + index, value },
             Index::Dynamic(index) => {
-                let len = self.function.place(place).len;
+                let len = self.function.variable(variable).len;
                 Instruction::StoreSlotAt { value, index: self.register(index), base, len }
             }
         }

@@ -15,20 +15,20 @@ use std::sync::Arc;
 use program::{Instruction, Program, Register};
 
 use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use crate::{Function, PlaceId, evaluate};
+use crate::{Function, VariableId, evaluate};
 
 /// Where a function's places are, but for slots, which are the interpreter's. Scalars are
 /// [bits](crate::Constant::bits); a bool is 0 or 1.
 pub trait Storage {
     /// The scalar at `index` of a state, member, parameter or scratch place or buffer; the index is
     /// less than the place's length, for buffers times the number of elements.
-    fn load(&self, place: PlaceId, index: u32) -> u32;
+    fn load(&self, variable: VariableId, index: u32) -> u32;
 
     /// The number of elements of a buffer.
-    fn elements(&self, buffer: PlaceId) -> u32;
+    fn elements(&self, buffer: VariableId) -> u32;
 
     /// Stores an output. All loads of a run come before its first store.
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32);
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32);
 }
 
 /// What a run did besides storing outputs.
@@ -47,7 +47,7 @@ pub struct Interpreter {
     program: Arc<Program>,
     /// Constants are in place from the start and nothing overwrites them.
     registers: Vec<u32>,
-    slots: Vec<u32>,
+    locals: Vec<u32>,
     lanes: Box<Lanes>,
 }
 
@@ -68,7 +68,7 @@ impl Interpreter {
         let program = compile::compile(function)?;
         Ok(Interpreter {
             registers: program.registers.clone(),
-            slots: vec![0; program.slot_scalars as usize],
+            locals: vec![0; program.slot_scalars as usize],
             program: Arc::new(program),
             lanes: Box::default(),
         })
@@ -81,11 +81,11 @@ impl Interpreter {
         storage: &mut S,
         host: &mut dyn Host,
     ) -> Outcome {
-        self.slots.fill(0);
+        self.locals.fill(0);
         let lanes = LaneSet { base: ray, active: 1 };
         let mut run = Run {
             registers: &mut self.registers,
-            slots: &mut self.slots,
+            locals: &mut self.locals,
             lanes: &mut self.lanes,
             lane_set: lanes,
             budget_exceeded: false,
@@ -100,7 +100,11 @@ impl Interpreter {
         let accepted = self.program.accepted.map(|register| self.registers[register as usize] != 0);
         if accepted != Some(false) {
             for (output, register) in &self.program.outputs {
-                storage.store(output.place, output.component, self.registers[*register as usize]);
+                storage.store(
+                    output.variable,
+                    output.component,
+                    self.registers[*register as usize],
+                );
             }
         }
         accepted.unwrap_or(false)
@@ -129,7 +133,7 @@ impl std::error::Error for PrepareError {}
 /// One run.
 struct Run<'a> {
     registers: &'a mut [u32],
-    slots: &'a mut [u32],
+    locals: &'a mut [u32],
     lanes: &'a mut Lanes,
     lane_set: LaneSet,
     budget_exceeded: bool,
@@ -158,38 +162,38 @@ impl Run<'_> {
                     self.set(to, evaluate::fma(self.get(a), self.get(b), self.get(c)));
                 }
                 Instruction::Copy { to, from } => self.set(to, self.get(from)),
-                Instruction::Load { to, place, index } => {
-                    self.set(to, storage.load(place, index));
+                Instruction::Load { to, variable, index } => {
+                    self.set(to, storage.load(variable, index));
                 }
-                Instruction::LoadAt { to, place, index, len } => {
+                Instruction::LoadAt { to, variable, index, len } => {
                     let index = clamp_index(self.get(index), len.into());
-                    self.set(to, storage.load(place, index));
+                    self.set(to, storage.load(variable, index));
                 }
-                Instruction::LoadBuffer { to, place, index } => {
-                    let empty = storage.elements(place) == 0;
-                    self.set(to, if empty { 0 } else { storage.load(place, index) });
+                Instruction::LoadBuffer { to, variable, index } => {
+                    let empty = storage.elements(variable) == 0;
+                    self.set(to, if empty { 0 } else { storage.load(variable, index) });
                 }
-                Instruction::LoadBufferAt { to, place, index, len } => {
-                    let scalars = u64::from(storage.elements(place)) * u64::from(len);
+                Instruction::LoadBufferAt { to, variable, index, len } => {
+                    let scalars = u64::from(storage.elements(variable)) * u64::from(len);
                     let index = clamp_index(self.get(index), scalars);
-                    self.set(to, if scalars == 0 { 0 } else { storage.load(place, index) });
+                    self.set(to, if scalars == 0 { 0 } else { storage.load(variable, index) });
                 }
                 Instruction::LoadSlot { to, address } => {
-                    self.set(to, self.slots[address as usize]);
+                    self.set(to, self.locals[address as usize]);
                 }
                 Instruction::LoadSlotAt { to, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
-                    self.set(to, self.slots[address as usize]);
+                    self.set(to, self.locals[address as usize]);
                 }
                 Instruction::StoreSlot { address, value } => {
-                    self.slots[address as usize] = self.get(value);
+                    self.locals[address as usize] = self.get(value);
                 }
                 Instruction::StoreSlotAt { value, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
-                    self.slots[address as usize] = self.get(value);
+                    self.locals[address as usize] = self.get(value);
                 }
-                Instruction::Length { to, place } => {
-                    self.set(to, storage.elements(place).min(i32::MAX as u32));
+                Instruction::Length { to, variable } => {
+                    self.set(to, storage.elements(variable).min(i32::MAX as u32));
                 }
                 Instruction::Jump { target } => position = target as usize,
                 Instruction::JumpIf { condition, target } => {

@@ -1,7 +1,7 @@
 //! The interpreter's flat programs.
 
 use crate::evaluate::{BinaryFunction, UnaryFunction};
-use crate::{Output, PlaceId};
+use crate::{Output, VariableId};
 
 /// An index into the registers.
 pub(super) type Register = u32;
@@ -32,15 +32,15 @@ pub(super) enum Instruction {
     Select { to: Register, condition: Register, a: Register, b: Register },
     Fma { to: Register, a: Register, b: Register, c: Register },
     Copy { to: Register, from: Register },
-    Load { to: Register, place: PlaceId, index: u32 },
-    LoadAt { to: Register, place: PlaceId, index: Register, len: u32 },
-    LoadBuffer { to: Register, place: PlaceId, index: u32 },
-    LoadBufferAt { to: Register, place: PlaceId, index: Register, len: u32 },
+    Load { to: Register, variable: VariableId, index: u32 },
+    LoadAt { to: Register, variable: VariableId, index: Register, len: u32 },
+    LoadBuffer { to: Register, variable: VariableId, index: u32 },
+    LoadBufferAt { to: Register, variable: VariableId, index: Register, len: u32 },
     LoadSlot { to: Register, address: u32 },
     LoadSlotAt { to: Register, index: Register, base: u32, len: u32 },
     StoreSlot { address: u32, value: Register },
     StoreSlotAt { value: Register, index: Register, base: u32, len: u32 },
-    Length { to: Register, place: PlaceId },
+    Length { to: Register, variable: VariableId },
     Jump { target: u32 },
     JumpIf { condition: Register, target: u32 },
     JumpUnless { condition: Register, target: u32 },

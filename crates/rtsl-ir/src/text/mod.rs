@@ -5,7 +5,7 @@
 //! function Sphere.intersect
 //! state rt_RayOrigin: f32[3]
 //! member radius: f32[1]
-//! slot table: i32[4]
+//! local table: i32[4]
 //! {
 //!   %0: f32 = load state:rt_RayOrigin@1
 //!   %1: f32 = constant -0.5
@@ -17,7 +17,7 @@
 //!     yield %1
 //!   }
 //!   %5: i32 = loop (%6: i32 = %start) {
-//!     store slot:table@%6, %6
+//!     store local:table@%6, %6
 //!     repeat %again, %6
 //!   }
 //!   return state:rt_HitDistance@0 = %3
@@ -59,7 +59,7 @@ function Class.method
 state rt_RayOrigin: f32[3]
 member layers[2].scale: f32[3]
 buffer table: f32[1]
-slot stack: i32[8]
+local stack: i32[8]
 accepted accepted: bool[1]
 {
   %0: f32 = constant 1.5
@@ -72,8 +72,8 @@ accepted accepted: bool[1]
   %7: f32 = load state:rt_RayOrigin@2
   %8: f32 = load member:layers[2].scale@%4
   %9: i32 = length buffer:table
-  store slot:stack@7, %4
-  store slot:stack@%4, %9
+  store local:stack@7, %4
+  store local:stack@%4, %9
   %10: f32 = precise round_even %7
   %11: f32 = precise multiply %7, %8
   %12: u32 = shift_right %5, %5
@@ -149,9 +149,12 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
             ("function f {\n %a: i32 = constant x }", "2:21: `x` is not a constant of type i32"),
             ("function f { %a: i32 = add %b, %b }", "1:28: value %b is not defined above"),
             ("function f { %a: i32 = frob }", "1:24: `frob` is not an operation"),
-            ("function f { store slot:s@0, %a }", "1:20: slot `s` is not declared"),
+            ("function f { store local:s@0, %a }", "1:20: local `s` is not declared"),
             ("function f { %a: x = rand }", "1:18: `x` is not a type"),
-            ("function f slot s: f32 { }", "1:20: `f32` is not a type of a place like `f32[3]`"),
+            (
+                "function f local s: f32 { }",
+                "1:20: `f32` is not a type of a variable like `f32[3]`",
+            ),
             ("function f { ä }", "1:14: expected an operation, found `ä`"),
             ("function f { return } x", "1:23: expected the end of the text, found `x`"),
         ];

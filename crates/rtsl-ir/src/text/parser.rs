@@ -7,9 +7,9 @@ use rtsl_spec::{Method, Role};
 
 use super::lexer::{Lexer, Token};
 use crate::{
-    BinaryOp, CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, Place,
-    PlaceId, PlaceKind, ReferenceCall, ReferencePath, Region, Scalar, StateComponent, UnaryOp,
-    Value, Values,
+    BinaryOp, CompareOp, Constant, Function, Index, MAX_NESTING, Op, OpKind, Output, ReferenceCall,
+    ReferencePath, Region, Scalar, StateComponent, UnaryOp, Value, Values, Variable, VariableId,
+    VariableKind,
 };
 
 /// Reads a function. It is not verified: what the text says of types may be wrong.
@@ -47,7 +47,7 @@ struct Parser<'a> {
     function: Function,
     /// Only looked up, so that their order does not matter.
     values: HashMap<&'a str, Value>,
-    places: HashMap<(PlaceKind, &'a str), PlaceId>,
+    variables: HashMap<(VariableKind, &'a str), VariableId>,
     depth: usize,
 }
 
@@ -62,7 +62,7 @@ impl<'a> Parser<'a> {
             offset,
             function: Function::new(""),
             values: HashMap::new(),
-            places: HashMap::new(),
+            variables: HashMap::new(),
             depth: 0,
         }
     }
@@ -78,11 +78,11 @@ impl<'a> Parser<'a> {
         self.expect_keyword("return")?;
         if self.token != Token::Punctuation('}') {
             loop {
-                let (place, component) = self.parse_element()?;
+                let (variable, component) = self.parse_element()?;
                 let Index::Constant(component) = component else {
                     return Err(self.error("the component of an output must be a number"));
                 };
-                self.function.outputs.push(Output { place, component });
+                self.function.outputs.push(Output { variable, component });
                 self.expect('=')?;
                 body.yields.push(self.parse_value()?);
                 if !self.maybe(',') {
@@ -100,25 +100,25 @@ impl<'a> Parser<'a> {
 
     fn parse_place_declaration(&mut self) -> Result<()> {
         let kind = self.parse_place_kind()?;
-        let name = self.expect_word("the place's name")?;
+        let name = self.expect_word("the variable's name")?;
         self.expect(':')?;
         let (offset, element) = (self.offset, self.expect_word("a type like `f32[3]`")?);
         let Some((scalar, len)) = parse_place_type(element) else {
-            let message = format!("`{element}` is not a type of a place like `f32[3]`");
+            let message = format!("`{element}` is not a type of a variable like `f32[3]`");
             return Err(self.error_at(offset, message));
         };
-        let id = PlaceId(self.function.places.len() as u32);
-        if self.places.insert((kind, name), id).is_some() {
+        let id = VariableId(self.function.variables.len() as u32);
+        if self.variables.insert((kind, name), id).is_some() {
             return Err(self.error(format!("{} `{name}` is declared twice", kind.name())));
         }
-        self.function.places.push(Place { kind, name: name.to_owned(), scalar, len });
+        self.function.variables.push(Variable { kind, name: name.to_owned(), scalar, len });
         Ok(())
     }
 
-    fn parse_place_kind(&mut self) -> Result<PlaceKind> {
-        let Token::Word(word) = self.token else { return Err(self.expected("a kind of place")) };
-        let Some(kind) = PlaceKind::from_name(word) else {
-            return Err(self.expected("a kind of place or `{`"));
+    fn parse_place_kind(&mut self) -> Result<VariableKind> {
+        let Token::Word(word) = self.token else { return Err(self.expected("a kind of variable")) };
+        let Some(kind) = VariableKind::from_name(word) else {
+            return Err(self.expected("a kind of variable or `{`"));
         };
         self.advance();
         Ok(kind)
@@ -203,13 +203,13 @@ impl<'a> Parser<'a> {
             "convert" => OpKind::Convert(self.result_scalar(results)?, self.parse_value()?),
             "bitcast" => OpKind::Bitcast(self.result_scalar(results)?, self.parse_value()?),
             "load" => {
-                let (place, index) = self.parse_element()?;
-                OpKind::Load(place, index)
+                let (variable, index) = self.parse_element()?;
+                OpKind::Load(variable, index)
             }
             "store" => {
-                let (place, index) = self.parse_element()?;
+                let (variable, index) = self.parse_element()?;
                 self.expect(',')?;
-                OpKind::Store(place, index, self.parse_value()?)
+                OpKind::Store(variable, index, self.parse_value()?)
             }
             "length" => OpKind::Length(self.parse_place()?),
             "trace" => {
@@ -350,25 +350,25 @@ impl<'a> Parser<'a> {
     }
 
     /// `kind:name`
-    fn parse_place(&mut self) -> Result<PlaceId> {
+    fn parse_place(&mut self) -> Result<VariableId> {
         let offset = self.offset;
         let kind = self.parse_place_kind()?;
         self.expect(':')?;
-        let name = self.expect_word("the place's name")?;
-        self.places.get(&(kind, name)).copied().ok_or_else(|| {
+        let name = self.expect_word("the variable's name")?;
+        self.variables.get(&(kind, name)).copied().ok_or_else(|| {
             self.error_at(offset, format!("{} `{name}` is not declared", kind.name()))
         })
     }
 
     /// `kind:name@index`
-    fn parse_element(&mut self) -> Result<(PlaceId, Index)> {
-        let place = self.parse_place()?;
+    fn parse_element(&mut self) -> Result<(VariableId, Index)> {
+        let variable = self.parse_place()?;
         self.expect('@')?;
         let index = match self.at_value() {
             true => Index::Dynamic(self.parse_value()?),
             false => Index::Constant(self.parse_number()?),
         };
-        Ok((place, index))
+        Ok((variable, index))
     }
 
     fn parse_values<const N: usize>(&mut self) -> Result<[Value; N]> {

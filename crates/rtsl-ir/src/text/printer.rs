@@ -2,14 +2,14 @@
 
 use std::fmt::{self, Display, Formatter, Write};
 
-use crate::{Constant, Function, Index, Op, OpKind, PlaceId, ReferencePath, Region, Value};
+use crate::{Constant, Function, Index, Op, OpKind, ReferencePath, Region, Value, VariableId};
 
 impl Display for Function {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
         writeln!(out, "function {}", self.name)?;
-        for place in &self.places {
-            let (kind, scalar) = (place.kind.name(), place.scalar.name());
-            writeln!(out, "{kind} {}: {scalar}[{}]", place.name, place.len)?;
+        for variable in &self.variables {
+            let (kind, scalar) = (variable.kind.name(), variable.scalar.name());
+            writeln!(out, "{kind} {}: {scalar}[{}]", variable.name, variable.len)?;
         }
         writeln!(out, "{{")?;
         Printer { function: self, out, depth: 1, regions: true }.body()?;
@@ -64,7 +64,7 @@ impl Printer<'_, '_> {
         let mut separator = " ";
         for (output, value) in function.outputs.iter().zip(&function.body.yields) {
             self.out.write_str(separator)?;
-            self.place(output.place)?;
+            self.variable(output.variable)?;
             write!(self.out, "@{} = {value}", output.component)?;
             separator = ", ";
         }
@@ -106,18 +106,18 @@ impl Printer<'_, '_> {
             OpKind::Fma(..) => self.plain("fma", kind),
             OpKind::Convert(..) => self.plain("convert", kind),
             OpKind::Bitcast(..) => self.plain("bitcast", kind),
-            OpKind::Load(place, index) => {
+            OpKind::Load(variable, index) => {
                 self.out.write_str("load ")?;
-                self.element(*place, *index)
+                self.element(*variable, *index)
             }
-            OpKind::Store(place, index, value) => {
+            OpKind::Store(variable, index, value) => {
                 self.out.write_str("store ")?;
-                self.element(*place, *index)?;
+                self.element(*variable, *index)?;
                 write!(self.out, ", {value}")
             }
-            OpKind::Length(place) => {
+            OpKind::Length(variable) => {
                 self.out.write_str("length ")?;
-                self.place(*place)
+                self.variable(*variable)
             }
             OpKind::If { condition, then, otherwise } => {
                 writeln!(self.out, "if {condition} {{")?;
@@ -184,15 +184,15 @@ impl Printer<'_, '_> {
         write!(self.out, "{value}: {scalar}")
     }
 
-    fn place(&mut self, id: PlaceId) -> fmt::Result {
-        match self.function.places.get(id.0 as usize) {
-            Some(place) => write!(self.out, "{}:{}", place.kind.name(), place.name),
+    fn variable(&mut self, id: VariableId) -> fmt::Result {
+        match self.function.variables.get(id.0 as usize) {
+            Some(variable) => write!(self.out, "{}:{}", variable.kind.name(), variable.name),
             None => write!(self.out, "?:{}", id.0),
         }
     }
 
-    fn element(&mut self, place: PlaceId, index: Index) -> fmt::Result {
-        self.place(place)?;
+    fn element(&mut self, variable: VariableId, index: Index) -> fmt::Result {
+        self.variable(variable)?;
         match index {
             Index::Constant(index) => write!(self.out, "@{index}"),
             Index::Dynamic(value) => write!(self.out, "@{value}"),

@@ -8,7 +8,7 @@ use rtsl_abi::{
     LaneBlock, LaneIndices, LaneMask, Layout, ObjectForm, Objects,
 };
 use rtsl_ir::evaluate::CANONICAL_NAN;
-use rtsl_ir::{Function, Interpreter, Output, Place, PlaceId, PlaceKind, Scalar, Storage};
+use rtsl_ir::{Function, Interpreter, Output, Scalar, Storage, Variable, VariableId, VariableKind};
 use rtsl_jit::{CompiledKernel, Llvm, OptLevel};
 use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, interleave};
@@ -54,11 +54,12 @@ fn llvm() -> &'static Arc<Llvm> {
 
 impl Case {
     pub fn new(function: Function, seed: u64) -> Case {
-        let places = |kind| function.places.iter().filter(move |place| place.kind == kind);
+        let variables =
+            |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
         let layout = Layout::new(
-            places(PlaceKind::Member),
-            places(PlaceKind::Buffer),
-            places(PlaceKind::Scratch),
+            variables(VariableKind::Member),
+            variables(VariableKind::Buffer),
+            variables(VariableKind::Scratch),
         );
         let bytes = Entropy::bytes(seed ^ 0x5eed, 1 << 15);
         let entropy = &mut Entropy::new(&bytes);
@@ -82,17 +83,20 @@ impl Case {
     }
 
     fn fill_lanes(&mut self, entropy: &mut Entropy<'_>) {
-        for place in &self.function.places {
-            let (first, block) = match place.kind {
-                PlaceKind::State => (first_component(place), &mut self.state),
-                PlaceKind::Scratch => (self.layout.scratch[&place.name], &mut self.scratch),
+        for variable in &self.function.variables {
+            let (first, block) = match variable.kind {
+                VariableKind::State => (first_component(variable), &mut self.state),
+                VariableKind::Scratch => (self.layout.scratch[&variable.name], &mut self.scratch),
                 _ => continue,
             };
-            for array in first..first + place.len {
+            for array in first..first + variable.len {
                 for word in block.words_mut(array as usize) {
-                    let bits = entropy.constant(place.scalar).bits();
-                    *word =
-                        if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+                    let bits = entropy.constant(variable.scalar).bits();
+                    *word = if variable.scalar == Scalar::Bool {
+                        0_u32.wrapping_sub(bits)
+                    } else {
+                        bits
+                    };
                 }
             }
         }
@@ -193,8 +197,9 @@ impl Case {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
-        let accepts =
-            |output: &Output| self.function.place(output.place).kind == PlaceKind::Accepted;
+        let accepts = |output: &Output| {
+            self.function.variable(output.variable).kind == VariableKind::Accepted
+        };
         let keeps_nearest = shape == CallMode::Leaf && self.function.outputs.iter().any(accepts);
         let mut nearest: Option<(f32, Outcome)> = None;
         for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
@@ -273,7 +278,8 @@ impl Case {
 
     /// What hits are compared by: the distance that the ray has now, or nothing.
     fn distance(&self, outcome: &Outcome) -> f32 {
-        let sets = |output: &Output| self.function.place(output.place).name == "rt_HitDistance";
+        let sets =
+            |output: &Output| self.function.variable(output.variable).name == "rt_HitDistance";
         if !self.function.outputs.iter().any(sets) {
             return 0.0;
         }
@@ -284,9 +290,9 @@ impl Case {
 
     fn compare(&self, expected: &Outcome, found: &Outcome) -> Result<(), String> {
         for output in &self.function.outputs {
-            let place = self.function.place(output.place);
-            let name = format!("{}[{}]", place.name, output.component);
-            if place.kind == PlaceKind::Accepted {
+            let variable = self.function.variable(output.variable);
+            let name = format!("{}[{}]", variable.name, output.component);
+            if variable.kind == VariableKind::Accepted {
                 for ray in 0..RAYS {
                     let (expected, found) = (expected.accepted.get(ray), found.accepted.get(ray));
                     if expected != found {
@@ -295,21 +301,22 @@ impl Case {
                 }
             }
         }
-        for place in &self.function.places {
-            let (first, expected, found) = match place.kind {
-                PlaceKind::State => (first_component(place), &expected.state, &found.state),
-                PlaceKind::Scratch => {
-                    (self.layout.scratch[&place.name], &expected.scratch, &found.scratch)
+        for variable in &self.function.variables {
+            let (first, expected, found) = match variable.kind {
+                VariableKind::State => (first_component(variable), &expected.state, &found.state),
+                VariableKind::Scratch => {
+                    (self.layout.scratch[&variable.name], &expected.scratch, &found.scratch)
                 }
                 _ => continue,
             };
-            for component in 0..place.len {
+            for component in 0..variable.len {
                 let array = (first + component) as usize;
                 for ray in 0..RAYS {
-                    let of = |block: &LaneBlock| canonical(place.scalar, block.words(array)[ray]);
+                    let of =
+                        |block: &LaneBlock| canonical(variable.scalar, block.words(array)[ray]);
                     let (expected, found) = (of(expected), of(found));
                     if expected != found {
-                        let name = format!("{}[{component}]", place.name);
+                        let name = format!("{}[{component}]", variable.name);
                         return Err(format!("ray {ray}: {name} is {found:#x}, not {expected:#x}"));
                     }
                 }
@@ -331,30 +338,30 @@ fn canonical(scalar: Scalar, bits: u32) -> u32 {
     if nan { CANONICAL_NAN } else { bits }
 }
 
-fn first_component(place: &Place) -> u32 {
-    rtsl_spec::lookup_state(&place.name).expect("a state variable").first_component
+fn first_component(variable: &Variable) -> u32 {
+    rtsl_spec::lookup_state(&variable.name).expect("a state variable").first_component
 }
 
 /// An instance with members and buffers drawn from `entropy`.
 fn instance(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> InstanceBlock {
     let mut members = vec![0; layout.block_words as usize];
     let mut buffers = Vec::new();
-    for place in &function.places {
+    for variable in &function.variables {
         let mut words = |count: u32| -> Vec<u32> {
-            (0..count).map(|_| entropy.constant(place.scalar).bits()).collect()
+            (0..count).map(|_| entropy.constant(variable.scalar).bits()).collect()
         };
-        match place.kind {
-            PlaceKind::Member => {
-                let first = layout.members[&place.name] as usize;
-                members[first..first + place.len as usize].copy_from_slice(&words(place.len));
+        match variable.kind {
+            VariableKind::Member => {
+                let first = layout.members[&variable.name] as usize;
+                members[first..first + variable.len as usize].copy_from_slice(&words(variable.len));
             }
-            PlaceKind::Buffer => {
-                let seven = words(7 * place.len);
+            VariableKind::Buffer => {
+                let seven = words(7 * variable.len);
                 let elements = entropy.below(7) as u32;
                 buffers.push(BoundBuffer {
-                    offset: layout.buffers[&place.name],
-                    words: seven[..(elements * place.len) as usize].into(),
-                    element_words: place.len,
+                    offset: layout.buffers[&variable.name],
+                    words: seven[..(elements * variable.len) as usize].into(),
+                    element_words: variable.len,
                 });
             }
             _ => {}
@@ -365,14 +372,15 @@ fn instance(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> 
 
 /// Some of the members and buffers.
 fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> ObjectForm {
-    let places = function.places.iter().filter_map(|place| match layout.locate(place, None)? {
-        DataLocation::Instance(first) | DataLocation::Objects(first) => Some((place, first)),
-    });
-    let words = |(place, first): (&Place, u32)| match place.kind {
-        PlaceKind::Buffer => first..first + BUFFER_WORDS,
-        _ => first..first + place.len,
+    let variables =
+        function.variables.iter().filter_map(|variable| match layout.locate(variable, None)? {
+            DataLocation::Instance(first) | DataLocation::Objects(first) => Some((variable, first)),
+        });
+    let words = |(variable, first): (&Variable, u32)| match variable.kind {
+        VariableKind::Buffer => first..first + BUFFER_WORDS,
+        _ => first..first + variable.len,
     };
-    ObjectForm::new(places.filter(|_| entropy.chance(128)).flat_map(words))
+    ObjectForm::new(variables.filter(|_| entropy.chance(128)).flat_map(words))
 }
 
 /// The rays of a call.
@@ -397,57 +405,58 @@ struct RayStorage<'a> {
 }
 
 impl RayStorage<'_> {
-    fn is_of_objects(&self, place: &Place) -> bool {
-        let location = self.case.layout.locate(place, self.form.as_ref());
+    fn is_of_objects(&self, variable: &Variable) -> bool {
+        let location = self.case.layout.locate(variable, self.form.as_ref());
         matches!(location, Some(DataLocation::Objects(_)))
     }
 
     /// The instance in which a place stands: what objects share is the first one's.
-    fn instance(&self, place: &Place) -> &InstanceBlock {
-        if self.is_of_objects(place) { self.object } else { &self.case.instances[0] }
+    fn instance(&self, variable: &Variable) -> &InstanceBlock {
+        if self.is_of_objects(variable) { self.object } else { &self.case.instances[0] }
     }
 
-    fn buffer(&self, place: &Place) -> &BoundBuffer {
-        let offset = self.case.layout.buffers[&place.name];
-        let mut buffers = self.instance(place).buffers().iter();
+    fn buffer(&self, variable: &Variable) -> &BoundBuffer {
+        let offset = self.case.layout.buffers[&variable.name];
+        let mut buffers = self.instance(variable).buffers().iter();
         buffers.find(|buffer| buffer.offset == offset).expect("every buffer is bound")
     }
 }
 
 impl Storage for RayStorage<'_> {
-    fn load(&self, id: PlaceId, index: u32) -> u32 {
-        let place = self.case.function.place(id);
+    fn load(&self, id: VariableId, index: u32) -> u32 {
+        let variable = self.case.function.variable(id);
         // What rays share is what the first one had before the call.
-        let (state, scratch, ray) = match self.shape.varies(place, self.is_of_objects(place)) {
+        let (state, scratch, ray) = match self.shape.varies(variable, self.is_of_objects(variable))
+        {
             true => (&*self.state, &*self.scratch, self.ray),
             false => (&self.case.state, &self.case.scratch, 0),
         };
-        let word = match place.kind {
-            PlaceKind::State => state.words((first_component(place) + index) as usize)[ray],
-            PlaceKind::Scratch => {
-                scratch.words((self.case.layout.scratch[&place.name] + index) as usize)[ray]
+        let word = match variable.kind {
+            VariableKind::State => state.words((first_component(variable) + index) as usize)[ray],
+            VariableKind::Scratch => {
+                scratch.words((self.case.layout.scratch[&variable.name] + index) as usize)[ray]
             }
-            PlaceKind::Member => self.instance(place).words()
-                [(self.case.layout.members[&place.name] + index) as usize],
-            PlaceKind::Buffer => self.buffer(place).words[index as usize],
-            PlaceKind::Parameter | PlaceKind::Slot | PlaceKind::Accepted => {
+            VariableKind::Member => self.instance(variable).words()
+                [(self.case.layout.members[&variable.name] + index) as usize],
+            VariableKind::Buffer => self.buffer(variable).words[index as usize],
+            VariableKind::Parameter | VariableKind::Local | VariableKind::Accepted => {
                 unreachable!("not loaded through storage")
             }
         };
-        if place.scalar == Scalar::Bool { u32::from(word != 0) } else { word }
+        if variable.scalar == Scalar::Bool { u32::from(word != 0) } else { word }
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
-        self.buffer(self.case.function.place(buffer)).elements()
+    fn elements(&self, buffer: VariableId) -> u32 {
+        self.buffer(self.case.function.variable(buffer)).elements()
     }
 
-    fn store(&mut self, id: PlaceId, component: u32, bits: u32) {
-        let place = self.case.function.place(id);
-        let bits = if place.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
-        let (first, block) = match place.kind {
-            PlaceKind::State => (first_component(place), &mut *self.state),
-            PlaceKind::Scratch => (self.case.layout.scratch[&place.name], &mut *self.scratch),
-            PlaceKind::Accepted => return,
+    fn store(&mut self, id: VariableId, component: u32, bits: u32) {
+        let variable = self.case.function.variable(id);
+        let bits = if variable.scalar == Scalar::Bool { 0_u32.wrapping_sub(bits) } else { bits };
+        let (first, block) = match variable.kind {
+            VariableKind::State => (first_component(variable), &mut *self.state),
+            VariableKind::Scratch => (self.case.layout.scratch[&variable.name], &mut *self.scratch),
+            VariableKind::Accepted => return,
             _ => unreachable!("not an output"),
         };
         block.words_mut((first + component) as usize)[self.output] = bits;

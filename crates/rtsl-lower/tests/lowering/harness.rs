@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rtsl_ir::class::Class;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_ir::verify::verify;
-use rtsl_ir::{Function, Interpreter, Outcome, PlaceId, PlaceKind, Storage};
+use rtsl_ir::{Function, Interpreter, Outcome, Storage, VariableId, VariableKind};
 use rtsl_lower::lower_class;
 use rtsl_sema::hir::{ClassId, Module};
 use rtsl_source::{Diagnostic, Severity, render};
@@ -47,7 +47,7 @@ pub fn class(text: &str) -> Class {
 }
 
 /// A place by kind and name, with its scalars.
-pub type Values = BTreeMap<(PlaceKind, String), Vec<u32>>;
+pub type Values = BTreeMap<(VariableKind, String), Vec<u32>>;
 
 /// An object, a ray and a scene.
 #[derive(Clone, Debug, Default)]
@@ -72,25 +72,25 @@ impl Machine {
     }
 
     /// Sets a place of floats.
-    pub fn set(&mut self, kind: PlaceKind, name: &str, values: &[f32]) -> &mut Self {
+    pub fn set(&mut self, kind: VariableKind, name: &str, values: &[f32]) -> &mut Self {
         let bits = values.iter().map(|value| value.to_bits()).collect();
         self.values.insert((kind, name.to_owned()), bits);
         self
     }
 
     pub fn set_state(&mut self, name: &str, values: &[f32]) -> &mut Self {
-        self.set(PlaceKind::State, name, values)
+        self.set(VariableKind::State, name, values)
     }
 
     /// The floats of a place.
-    pub fn get(&self, kind: PlaceKind, name: &str) -> Vec<f32> {
+    pub fn get(&self, kind: VariableKind, name: &str) -> Vec<f32> {
         let bits = self.values.get(&(kind, name.to_owned()));
         let bits = bits.unwrap_or_else(|| panic!("nothing was stored to {name}"));
         bits.iter().map(|bits| f32::from_bits(*bits)).collect()
     }
 
     pub fn state(&self, name: &str) -> Vec<f32> {
-        self.get(PlaceKind::State, name)
+        self.get(VariableKind::State, name)
     }
 
     pub fn run(&mut self, function: &Function) -> Outcome {
@@ -108,20 +108,20 @@ struct Stores<'a> {
 }
 
 impl Storage for Stores<'_> {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        let place = self.function.place(place);
+    fn load(&self, place: VariableId, index: u32) -> u32 {
+        let place = self.function.variable(place);
         let values = self.values.get(&(place.kind, place.name.clone()));
         values.and_then(|values| values.get(index as usize)).copied().unwrap_or(0)
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
-        let place = self.function.place(buffer);
+    fn elements(&self, buffer: VariableId) -> u32 {
+        let place = self.function.variable(buffer);
         let values = self.values.get(&(place.kind, place.name.clone()));
         values.map_or(0, |values| values.len() as u32 / place.len)
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        let place = self.function.place(place);
+    fn store(&mut self, place: VariableId, component: u32, bits: u32) {
+        let place = self.function.variable(place);
         let values = self.values.entry((place.kind, place.name.clone())).or_default();
         values.resize(place.len as usize, 0);
         values[component as usize] = bits;

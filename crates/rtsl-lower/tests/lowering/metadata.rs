@@ -1,7 +1,7 @@
 //! What hosts are told of a class.
 
 use expect_test::{Expect, expect};
-use rtsl_ir::PlaceKind;
+use rtsl_ir::VariableKind;
 use rtsl_ir::class::Element;
 
 use crate::harness::{Machine, class};
@@ -117,10 +117,10 @@ fn the_initializer_computes_initial_values() {
         void lookup() { rt_FloatTextureValue = points[1].b + (flag ? m[0][0] : zero); }",
     );
     let machine = Machine::instance(&class);
-    let member = |name| machine.get(PlaceKind::Member, name);
+    let member = |name| machine.get(VariableKind::Member, name);
     assert_eq!(member("points.a"), [1.0, 2.0, 4.0, 4.0]);
     assert_eq!(member("points.b"), [3.0, 5.0]);
     assert_eq!(member("m"), [2.0, 0.0, 0.0, 2.0]);
-    assert_eq!(machine.values[&(PlaceKind::Member, "flag".to_owned())], [1]);
+    assert_eq!(machine.values[&(VariableKind::Member, "flag".to_owned())], [1]);
     assert_eq!(member("zero"), [0.0]);
 }

@@ -149,7 +149,7 @@ fn a_class_with_two_roles_has_both_tables() {
     }";
     let class = class(text);
     let mut machine = Machine::instance(&class);
-    machine.set(rtsl_ir::PlaceKind::Scratch, "seen", &[3.0]);
+    machine.set(rtsl_ir::VariableKind::Scratch, "seen", &[3.0]);
     machine.set_state("rt_HitPoint", &[5.0, 0.0, 0.0]);
     machine.run(&class.methods[&Method::Emission]);
     assert_eq!(machine.state("rt_EmissionColor"), [15.0; 3]);

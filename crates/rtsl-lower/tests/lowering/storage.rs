@@ -1,6 +1,6 @@
 //! Arrays, members, buffers, scratch and tables.
 
-use rtsl_ir::PlaceKind;
+use rtsl_ir::VariableKind;
 use rtsl_spec::Method;
 
 use crate::harness::{Machine, class, count, eval, eval_with, text_of};
@@ -50,8 +50,8 @@ fn small_arrays_are_choices_and_large_ones_slots() {
         );
         text_of(&class(&text), Method::Lookup)
     };
-    assert_eq!(count(&text(4), "slot"), 0);
-    assert_eq!(count(&text(5), "slot"), 1);
+    assert_eq!(count(&text(4), "local"), 0);
+    assert_eq!(count(&text(5), "local"), 1);
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn slots_are_shared_by_calls_one_after_the_other() {
     let text = "class T : rt_Texture;
         float f(int i) { float a[5]; a[i] = 1.0; return a[i + 1]; }
         void lookup() { int i = int(rt_TextureUV.x); rt_FloatTextureValue = f(i) + f(i + 1); }";
-    assert_eq!(count(&text_of(&class(text), Method::Lookup), "slot"), 1);
+    assert_eq!(count(&text_of(&class(text), Method::Lookup), "local"), 1);
 }
 
 #[test]
@@ -95,10 +95,10 @@ fn tables_are_not_copied_for_calls_and_variables() {
         void unused() { changed(knots, 1); }";
     let class = class(text);
     let printed = text_of(&class, Method::Lookup);
-    assert_eq!(count(&printed, "slot") + count(&printed, "store"), 0, "{printed}");
+    assert_eq!(count(&printed, "local") + count(&printed, "store"), 0, "{printed}");
     let mut machine = Machine::instance(&class);
     let knots: Vec<f32> = (0..40).map(|i| i as f32 * 100.0).collect();
-    machine.set(PlaceKind::Member, "knots", &knots).set_state("rt_TextureUV", &[2.0, 0.0]);
+    machine.set(VariableKind::Member, "knots", &knots).set_state("rt_TextureUV", &[2.0, 0.0]);
     machine.run(&class.methods[&Method::Lookup]);
     assert_eq!(machine.state("rt_FloatTextureValue"), [506.0]);
 }
@@ -139,14 +139,14 @@ fn members_belong_to_the_instance() {
     let class = class(MEMBERS);
     let mut machine = Machine::default();
     machine.run(&class.initializer);
-    assert_eq!(machine.get(PlaceKind::Parameter, "more"), [1.0, 2.0, 3.0]);
-    machine.set(PlaceKind::Parameter, "first", &[5.0]);
+    assert_eq!(machine.get(VariableKind::Parameter, "more"), [1.0, 2.0, 3.0]);
+    machine.set(VariableKind::Parameter, "first", &[5.0]);
     machine.run(class.constructor.as_ref().unwrap());
-    assert_eq!(machine.get(PlaceKind::Member, "table"), [11.0, 12.0, 13.0, 13.0, 13.0, 13.0]);
+    assert_eq!(machine.get(VariableKind::Member, "table"), [11.0, 12.0, 13.0, 13.0, 13.0, 13.0]);
     machine.set_state("rt_TextureUV", &[1.0, 0.0]);
     machine.run(&class.methods[&Method::Lookup]);
     assert_eq!(machine.state("rt_FloatTextureValue"), [12.0 + 100.0 + 100.0]);
-    assert_eq!(machine.get(PlaceKind::Member, "scale"), [2.0], "a method's write is local");
+    assert_eq!(machine.get(VariableKind::Member, "scale"), [2.0], "a method's write is local");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn members_only_read_are_loaded_where_they_are_read() {
         void lookup() { rt_FloatTextureValue = table[int(rt_TextureUV.x)] + table[7]; }";
     let text = text_of(&class(text), Method::Lookup);
     assert_eq!(count(&text, "load"), 3, "{text}");
-    assert_eq!(count(&text, "slot"), 0, "{text}");
+    assert_eq!(count(&text, "local"), 0, "{text}");
 }
 
 #[test]
@@ -173,9 +173,9 @@ fn buffers_are_clamped_to_their_length() {
     let names: Vec<&str> = class.buffers.iter().map(|place| place.name.as_str()).collect();
     assert_eq!(names, ["heights", "vertices.point", "vertices.weights"]);
     let mut machine = Machine::instance(&class);
-    machine.set(PlaceKind::Buffer, "heights", &[1.0, 2.0, 4.0]);
-    machine.set(PlaceKind::Buffer, "vertices.point", &[0.0, 0.0, 0.0, 0.0, 0.0, 9.0]);
-    machine.set(PlaceKind::Buffer, "vertices.weights", &[0.25, 0.5, 0.125, 0.0625]);
+    machine.set(VariableKind::Buffer, "heights", &[1.0, 2.0, 4.0]);
+    machine.set(VariableKind::Buffer, "vertices.point", &[0.0, 0.0, 0.0, 0.0, 0.0, 9.0]);
+    machine.set(VariableKind::Buffer, "vertices.weights", &[0.25, 0.5, 0.125, 0.0625]);
     for (u, expected) in [
         (0.0, 1.0 + 30.0 + 3.0 + 0.25 + 900.0),
         (2.0, 4.0 + 30.0 + 3.0 + 0.0625 + 900.0),
@@ -185,8 +185,12 @@ fn buffers_are_clamped_to_their_length() {
         machine.set_state("rt_TextureUV", &[u, 0.0]).run(&class.methods[&Method::Lookup]);
         assert_eq!(machine.state("rt_FloatTextureValue"), [expected], "{u}");
     }
-    machine.set(PlaceKind::Buffer, "heights", &[]).set(PlaceKind::Buffer, "vertices.point", &[]);
-    machine.set(PlaceKind::Buffer, "vertices.weights", &[]);
+    machine.set(VariableKind::Buffer, "heights", &[]).set(
+        VariableKind::Buffer,
+        "vertices.point",
+        &[],
+    );
+    machine.set(VariableKind::Buffer, "vertices.weights", &[]);
     machine.run(&class.methods[&Method::Lookup]);
     assert_eq!(machine.state("rt_FloatTextureValue"), [0.0], "an empty buffer is zero");
 }
@@ -201,21 +205,21 @@ const SCRATCH: &str = "class P : rt_Primitive;
 fn scratch_is_kept_from_intersect_to_later_methods() {
     let class = class(SCRATCH);
     let mut machine = Machine::instance(&class);
-    machine.set(PlaceKind::Scratch, "kept", &[77.0]);
+    machine.set(VariableKind::Scratch, "kept", &[77.0]);
     machine.set_state("rt_Epsilon", &[0.001]).set_state("rt_HitDistance", &[100.0]);
     machine.set_state("rt_RayOrigin", &[200.0, 0.0, 0.0]);
     let missed = machine.run(&class.methods[&Method::Intersect]);
     assert!(!missed.accepted);
-    assert_eq!(machine.get(PlaceKind::Scratch, "kept"), [77.0], "a miss changes nothing");
+    assert_eq!(machine.get(VariableKind::Scratch, "kept"), [77.0], "a miss changes nothing");
     machine.set_state("rt_RayOrigin", &[2.0, 0.0, 0.0]);
     let hit = machine.run(&class.methods[&Method::Intersect]);
     assert!(hit.accepted);
-    assert_eq!(machine.get(PlaceKind::Scratch, "kept"), [11.0], "it begins as zero");
+    assert_eq!(machine.get(VariableKind::Scratch, "kept"), [11.0], "it begins as zero");
     assert_eq!(machine.state("rt_HitDistance"), [2.0]);
-    machine.set(PlaceKind::Scratch, "other", &[3.0, 4.0]);
+    machine.set(VariableKind::Scratch, "other", &[3.0, 4.0]);
     machine.run(&class.methods[&Method::ComputeNormal]);
     assert_eq!(machine.state("rt_GeometricNormal"), [11.0, 3.0, 4.0]);
-    assert_eq!(machine.get(PlaceKind::Scratch, "other"), [3.0, 5.0]);
+    assert_eq!(machine.get(VariableKind::Scratch, "other"), [3.0, 5.0]);
 }
 
 #[test]
@@ -232,7 +236,7 @@ fn the_nearest_hit_of_several_is_accepted() {
         machine.set_state("rt_Epsilon", &[0.001]).set_state("rt_HitDistance", &[far]);
         machine.set_state("rt_RayOrigin", &origin).set_state("rt_RayDirection", &[0.0; 3]);
         let accepted = machine.run(&class.methods[&Method::Intersect]).accepted;
-        let which = accepted.then(|| machine.get(PlaceKind::Scratch, "which")[0]);
+        let which = accepted.then(|| machine.get(VariableKind::Scratch, "which")[0]);
         (which, machine.state("rt_HitDistance")[0])
     };
     assert_eq!(run([3.0, 2.0, 5.0], 100.0), (Some(1.0), 2.0));

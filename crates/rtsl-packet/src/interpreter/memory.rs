@@ -1,50 +1,54 @@
 //! Loads, stores and outputs.
 
 use rtsl_ir::host::MAX_LANES;
-use rtsl_ir::{Index, PlaceId, PlaceKind, Value};
+use rtsl_ir::{Index, Value, VariableId, VariableKind};
 
 use super::{Execution, Hit, Lanes};
 use crate::Kernel;
 
 /// Memory for the slots of a kernel.
-pub(super) fn slots(kernel: &Kernel) -> Vec<Vec<Lanes>> {
-    let len = |kind: PlaceKind, len: u32| if kind == PlaceKind::Slot { len as usize } else { 0 };
-    let places = kernel.places.iter().map(|it| len(it.place.kind, it.place.len));
-    places.map(|len| vec![[0; MAX_LANES]; len]).collect()
+pub(super) fn locals(kernel: &Kernel) -> Vec<Vec<Lanes>> {
+    let len =
+        |kind: VariableKind, len: u32| if kind == VariableKind::Local { len as usize } else { 0 };
+    let variables = kernel.variables.iter().map(|it| len(it.variable.kind, it.variable.len));
+    variables.map(|len| vec![[0; MAX_LANES]; len]).collect()
 }
 
 impl Execution<'_> {
     pub(super) fn clear_slots(&mut self) {
-        self.slots.iter_mut().for_each(|slot| slot.fill([0; MAX_LANES]));
+        self.locals.iter_mut().for_each(|local| local.fill([0; MAX_LANES]));
     }
 
-    pub(super) fn load(&mut self, result: Value, place: PlaceId, index: Index) {
-        self.define(result, |it, lane| it.element(place, index, lane));
+    pub(super) fn load(&mut self, result: Value, variable: VariableId, index: Index) {
+        self.define(result, |it, lane| it.element(variable, index, lane));
     }
 
-    fn element(&self, id: PlaceId, index: Index, lane: usize) -> u32 {
-        let kernel_place = self.kernel.place(id);
-        let place = &kernel_place.place;
+    fn element(&self, id: VariableId, index: Index, lane: usize) -> u32 {
+        let kernel_place = self.kernel.variable(id);
+        let variable = &kernel_place.variable;
         let ray = if kernel_place.varies { self.base + lane as u32 } else { 0 };
-        if kernel_place.varies && place.kind != PlaceKind::Slot && self.chunk >> lane & 1 == 0 {
-            return self.noise(place.scalar, lane);
+        if kernel_place.varies
+            && variable.kind != VariableKind::Local
+            && self.chunk >> lane & 1 == 0
+        {
+            return self.noise(variable.scalar, lane);
         }
-        match place.kind {
-            PlaceKind::Slot => {
-                let index = self.clamped(index, lane, place.len.into());
-                self.slots[id.0 as usize][index as usize][lane]
+        match variable.kind {
+            VariableKind::Local => {
+                let index = self.clamped(index, lane, variable.len.into());
+                self.locals[id.0 as usize][index as usize][lane]
             }
-            PlaceKind::Buffer => {
-                let scalars = u64::from(self.storage.elements(id, ray)) * u64::from(place.len);
+            VariableKind::Buffer => {
+                let scalars = u64::from(self.storage.elements(id, ray)) * u64::from(variable.len);
                 let index = self.clamped(index, lane, scalars);
                 if scalars == 0 { 0 } else { self.storage.load(id, index, ray) }
             }
-            PlaceKind::State
-            | PlaceKind::Scratch
-            | PlaceKind::Member
-            | PlaceKind::Parameter
-            | PlaceKind::Accepted => {
-                self.storage.load(id, self.clamped(index, lane, place.len.into()), ray)
+            VariableKind::State
+            | VariableKind::Scratch
+            | VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Accepted => {
+                self.storage.load(id, self.clamped(index, lane, variable.len.into()), ray)
             }
         }
     }
@@ -59,17 +63,23 @@ impl Execution<'_> {
         index.clamp(0, last) as u32
     }
 
-    pub(super) fn store(&mut self, id: PlaceId, index: Index, value: Value, mask: Option<Value>) {
-        let place = self.kernel.place(id);
+    pub(super) fn store(
+        &mut self,
+        id: VariableId,
+        index: Index,
+        value: Value,
+        mask: Option<Value>,
+    ) {
+        let variable = self.kernel.variable(id);
         let on = mask.map_or(u32::MAX, |mask| self.lanes_of(mask));
         for lane in (0..MAX_LANES).filter(|lane| on >> lane & 1 != 0) {
-            let index = self.clamped(index, lane, place.place.len.into());
-            self.slots[id.0 as usize][index as usize][lane] = self.get(value, lane);
+            let index = self.clamped(index, lane, variable.variable.len.into());
+            self.locals[id.0 as usize][index as usize][lane] = self.get(value, lane);
         }
     }
 
-    pub(super) fn length(&mut self, result: Value, buffer: PlaceId) {
-        let varies = self.kernel.place(buffer).varies;
+    pub(super) fn length(&mut self, result: Value, buffer: VariableId) {
+        let varies = self.kernel.variable(buffer).varies;
         self.define(result, |it, lane| {
             if varies && it.chunk >> lane & 1 == 0 {
                 return 0;
@@ -86,14 +96,14 @@ impl Execution<'_> {
         let stored = self.store_accepted();
         let on = stored.unwrap_or(self.chunk);
         for (output, value) in kernel.outputs.iter().zip(&kernel.body.yields) {
-            let kind = kernel.place(output.place).place.kind;
-            if kind == PlaceKind::Accepted {
+            let kind = kernel.variable(output.variable).variable.kind;
+            if kind == VariableKind::Accepted {
                 continue;
             }
             self.outcome.profile.count_output(kind, kernel.width, on);
             for lane in (0..MAX_LANES).filter(|lane| on >> lane & 1 != 0) {
                 let (ray, bits) = (self.base + lane as u32, self.get(*value, lane));
-                self.storage.store(output.place, output.component, ray, bits);
+                self.storage.store(output.variable, output.component, ray, bits);
             }
         }
     }
@@ -102,12 +112,13 @@ impl Execution<'_> {
     fn store_accepted(&mut self) -> Option<u32> {
         let kernel = self.kernel;
         let mut outputs = kernel.outputs.iter().zip(&kernel.body.yields);
-        let is_accepted = |place| kernel.place(place).place.kind == PlaceKind::Accepted;
-        let (output, value) = outputs.find(|(output, _)| is_accepted(output.place))?;
+        let is_accepted =
+            |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
+        let (output, value) = outputs.find(|(output, _)| is_accepted(output.variable))?;
         // A uniform one holds in the lanes that do not exist, too.
         let accepted = self.lanes_of(*value) & self.chunk;
-        self.outcome.profile.count_output(PlaceKind::Accepted, kernel.width, self.chunk);
-        self.store_acceptance(output.place, accepted);
+        self.outcome.profile.count_output(VariableKind::Accepted, kernel.width, self.chunk);
+        self.store_acceptance(output.variable, accepted);
         Some(accepted)
     }
 
@@ -117,7 +128,7 @@ impl Execution<'_> {
         let value = |output: usize| kernel.body.yields[output];
         let Some(accepted) = kernel.accepted_output() else { return };
         let hits = self.lanes_of(value(accepted)) & self.chunk;
-        self.outcome.profile.count_output(PlaceKind::Accepted, kernel.width, self.chunk);
+        self.outcome.profile.count_output(VariableKind::Accepted, kernel.width, self.chunk);
         for lane in (0..MAX_LANES).filter(|lane| hits >> lane & 1 != 0) {
             let distance = kernel.distance_output().map_or(0, |it| self.get(value(it), lane));
             // Of NaN and infinity this is infinity.
@@ -135,10 +146,10 @@ impl Execution<'_> {
         let Some(Hit { object, distance: _, bits }) = self.nearest.take() else { return };
         self.outcome.nearest = Some(object);
         for (output, bits) in self.kernel.outputs.iter().zip(bits) {
-            let kind = self.kernel.place(output.place).place.kind;
-            if kind != PlaceKind::Accepted {
+            let kind = self.kernel.variable(output.variable).variable.kind;
+            if kind != VariableKind::Accepted {
                 self.outcome.profile.count_output(kind, 1, 1);
-                self.storage.store(output.place, output.component, 0, bits);
+                self.storage.store(output.variable, output.component, 0, bits);
             }
         }
     }
@@ -149,16 +160,17 @@ impl Execution<'_> {
             return;
         }
         let mut outputs = self.kernel.outputs.iter();
-        let is_accepted = |place| self.kernel.place(place).place.kind == PlaceKind::Accepted;
-        if let Some(output) = outputs.find(|output| is_accepted(output.place)) {
-            self.store_acceptance(output.place, 0);
+        let is_accepted =
+            |variable| self.kernel.variable(variable).variable.kind == VariableKind::Accepted;
+        if let Some(output) = outputs.find(|output| is_accepted(output.variable)) {
+            self.store_acceptance(output.variable, 0);
         }
     }
 
-    fn store_acceptance(&mut self, place: PlaceId, accepted: u32) {
+    fn store_acceptance(&mut self, variable: VariableId, accepted: u32) {
         let end = (self.base + self.kernel.width).min(self.rays.count);
         for ray in self.base..end {
-            self.storage.store(place, 0, ray, accepted >> (ray - self.base) & 1);
+            self.storage.store(variable, 0, ray, accepted >> (ray - self.base) & 1);
         }
     }
 }

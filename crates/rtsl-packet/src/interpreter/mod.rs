@@ -12,7 +12,7 @@ mod memory;
 mod requests;
 
 use rtsl_ir::host::{Host, MAX_LANES};
-use rtsl_ir::{PlaceId, Scalar, Value, evaluate};
+use rtsl_ir::{Scalar, Value, VariableId, evaluate};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
@@ -24,14 +24,14 @@ use crate::profile::{Conditions, Profile};
 pub trait Storage {
     /// The scalar at `index` of a state, member or scratch place or buffer; the index is less than
     /// the place's length, for buffers times the number of elements.
-    fn load(&self, place: PlaceId, index: u32, ray: u32) -> u32;
+    fn load(&self, variable: VariableId, index: u32, ray: u32) -> u32;
 
     /// The number of elements of a buffer.
-    fn elements(&self, buffer: PlaceId, ray: u32) -> u32;
+    fn elements(&self, buffer: VariableId, ray: u32) -> u32;
 
     /// Stores an output. The accepted one is stored for every ray, on or off; not at all by a kernel
     /// that [keeps the nearest hit](Kernel::keeps_nearest), which stores for ray 0.
-    fn store(&mut self, place: PlaceId, component: u32, ray: u32, bits: u32);
+    fn store(&mut self, variable: VariableId, component: u32, ray: u32, bits: u32);
 }
 
 /// The rays of a call.
@@ -72,7 +72,7 @@ pub fn run(
         host,
         conditions: Conditions::of(kernel),
         values: vec![[0; MAX_LANES]; kernel.values.len()],
-        slots: memory::slots(kernel),
+        locals: memory::locals(kernel),
         base: 0,
         chunk: 0,
         active: 0,
@@ -96,7 +96,7 @@ struct Execution<'a> {
     conditions: Conditions,
     values: Vec<Lanes>,
     /// By place; empty for those that are no slots.
-    slots: Vec<Vec<Lanes>>,
+    locals: Vec<Vec<Lanes>>,
     /// The ray of lane 0.
     base: u32,
     /// Bit `i`: lane `i` is on in the chunk's mask.
@@ -221,9 +221,9 @@ impl<'a> Execution<'a> {
                 let first = self.get(*value, lane.min(MAX_LANES - 1));
                 self.define(result(), |_, _| first);
             }
-            OpKind::Load(place, index) => self.load(result(), *place, *index),
-            OpKind::Store { place, index, value, mask } => {
-                self.store(*place, *index, *value, *mask);
+            OpKind::Load(variable, index) => self.load(result(), *variable, *index),
+            OpKind::Store { variable, index, value, mask } => {
+                self.store(*variable, *index, *value, *mask);
             }
             OpKind::Length(buffer) => self.length(result(), *buffer),
             OpKind::If { .. } | OpKind::Loop { .. } => unreachable!("it has regions"),

@@ -6,15 +6,16 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{BinaryOp, Constant, PlaceKind, UnaryOp, Value};
+use rtsl_ir::{BinaryOp, Constant, UnaryOp, Value, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
 
 /// Lets outputs be anything in lanes that accept no hit.
 pub fn run(kernel: &mut Kernel) {
-    let is_accepted = |place| kernel.place(place).place.kind == PlaceKind::Accepted;
-    let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.place)) else {
+    let is_accepted = |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
+    let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.variable))
+    else {
         return;
     };
     let mut body = std::mem::take(&mut kernel.body);

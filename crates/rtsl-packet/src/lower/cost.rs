@@ -4,7 +4,7 @@
 //! speculation against a branch; they need not be right for any one machine.
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{BinaryOp, Index, Op, OpKind, PlaceKind, Region, Scalar, UnaryOp};
+use rtsl_ir::{BinaryOp, Index, Op, OpKind, Region, Scalar, UnaryOp, VariableKind};
 
 use super::{Calls, Lowering};
 
@@ -74,14 +74,14 @@ impl Lowering<'_> {
             {
                 5
             }
-            OpKind::Load(place, index) => {
-                let place = self.kernel.place(*place);
-                let in_lanes = match place.place.kind {
-                    PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
-                    PlaceKind::Member | PlaceKind::Parameter => {
-                        place.of_objects && self.kernel.shape == CallMode::Leaf
+            OpKind::Load(variable, index) => {
+                let variable = self.kernel.variable(*variable);
+                let in_lanes = match variable.variable.kind {
+                    VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
+                    VariableKind::Member | VariableKind::Parameter => {
+                        variable.of_objects && self.kernel.shape == CallMode::Leaf
                     }
-                    PlaceKind::Buffer | PlaceKind::Accepted => false,
+                    VariableKind::Buffer | VariableKind::Accepted => false,
                 };
                 if in_lanes && matches!(index, Index::Constant(_)) { 1 } else { 12 }
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{PlaceKind, Value};
+use rtsl_ir::{Value, VariableKind};
 
 use super::Lowering;
 use crate::kernel::{OpKind, Region};
@@ -70,7 +70,9 @@ impl Lowering<'_> {
             | OpKind::Loop { .. }
             | OpKind::LightCount
             | OpKind::Ambient => true,
-            OpKind::Load(place, _) => self.kernel.place(*place).place.kind != PlaceKind::Slot,
+            OpKind::Load(variable, _) => {
+                self.kernel.variable(*variable).variable.kind != VariableKind::Local
+            }
             OpKind::Unspecified
             | OpKind::Any(_)
             | OpKind::First(..)

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use rtsl_ir::{BinaryOp, CompareOp, Constant, PlaceKind, Scalar, UnaryOp, Value, Values};
+use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp, Value, Values, VariableKind};
 
 use super::acceptance::{Uses, remove_unused};
 use crate::Kernel;
@@ -16,8 +16,9 @@ use crate::kernel::{Op, OpKind, Region, Type};
 
 /// Drops conditions of acceptance that others imply.
 pub fn run(kernel: &mut Kernel) {
-    let is_accepted = |place| kernel.place(place).place.kind == PlaceKind::Accepted;
-    let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.place)) else {
+    let is_accepted = |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
+    let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.variable))
+    else {
         return;
     };
     let factors = factors(&kernel.body, kernel.body.yields[accepted]);

@@ -1,7 +1,7 @@
 //! Loads and stores.
 
 use rtsl_abi::CallMode;
-use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, PlaceId, PlaceKind, Scalar, Value};
+use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, Scalar, Value, VariableId, VariableKind};
 
 use super::Lowering;
 use crate::kernel::OpKind;
@@ -11,21 +11,24 @@ use crate::kernel::OpKind;
 const CHAIN_LIMIT: u32 = 4;
 
 impl Lowering<'_> {
-    pub(super) fn lower_load(&mut self, id: PlaceId, index: Index) -> Value {
+    pub(super) fn lower_load(&mut self, id: VariableId, index: Index) -> Value {
         let index = self.index(index);
-        let place = self.kernel.place(id);
-        let (scalar, len, kind) = (place.place.scalar, place.place.len, place.place.kind);
+        let variable = self.kernel.variable(id);
+        let (scalar, len, kind) =
+            (variable.variable.scalar, variable.variable.len, variable.variable.kind);
         let index_lanes = match index {
             Index::Constant(_) => false,
             Index::Dynamic(value) => self.ty(value).lanes,
         };
         let chain = match kind {
-            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot => true,
+            VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
             // A vector of each member's scalars is one load, as of the state elsewhere.
-            PlaceKind::Member if place.of_objects && self.kernel.shape == CallMode::Leaf => true,
+            VariableKind::Member if variable.of_objects && self.kernel.shape == CallMode::Leaf => {
+                true
+            }
             // A gather of members in lanes does not mind an index in lanes.
-            PlaceKind::Member | PlaceKind::Parameter => index_lanes && !place.varies,
-            PlaceKind::Buffer | PlaceKind::Accepted => false,
+            VariableKind::Member | VariableKind::Parameter => index_lanes && !variable.varies,
+            VariableKind::Buffer | VariableKind::Accepted => false,
         };
         match index {
             Index::Dynamic(index) if chain && len <= CHAIN_LIMIT => {
@@ -35,7 +38,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn load_by_choice(&mut self, id: PlaceId, scalar: Scalar, len: u32, index: Value) -> Value {
+    fn load_by_choice(&mut self, id: VariableId, scalar: Scalar, len: u32, index: Value) -> Value {
         let mut chosen = self.pure(OpKind::Load(id, Index::Constant(0)), scalar);
         for position in 1..len {
             let element = self.pure(OpKind::Load(id, Index::Constant(position)), scalar);
@@ -46,11 +49,11 @@ impl Lowering<'_> {
         chosen
     }
 
-    pub(super) fn lower_store(&mut self, id: PlaceId, index: Index, value: Value) {
+    pub(super) fn lower_store(&mut self, id: VariableId, index: Index, value: Value) {
         let (index, value) = (self.index(index), self.value(value));
-        let slot = self.kernel.place(id);
-        let (scalar, len) = (slot.place.scalar, slot.place.len);
-        let mask = (slot.varies && self.diverged).then_some(self.mask);
+        let local = self.kernel.variable(id);
+        let (scalar, len) = (local.variable.scalar, local.variable.len);
+        let mask = (local.varies && self.diverged).then_some(self.mask);
         match index {
             Index::Dynamic(index) if len <= CHAIN_LIMIT => {
                 self.store_by_choice(id, scalar, len, index, value, mask);
@@ -59,13 +62,13 @@ impl Lowering<'_> {
         }
     }
 
-    fn store(&mut self, place: PlaceId, index: Index, value: Value, mask: Option<Value>) {
-        self.push(OpKind::Store { place, index, value, mask }, &[], false);
+    fn store(&mut self, variable: VariableId, index: Index, value: Value, mask: Option<Value>) {
+        self.push(OpKind::Store { variable, index, value, mask }, &[], false);
     }
 
     fn store_by_choice(
         &mut self,
-        id: PlaceId,
+        id: VariableId,
         scalar: Scalar,
         len: u32,
         index: Value,

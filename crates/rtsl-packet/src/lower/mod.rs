@@ -20,11 +20,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use rtsl_abi::{CallMode, DataLocation, Layout, ObjectForm};
 use rtsl_ir::host::MAX_LANES;
 use rtsl_ir::{
-    BinaryOp, CompareOp, Constant, Function, Index, PlaceId, PlaceKind, Scalar, UnaryOp, Value,
-    Values,
+    BinaryOp, CompareOp, Constant, Function, Index, Scalar, UnaryOp, Value, Values, VariableId,
+    VariableKind,
 };
 
-use crate::kernel::{Kernel, KernelOutput, KernelPlace, Op, OpKind, Region, Type};
+use crate::kernel::{Kernel, KernelOutput, KernelVariable, Op, OpKind, Region, Type};
 use crate::uniformity::Uniformity;
 use crate::verify;
 use crate::work::MAX_WORK;
@@ -41,11 +41,11 @@ pub enum LowerError {
     #[error("the reference `{0}` is not linked")]
     Unlinked(String),
     /// A place that the layout does not have, or that no call has.
-    #[error("the {kind} `{name}` has no place in a call", kind = .0.name(), name = .1)]
-    NoLocation(PlaceKind, String),
+    #[error("the {kind} `{name}` has no variable in a call", kind = .0.name(), name = .1)]
+    NoLocation(VariableKind, String),
     /// An output to a place that kernels do not store.
     #[error("kernels do not store the {kind} `{name}`", kind = .0.name(), name = .1)]
-    NotAnOutput(PlaceKind, String),
+    NotAnOutput(VariableKind, String),
     /// Arrays with dynamic indices that are too large.
     #[error("local arrays take {0} words for {MAX_LANES} rays, more than {MAX_SLOT_WORDS}")]
     TooMuchMemory(u64),
@@ -104,10 +104,10 @@ fn lower_for(
     }
     let width = shape.width(width);
     let form = layout.object_form(shape);
-    let mut places = locate_places(function, layout, shape, form.as_ref())?;
-    let uniformity = Uniformity::new(function, &places);
-    for (index, place) in places.iter_mut().enumerate() {
-        place.varies = uniformity.place_varies(PlaceId(index as u32));
+    let mut variables = locate_places(function, layout, shape, form.as_ref())?;
+    let uniformity = Uniformity::new(function, &variables);
+    for (index, variable) in variables.iter_mut().enumerate() {
+        variable.varies = uniformity.place_varies(VariableId(index as u32));
     }
     let kernel = Kernel {
         name: function.name.clone(),
@@ -115,7 +115,7 @@ fn lower_for(
         width,
         interleave: None,
         object_words: form.map(|form| form.words().len() as u32),
-        places,
+        variables,
         values: Vec::new(),
         prologue: Region::default(),
         body: Region::default(),
@@ -140,38 +140,42 @@ fn locate_places(
     layout: &Layout,
     shape: CallMode,
     form: Option<&ObjectForm>,
-) -> Result<Vec<KernelPlace>, LowerError> {
-    let locate = |place: &rtsl_ir::Place| {
-        let name = place.name.as_str();
-        let (location, of_objects) = match place.kind {
-            PlaceKind::State => {
+) -> Result<Vec<KernelVariable>, LowerError> {
+    let locate = |variable: &rtsl_ir::Variable| {
+        let name = variable.name.as_str();
+        let (location, of_objects) = match variable.kind {
+            VariableKind::State => {
                 (rtsl_spec::lookup_state(name).map(|state| state.first_component), false)
             }
-            PlaceKind::Scratch => (layout.scratch.get(name).copied(), false),
-            PlaceKind::Member | PlaceKind::Buffer => match layout.locate(place, form) {
+            VariableKind::Scratch => (layout.scratch.get(name).copied(), false),
+            VariableKind::Member | VariableKind::Buffer => match layout.locate(variable, form) {
                 Some(DataLocation::Instance(word)) => (Some(word), false),
                 Some(DataLocation::Objects(word)) => (Some(word), true),
                 None => (None, false),
             },
-            PlaceKind::Slot | PlaceKind::Accepted => (Some(0), false),
-            PlaceKind::Parameter => (None, false),
+            VariableKind::Local | VariableKind::Accepted => (Some(0), false),
+            VariableKind::Parameter => (None, false),
         };
-        let location = location.ok_or_else(|| LowerError::NoLocation(place.kind, name.into()))?;
-        let varies = shape.varies(place, of_objects);
-        Ok(KernelPlace { place: place.clone(), varies, location, of_objects })
+        let location =
+            location.ok_or_else(|| LowerError::NoLocation(variable.kind, name.into()))?;
+        let varies = shape.varies(variable, of_objects);
+        Ok(KernelVariable { variable: variable.clone(), varies, location, of_objects })
     };
-    function.places.iter().map(locate).collect()
+    function.variables.iter().map(locate).collect()
 }
 
 fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> {
     let locate = |output: &rtsl_ir::Output| {
-        let place = function.place(output.place);
-        match place.kind {
-            PlaceKind::State | PlaceKind::Scratch | PlaceKind::Accepted => {
-                Ok(KernelOutput { place: output.place, component: output.component })
+        let variable = function.variable(output.variable);
+        match variable.kind {
+            VariableKind::State | VariableKind::Scratch | VariableKind::Accepted => {
+                Ok(KernelOutput { variable: output.variable, component: output.component })
             }
-            PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {
-                Err(LowerError::NotAnOutput(place.kind, place.name.clone()))
+            VariableKind::Member
+            | VariableKind::Parameter
+            | VariableKind::Buffer
+            | VariableKind::Local => {
+                Err(LowerError::NotAnOutput(variable.kind, variable.name.clone()))
             }
         }
     };
@@ -188,18 +192,19 @@ fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
 /// The memory that a kernel of the greatest width takes on the stack for its slots, in words.
 pub(crate) fn local_words(kernel: &Kernel) -> u64 {
     // Of arrays in scratch that all lanes share, the leaf shape makes copies.
-    let is_local = |place: &&KernelPlace| match place.place.kind {
-        PlaceKind::Slot => true,
-        PlaceKind::Scratch => kernel.shape == CallMode::Leaf,
-        PlaceKind::State
-        | PlaceKind::Member
-        | PlaceKind::Parameter
-        | PlaceKind::Buffer
-        | PlaceKind::Accepted => false,
+    let is_local = |variable: &&KernelVariable| match variable.variable.kind {
+        VariableKind::Local => true,
+        VariableKind::Scratch => kernel.shape == CallMode::Leaf,
+        VariableKind::State
+        | VariableKind::Member
+        | VariableKind::Parameter
+        | VariableKind::Buffer
+        | VariableKind::Accepted => false,
     };
-    let words = kernel.places.iter().filter(is_local);
-    let words = words
-        .map(|place| u64::from(place.place.len) * if place.varies { MAX_LANES as u64 } else { 1 });
+    let words = kernel.variables.iter().filter(is_local);
+    let words = words.map(|variable| {
+        u64::from(variable.variable.len) * if variable.varies { MAX_LANES as u64 } else { 1 }
+    });
     words.sum()
 }
 
@@ -304,18 +309,18 @@ impl<'a> Lowering<'a> {
                 OpKind::Reinterpret(*to, value(a))
             }
             Ray::Bitcast(to, a) => OpKind::Bitcast(*to, value(a)),
-            Ray::Length(place) => OpKind::Length(*place),
+            Ray::Length(variable) => OpKind::Length(*variable),
             Ray::LightCount => OpKind::LightCount,
-            Ray::Load(place, index) => {
-                let value = self.lower_load(*place, *index);
+            Ray::Load(variable, index) => {
+                let value = self.lower_load(*variable, *index);
                 if self.ty(value).lanes {
                     self.loaded.insert(value);
                 }
                 self.set_results(op, &[value]);
                 return Ok(());
             }
-            Ray::Store(place, index, stored) => {
-                self.lower_store(*place, *index, *stored);
+            Ray::Store(variable, index, stored) => {
+                self.lower_store(*variable, *index, *stored);
                 return Ok(());
             }
             Ray::If { condition, then, otherwise } => {
@@ -409,7 +414,9 @@ impl<'a> Lowering<'a> {
 
     fn gives_lanes(&self, kind: &OpKind) -> bool {
         let from_place = match kind {
-            OpKind::Load(place, _) | OpKind::Length(place) => self.kernel.place(*place).varies,
+            OpKind::Load(variable, _) | OpKind::Length(variable) => {
+                self.kernel.variable(*variable).varies
+            }
             OpKind::Unspecified => true,
             _ => false,
         };

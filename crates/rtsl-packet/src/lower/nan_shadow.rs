@@ -294,7 +294,7 @@ mod tests {
 
     fn is_hidden(body: &str) -> bool {
         let text = format!(
-            "function f scratch a: f32[2] scratch n: u32[2] slot s: f32[4] {{
+            "function f scratch a: f32[2] scratch n: u32[2] local s: f32[4] {{
                 %a: f32 = load scratch:a@0 %n: u32 = load scratch:n@0
                 %2: f32 = constant 2.0 %0: f32 = constant 0.0 %23: u32 = constant 23
                 {body} }}"
@@ -358,8 +358,8 @@ mod tests {
         for rest in [
             "return scratch:n@0 = %c",
             "return scratch:n@0 = %b",
-            "%i: i32 = convert %s store slot:s@%i, %2 return scratch:a@0 = %2",
-            "store slot:s@0, %s %r: f32 = load slot:s@0 return scratch:a@0 = %r",
+            "%i: i32 = convert %s store local:s@%i, %2 return scratch:a@0 = %2",
+            "store local:s@0, %s %r: f32 = load local:s@0 return scratch:a@0 = %r",
             "%d: bool = less %s, %0 %r: f32 = if %d { yield %a } else { yield %2 }
              return scratch:a@0 = %r",
         ] {

@@ -2,7 +2,7 @@
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
-use rtsl_ir::{Constant, Function, PlaceId, PlaceKind, Scalar, Storage};
+use rtsl_ir::{Constant, Function, Scalar, Storage, VariableId, VariableKind};
 use rtsl_spec::COLOR_COMPONENTS;
 
 use super::Entropy;
@@ -11,7 +11,7 @@ use super::entropy::mix;
 /// The places of one function for one ray, in vectors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Memory {
-    places: Vec<PlaceMemory>,
+    variables: Vec<PlaceMemory>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,42 +24,44 @@ struct PlaceMemory {
 impl Memory {
     /// Storage for the places of `function` (slots have none here), filled from the bytes.
     pub fn new(function: &Function, entropy: &mut Entropy<'_>) -> Self {
-        let places = function.places.iter().map(|place| {
+        let variables = function.variables.iter().map(|variable| {
             let elements =
-                if place.kind == PlaceKind::Buffer { entropy.below(5) as u32 } else { 1 };
-            let count = if place.kind == PlaceKind::Slot { 0 } else { place.len * elements };
-            let bits = (0..count).map(|_| entropy.constant(place.scalar).bits()).collect();
-            PlaceMemory { scalar: place.scalar, elements, bits }
+                if variable.kind == VariableKind::Buffer { entropy.below(5) as u32 } else { 1 };
+            let count =
+                if variable.kind == VariableKind::Local { 0 } else { variable.len * elements };
+            let bits = (0..count).map(|_| entropy.constant(variable.scalar).bits()).collect();
+            PlaceMemory { scalar: variable.scalar, elements, bits }
         });
-        Memory { places: places.collect() }
+        Memory { variables: variables.collect() }
     }
 
     /// The scalars of a place.
-    pub fn bits(&self, place: PlaceId) -> &[u32] {
-        &self.places[place.0 as usize].bits
+    pub fn bits(&self, variable: VariableId) -> &[u32] {
+        &self.variables[variable.0 as usize].bits
     }
 
     /// All scalars, as constants; every NaN is the same, since their bits are nobody's business.
     pub fn snapshot(&self) -> Vec<Vec<Constant>> {
-        let snapshot = |place: &PlaceMemory| {
-            let constants = place.bits.iter().map(|bits| Constant::from_bits(place.scalar, *bits));
+        let snapshot = |variable: &PlaceMemory| {
+            let constants =
+                variable.bits.iter().map(|bits| Constant::from_bits(variable.scalar, *bits));
             constants.map(canonical).collect()
         };
-        self.places.iter().map(snapshot).collect()
+        self.variables.iter().map(snapshot).collect()
     }
 }
 
 impl Storage for Memory {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
-        self.places[place.0 as usize].bits[index as usize]
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
+        self.variables[variable.0 as usize].bits[index as usize]
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
-        self.places[buffer.0 as usize].elements
+    fn elements(&self, buffer: VariableId) -> u32 {
+        self.variables[buffer.0 as usize].elements
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
-        self.places[place.0 as usize].bits[component as usize] = bits;
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
+        self.variables[variable.0 as usize].bits[component as usize] = bits;
     }
 }
 

@@ -11,8 +11,8 @@ pub use entropy::Entropy;
 pub use memory::{HashHost, Memory};
 
 use rtsl_ir::{
-    BinaryOp, Builder, CompareOp, Constant, Function, OpKind, Place, PlaceId, PlaceKind, Scalar,
-    UnaryOp, Value, evaluate,
+    BinaryOp, Builder, CompareOp, Constant, Function, OpKind, Scalar, UnaryOp, Value, Variable,
+    VariableId, VariableKind, evaluate,
 };
 
 /// A verified function made of these bytes: about one operation for three bytes.
@@ -38,21 +38,21 @@ const MAX_DEPTH: usize = 4;
 const MAX_ROUNDS: usize = 4;
 
 /// Places that every function has: kind, name, type, length.
-const PLACES: [(PlaceKind, &str, Scalar, u32); 14] = [
-    (PlaceKind::State, "rt_RayOrigin", Scalar::F32, 3),
-    (PlaceKind::State, "rt_RayDirection", Scalar::F32, 3),
-    (PlaceKind::State, "rt_HitDistance", Scalar::F32, 1),
-    (PlaceKind::Member, "scale", Scalar::F32, 4),
-    (PlaceKind::Member, "count", Scalar::I32, 3),
-    (PlaceKind::Member, "mask", Scalar::U32, 2),
-    (PlaceKind::Member, "flag", Scalar::Bool, 2),
-    (PlaceKind::Scratch, "kept", Scalar::F32, 2),
-    (PlaceKind::Scratch, "number", Scalar::I32, 2),
-    (PlaceKind::Buffer, "points", Scalar::F32, 3),
-    (PlaceKind::Buffer, "indices", Scalar::I32, 1),
-    (PlaceKind::Slot, "stack", Scalar::F32, 5),
-    (PlaceKind::Slot, "order", Scalar::I32, 4),
-    (PlaceKind::Slot, "local", Scalar::F32, 2),
+const PLACES: [(VariableKind, &str, Scalar, u32); 14] = [
+    (VariableKind::State, "rt_RayOrigin", Scalar::F32, 3),
+    (VariableKind::State, "rt_RayDirection", Scalar::F32, 3),
+    (VariableKind::State, "rt_HitDistance", Scalar::F32, 1),
+    (VariableKind::Member, "scale", Scalar::F32, 4),
+    (VariableKind::Member, "count", Scalar::I32, 3),
+    (VariableKind::Member, "mask", Scalar::U32, 2),
+    (VariableKind::Member, "flag", Scalar::Bool, 2),
+    (VariableKind::Scratch, "kept", Scalar::F32, 2),
+    (VariableKind::Scratch, "number", Scalar::I32, 2),
+    (VariableKind::Buffer, "points", Scalar::F32, 3),
+    (VariableKind::Buffer, "indices", Scalar::I32, 1),
+    (VariableKind::Local, "stack", Scalar::F32, 5),
+    (VariableKind::Local, "order", Scalar::I32, 4),
+    (VariableKind::Local, "local", Scalar::F32, 2),
 ];
 
 /// The positions in [`PLACES`] of the buffers.
@@ -63,7 +63,7 @@ const SLOTS: std::ops::Range<usize> = 11..14;
 struct Generator<'a> {
     entropy: Entropy<'a>,
     builder: Builder,
-    places: Vec<PlaceId>,
+    variables: Vec<VariableId>,
     /// What can be used here.
     available: Vec<Value>,
     operations: usize,
@@ -72,11 +72,11 @@ struct Generator<'a> {
 impl<'a> Generator<'a> {
     fn new(entropy: Entropy<'a>) -> Self {
         let mut builder = Builder::new("Generated.method");
-        let place = |&(kind, name, scalar, len): &(PlaceKind, &str, Scalar, u32)| {
-            builder.place(Place { kind, name: name.to_owned(), scalar, len })
+        let variable = |&(kind, name, scalar, len): &(VariableKind, &str, Scalar, u32)| {
+            builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
         };
-        let places = PLACES.iter().map(place).collect();
-        Generator { entropy, builder, places, available: Vec::new(), operations: 0 }
+        let variables = PLACES.iter().map(variable).collect();
+        Generator { entropy, builder, variables, available: Vec::new(), operations: 0 }
     }
 
     /// Up to `count` operations.
@@ -195,42 +195,42 @@ impl<'a> Generator<'a> {
     }
 
     fn load(&mut self) -> Value {
-        let place = self.entropy.choose(&self.places);
-        match self.entropy.chance(100) && !self.is_local(place) {
+        let variable = self.entropy.choose(&self.variables);
+        match self.entropy.chance(100) && !self.is_local(variable) {
             true => {
                 let index = self.pick(Scalar::I32);
-                self.load_at(place, index)
+                self.load_at(variable, index)
             }
             false => {
-                let index = self.constant_index(place);
-                self.builder.load(place, index)
+                let index = self.constant_index(variable);
+                self.builder.load(variable, index)
             }
         }
     }
 
-    fn load_at(&mut self, place: PlaceId, index: Value) -> Value {
-        match self.known_in_range(place, index) {
-            true => self.builder.load_at(place, index),
-            false => self.builder.load(place, 0),
+    fn load_at(&mut self, variable: VariableId, index: Value) -> Value {
+        match self.known_in_range(variable, index) {
+            true => self.builder.load_at(variable, index),
+            false => self.builder.load(variable, 0),
         }
     }
 
     fn store(&mut self) {
-        let slot = self.entropy.choose(&self.places[SLOTS]);
-        let scalar = self.builder.function().place(slot).scalar;
+        let local = self.entropy.choose(&self.variables[SLOTS]);
+        let scalar = self.builder.function().variable(local).scalar;
         let value = self.pick(scalar);
         let index = self.pick(Scalar::I32);
-        let dynamic = self.entropy.chance(128) && !self.is_local(slot);
-        if dynamic && self.known_in_range(slot, index) {
-            self.builder.store_at(slot, index, value);
+        let dynamic = self.entropy.chance(128) && !self.is_local(local);
+        if dynamic && self.known_in_range(local, index) {
+            self.builder.store_at(local, index, value);
         } else {
-            let index = self.constant_index(slot);
-            self.builder.store(slot, index, value);
+            let index = self.constant_index(local);
+            self.builder.store(local, index, value);
         }
     }
 
     fn length(&mut self) -> Value {
-        let buffer = self.entropy.choose(&self.places[BUFFERS]);
+        let buffer = self.entropy.choose(&self.variables[BUFFERS]);
         self.builder.length(buffer)
     }
 
@@ -321,18 +321,19 @@ impl<'a> Generator<'a> {
 
     /// Outputs to the state, some scratch, and perhaps the acceptance.
     fn outputs(&mut self, accepts: bool) {
-        for place in [2, 0, 1, 7, 8] {
-            let (_, _, scalar, len) = PLACES[place];
+        for variable in [2, 0, 1, 7, 8] {
+            let (_, _, scalar, len) = PLACES[variable];
             for component in 0..len {
                 let value = self.pick(scalar);
-                self.builder.output(self.places[place], component, value);
+                self.builder.output(self.variables[variable], component, value);
             }
         }
         if accepts {
-            let (kind, name) = (PlaceKind::Accepted, "accepted".to_owned());
-            let place = self.builder.place(Place { kind, name, scalar: Scalar::Bool, len: 1 });
+            let (kind, name) = (VariableKind::Accepted, "accepted".to_owned());
+            let variable =
+                self.builder.variable(Variable { kind, name, scalar: Scalar::Bool, len: 1 });
             let value = self.pick(Scalar::Bool);
-            self.builder.output(place, 0, value);
+            self.builder.output(variable, 0, value);
         }
     }
 
@@ -362,18 +363,18 @@ impl<'a> Generator<'a> {
         (0..self.entropy.below(4)).map(|_| self.scalar()).collect()
     }
 
-    fn constant_index(&mut self, place: PlaceId) -> u32 {
-        let len = self.builder.function().place(place).len;
+    fn constant_index(&mut self, variable: VariableId) -> u32 {
+        let len = self.builder.function().variable(variable).len;
         self.entropy.below(len as usize) as u32
     }
 
-    fn is_local(&self, place: PlaceId) -> bool {
-        place == self.places[PLACES.len() - 1]
+    fn is_local(&self, variable: VariableId) -> bool {
+        variable == self.variables[PLACES.len() - 1]
     }
 
     /// A value that is no constant, or one in range.
-    fn known_in_range(&self, place: PlaceId, index: Value) -> bool {
-        let len = self.builder.function().place(place).len;
+    fn known_in_range(&self, variable: VariableId, index: Value) -> bool {
+        let len = self.builder.function().variable(variable).len;
         self.builder.known(index).is_none_or(|constant: Constant| constant.bits() < len)
     }
 }

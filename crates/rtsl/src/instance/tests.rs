@@ -2,14 +2,14 @@ use expect_test::{Expect, expect};
 use rtsl_ir::class::{
     Annotation, AnnotationValue, Parameter, ParameterTarget, ParameterType, Reference,
 };
-use rtsl_ir::{Constant, Place, Scalar};
+use rtsl_ir::{Constant, Scalar, Variable};
 use rtsl_spec::Role;
 
 use super::*;
 use crate::Numbers;
 
-fn place(kind: PlaceKind, name: &str, scalar: Scalar, len: u32) -> Place {
-    Place { kind, name: name.to_owned(), scalar, len }
+fn variable(kind: VariableKind, name: &str, scalar: Scalar, len: u32) -> Variable {
+    Variable { kind, name: name.to_owned(), scalar, len }
 }
 
 fn parameter(name: &str, ty: ParameterType, target: ParameterTarget, required: bool) -> Parameter {
@@ -50,17 +50,17 @@ fn class() -> Arc<Class> {
             member("layers", Array(Box::new(reference), 2)),
         ],
         members: vec![
-            place(PlaceKind::Member, "radius", Scalar::F32, 1),
-            place(PlaceKind::Member, "count", Scalar::U32, 1),
-            place(PlaceKind::Member, "flags", Scalar::Bool, 2),
-            place(PlaceKind::Member, "center", Scalar::F32, 3),
-            place(PlaceKind::Member, "frame", Scalar::F32, 4),
-            place(PlaceKind::Member, "tint", Scalar::F32, 3),
-            place(PlaceKind::Member, "spots.at", Scalar::F32, 4),
-            place(PlaceKind::Member, "spots.on", Scalar::Bool, 2),
-            place(PlaceKind::Member, "area", Scalar::F32, 1),
+            variable(VariableKind::Member, "radius", Scalar::F32, 1),
+            variable(VariableKind::Member, "count", Scalar::U32, 1),
+            variable(VariableKind::Member, "flags", Scalar::Bool, 2),
+            variable(VariableKind::Member, "center", Scalar::F32, 3),
+            variable(VariableKind::Member, "frame", Scalar::F32, 4),
+            variable(VariableKind::Member, "tint", Scalar::F32, 3),
+            variable(VariableKind::Member, "spots.at", Scalar::F32, 4),
+            variable(VariableKind::Member, "spots.on", Scalar::Bool, 2),
+            variable(VariableKind::Member, "area", Scalar::F32, 1),
         ],
-        buffers: vec![place(PlaceKind::Buffer, "table", Scalar::F32, 2)],
+        buffers: vec![variable(VariableKind::Buffer, "table", Scalar::F32, 2)],
         scratch: Vec::new(),
         scratch_types: Vec::new(),
         method_documentation: Default::default(),
@@ -172,7 +172,7 @@ fn values_of_every_type_reach_their_places() {
     assert_eq!(ball.reference("layers[1]").unwrap().class().name, "Paint");
     assert!(ball.reference("layers[2]").is_none());
 
-    let layout = ClassTree::of(&ball).places().layout();
+    let layout = ClassTree::of(&ball).variables().layout();
     let block = ball.block(&layout);
     assert_eq!(block.words()[layout.members["count"] as usize], 7);
     assert_eq!(block.buffers()[0].elements(), 2);

@@ -6,8 +6,8 @@
 
 use rtsl_abi::RayRecord;
 use rtsl_ir::{
-    BinaryOp, Constant, Function, Index, Op, OpKind, Output, Place, PlaceId, PlaceKind, Region,
-    Scalar, StateComponent, Value,
+    BinaryOp, Constant, Function, Index, Op, OpKind, Output, Region, Scalar, StateComponent, Value,
+    Variable, VariableId, VariableKind,
 };
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, Role, StateVariable, lookup_state, state_variables};
@@ -65,14 +65,17 @@ impl HitLinker<'_, '_> {
         surface.yields = stored.iter().map(|(_, value)| *value).collect();
         let results = self.describe_hits(accepted, surface, &mut ops)?;
 
-        let place = self.place(PlaceKind::Accepted, "accepted", Scalar::Bool, 1);
-        self.linker.out.outputs.push(Output { place, component: 0 });
+        let place = self.variable(VariableKind::Accepted, "accepted", Scalar::Bool, 1);
+        self.linker.out.outputs.push(Output { variable: place, component: 0 });
         self.linker.out.body = Region { ops, yields: vec![accepted], ..Region::default() };
         for ((component, _), value) in stored.into_iter().zip(results) {
             let variable = variable(component);
             let len = variable.ty.components();
-            let place = self.place(PlaceKind::State, variable.name, Scalar::F32, len);
-            self.linker.out.outputs.push(Output { place, component: component.component });
+            let place = self.variable(VariableKind::State, variable.name, Scalar::F32, len);
+            self.linker
+                .out
+                .outputs
+                .push(Output { variable: place, component: component.component });
             self.linker.out.body.yields.push(value);
         }
         Ok(())
@@ -108,19 +111,22 @@ impl HitLinker<'_, '_> {
         self.linker.copy_ops(&mut site, &function.body.ops, to)?;
         let mut accepted = None;
         for (output, value) in function.outputs.iter().zip(&function.body.yields) {
-            let (place, value) = (function.place(output.place), site.value(*value));
+            let (place, value) = (function.variable(output.variable), site.value(*value));
             match place.kind {
-                PlaceKind::Accepted => accepted = Some(value),
-                PlaceKind::State => {
+                VariableKind::Accepted => accepted = Some(value),
+                VariableKind::State => {
                     self.known
                         .extend(component(&place.name, output.component).map(|it| (it, value)));
                 }
-                PlaceKind::Scratch => {
-                    let place = self.linker.place(&mut site, output.place);
+                VariableKind::Scratch => {
+                    let place = self.linker.variable(&mut site, output.variable);
                     let set = self.linker.scratch.get_or_insert_default();
                     set.push(((place, output.component), value));
                 }
-                PlaceKind::Member | PlaceKind::Parameter | PlaceKind::Buffer | PlaceKind::Slot => {}
+                VariableKind::Member
+                | VariableKind::Parameter
+                | VariableKind::Buffer
+                | VariableKind::Local => {}
             }
         }
         Ok(accepted)
@@ -186,7 +192,7 @@ impl HitLinker<'_, '_> {
             return Ok(value);
         }
         let len = lookup_state(name).map_or(1, |variable| variable.ty.components());
-        let place = self.place(PlaceKind::State, name, Scalar::F32, len);
+        let place = self.variable(VariableKind::State, name, Scalar::F32, len);
         let kind = OpKind::Load(place, Index::Constant(wanted));
         Ok(self.linker.emit(to, kind, &[Scalar::F32], false)?.get(0))
     }
@@ -196,8 +202,8 @@ impl HitLinker<'_, '_> {
         Ok(self.linker.emit(to, OpKind::Binary(op, a, b), &[Scalar::F32], true)?.get(0))
     }
 
-    fn place(&mut self, kind: PlaceKind, name: &str, scalar: Scalar, len: u32) -> PlaceId {
-        self.linker.intern_place(Place { kind, name: name.to_owned(), scalar, len })
+    fn variable(&mut self, kind: VariableKind, name: &str, scalar: Scalar, len: u32) -> VariableId {
+        self.linker.intern_variable(Variable { kind, name: name.to_owned(), scalar, len })
     }
 }
 

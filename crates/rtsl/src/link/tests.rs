@@ -156,11 +156,11 @@ state rt_FloatTextureValue: f32[1]
         "
 function Slotted.lookup
 state rt_FloatTextureValue: f32[1]
-slot stack: f32[2]
+local stack: f32[2]
 {
   %i: i32 = constant 1
-  %x: f32 = load slot:stack@%i
-  store slot:stack@%i, %x
+  %x: f32 = load local:stack@%i
+  store local:stack@%i, %x
   return state:rt_FloatTextureValue@0 = %x
 }",
     );
@@ -173,8 +173,8 @@ slot stack: f32[2]
         function Layered.lookup
         state rt_TextureUV: f32[2]
         member layers[0].scale: f32[1]
-        slot layers[2].stack.1: f32[2]
-        slot layers[2].stack.2: f32[2]
+        local layers[2].stack.1: f32[2]
+        local layers[2].stack.2: f32[2]
         state rt_FloatTextureValue: f32[1]
         {
           %0: i32 = constant 0
@@ -194,11 +194,11 @@ slot stack: f32[2]
                 yield %12
               } else {
                 %13: f32 = constant 0.0
-                store slot:layers[2].stack.1@0, %13
-                store slot:layers[2].stack.1@1, %13
+                store local:layers[2].stack.1@0, %13
+                store local:layers[2].stack.1@1, %13
                 %14: i32 = constant 1
-                %15: f32 = load slot:layers[2].stack.1@%14
-                store slot:layers[2].stack.1@%14, %15
+                %15: f32 = load local:layers[2].stack.1@%14
+                store local:layers[2].stack.1@%14, %15
                 yield %15
               }
               yield %11
@@ -237,8 +237,8 @@ slot stack: f32[2]
               yield %34
             } else {
               %35: i32 = constant 1
-              %36: f32 = load slot:layers[2].stack.2@%35
-              store slot:layers[2].stack.2@%35, %36
+              %36: f32 = load local:layers[2].stack.2@%35
+              store local:layers[2].stack.2@%35, %36
               yield %36
             }
             yield %33

@@ -102,9 +102,9 @@ fn words(entropy: &mut Entropy<'_>, scalar: Scalar, count: usize) -> Vec<u32> {
 }
 
 fn instance(class: &Arc<Class>, entropy: &mut Entropy<'_>) -> Arc<Instance> {
-    let arguments = class.members.iter().map(|place| {
-        let words = words(entropy, place.scalar, place.len as usize);
-        (place.name.as_str(), Value::from(Numbers::from_words(place.scalar, words)))
+    let arguments = class.members.iter().map(|variable| {
+        let words = words(entropy, variable.scalar, variable.len as usize);
+        (variable.name.as_str(), Value::from(Numbers::from_words(variable.scalar, words)))
     });
     Instance::new(class, arguments.collect::<Vec<_>>()).expect("the members are its parameters")
 }
@@ -123,8 +123,10 @@ fn random_scratch(class: &Class, entropy: &mut Entropy<'_>) -> LaneBlock {
 }
 
 fn scratch_scalars(class: &Class) -> Vec<Scalar> {
-    let places = class.scratch.iter();
-    places.flat_map(|place| std::iter::repeat_n(place.scalar, place.len as usize)).collect()
+    let variables = class.scratch.iter();
+    variables
+        .flat_map(|variable| std::iter::repeat_n(variable.scalar, variable.len as usize))
+        .collect()
 }
 
 fn call(
@@ -172,8 +174,9 @@ fn call_with(
 }
 
 fn difference(class: &Class, expected: &LaneBlock, found: &LaneBlock) -> Option<String> {
-    let names = class.scratch.iter().flat_map(|place| {
-        (0..place.len).map(move |component| (format!("{}[{component}]", place.name), place.scalar))
+    let names = class.scratch.iter().flat_map(|variable| {
+        (0..variable.len)
+            .map(move |component| (format!("{}[{component}]", variable.name), variable.scalar))
     });
     for (array, (name, scalar)) in names.enumerate() {
         for ray in 0..COUNT {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rtsl_abi::description::{ClassDescription, FieldKind};
-use rtsl_ir::{Function, Interpreter, Place, PlaceId, PlaceKind, Storage};
+use rtsl_ir::{Function, Interpreter, Storage, Variable, VariableId, VariableKind};
 use rtsl_testing::functions::HashHost;
 
 /// The words of one call.
@@ -20,9 +20,9 @@ pub struct Memory {
 impl Memory {
     /// Runs a function of the class: whether it accepted a hit, and whether its budget ran out.
     pub fn run(&mut self, class: &ClassDescription, function: &Function) -> (bool, bool) {
-        let places = function.places.iter().map(|place| locate(class, place)).collect();
+        let variables = function.variables.iter().map(|variable| locate(class, variable)).collect();
         let mut interpreter = Interpreter::prepare(function).unwrap();
-        let mut storage = Located { memory: self, places };
+        let mut storage = Located { memory: self, variables };
         let outcome = interpreter.run(0, &mut storage, &mut HashHost::default());
         (outcome.accepted, outcome.budget_exceeded)
     }
@@ -37,20 +37,20 @@ enum Location {
     Nowhere,
 }
 
-fn locate(class: &ClassDescription, place: &Place) -> Location {
-    let kind = match place.kind {
-        PlaceKind::State => {
-            let variable = rtsl_spec::lookup_state(&place.name).unwrap();
+fn locate(class: &ClassDescription, variable: &Variable) -> Location {
+    let kind = match variable.kind {
+        VariableKind::State => {
+            let variable = rtsl_spec::lookup_state(&variable.name).unwrap();
             return Location::State(variable.first_component as usize);
         }
-        PlaceKind::Member => FieldKind::Member,
-        PlaceKind::Parameter => FieldKind::Parameter,
-        PlaceKind::Buffer => FieldKind::Buffer,
-        PlaceKind::Scratch => FieldKind::Scratch,
-        PlaceKind::Slot | PlaceKind::Accepted => return Location::Nowhere,
+        VariableKind::Member => FieldKind::Member,
+        VariableKind::Parameter => FieldKind::Parameter,
+        VariableKind::Buffer => FieldKind::Buffer,
+        VariableKind::Scratch => FieldKind::Scratch,
+        VariableKind::Local | VariableKind::Accepted => return Location::Nowhere,
     };
     let mut fields = class.fields.iter().chain(&class.scratch);
-    let field = fields.find(|field| field.kind == kind && field.name == place.name).unwrap();
+    let field = fields.find(|field| field.kind == kind && field.name == variable.name).unwrap();
     match kind {
         FieldKind::Scratch => Location::Scratch(field.offset as usize),
         FieldKind::Buffer => Location::Buffer(field.offset),
@@ -60,13 +60,13 @@ fn locate(class: &ClassDescription, place: &Place) -> Location {
 
 struct Located<'a> {
     memory: &'a mut Memory,
-    places: Vec<Location>,
+    variables: Vec<Location>,
 }
 
 impl Storage for Located<'_> {
-    fn load(&self, place: PlaceId, index: u32) -> u32 {
+    fn load(&self, variable: VariableId, index: u32) -> u32 {
         let index = index as usize;
-        match self.places[place.0 as usize] {
+        match self.variables[variable.0 as usize] {
             Location::State(first) => self.memory.state[first + index],
             Location::Block(first) => self.memory.block[first + index],
             Location::Buffer(offset) => self.memory.buffers[&offset].1[index],
@@ -75,16 +75,16 @@ impl Storage for Located<'_> {
         }
     }
 
-    fn elements(&self, buffer: PlaceId) -> u32 {
-        match self.places[buffer.0 as usize] {
+    fn elements(&self, buffer: VariableId) -> u32 {
+        match self.variables[buffer.0 as usize] {
             Location::Buffer(offset) => self.memory.buffers[&offset].0,
             _ => unreachable!("it is no buffer"),
         }
     }
 
-    fn store(&mut self, place: PlaceId, component: u32, bits: u32) {
+    fn store(&mut self, variable: VariableId, component: u32, bits: u32) {
         let index = component as usize;
-        match self.places[place.0 as usize] {
+        match self.variables[variable.0 as usize] {
             Location::State(first) => self.memory.state[first + index] = bits,
             Location::Block(first) => self.memory.block[first + index] = bits,
             Location::Scratch(first) => self.memory.scratch[first + index] = bits,

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
+use rtsl::aot::{AotLibrary, AotOptions, Bindings};
 use rtsl::{Backend, Class, Compiler, Engine, EngineOptions, library};
 use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_cpp::ClassCode;
 use rtsl_ir::evaluate::CANONICAL_NAN;
-use rtsl_ir::{Function, OpKind, PlaceKind, Scalar};
+use rtsl_ir::{Function, OpKind, Scalar, VariableKind};
 use rtsl_spec::{Method, StateVariable, lookup_state, state_component_count};
 use rtsl_testing::functions::seeded_function;
 
@@ -79,18 +79,18 @@ fn bindings(classes: &[Arc<Class>]) -> Bindings {
     bindings
 }
 
-fn standard(classes: &[Arc<Class>], prefix: &str, bindings: Bindings) -> AheadLibrary {
+fn standard(classes: &[Arc<Class>], prefix: &str, bindings: Bindings) -> AotLibrary {
     let options = EngineOptions {
         backend: Backend::Interpreter,
         loop_budget: Some(LOOP_BUDGET),
         ..EngineOptions::default()
     };
     let (engine, _) = Engine::new(options).unwrap();
-    let options = AheadOptions { prefix: prefix.to_owned(), bindings, ..AheadOptions::default() };
-    engine.ahead(classes, &options).unwrap()
+    let options = AotOptions { prefix: prefix.to_owned(), bindings, ..AotOptions::default() };
+    engine.aot_library(classes, &options).unwrap()
 }
 
-fn of_library(library: &AheadLibrary) -> Vec<Subject> {
+fn of_library(library: &AotLibrary) -> Vec<Subject> {
     let headers = (library.cpp(), Some(library.header().into()));
     subjects(library.description(), &library.code(), headers)
 }
@@ -121,27 +121,30 @@ fn generated() -> Vec<Subject> {
 fn describe(number: usize, function: &Function) -> ClassDescription {
     let (mut fields, mut scratch) = (Vec::new(), Vec::new());
     let (mut words, mut arrays) = (0, 0);
-    let mut places = function.places.clone();
-    places.sort_by_key(|place| place.kind != PlaceKind::Buffer);
-    for place in &places {
+    let mut variables = function.variables.clone();
+    variables.sort_by_key(|variable| variable.kind != VariableKind::Buffer);
+    for variable in &variables {
         let field = |kind, offset| {
-            let (name, scalar, len) = (place.name.clone(), place.scalar, place.len);
+            let (name, scalar, len) = (variable.name.clone(), variable.scalar, variable.len);
             Field { name, kind, scalar, len, offset }
         };
-        match place.kind {
-            PlaceKind::Buffer => {
+        match variable.kind {
+            VariableKind::Buffer => {
                 fields.push(field(FieldKind::Buffer, words));
                 words += BUFFER_WORDS;
             }
-            PlaceKind::Member => {
+            VariableKind::Member => {
                 fields.push(field(FieldKind::Member, words));
-                words += place.len;
+                words += variable.len;
             }
-            PlaceKind::Scratch => {
+            VariableKind::Scratch => {
                 scratch.push(field(FieldKind::Scratch, arrays));
-                arrays += place.len;
+                arrays += variable.len;
             }
-            PlaceKind::State | PlaceKind::Parameter | PlaceKind::Slot | PlaceKind::Accepted => {}
+            VariableKind::State
+            | VariableKind::Parameter
+            | VariableKind::Local
+            | VariableKind::Accepted => {}
         }
     }
     words = words.next_multiple_of(2);
@@ -172,9 +175,9 @@ fn subjects(
         let methods = code.methods.iter().map(|(_, function)| *function);
         methods.chain(code.constructors.iter().copied())
     });
-    let places = functions.flat_map(|function| &function.places);
-    let states = places.filter(|place| place.kind == PlaceKind::State);
-    let mut state: Vec<_> = states.filter_map(|place| lookup_state(&place.name)).collect();
+    let variables = functions.flat_map(|function| &function.variables);
+    let states = variables.filter(|variable| variable.kind == VariableKind::State);
+    let mut state: Vec<_> = states.filter_map(|variable| lookup_state(&variable.name)).collect();
     state.sort_by_key(|variable| variable.index);
     state.dedup_by_key(|variable| variable.index);
     let (state, header): (Arc<[_]>, Arc<str>) = (state.into(), header.into());
@@ -228,7 +231,7 @@ impl Subject {
     /// Whether it says if it accepted a hit.
     pub fn accepts(&self) -> bool {
         let function = self.functions.last().unwrap();
-        function.places.iter().any(|place| place.kind == PlaceKind::Accepted)
+        function.variables.iter().any(|variable| variable.kind == VariableKind::Accepted)
     }
 
     /// The buffers of its class.

@@ -1,7 +1,7 @@
 //! Constructors of a class and of those that its references are bound to, as kernels of one function.
 
 use rtsl_abi::{CallMode, Layout};
-use rtsl_ir::{Function, Output, Place, PlaceId, PlaceKind, Scalar};
+use rtsl_ir::{Function, Output, Scalar, Variable, VariableId, VariableKind};
 use rtsl_llvm::{ConstructedWord, Constructor, ConstructorPart};
 use rtsl_source::Diagnostic;
 
@@ -34,9 +34,12 @@ pub(super) fn constructor(
 /// whole.
 pub(super) fn constructor_functions(program: &Program) -> Result<Vec<Function>, Diagnostic> {
     let named = linked(program)?.into_iter().map(|(path, mut function)| {
-        for place in &mut function.places {
-            if matches!(place.kind, PlaceKind::Parameter | PlaceKind::Member | PlaceKind::Buffer) {
-                place.name = format!("{path}{}", place.name);
+        for variable in &mut function.variables {
+            if matches!(
+                variable.kind,
+                VariableKind::Parameter | VariableKind::Member | VariableKind::Buffer
+            ) {
+                variable.name = format!("{path}{}", variable.name);
             }
         }
         function
@@ -62,36 +65,39 @@ fn linked(program: &Program) -> Result<Vec<(String, Function)>, Diagnostic> {
 struct Draft {
     function: Function,
     /// For each output the member's place.
-    members: Vec<(Place, u32)>,
+    members: Vec<(Variable, u32)>,
 }
 
 impl Draft {
     fn new(mut function: Function, path: &str) -> Draft {
-        for place in &mut function.places {
-            match place.kind {
-                PlaceKind::Parameter => {
-                    place.kind = PlaceKind::Member;
-                    place.name = format!("{path}{}", parameter_name(&place.name));
+        for variable in &mut function.variables {
+            match variable.kind {
+                VariableKind::Parameter => {
+                    variable.kind = VariableKind::Member;
+                    variable.name = format!("{path}{}", parameter_name(&variable.name));
                 }
-                PlaceKind::Member | PlaceKind::Buffer => {
-                    place.name = format!("{path}{}", place.name);
+                VariableKind::Member | VariableKind::Buffer => {
+                    variable.name = format!("{path}{}", variable.name);
                 }
-                PlaceKind::State | PlaceKind::Scratch | PlaceKind::Slot | PlaceKind::Accepted => {}
+                VariableKind::State
+                | VariableKind::Scratch
+                | VariableKind::Local
+                | VariableKind::Accepted => {}
             }
         }
         let mut members = Vec::new();
         for index in 0..function.outputs.len() {
-            let Output { place, component } = function.outputs[index];
-            let member = function.place(place).clone();
+            let Output { variable, component } = function.outputs[index];
+            let member = function.variable(variable).clone();
             let name = format!("{}[{component}]", member.name);
-            function.places.push(Place {
-                kind: PlaceKind::Scratch,
+            function.variables.push(Variable {
+                kind: VariableKind::Scratch,
                 name,
                 scalar: member.scalar,
                 len: 1,
             });
-            let place = PlaceId(function.places.len() as u32 - 1);
-            function.outputs[index] = Output { place, component: 0 };
+            let variable = VariableId(function.variables.len() as u32 - 1);
+            function.outputs[index] = Output { variable: variable, component: 0 };
             members.push((member, component));
         }
         Draft { function, members }
@@ -104,7 +110,8 @@ impl Draft {
     ) -> Result<ConstructorPart, Diagnostic> {
         let Draft { function, members } = self;
         let scratch = function.outputs.iter().zip(0..);
-        let scratch = scratch.map(|(it, array)| (function.place(it.place).name.clone(), array));
+        let scratch =
+            scratch.map(|(it, array)| (function.variable(it.variable).name.clone(), array));
         let layout = Layout {
             scratch: scratch.collect(),
             scratch_arrays: function.outputs.len() as u32,

@@ -1,7 +1,7 @@
 //! Classes compiled ahead of time: an object file, a C header and a description, for hosts that want no compiler when
 //! they run.
 //!
-//! An [`AheadLibrary`] is made of classes by [`Engine::ahead`]. Its object file exports one symbol for the library, one
+//! An [`AotLibrary`] is made of classes by [`Engine::aot_library`]. Its object file exports one symbol for the library, one
 //! for each class, kernel and constructor; the data behind the first two says of itself what a host must know, so that
 //! a host that loads it finds classes and parameters by name. Changing a parameter is a matter of some words and a call
 //! of the constructor. References can't be set in such a host: [`Bindings`] say what they refer to.
@@ -35,7 +35,7 @@ pub use rtsl_cpp::kernel_header;
 
 /// What a library has.
 #[derive(Clone, Debug)]
-pub struct AheadOptions {
+pub struct AotOptions {
     /// What the names of symbols begin with, a C identifier. Libraries that go into one program have different ones.
     pub prefix: String,
     /// A kernel of each method for each of these shapes and widths; duplicates count once.
@@ -48,9 +48,9 @@ pub struct AheadOptions {
     pub bindings: Bindings,
 }
 
-impl Default for AheadOptions {
-    fn default() -> AheadOptions {
-        AheadOptions {
+impl Default for AotOptions {
+    fn default() -> AotOptions {
+        AotOptions {
             prefix: "rtsl".to_owned(),
             shapes: vec![(CallMode::Single, 1)],
             outputs: Outputs::ALL,
@@ -70,11 +70,11 @@ impl Default for AheadOptions {
 /// # let class = unit.class("Ball")?;
 /// # let (engine, _) = rtsl::Engine::new(rtsl::EngineOptions::default())?;
 /// # let ball = rtsl::Instance::new(class, [("radius", 2.0.into())])?;
-/// use rtsl::ahead::AheadOptions;
+/// use rtsl::aot::AotOptions;
 /// use rtsl::CallMode;
 ///
 /// let shapes = vec![(CallMode::Single, 1), (CallMode::Packet, 8)];
-/// let library = engine.ahead(unit.classes(), &AheadOptions { shapes, ..AheadOptions::default() })?;
+/// let library = engine.aot_library(unit.classes(), &AotOptions { shapes, ..AotOptions::default() })?;
 /// assert!(library.header().contains("void rtsl_Ball_intersect_packet8(RtslCall *call);"));
 /// let radius = &library.description().classes[0].parameters[0];
 /// assert_eq!((radius.name.as_str(), radius.offset), ("radius", 0));
@@ -84,7 +84,7 @@ impl Default for AheadOptions {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct AheadLibrary {
+pub struct AotLibrary {
     description: LibraryDescription,
     kernels: Vec<(String, Kernel)>,
     constructors: Vec<Constructor>,
@@ -101,16 +101,16 @@ struct ClassFunctions {
 }
 
 impl Engine {
-    /// A library of classes. No LLVM is needed until its [object](AheadLibrary::object) is.
+    /// A library of classes. No LLVM is needed until its [object](AotLibrary::object) is.
     ///
     /// # Errors
     /// If two classes or symbols have one name, the prefix is no identifier, none of the classes has a method that is asked
     /// for, or a method can't be linked or lowered.
-    pub fn ahead(
+    pub fn aot_library(
         &self,
         classes: &[Arc<Class>],
-        options: &AheadOptions,
-    ) -> Result<AheadLibrary, Diagnostic> {
+        options: &AotOptions,
+    ) -> Result<AotLibrary, Diagnostic> {
         check_prefix(&options.prefix)?;
         check_methods(classes, options)?;
         nesting::bear_any(|| self.ahead_on_deep_stack(classes, options))
@@ -119,9 +119,9 @@ impl Engine {
     fn ahead_on_deep_stack(
         &self,
         classes: &[Arc<Class>],
-        options: &AheadOptions,
-    ) -> Result<AheadLibrary, Diagnostic> {
-        let mut library = AheadLibrary {
+        options: &AotOptions,
+    ) -> Result<AotLibrary, Diagnostic> {
+        let mut library = AotLibrary {
             description: LibraryDescription { prefix: options.prefix.clone(), classes: Vec::new() },
             kernels: Vec::new(),
             constructors: Vec::new(),
@@ -138,7 +138,7 @@ impl Engine {
     }
 }
 
-impl AheadLibrary {
+impl AotLibrary {
     /// What hosts are told.
     pub fn description(&self) -> &LibraryDescription {
         &self.description
@@ -212,7 +212,7 @@ impl AheadLibrary {
         rtsl_llvm::emit_library(&library, &pipeline::target_features(target))
     }
 
-    fn add_class(&mut self, program: &Program, options: &AheadOptions) -> Result<(), Diagnostic> {
+    fn add_class(&mut self, program: &Program, options: &AotOptions) -> Result<(), Diagnostic> {
         let class = program.class().clone();
         let prefix = format!("{}_{}", options.prefix, class.name);
         let (mut description, construction) = class::describe(program)?;
@@ -234,7 +234,7 @@ impl AheadLibrary {
         program: &Program,
         method: Method,
         prefix: &str,
-        options: &AheadOptions,
+        options: &AotOptions,
     ) -> Result<Vec<KernelDescription>, Diagnostic> {
         let linked = program.method(method)?;
         self.warnings.extend(linked.warnings.iter().cloned());
@@ -290,7 +290,7 @@ fn kernel_symbol(prefix: &str, method: Method, shape: CallMode, width: u32) -> S
 }
 
 /// A method that no class has is asked for by mistake.
-fn check_methods(classes: &[Arc<Class>], options: &AheadOptions) -> Result<(), Diagnostic> {
+fn check_methods(classes: &[Arc<Class>], options: &AotOptions) -> Result<(), Diagnostic> {
     let methods = options.methods.iter().flatten();
     for method in methods {
         let has = classes.iter().any(|class| class.methods.contains_key(method));

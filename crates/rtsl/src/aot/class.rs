@@ -5,7 +5,7 @@ use rtsl_abi::description::{
     ClassDescription, ElementDescription, Field, FieldKind, KernelDescription, ParameterDescription,
 };
 use rtsl_ir::class::{AnnotationValue, Parameter, ParameterTarget, ParameterType};
-use rtsl_ir::{Place, PlaceKind, Scalar};
+use rtsl_ir::{Scalar, Variable, VariableKind};
 use rtsl_source::Diagnostic;
 use rtsl_spec::{Method, StateVariable};
 
@@ -50,9 +50,9 @@ pub(super) fn describe(program: &Program) -> Result<(ClassDescription, Construct
             stride: element.stride,
         })
     });
-    let scratch = program.scratch().iter().map(|place| Field {
-        offset: program.layout().scratch[&place.name],
-        ..field(place, FieldKind::Scratch)
+    let scratch = program.scratch().iter().map(|variable| Field {
+        offset: program.layout().scratch[&variable.name],
+        ..field(variable, FieldKind::Scratch)
     });
     let description = ClassDescription {
         name: class.name.clone(),
@@ -112,16 +112,18 @@ impl Describer {
         let class = &tree.class;
         let mut values = Environment::default();
         values.run(&class.initializer)?;
-        let buffers = class.buffers.iter().map(|place| (place, FieldKind::Buffer));
-        for (place, kind) in class.members.iter().map(|it| (it, FieldKind::Member)).chain(buffers) {
-            let name = format!("{prefix}{}", place.name);
+        let buffers = class.buffers.iter().map(|variable| (variable, FieldKind::Buffer));
+        for (variable, kind) in
+            class.members.iter().map(|it| (it, FieldKind::Member)).chain(buffers)
+        {
+            let name = format!("{prefix}{}", variable.name);
             let offsets =
                 if kind == FieldKind::Buffer { &self.layout.buffers } else { &self.layout.members };
             let offset = offsets[&name];
             if kind == FieldKind::Member {
-                self.set_initial(offset, &values.words(place));
+                self.set_initial(offset, &values.words(variable));
             }
-            self.fields.push(Field { name, offset, ..field(place, kind) });
+            self.fields.push(Field { name, offset, ..field(variable, kind) });
         }
         for parameter in &class.parameters {
             for leaf in Leaf::all(parameter) {
@@ -167,8 +169,8 @@ impl Describer {
 
     /// Lays out a parameter of a constructor.
     fn constructor_parameter(&mut self, leaf: &Leaf, prefix: &str, values: &Environment) -> u32 {
-        let place = Place {
-            kind: PlaceKind::Parameter,
+        let variable = Variable {
+            kind: VariableKind::Parameter,
             name: leaf.path.clone(),
             scalar: leaf.scalar,
             len: leaf.len,
@@ -176,9 +178,9 @@ impl Describer {
         let offset = self.layout.block_words;
         self.layout.block_words += leaf.len;
         self.layout.members.insert(format!("{prefix}{}", parameter_name(&leaf.path)), offset);
-        self.set_initial(offset, &values.words(&place));
+        self.set_initial(offset, &values.words(&variable));
         let name = format!("{prefix}{}", leaf.path);
-        self.fields.push(Field { name, offset, ..field(&place, FieldKind::Parameter) });
+        self.fields.push(Field { name, offset, ..field(&variable, FieldKind::Parameter) });
         offset
     }
 
@@ -189,8 +191,8 @@ impl Describer {
     }
 }
 
-fn field(place: &Place, kind: FieldKind) -> Field {
-    let Place { kind: _, name, scalar, len } = place.clone();
+fn field(variable: &Variable, kind: FieldKind) -> Field {
+    let Variable { kind: _, name, scalar, len } = variable.clone();
     Field { name, kind, scalar, len, offset: 0 }
 }
 

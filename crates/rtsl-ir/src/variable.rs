@@ -4,15 +4,15 @@ use crate::Scalar;
 
 /// A place of a function: an index into [`Function::places`](crate::Function::places).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct PlaceId(pub u32);
+pub struct VariableId(pub u32);
 
 /// A named run of scalars of one type. Aggregates of mixed types are several places, one a leaf:
 /// a member `s` of struct type with fields `vec3 a; int b[2];` is `s.a` (f32 x 3) and `s.b` (i32 x 2),
 /// and an array `t[4]` of that struct is `t.a` (f32 x 12, element by element) and `t.b` (i32 x 8).
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Variable {
     /// What stores it.
-    pub kind: PlaceKind,
+    pub kind: VariableKind,
     /// Its name: `rt_RayOrigin`, `center`, `light.position`; after linking, `kd.scale` for a member of the
     /// instance that the reference `kd` names, `layers[2].scale` in an array of references.
     pub name: String,
@@ -24,7 +24,7 @@ pub struct Place {
 
 /// What stores a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum PlaceKind {
+pub enum VariableKind {
     /// A state variable of the one table: per ray.
     State,
     /// A member of the instance. Only the constructor and the initialiser store it.
@@ -36,38 +36,38 @@ pub enum PlaceKind {
     /// Read-only data that the host binds; `len` scalars an element, of run-time length.
     Buffer,
     /// The function's own memory, zero at its start; the only kind that `store` may name.
-    Slot,
+    Local,
     /// One bool, only as an output: the call accepted a hit.
     Accepted,
 }
 
-impl PlaceKind {
+impl VariableKind {
     /// All of them.
-    pub const ALL: [PlaceKind; 7] = [
-        PlaceKind::State,
-        PlaceKind::Member,
-        PlaceKind::Parameter,
-        PlaceKind::Scratch,
-        PlaceKind::Buffer,
-        PlaceKind::Slot,
-        PlaceKind::Accepted,
+    pub const ALL: [VariableKind; 7] = [
+        VariableKind::State,
+        VariableKind::Member,
+        VariableKind::Parameter,
+        VariableKind::Scratch,
+        VariableKind::Buffer,
+        VariableKind::Local,
+        VariableKind::Accepted,
     ];
 
     /// The kind with this keyword.
-    pub fn from_name(name: &str) -> Option<PlaceKind> {
-        PlaceKind::ALL.into_iter().find(|kind| kind.name() == name)
+    pub fn from_name(name: &str) -> Option<VariableKind> {
+        VariableKind::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// The keyword of the text form.
     pub const fn name(self) -> &'static str {
         match self {
-            PlaceKind::State => "state",
-            PlaceKind::Member => "member",
-            PlaceKind::Parameter => "parameter",
-            PlaceKind::Scratch => "scratch",
-            PlaceKind::Buffer => "buffer",
-            PlaceKind::Slot => "slot",
-            PlaceKind::Accepted => "accepted",
+            VariableKind::State => "state",
+            VariableKind::Member => "member",
+            VariableKind::Parameter => "parameter",
+            VariableKind::Scratch => "scratch",
+            VariableKind::Buffer => "buffer",
+            VariableKind::Local => "local",
+            VariableKind::Accepted => "accepted",
         }
     }
 }

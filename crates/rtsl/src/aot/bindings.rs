@@ -17,7 +17,7 @@ const TREE_LIMIT: usize = 4096;
 /// that is not bound is unset.
 ///
 /// ```
-/// use rtsl::{Compiler, ahead::Bindings, library};
+/// use rtsl::{Compiler, aot::Bindings, library};
 ///
 /// let compiler = Compiler::default();
 /// let [ward, constant] = [

@@ -6,7 +6,7 @@ mod compiler;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rtsl::ahead::{AheadLibrary, AheadOptions, Bindings};
+use rtsl::aot::{AotLibrary, AotOptions, Bindings};
 use rtsl::description::{ClassDescription, ParameterDescription};
 use rtsl::host::{Host, LaneFloats, LaneSet};
 use rtsl::{
@@ -49,8 +49,8 @@ fn check(form: Form, shapes: Vec<(CallMode, u32)>) {
         eprintln!("left out: there is no LLVM");
         return;
     }
-    let options = AheadOptions { shapes, bindings, ..AheadOptions::default() };
-    let library = engine.ahead(&classes, &options).unwrap();
+    let options = AotOptions { shapes, bindings, ..AotOptions::default() };
+    let library = engine.aot_library(&classes, &options).unwrap();
     let mut requests = Vec::new();
     let mut random = Random(1);
     for (number, description) in library.description().classes.iter().enumerate() {
@@ -76,8 +76,8 @@ fn check(form: Form, shapes: Vec<(CallMode, u32)>) {
 }
 
 /// Compiles the driver with the library and hands it the requests.
-fn run(form: Form, library: &AheadLibrary, requests: &[Request]) -> Vec<u8> {
-    let program = CProgram::new("ahead").called(&format!("ahead-{form:?}"));
+fn run(form: Form, library: &AotLibrary, requests: &[Request]) -> Vec<u8> {
+    let program = CProgram::new("aot").called(&format!("aot-{form:?}"));
     std::fs::write(program.folder().join("library.h"), library.header()).unwrap();
     let code = match form {
         Form::Object => {
