@@ -229,6 +229,20 @@ fn materials() {
     check_role(Role::Material, &OPTIONS);
 }
 
+/// Where view and light are opposite, the half vector's cosine with them is tiny, and rounded.
+#[test]
+fn narrow_highlights_have_no_negative_density_on_tilted_surfaces() {
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    let class = classes(Role::Material).into_iter().find(|it| it.name == "Ward").expect("a class");
+    let narrow = [("alphaU", Value::Float(0.001)), ("alphaV", Value::Float(0.001))];
+    let instance = Instance::new(&class, narrow).expect("within its range");
+    for seed in [16, 57, 99] {
+        let name = format!("Ward, seed {seed}");
+        let broken = broken(&engine, &name, &instance, &Options { seed, ..OPTIONS });
+        assert!(broken.is_empty(), "{broken}");
+    }
+}
+
 #[test]
 fn lights() {
     check_role(Role::Light, &OPTIONS);

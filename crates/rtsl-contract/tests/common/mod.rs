@@ -8,6 +8,17 @@ use rtsl_contract::{Contract, Options, Report, check, engine_options};
 
 use self::seeds::seeds;
 
+/// The report on the text's last class.
+#[allow(dead_code, reason = "one of the tests calls it")]
+pub fn report(text: &str, options: &Options) -> Report {
+    let compilation = Compiler::default().compile("class.rtsl", text);
+    let Some(unit) = &compilation.unit else { panic!("{}", compilation.report(false)) };
+    let class = unit.classes().last().expect("a class");
+    let instance = Instance::new(class, []).expect("it needs no parameters");
+    let (engine, _) = Engine::new(engine_options()).expect("an engine");
+    check(&engine, &instance, options).expect("it has code")
+}
+
 /// Compares what the report on the text's last class says of contracts that are broken. With other seeds the same
 /// contracts are broken, or as many are kept.
 #[track_caller]
