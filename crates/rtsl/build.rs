@@ -7,18 +7,25 @@ use std::path::{Path, PathBuf};
 fn main() {
     // Asked for when it runs: a build folder that was copied may bring a script compiled elsewhere.
     let package = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
-    let root = Path::new(&package).join("../..");
+    let package = Path::new(&package);
     let out = std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
     for folder in ["shaders", "prelude"] {
         let list = Path::new(&out).join(format!("{folder}_files.rs"));
-        std::fs::write(list, list_files(&root, folder)).expect("OUT_DIR is writable");
+        std::fs::write(list, list_files(package, folder)).expect("OUT_DIR is writable");
     }
 }
 
 /// An array expression of all RTSL files in a folder, sorted by name.
-fn list_files(root: &Path, folder: &str) -> String {
+fn list_files(package: &Path, folder: &str) -> String {
+    // The repository has the folders at its root, with links to them here, so that packages hold them. A checkout of
+    // Git on Windows makes no links, but text files.
+    let root = if package.join(folder).is_dir() { package } else { &package.join("../..") };
     let mut files = Vec::new();
     collect(&root.join(folder), &mut files);
+    assert!(
+        !files.is_empty(),
+        "the package or the repository has a folder `{folder}` with RTSL files"
+    );
     files.sort();
     let mut list = String::from("&[\n");
     for file in files {
@@ -33,7 +40,6 @@ fn list_files(root: &Path, folder: &str) -> String {
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     println!("cargo::rerun-if-changed={}", folder.display());
-    // Without the folder there is no library, and looking for a class says so.
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let path = entry.path();

@@ -1,4 +1,9 @@
 //! Vectors of 16 lanes with AVX-512.
+//!
+//! # Safety
+//! Two reasons hold for all unsafe blocks of this file. Intrinsics are called in functions that are inlined where the
+//! instructions are enabled. Pointers are followed in unsafe functions, whose callers promise that they may be.
+#![allow(clippy::undocumented_unsafe_blocks, reason = "the module gives the reason for all")]
 
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub};
@@ -24,7 +29,6 @@ macro_rules! operator {
             type Output = $ty;
             #[inline(always)]
             fn $method(self, other: $ty) -> $ty {
-                // Safety: inlined where the instructions are enabled; so for all of this file.
                 $ty(unsafe { $intrinsic(self.0, other.0) })
             }
         }

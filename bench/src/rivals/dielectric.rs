@@ -11,7 +11,7 @@ use crate::packet::{Packet, RAYS};
 impl Rival for Dielectric {
     #[inline(always)]
     unsafe fn packet<F: Floats, P: Precision>(packet: Packet) {
-        // Safety: the race has these arrays and parameters; so for all of this file.
+        // Safety: the race has these arrays and parameters, as the caller promises.
         unsafe {
             let absorption = Vec3::<F>::parameter(packet, 1);
             let base = if P::TUNED {
@@ -32,6 +32,7 @@ impl Rival for Dielectric {
 /// As for the kernel.
 #[inline(always)]
 unsafe fn chunk<F: Floats, P: Precision>(packet: Packet, base: Vec3<F>) {
+    // Safety: the caller's promise.
     unsafe {
         let d = Vec3::<F>::load(packet.state(0));
         let normal = Vec3::<F>::load(packet.state(3));

@@ -13,7 +13,7 @@ impl Chunk for Exp {
 
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
-        // Safety: the race has these arrays; so for all of this file.
+        // Safety: the race has these arrays, as the caller promises.
         unsafe { exp(F::load(packet.state(0))).store(packet.state(1)) }
     }
 }
@@ -23,6 +23,7 @@ impl Chunk for Log {
 
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe { log(F::load(packet.state(0))).store(packet.state(1)) }
     }
 }
@@ -32,6 +33,7 @@ impl Chunk for Pow {
 
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe {
             pow(F::load(packet.state(0)), F::load(packet.state(1))).store(packet.state(2));
         }
@@ -43,6 +45,7 @@ impl Chunk for SinCos {
 
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe {
             let (sine, cosine) = sin_cos(F::load(packet.state(0)));
             sine.store(packet.state(1));
@@ -54,6 +57,7 @@ impl Chunk for SinCos {
 impl Chunk for InverseSqrt {
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe { P::inverse_sqrt(F::load(packet.state(0))).store(packet.state(1)) }
     }
 }

@@ -10,7 +10,7 @@ use crate::packet::Packet;
 impl Chunk for HashedFbm {
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
-        // Safety: the race has these arrays; so for all of this file.
+        // Safety: the race has these arrays, as the caller promises.
         unsafe {
             let mut p = Vec3::<F>::load(packet.state(0));
             let (mut sum, mut amplitude) = (F::splat(0.0), F::splat(1.0));
@@ -28,6 +28,7 @@ impl Chunk for HashedFbm {
 impl Chunk for TableFbm {
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe {
             let table = packet.parameters.cast::<i32>();
             let mut p = Vec3::<F>::load(packet.state(0));

@@ -16,7 +16,7 @@ const ORIGIN: usize = 6;
 impl Chunk for Sphere {
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
-        // Safety: the race has these arrays and parameters; so for all of this file.
+        // Safety: the race has these arrays and parameters, as the caller promises.
         unsafe {
             let d = Vec3::<F>::load(packet.state(3));
             let o = Vec3::<F>::load(packet.state(0)) - Vec3::parameter(packet, CENTER);
@@ -35,6 +35,7 @@ impl Chunk for Sphere {
 impl Chunk for UnitSphere {
     #[inline(always)]
     unsafe fn chunk<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe {
             let d = Vec3::<F>::load(packet.state(3));
             let o = Vec3::<F>::load(packet.state(0)) - Vec3::parameter(packet, CENTER);
@@ -51,6 +52,7 @@ impl Chunk for UnitSphere {
 impl Rival for CommonOriginSphere {
     #[inline(always)]
     unsafe fn packet<F: Floats, P: Precision>(packet: Packet) {
+        // Safety: the caller's promise.
         unsafe {
             let parameter = |index| packet.parameter(index);
             let x = parameter(ORIGIN) - parameter(CENTER);
@@ -77,6 +79,7 @@ impl Rival for CommonOriginSphere {
 /// As for the kernels.
 #[inline(always)]
 unsafe fn accept<F: Floats, P: Precision>(packet: Packet, discriminant: F, near: F, far: F) {
+    // Safety: the caller's promise.
     unsafe {
         let epsilon = F::splat(packet.parameter(EPSILON));
         let t = F::select(near.greater(epsilon), near, far);

@@ -10,7 +10,7 @@ use crate::packet::{Packet, RAYS};
 impl Rival for Torus {
     #[inline(always)]
     unsafe fn packet<F: Floats, P: Precision>(packet: Packet) {
-        // Safety: the race has these arrays and parameters; so for all of this file.
+        // Safety: the race has these arrays and parameters, as the caller promises.
         unsafe {
             if P::TUNED {
                 step::<F, P, 4>(packet);
@@ -27,6 +27,7 @@ impl Rival for Torus {
 /// As for the kernel.
 #[inline(always)]
 unsafe fn step<F: Floats, P: Precision, const G: usize>(packet: Packet) {
+    // Safety: the caller's promise.
     unsafe {
         let major = F::splat(packet.parameter(0));
         let minor = F::splat(packet.parameter(1));

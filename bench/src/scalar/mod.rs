@@ -36,7 +36,7 @@ pub struct Ray(Packet);
 impl Ray {
     #[inline(always)]
     fn state<R: Real>(self, array: usize) -> R {
-        // Safety: see the type; so for all functions here.
+        // Safety: see the type.
         R::from_f32(unsafe { *self.0.state(array) })
     }
 
@@ -47,6 +47,7 @@ impl Ray {
 
     #[inline(always)]
     fn parameter<R: Real>(self, index: usize) -> R {
+        // Safety: see the type.
         R::from_f32(unsafe { self.0.parameter(index) })
     }
 
@@ -57,11 +58,13 @@ impl Ray {
 
     #[inline(always)]
     fn table(self, index: u32) -> u32 {
+        // Safety: see the type.
         unsafe { self.0.parameter(index as usize) }.to_bits()
     }
 
     #[inline(always)]
     fn set_state<R: Real>(self, array: usize, value: R) {
+        // Safety: see the type.
         unsafe { *self.0.state(array) = value.to_f32() }
     }
 
@@ -74,6 +77,7 @@ impl Ray {
 
     #[inline(always)]
     fn set_scratch<R: Real>(self, array: usize, value: R) {
+        // Safety: see the type.
         unsafe { *self.0.scratch(array) = value.to_f32() }
     }
 }

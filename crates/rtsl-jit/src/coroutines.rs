@@ -250,18 +250,20 @@ unsafe fn answers<'a>(
 ) -> PerChunk<Answer> {
     match kind {
         Kind::Trace => {
-            // Safety: the caller's promise; so for the others.
+            // Safety: the caller's promise.
             let mut requests: PerChunk<_> = asking.filter_map(|it| unsafe { it.trace() }).collect();
             host.ask(|host| host.trace_together(&mut requests));
             SmallVec::from_elem(0, requests.len())
         }
         Kind::Occluded => {
+            // Safety: the caller's promise.
             let mut requests: PerChunk<_> =
                 asking.filter_map(|it| unsafe { it.occlusion() }).collect();
             host.ask(|host| host.occluded_together(&mut requests));
             requests.iter().map(|it| it.occluded & it.lanes.active).collect()
         }
         Kind::LightSample(index) => {
+            // Safety: the caller's promise.
             let mut requests: PerChunk<_> = asking.filter_map(|it| unsafe { it.light() }).collect();
             host.ask(|host| host.light_sample_together(index, &mut requests));
             requests.iter().map(|it| it.reached & it.lanes.active).collect()

@@ -170,8 +170,8 @@ impl CompiledKernel {
             // Safety: the same.
             None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
             Some(width) => {
-                // Safety: the same, and the code may begin at any chunk of this width.
                 let mask = mask.map(LaneMask::signed_words);
+                // Safety: the same, and the code may begin at any chunk of this width.
                 unsafe { call_in_coroutines(self.entry, &mut raw, width, self.frame_bytes, mask) }?;
             }
         }

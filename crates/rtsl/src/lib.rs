@@ -100,3 +100,8 @@ pub use rtsl_spec::{
     state_component_count, state_variables,
 };
 pub use rtsl_syntax::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoIncludes};
+
+// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -38,7 +38,9 @@ fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> =
         folder.map(|entry| entry.expect("it can be read").path()).collect();
     pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
-    pages.push(root.join("README.md"));
+    pages.extend(
+        ["README.md", "CONTRIBUTING.md", "crates/rtsl/README.md"].map(|page| root.join(page)),
+    );
     pages.sort();
     pages
 }

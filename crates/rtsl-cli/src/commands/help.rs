@@ -27,7 +27,7 @@ macro_rules! topics {
         &[$(Topic {
             name: $name,
             title: $title,
-            text: include_str!(concat!("../../../../docs/", $file)),
+            text: include_str!(concat!(env!("RTSL_DOCS"), "/", $file)),
         },)*]
     };
 }

@@ -1,0 +1,130 @@
+//! `cargo xtask long`: the tests that take too long for every day.
+
+use crate::shell::{Command, Failure, Result, cargo, is_installed, say};
+
+const HELP: &str = "\
+The tests that take too long for every day: for nights, and before a release.
+
+    cargo xtask long [PART...] [OPTIONS]
+
+  scenes      every scene of `scenes/` with every renderer, width, backend and number of threads
+  contracts   every class of the library against its contract, with 200 seeds
+  functions   every float for every mathematical function, against the manual's table of errors
+  mutations   the fuzz targets on 50 times as many mutations as in ordinary tests
+  llvm        the tests that call LLVM, with every major version from 17 on, fetched by `.ci/every-llvm`
+  fuzz        every fuzz target with cargo-fuzz, which needs a nightly toolchain
+
+Without a part all of them run, one after another; the parts that fail are listed at the end.
+
+  --llvm FOLDER    where `llvm` keeps the libraries that it fetches; default: target/llvm
+  --seconds N      how long `fuzz` runs each target; default: 600
+";
+
+const PARTS: [&str; 6] = ["scenes", "contracts", "functions", "mutations", "llvm", "fuzz"];
+
+struct Options {
+    llvm: String,
+    seconds: u32,
+}
+
+/// Runs the named parts, or all.
+///
+/// # Errors
+///
+/// If a part fails.
+pub fn run(arguments: &[String]) -> Result<()> {
+    let mut options = Options { llvm: "target/llvm".to_owned(), seconds: 600 };
+    let mut parts: Vec<&str> = Vec::new();
+    let mut rest = arguments.iter();
+    while let Some(argument) = rest.next() {
+        match argument.as_str() {
+            "-h" | "--help" => {
+                print!("{HELP}");
+                return Ok(());
+            }
+            "--llvm" => options.llvm = value(argument, rest.next())?,
+            "--seconds" => {
+                let seconds = value(argument, rest.next())?;
+                let number = seconds.parse();
+                options.seconds =
+                    number.map_err(|_| Failure(format!("--seconds: `{seconds}` is no number")))?;
+            }
+            part if PARTS.contains(&part) => parts.push(part),
+            other => {
+                return Err(Failure(format!(
+                    "no part `{other}`; `cargo xtask long --help` lists the parts"
+                )));
+            }
+        }
+    }
+    if parts.is_empty() {
+        parts = PARTS.to_vec();
+    }
+    let mut failed = Vec::new();
+    for part in parts {
+        say(part);
+        if let Err(Failure(message)) = run_part(part, &options) {
+            eprintln!("{part}: {message}");
+            failed.push(part);
+        }
+    }
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(Failure(format!("these parts failed: {}", failed.join(", "))))
+}
+
+fn value(option: &str, value: Option<&String>) -> Result<String> {
+    value.cloned().ok_or_else(|| Failure(format!("{option} needs a value")))
+}
+
+fn run_part(part: &str, options: &Options) -> Result<()> {
+    let test = |package: &str, target: &str| {
+        cargo(["test", "--release", "-p", package, "--test", target]).toolchain_llvm()
+    };
+    match part {
+        "scenes" => test("rtsl-render", "scenes").args(["--", "--ignored"]).run(),
+        "contracts" => {
+            let contracts = cargo(["test", "--release", "-p", "rtsl-contract", "--no-fail-fast"]);
+            contracts.toolchain_llvm().env("RTSL_SEEDS", "200").run()
+        }
+        "functions" => {
+            let functions = test("rtsl", "prelude");
+            functions.args(["--", "--ignored", "--nocapture", "exhaustive"]).run()
+        }
+        "mutations" => test("rtsl", "fuzz").env("RTSL_FUZZ", "50").run(),
+        "llvm" => Command::new(".ci/every-llvm").args(["--fetch", &options.llvm]).run(),
+        "fuzz" => fuzz(options.seconds),
+        other => unreachable!("{other} is no part"),
+    }
+}
+
+/// Runs every fuzz target for the same time, and names those that fail at the end.
+fn fuzz(seconds: u32) -> Result<()> {
+    if !is_installed("cargo-fuzz") {
+        return Err(Failure(
+            "cargo-fuzz is missing: `cargo install --locked cargo-fuzz`".to_owned(),
+        ));
+    }
+    let targets = std::fs::read_dir("fuzz/fuzz_targets");
+    let targets = targets.map_err(|error| Failure(format!("fuzz/fuzz_targets: {error}")))?;
+    let mut targets: Vec<String> = targets
+        .flatten()
+        .filter_map(|entry| entry.path().file_stem()?.to_str().map(str::to_owned))
+        .collect();
+    targets.sort();
+    let mut failed = Vec::new();
+    for target in targets {
+        let limit = format!("-max_total_time={seconds}");
+        // The command of rustup, since Cargo's own does not know toolchains.
+        let fuzz = Command::new("cargo").args(["+nightly", "fuzz", "run", &target, "--", &limit]);
+        if let Err(Failure(message)) = fuzz.run() {
+            eprintln!("{message}");
+            failed.push(target);
+        }
+    }
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(Failure(format!("these targets failed: {}", failed.join(", "))))
+}

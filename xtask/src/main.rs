@@ -1,0 +1,103 @@
+//! The daily commands of RTSL's developers: `cargo xtask COMMAND`.
+//!
+//! Each command is a short list of calls of other programs, which are printed before they run, so that any of
+//! them can be repeated by hand.
+
+mod long;
+mod package;
+mod shell;
+
+use std::process::ExitCode;
+
+use shell::{Command, Failure, Result, cargo, say};
+
+const HELP: &str = "\
+The daily commands of RTSL's developers.
+
+    cargo xtask COMMAND [ARGUMENTS]
+
+  check              formatting, lints and API documentation
+  test [ARGUMENTS]   all tests; with arguments, `cargo test ARGUMENTS`
+  bless [ARGUMENTS]  as test, but writes the expectations, and lists the files that changed
+  book [ARGUMENTS]   builds the manual with mdBook; `book serve` shows it in a browser
+  package [--verify] makes the packages that would be published; --verify builds each from its package
+  long [PART...]     the tests that take too long for every day; `long --help` lists the parts
+
+Commands print what they call. `test`, `bless` and `long` use the LLVM of the Rust toolchain, unless the
+environment variable RTSL_LLVM names another.
+
+Before a pull request: `cargo xtask check`, then `cargo xtask test`.
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure(message)) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &[String]) -> Result<()> {
+    std::env::set_current_dir(shell::root())
+        .map_err(|error| Failure(format!("the repository's folder: {error}")))?;
+    let Some((command, rest)) = arguments.split_first() else {
+        print!("{HELP}");
+        return Ok(());
+    };
+    match command.as_str() {
+        "help" | "-h" | "--help" => {
+            print!("{HELP}");
+            Ok(())
+        }
+        "check" if rest.is_empty() => check(),
+        "test" => test(rest),
+        "bless" => bless(rest),
+        "book" => book(rest),
+        "package" => package::run(rest),
+        "long" => long::run(rest),
+        "check" => Err(Failure("`cargo xtask check` takes no arguments".to_owned())),
+        other => {
+            Err(Failure(format!("no command `{other}`; `cargo xtask help` lists the commands")))
+        }
+    }
+}
+
+fn check() -> Result<()> {
+    say("format");
+    cargo(["fmt", "--all", "--check"]).run()?;
+    say("lints");
+    cargo(["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]).run()?;
+    say("documentation");
+    cargo(["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings").run()
+}
+
+fn test(arguments: &[String]) -> Result<()> {
+    if !arguments.is_empty() {
+        return cargo(["test"]).args(arguments).toolchain_llvm().run();
+    }
+    cargo(["test"]).toolchain_llvm().run()?;
+    // An example with a program of its own, which is no default member of the workspace.
+    cargo(["test", "-p", "rtsl-embree"]).toolchain_llvm().run()
+}
+
+fn bless(arguments: &[String]) -> Result<()> {
+    let tests = cargo(["test"]).args(arguments).toolchain_llvm().env("UPDATE_EXPECT", "1").run();
+    say("files that differ from the last commit");
+    Command::new("git").args(["status", "--short"]).run()?;
+    tests
+}
+
+fn book(arguments: &[String]) -> Result<()> {
+    let folders = [".", "docs", "book"];
+    let Some(folder) = folders.iter().find(|it| shell::exists(&format!("{it}/book.toml"))) else {
+        return Err(Failure("there is no book.toml in this checkout".to_owned()));
+    };
+    if !shell::is_installed("mdbook") {
+        return Err(Failure("mdBook is missing: `cargo install --locked mdbook`".to_owned()));
+    }
+    let arguments = if arguments.is_empty() { &["build".to_owned()] } else { arguments };
+    Command::new("mdbook").args(arguments).args([*folder]).run()
+}
