@@ -1,7 +1,7 @@
 //! Plots rays per second over the number of triangles, both on logarithmic scales:
 //!
 //! ```text
-//! cargo run -p rtsl-bench --example plot_triangles -- docs/figures/triangles.csv docs/images/triangles.svg
+//! cargo run -p rtsl-bench --example plot_triangles -- docs/data/triangles.csv docs/src/images/triangles.svg
 //! ```
 //!
 //! Each line of the table after the first is a point: `series,triangles,million rays a second`.

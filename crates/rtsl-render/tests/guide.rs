@@ -31,7 +31,11 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(page: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("rtsl-{page}-{}", std::process::id()));
+        let path = std::env::temp_dir().join(format!(
+            "rtsl-{}-{}",
+            page.replace('/', "-"),
+            std::process::id()
+        ));
         std::fs::create_dir_all(&path).expect("the folder can be made");
         Folder(path)
     }
@@ -44,7 +48,7 @@ impl Drop for Folder {
 }
 
 fn render_scenes_of(page: &str) -> usize {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src").join(page);
     let text = std::fs::read_to_string(path).expect("the page is there");
     let folder = Folder::new(page);
     let mut files: BTreeMap<String, String> = BTreeMap::new();
@@ -81,10 +85,10 @@ fn render_scenes_of(page: &str) -> usize {
 
 #[test]
 fn scenes_of_the_guide_render() {
-    assert_eq!(render_scenes_of("guide.md"), 4);
+    assert_eq!(render_scenes_of("tutorial/first-picture.md"), 4);
 }
 
 #[test]
 fn scenes_of_the_scene_page_render() {
-    assert!(render_scenes_of("scenes.md") > 0);
+    assert!(render_scenes_of("reference/scenes.md") > 0);
 }

@@ -28,7 +28,7 @@ fn diagnostics_are_current() {
 }
 
 fn check(page: &str, expected: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference").join(page);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/reference").join(page);
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, expected).unwrap();
@@ -36,7 +36,7 @@ fn check(page: &str, expected: &str) {
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == expected,
-        "docs/reference/{page} is not what the tables say; run this test with UPDATE_EXPECT=1"
+        "docs/src/reference/{page} is not what the tables say; run this test with UPDATE_EXPECT=1"
     );
 }
 

@@ -27,26 +27,26 @@ macro_rules! topics {
         &[$(Topic {
             name: $name,
             title: $title,
-            text: include_str!(concat!("../../../../docs/", $file)),
+            text: include_str!(concat!("../../../../docs/src/", $file)),
         },)*]
     };
 }
 
 const TOPICS: &[Topic] = topics! {
-    "guide" "from the first picture to your own shaders" "guide.md";
-    "cli" "the commands and their JSON" "cli.md";
-    "language" "the language" "language.md";
+    "guide" "from the first picture to your own shaders" "tutorial/first-picture.md";
+    "cli" "the commands and their JSON" "reference/command-line.md";
+    "language" "the language" "reference/language.md";
     "roles" "roles, methods and state variables" "reference/roles.md";
     "builtins" "built-in functions" "reference/builtins.md";
-    "scenes" "the format of scenes" "scenes.md";
-    "viewer" "the window of `rtsl view`" "view.md";
-    "embedding" "RTSL in your own renderer" "embedding.md";
-    "c" "the C interface" "c.md";
-    "libraries" "shaders compiled ahead of time" "libraries.md";
-    "stability" "what stays as it is from version to version" "stability.md";
+    "scenes" "the format of scenes" "reference/scenes.md";
+    "viewer" "the window of `rtsl view`" "how-to/viewer.md";
+    "embedding" "RTSL in your own renderer" "how-to/embed-rust.md";
+    "c" "the C interface" "how-to/embed-c.md";
+    "libraries" "shaders compiled ahead of time" "how-to/ahead-of-time.md";
+    "stability" "what stays as it is from version to version" "reference/stability.md";
     "diagnostics" "all errors and warnings" "reference/diagnostics.md";
-    "glsl" "what RTSL has of GLSL" "glsl.md";
-    "architecture" "how the compiler is built" "architecture.md";
+    "glsl" "what RTSL has of GLSL" "reference/glsl.md";
+    "architecture" "how the compiler is built" "explanation/architecture.md";
 };
 
 /// Prints the help of a command or a part of the manual.
