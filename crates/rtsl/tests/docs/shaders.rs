@@ -4,61 +4,21 @@
 //! ```` ```rtsl,fails=CODE ```` gives that diagnostic.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 use rtsl::Compiler;
 
-struct Block {
-    /// `rtsl`, and what follows it on the fence.
-    info: String,
-    text: String,
-    line: usize,
-}
-
-fn blocks(page: &str) -> Vec<Block> {
-    let mut found: Vec<Block> = Vec::new();
-    let mut inside = false;
-    for (index, line) in page.lines().enumerate() {
-        if let Some(info) = line.strip_prefix("```") {
-            inside = !inside;
-            if inside {
-                found.push(Block { info: info.to_string(), text: String::new(), line: index + 1 });
-            }
-        } else if inside && let Some(block) = found.last_mut() {
-            block.text.push_str(line);
-            block.text.push('\n');
-        }
-    }
-    found
-}
-
-/// The pages of the book and the read-me file.
-fn pages() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let mut pages = vec![root.join("README.md")];
-    let mut folders = vec![root.join("docs/src")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).expect("the folder is there") {
-            let path = entry.expect("it can be read").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "md")
-                // The test `explain` compiles its texts.
-                && !path.ends_with("reference/diagnostics.md")
-            {
-                pages.push(path);
-            }
-        }
-    }
-    pages.sort();
-    pages
-}
+use super::markdown::blocks;
+use super::{book_pages, read, root};
 
 #[test]
 fn shader_texts_compile() {
     let mut compiled = 0;
-    for path in pages() {
-        let page = std::fs::read_to_string(&path).unwrap_or_default();
+    let mut pages = book_pages();
+    // The test `explain` compiles the texts of this page.
+    pages.retain(|page| !page.ends_with("reference/diagnostics.md"));
+    pages.push(root().join("README.md"));
+    for path in pages {
+        let page = read(&path);
         let mut files: BTreeMap<String, String> = BTreeMap::new();
         for block in blocks(&page) {
             let mut words = block.info.split([' ', ',']);
