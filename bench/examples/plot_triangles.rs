@@ -1,10 +1,11 @@
 //! Plots rays per second over the number of triangles, both on logarithmic scales:
 //!
 //! ```text
-//! cargo run -p rtsl-bench --example plot_triangles -- docs/figures/triangles.csv docs/images/triangles.svg
+//! cargo run -p rtsl-bench --example plot_triangles -- docs/data/triangles.csv docs/src/images/triangles.svg
 //! ```
 //!
-//! Each line of the table after the first is a point: `series,triangles,million rays a second`.
+//! Each line of the table after the first is a point: `series,triangles,million rays a second`. Lines that start with `#`
+//! tell when and where the points were measured.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -49,7 +50,8 @@ struct Plot {
 impl Plot {
     fn read(text: &str) -> Result<Plot, String> {
         let mut plot = Plot { names: Vec::new(), points: BTreeMap::new() };
-        for line in text.lines().skip(1).filter(|line| !line.is_empty()) {
+        let lines = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+        for line in lines.skip(1) {
             let fields: Vec<&str> = line.split(',').collect();
             let numbers = fields[1..].iter().map(|field| field.parse().ok());
             let numbers: Option<Vec<f64>> = numbers.collect();

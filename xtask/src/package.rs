@@ -11,7 +11,7 @@ const IN_ALL: [&str; 4] = ["Cargo.toml", "README.md", "LICENSE-APACHE", "LICENSE
 const IN_ONE: [(&str, &str); 3] = [
     ("rtsl", "shaders/primitives/sphere.rtsl"),
     ("rtsl", "prelude/common.rtsl"),
-    ("rtsl-cli", "docs/architecture.md"),
+    ("rtsl-cli", "docs/src/explanation/architecture.md"),
 ];
 
 /// Makes the packages and checks which files they have.

@@ -55,7 +55,7 @@ pub enum Command {
     Info(crate::commands::info::InfoArguments),
     /// Explain the code of an error or a warning.
     Explain(crate::commands::explain::ExplainArguments),
-    /// Print the help of a command, or a part of the manual.
+    /// Print the help of a command, or a part of the book.
     Help(crate::commands::help::HelpArguments),
 }
 

@@ -1,4 +1,4 @@
-//! The scenes and shaders of the manual, put together as its reader would, render without a message.
+//! The scenes and shaders of the book, put together as its reader would, render without a message.
 //!
 //! A block ```` ```pbrt file=NAME ```` or ```` ```rtsl file=NAME ```` is a file; with `append` it goes to the end of that file. After
 //! each scene block its scene is rendered, with the files as they are by then.
@@ -31,7 +31,11 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(page: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("rtsl-{page}-{}", std::process::id()));
+        let path = std::env::temp_dir().join(format!(
+            "rtsl-{}-{}",
+            page.replace('/', "-"),
+            std::process::id()
+        ));
         std::fs::create_dir_all(&path).expect("the folder can be made");
         Folder(path)
     }
@@ -43,48 +47,56 @@ impl Drop for Folder {
     }
 }
 
-fn render_scenes_of(page: &str) -> usize {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
-    let text = std::fs::read_to_string(path).expect("the page is there");
-    let folder = Folder::new(page);
+/// Renders the scenes of pages that are read one after the other.
+fn render_scenes_of(pages: &[&str]) -> usize {
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src");
+    let folder = Folder::new(pages[0]);
     let mut files: BTreeMap<String, String> = BTreeMap::new();
     let mut rendered = 0;
-    for (words, text) in blocks(&text) {
-        let Some(name) = words.iter().find_map(|word| word.strip_prefix("file=")) else { continue };
-        let file = files.entry(name.to_owned()).or_default();
-        if !words.contains(&"append") {
-            file.clear();
+    for page in pages {
+        let text = std::fs::read_to_string(book.join(page)).expect("the page is there");
+        for (words, text) in blocks(&text) {
+            let Some(name) = words.iter().find_map(|word| word.strip_prefix("file=")) else {
+                continue;
+            };
+            let file = files.entry(name.to_owned()).or_default();
+            if !words.contains(&"append") {
+                file.clear();
+            }
+            file.push_str(&text);
+            std::fs::write(folder.0.join(name), file.as_str()).expect("the file can be written");
+            if words[0] == "pbrt" {
+                render(page, &folder.0.join(name));
+                rendered += 1;
+            }
         }
-        file.push_str(&text);
-        std::fs::write(folder.0.join(name), file.as_str()).expect("the file can be written");
-        if words[0] != "pbrt" {
-            continue;
-        }
-        let request = RenderRequest {
-            scene: folder.0.join(name),
-            size: Some((16, 12)),
-            samples: Some(1),
-            ..RenderRequest::default()
-        };
-        match render_scene(&request) {
-            Ok(result) => assert!(
-                result.warnings.is_empty(),
-                "{page}, {name}:\n{}",
-                result.warnings.to_text(false)
-            ),
-            Err(messages) => panic!("{page}, {name}:\n{}", messages.to_text(false)),
-        }
-        rendered += 1;
     }
     rendered
 }
 
-#[test]
-fn scenes_of_the_guide_render() {
-    assert_eq!(render_scenes_of("guide.md"), 4);
+fn render(page: &str, scene: &Path) {
+    let request = RenderRequest {
+        scene: scene.to_path_buf(),
+        size: Some((16, 12)),
+        samples: Some(1),
+        ..RenderRequest::default()
+    };
+    let messages = match render_scene(&request) {
+        Ok(result) if result.warnings.is_empty() => return,
+        Ok(result) => result.warnings,
+        Err(messages) => messages,
+    };
+    panic!("{page}, {}:\n{}", scene.display(), messages.to_text(false));
 }
 
 #[test]
-fn scenes_of_the_scene_page_render() {
-    assert!(render_scenes_of("scenes.md") > 0);
+fn scenes_of_the_tutorial_render() {
+    let pages = ["first-picture", "primitive", "material", "testing"];
+    let pages = pages.map(|page| format!("tutorial/{page}.md"));
+    assert_eq!(render_scenes_of(&pages.each_ref().map(String::as_str)), 4);
+}
+
+#[test]
+fn scenes_of_the_reference_render() {
+    assert!(render_scenes_of(&["reference/scenes.md"]) > 0);
 }

@@ -1,4 +1,4 @@
-//! The manual's reference pages are printed from the tables that drive the compiler.
+//! Some reference pages of the book are printed from the tables that drive the compiler.
 //!
 //! `UPDATE_EXPECT=1 cargo test -p rtsl --test manual` renews them; without it the test fails where a page
 //! on disk differs.
@@ -28,7 +28,7 @@ fn diagnostics_are_current() {
 }
 
 fn check(page: &str, expected: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference").join(page);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/reference").join(page);
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, expected).unwrap();
@@ -36,17 +36,21 @@ fn check(page: &str, expected: &str) {
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == expected,
-        "docs/reference/{page} is not what the tables say; run this test with UPDATE_EXPECT=1"
+        "docs/src/reference/{page} is stale; run this test with UPDATE_EXPECT=1"
     );
 }
 
 fn roles() -> String {
     let mut page = format!("# Roles, methods and state variables\n\n{NOTICE}\n");
     page.push_str(
-        "A method may use the state variables of the roles that its class has. `in`: the renderer \
-         sets it before the call. `out`: the method sets it, and it holds its default until then. \
-         `inout`: both. Where the methods are named, the variable is a local with its default in the \
-         others. \u{2020} marks what the language has beyond the paper of 2007.\n\n## Every role\n\n",
+        "A method may use the state variables of the roles of its class. The column \"passes\" gives the direction:\n\
+         \n\
+         - `in`: the renderer sets the variable before the call.\n\
+         - `out`: the method sets the variable, which holds its default until then.\n\
+         - `inout`: both.\n\
+         \n\
+         If methods are named, the variable is a local variable with its default in all others. \u{2020} marks extensions of\n\
+         the language of the paper of 2007.\n\n## Every role\n\n",
     );
     state_table(&mut page, rtsl_spec::rows().iter().filter(|row| row.role.is_none()));
     for role in Role::ALL {
@@ -122,10 +126,9 @@ fn default(default: Default) -> String {
 fn builtin_functions() -> String {
     let mut page = format!("# Built-in functions\n\n{NOTICE}\n");
     page.push_str(
-        "Generic types are GLSL's: `genF` is `float`, `vec2`, `vec3` or `vec4`, the same in a whole \
-         signature; `genI`, `genU` and `genB` are likewise of `int`, `uint` and `bool`; `vec`, `ivec`, `uvec` and \
-         `bvec` leave out the scalar, and `mat` is any matrix. Every name may be shadowed by a \
-         parameter or variable.\n",
+        "Signatures use the generic types of GLSL. `genF` is `float`, `vec2`, `vec3` or `vec4`, the same in the whole\n\
+         signature. `genI`, `genU` and `genB` are the corresponding types of `int`, `uint` and `bool`. `vec`, `ivec`, `uvec`\n\
+         and `bvec` exclude the scalar, and `mat` is any matrix. Parameters and variables may shadow every name.\n",
     );
     let mut chapter: Option<Chapter> = None;
     for builtin in builtins::all().filter(|each| each.chapter != Chapter::Intrinsic) {
@@ -137,17 +140,34 @@ fn builtin_functions() -> String {
         for signature in builtin.signatures {
             let _ = writeln!(page, "{signature}");
         }
-        let _ = write!(page, "```\n\n{}\n", builtin.doc);
+        let _ = write!(page, "```\n\n{}\n", wrapped(builtin.doc));
     }
     errors(&mut page);
     page
 }
 
+/// A paragraph in lines of at most 120 columns.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("there is a line");
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.len() + 1 + word.len() <= 120 {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.join("\n")
+}
+
 fn errors(page: &mut String) {
     page.push_str(
-        "\n## Errors\n\nIn units in the last place of the exact result: what is promised, and the greatest error \
-         found where all floats have been tried.\n\n\
-         | function | error at most | for | greatest error found | at |\n|---|---|---|---|---|\n",
+        "\n## Errors\n\nErrors are in units in the last place of the exact result. The measured errors are the greatest\n\
+         over all floats of the domain.\n\n\
+         | function | error at most | domain | greatest measured error | at |\n|---|---|---|---|---|\n",
     );
     for accuracy in builtins::ACCURACY {
         let domain = match accuracy.domain {
@@ -169,8 +189,8 @@ fn errors(page: &mut String) {
 fn diagnostics() -> String {
     let mut page = format!("# Diagnostics\n\n{NOTICE}\n");
     page.push_str(
-        "`E` codes are errors, `W` codes warnings. Codes keep their meaning for ever. `rtsl explain \
-         CODE` prints the same text.\n",
+        "`E` codes are errors, `W` codes are warnings. A code keeps its meaning in all versions. `rtsl explain CODE` prints\n\
+         the same text.\n",
     );
     for info in rtsl_source::codes() {
         let _ = write!(page, "\n## {}: {}\n\n{}\n", info.code, info.title, info.explanation.trim());

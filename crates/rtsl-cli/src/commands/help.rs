@@ -1,4 +1,4 @@
-//! `rtsl help`: the help of commands, and the manual.
+//! `rtsl help`: the help of commands, and the book.
 
 use clap::{Args, CommandFactory};
 
@@ -10,53 +10,89 @@ use crate::names::no_such;
 /// The command line of `rtsl help`.
 #[derive(Debug, Args)]
 pub struct HelpArguments {
-    /// A command, or a part of the manual: guide, cli, language, roles, builtins, scenes,
-    /// viewer, embedding, c, libraries, stability, diagnostics, glsl, architecture.
+    /// A command, or a part of the book: guide, cli, language, roles, builtins, scenes, viewer,
+    /// embedding, c, libraries, stability, diagnostics, glsl, determinism, untrusted, architecture.
     topic: Option<String>,
 }
 
-/// A part of the manual.
+/// A part of the book.
 struct Topic {
     name: &'static str,
     title: &'static str,
-    text: &'static str,
+    /// Its pages, in the order of the book's table of contents.
+    pages: &'static [&'static str],
 }
 
 macro_rules! topics {
-    ($($name:literal $title:literal $file:literal;)*) => {
+    ($($name:literal $title:literal [$($file:literal)*];)*) => {
         &[$(Topic {
             name: $name,
             title: $title,
-            text: include_str!(concat!(env!("RTSL_DOCS"), "/", $file)),
+             pages: &[$(include_str!(concat!(env!("RTSL_DOCS"), "/src/", $file)),)*],
         },)*]
     };
 }
 
 const TOPICS: &[Topic] = topics! {
-    "guide" "from the first picture to your own shaders" "guide.md";
-    "cli" "the commands and their JSON" "cli.md";
-    "language" "the language" "language.md";
-    "roles" "roles, methods and state variables" "reference/roles.md";
-    "builtins" "built-in functions" "reference/builtins.md";
-    "scenes" "the format of scenes" "scenes.md";
-    "viewer" "the window of `rtsl view`" "view.md";
-    "embedding" "RTSL in your own renderer" "embedding.md";
-    "c" "the C interface" "c.md";
-    "libraries" "shaders compiled ahead of time" "libraries.md";
-    "stability" "what stays as it is from version to version" "stability.md";
-    "diagnostics" "all errors and warnings" "reference/diagnostics.md";
-    "glsl" "what RTSL has of GLSL" "glsl.md";
-    "architecture" "how the compiler is built" "architecture.md";
+    "guide" "tutorial: a first picture, a primitive, a material" [
+        "tutorial/first-picture.md"
+        "tutorial/primitive.md"
+        "tutorial/material.md"
+        "tutorial/testing.md"
+    ];
+    "cli" "the commands and their JSON" [
+        "reference/command-line.md"
+        "reference/command-line/eval.md"
+        "reference/command-line/test.md"
+        "reference/command-line/bench.md"
+        "reference/command-line/render.md"
+        "how-to/long-renders.md"
+    ];
+    "language" "the language" [
+        "reference/language.md"
+        "reference/language/source-text.md"
+        "reference/language/classes.md"
+        "reference/language/types.md"
+        "reference/language/renderer.md"
+        "reference/language/semantics.md"
+        "reference/language/limits.md"
+    ];
+    "roles" "roles, methods and state variables" ["reference/roles.md"];
+    "builtins" "built-in functions" ["reference/builtins.md"];
+    "scenes" "the format of scenes" [
+        "reference/scenes.md"
+        "reference/scenes/standard-classes.md"
+        "reference/scenes/meshes.md"
+        "reference/scenes/settings.md"
+    ];
+    "viewer" "the window of `rtsl view`" ["how-to/viewer.md"];
+    "embedding" "RTSL in your own renderer" [
+        "how-to/embed.md"
+        "how-to/embed-rust.md"
+        "reference/kernels.md"
+    ];
+    "c" "the C interface" ["how-to/embed-c.md" "reference/c-interface.md"];
+    "libraries" "shaders compiled ahead of time" [
+        "how-to/ahead-of-time.md"
+        "how-to/embed-cpp.md"
+        "reference/kernel-interface.md"
+    ];
+    "stability" "compatibility between versions" ["reference/stability.md"];
+    "diagnostics" "all errors and warnings" ["reference/diagnostics.md"];
+    "glsl" "differences from GLSL" ["reference/glsl.md"];
+    "determinism" "why results are the same everywhere" ["explanation/determinism.md"];
+    "untrusted" "shaders from unknown sources" ["explanation/untrusted-shaders.md"];
+    "architecture" "how the compiler is built" ["explanation/architecture.md"];
 };
 
-/// Prints the help of a command or a part of the manual.
+/// Prints the help of a command or a part of the book.
 pub fn run(arguments: &HelpArguments) -> CommandResult {
     let mut command = Arguments::command();
     let text = match &arguments.topic {
         None => format!("{}\n{}", command.render_long_help(), topic_list()),
         Some(topic) => {
             if let Some(page) = TOPICS.iter().find(|page| page.name == topic) {
-                page.text.to_owned()
+                page.pages.join("\n")
             } else if let Some(subcommand) = command.find_subcommand_mut(topic) {
                 let named = subcommand.clone().bin_name(format!("rtsl {topic}"));
                 format!("{}", named.clone().render_long_help())

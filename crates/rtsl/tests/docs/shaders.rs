@@ -1,0 +1,53 @@
+//! Every shader text in the documentation compiles without a warning.
+//!
+//! A block that starts with ```` ```rtsl ```` is a whole file; with `append` after `file=NAME` it continues that file;
+//! ```` ```rtsl,fails=CODE ```` gives that diagnostic.
+
+use std::collections::BTreeMap;
+
+use rtsl::Compiler;
+
+use super::markdown::blocks;
+use super::{book_pages, read, root};
+
+#[test]
+fn shader_texts_compile() {
+    let mut compiled = 0;
+    let mut pages = book_pages();
+    // The test `explain` compiles the texts of this page.
+    pages.retain(|page| !page.ends_with("reference/diagnostics.md"));
+    pages.push(root().join("README.md"));
+    for path in pages {
+        let page = read(&path);
+        let mut files: BTreeMap<String, String> = BTreeMap::new();
+        for block in blocks(&page) {
+            let mut words = block.info.split([' ', ',']);
+            if words.next() != Some("rtsl") {
+                continue;
+            }
+            let words: Vec<&str> = words.collect();
+            let value = |key: &str| words.iter().find_map(|word| word.strip_prefix(key));
+            let mut text = block.text;
+            if let Some(file) = value("file=") {
+                if words.contains(&"append") {
+                    text.insert_str(0, &files[file]);
+                }
+                files.insert(file.to_string(), text.clone());
+            }
+            let name = format!("{}:{}", path.display(), block.line);
+            let compilation = Compiler::default().compile(&name, &text);
+            match value("fails=") {
+                None => {
+                    assert!(compilation.diagnostics.is_empty(), "{}", compilation.report(false))
+                }
+                Some(code) => assert!(
+                    compilation.diagnostics.iter().any(|found| found.code.as_str() == code),
+                    "{name} does not give {code}:\n{}",
+                    compilation.report(false)
+                ),
+            }
+            compiled += 1;
+        }
+    }
+    assert!(compiled > 10, "only {compiled} texts were found");
+}
