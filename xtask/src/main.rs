@@ -3,6 +3,7 @@
 //! Each command is a short list of calls of other programs, which are printed before they run, so that any of
 //! them can be repeated by hand.
 
+mod crates;
 mod long;
 mod package;
 mod shell;
@@ -16,9 +17,10 @@ The daily commands of RTSL's developers.
 
     cargo xtask COMMAND [ARGUMENTS]
 
-  check              formatting, lints and API documentation
+  check              formatting, lints, API documentation, dependencies between the crates
   test [ARGUMENTS]   all tests; with arguments, `cargo test ARGUMENTS`
   bless [ARGUMENTS]  as test, but writes the expectations, and lists the files that changed
+  crates             renews the picture of the crates in the manual
   book [ARGUMENTS]   builds the manual with mdBook; `book serve` shows it in a browser
   package [--verify] makes the packages that would be published; --verify builds each from its package
   long [PART...]     the tests that take too long for every day; `long --help` lists the parts
@@ -55,10 +57,11 @@ fn run(arguments: &[String]) -> Result<()> {
         "check" if rest.is_empty() => check(),
         "test" => test(rest),
         "bless" => bless(rest),
+        "crates" if rest.is_empty() => crates::draw(),
         "book" => book(rest),
         "package" => package::run(rest),
         "long" => long::run(rest),
-        "check" => Err(Failure("`cargo xtask check` takes no arguments".to_owned())),
+        "check" | "crates" => Err(Failure(format!("`cargo xtask {command}` takes no arguments"))),
         other => {
             Err(Failure(format!("no command `{other}`; `cargo xtask help` lists the commands")))
         }
@@ -66,6 +69,8 @@ fn run(arguments: &[String]) -> Result<()> {
 }
 
 fn check() -> Result<()> {
+    say("dependencies between the crates");
+    crates::check()?;
     say("format");
     cargo(["fmt", "--all", "--check"]).run()?;
     say("lints");

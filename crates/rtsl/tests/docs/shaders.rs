@@ -16,7 +16,9 @@ fn shader_texts_compile() {
     let mut pages = book_pages();
     // The test `explain` compiles the texts of this page.
     pages.retain(|page| !page.ends_with("reference/diagnostics.md"));
-    pages.push(root().join("README.md"));
+    pages.extend(
+        ["README.md", "CONTRIBUTING.md", "crates/rtsl/README.md"].map(|page| root().join(page)),
+    );
     for path in pages {
         let page = read(&path);
         let mut files: BTreeMap<String, String> = BTreeMap::new();

@@ -1,0 +1,213 @@
+//! The crates and their dependencies: a picture of them for the manual, and the rule that none is added in passing.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use crate::shell::{Failure, Result, cargo};
+
+/// The crates of RTSL that each crate may use. A dependency that is not here fails [`check`]: it belongs here, and
+/// into the table of the architecture page, before it is used.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("rtsl-source", &[]),
+    ("rtsl-spec", &[]),
+    ("rtsl-math", &[]),
+    ("rtsl-memory", &["rtsl-source"]),
+    ("rtsl-syntax", &["rtsl-source"]),
+    ("rtsl-ir", &["rtsl-spec"]),
+    ("rtsl-sema", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-ir"]),
+    ("rtsl-lower", &["rtsl-source", "rtsl-spec", "rtsl-sema", "rtsl-ir"]),
+    ("rtsl-opt", &["rtsl-ir"]),
+    ("rtsl-abi", &["rtsl-spec", "rtsl-ir"]),
+    ("rtsl-packet", &["rtsl-abi", "rtsl-spec", "rtsl-ir"]),
+    ("rtsl-llvm", &["rtsl-abi", "rtsl-packet", "rtsl-ir", "rtsl-spec"]),
+    ("rtsl-cpp", &["rtsl-abi", "rtsl-ir", "rtsl-spec"]),
+    ("rtsl-jit", &["rtsl-abi", "rtsl-ir", "rtsl-packet", "rtsl-llvm"]),
+    (
+        "rtsl",
+        &[
+            "rtsl-source",
+            "rtsl-spec",
+            "rtsl-syntax",
+            "rtsl-ir",
+            "rtsl-sema",
+            "rtsl-lower",
+            "rtsl-opt",
+            "rtsl-abi",
+            "rtsl-packet",
+            "rtsl-llvm",
+            "rtsl-cpp",
+            "rtsl-jit",
+        ],
+    ),
+    ("rtsl-image", &["rtsl-source", "rtsl-math", "rtsl-memory"]),
+    ("rtsl-bvh", &["rtsl-abi", "rtsl-math"]),
+    ("rtsl-scene", &["rtsl", "rtsl-image", "rtsl-math", "rtsl-memory"]),
+    ("rtsl-render", &["rtsl", "rtsl-bvh", "rtsl-image", "rtsl-math", "rtsl-memory", "rtsl-scene"]),
+    ("rtsl-contract", &["rtsl"]),
+    ("rtsl-view", &["rtsl-image", "rtsl-math", "rtsl-render", "rtsl-scene"]),
+    ("rtsl-capi", &["rtsl"]),
+    (
+        "rtsl-cli",
+        &["rtsl", "rtsl-contract", "rtsl-image", "rtsl-memory", "rtsl-render", "rtsl-view"],
+    ),
+    ("rtsl-testing", &["rtsl-source", "rtsl-spec", "rtsl-syntax", "rtsl-sema", "rtsl-ir"]),
+];
+
+/// The file of the picture.
+const PICTURE: &str = "docs/src/images/crates.svg";
+
+/// Writes the picture.
+pub fn draw() -> Result<()> {
+    let picture = picture(&dependencies()?);
+    std::fs::write(PICTURE, picture).map_err(|error| Failure(format!("{PICTURE}: {error}")))
+}
+
+/// Checks that every crate uses only the crates that it may use, and that the picture shows the crates as they are.
+pub fn check() -> Result<()> {
+    let found = dependencies()?;
+    let allowed: BTreeMap<&str, &[&str]> = ALLOWED.iter().copied().collect();
+    for (name, uses) in &found {
+        let allowed = allowed.get(name.as_str());
+        let Some(allowed) = allowed else {
+            return Err(Failure(format!("`{name}` is missing in xtask/src/crates.rs")));
+        };
+        if let Some(other) = uses.iter().find(|it| !allowed.contains(&it.as_str())) {
+            return Err(Failure(format!(
+                "`{name}` must not know `{other}`; xtask/src/crates.rs lists what it may use"
+            )));
+        }
+    }
+    let written = std::fs::read_to_string(PICTURE).unwrap_or_default();
+    if written == picture(&found) {
+        Ok(())
+    } else {
+        Err(Failure(format!("{PICTURE} is not current; `cargo xtask crates` renews it")))
+    }
+}
+
+/// The crates in `crates/`, each with those of them that it uses, by Cargo.
+fn dependencies() -> Result<BTreeMap<String, BTreeSet<String>>> {
+    let tree = [
+        "tree",
+        "--workspace",
+        "--edges",
+        "normal",
+        "--depth",
+        "1",
+        "--prefix",
+        "depth",
+        "--no-dedupe",
+    ];
+    let listed = cargo(tree).args(["--format", "{p}"]).output()?;
+    let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let mut current = None;
+    for line in listed.lines() {
+        let is_crate = line.contains("/crates/") || line.contains("\\crates\\");
+        let name = line.get(1..).and_then(|it| it.split(' ').next()).unwrap_or_default().to_owned();
+        match line.get(..1) {
+            Some("0") => {
+                current = is_crate.then(|| name.clone());
+                if is_crate {
+                    found.entry(name).or_default();
+                }
+            }
+            Some("1") if is_crate => {
+                if let Some(uses) = current.as_ref().and_then(|it| found.get_mut(it)) {
+                    uses.insert(name);
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(found)
+}
+
+/// The longest way from each crate down to one that uses none.
+fn layers(found: &BTreeMap<String, BTreeSet<String>>) -> BTreeMap<&str, usize> {
+    let mut layers: BTreeMap<&str, usize> = found.keys().map(|it| (it.as_str(), 0)).collect();
+    // Each round settles at least one layer, since Cargo accepts no circles.
+    for _ in found {
+        for (name, uses) in found {
+            let below = uses.iter().filter_map(|it| layers.get(it.as_str()).copied()).max();
+            layers.insert(name, below.map_or(0, |below| below + 1));
+        }
+    }
+    layers
+}
+
+/// The dependencies that do not follow from others.
+fn direct<'a>(
+    found: &'a BTreeMap<String, BTreeSet<String>>,
+    name: &str,
+) -> impl Iterator<Item = &'a String> {
+    let uses = &found[name];
+    let reaches = move |from: &String, to: &String| {
+        let mut waiting = vec![from];
+        while let Some(next) = waiting.pop() {
+            if next == to {
+                return true;
+            }
+            waiting.extend(found.get(next).into_iter().flatten());
+        }
+        false
+    };
+    uses.iter().filter(move |it| !uses.iter().any(|other| other != *it && reaches(other, it)))
+}
+
+/// The column of each crate in the picture: renderers on the left, the compiler on the right. Crates that are not here go
+/// into the last one.
+const COLUMNS: &[&[&str]] = &[
+    &["rtsl-math", "rtsl-bvh", "rtsl-render", "rtsl-view"],
+    &["rtsl-memory", "rtsl-image", "rtsl-scene"],
+    &["rtsl-source", "rtsl-syntax", "rtsl-sema", "rtsl-lower", "rtsl-cli"],
+    &["rtsl-opt", "rtsl"],
+    &["rtsl-spec", "rtsl-ir", "rtsl-cpp", "rtsl-contract"],
+    &["rtsl-abi", "rtsl-packet", "rtsl-llvm", "rtsl-jit", "rtsl-capi"],
+];
+
+/// The crates as boxes, a row for each layer, users above what they use.
+fn picture(found: &BTreeMap<String, BTreeSet<String>>) -> String {
+    const BOX: (usize, usize) = (118, 30);
+    const STEP: (usize, usize) = (134, 60);
+    // Tests alone use it.
+    let mut found = found.clone();
+    found.remove("rtsl-testing");
+    let layers = layers(&found);
+    let rows = 1 + layers.values().copied().max().unwrap_or(0);
+    let (width, height) = (COLUMNS.len() * STEP.0, rows * STEP.1);
+    let center = |(name, layer): (&&'_ str, &usize)| {
+        let column = COLUMNS.iter().position(|names| names.contains(name));
+        let x = column.unwrap_or(COLUMNS.len() - 1) * STEP.0 + STEP.0 / 2;
+        (name.to_string(), (x, (rows - 1 - layer) * STEP.1 + STEP.1 / 2))
+    };
+    let centers: BTreeMap<String, (usize, usize)> = layers.iter().map(center).collect();
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
+         font-size=\"13\" text-anchor=\"middle\">\n<title>The crates of RTSL; lines lead down to the crates that a crate \
+         uses</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
+    );
+    for name in found.keys() {
+        let (x, y) = centers[name.as_str()];
+        for other in direct(&found, name) {
+            let (to_x, to_y) = centers[other.as_str()];
+            let (from_y, to_y) = (y + BOX.1 / 2, to_y - BOX.1 / 2);
+            let middle = (from_y + to_y) / 2;
+            let _ = writeln!(
+                svg,
+                "<path d=\"M{x} {from_y} C{x} {middle} {to_x} {middle} {to_x} {to_y}\" fill=\"none\" stroke=\"#999\"/>"
+            );
+        }
+    }
+    for (name, (x, y)) in &centers {
+        let (left, top) = (x - BOX.0 / 2, y - BOX.1 / 2);
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" rx=\"4\" fill=\"#eef3fa\" stroke=\"#456\"/>\
+             <text x=\"{x}\" y=\"{}\">{name}</text>",
+            BOX.0,
+            BOX.1,
+            y + 5
+        );
+    }
+    svg + "</svg>\n"
+}
