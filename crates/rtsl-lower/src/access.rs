@@ -1,4 +1,4 @@
-//! Parts of variables: `a.b[i].xy`, read and written without touching the rest.
+//! Parts of variables such as `a.b[i].xy`, read and written without touching the rest.
 
 use rtsl_ir::{CompareOp, OpKind, Scalar, Value, VariableId, VariableKind};
 use rtsl_sema::hir::{Expression, ExpressionKind, StructId, Type};
@@ -19,27 +19,27 @@ pub(crate) struct Access {
     pub span: Span,
 }
 
-/// From a value to a part of it.
+/// One step from a value to a part of it.
 #[derive(Clone, Debug)]
 pub(crate) enum Step {
     Field(StructId, u32),
     Element {
         position: Position,
-        /// How many elements there are; `None` in a buffer.
+        /// The number of elements; `None` in a buffer.
         count: Option<u32>,
-        /// The element is a scalar, vector, matrix or color.
+        /// True if the element is a scalar, vector, matrix or color.
         basic: bool,
     },
     /// Components of a vector; always the last step.
     Components(Vec<u8>),
 }
 
-/// Which element.
+/// The index of an element.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Position {
-    /// In range, but in a buffer.
+    /// A constant, which is in range except in a buffer.
     Constant(u32),
-    /// An i32 or u32, as the text has computed it.
+    /// An i32 or u32 computed at run time, not yet clamped.
     Dynamic(Value),
 }
 
@@ -69,7 +69,7 @@ impl Access {
         self.steps.is_empty()
     }
 
-    /// The part of this that the step leads to. Steps after components are merged into them.
+    /// Extends the access by a step. Steps after components are merged into them.
     fn then(mut self, step: Step, part: &Expression) -> Access {
         self.ty = part.ty.clone();
         self.span = part.span;
@@ -90,7 +90,7 @@ impl Access {
         self
     }
 
-    /// This, with the position of one step chosen.
+    /// Replaces the position of one step by a constant.
     fn with_position(&self, step: usize, chosen: u32) -> Access {
         let mut access = self.clone();
         let before = step.checked_sub(1).map(|before| &self.steps[before]);
@@ -105,7 +105,8 @@ impl Access {
 }
 
 impl<'m> Lowering<'m> {
-    /// The part of a variable that `expression` designates; `None` if it is a computed value.
+    /// Lowers `expression` to the part of a variable that it denotes; `None` if it is a computed
+    /// value.
     pub fn lower_access(&mut self, expression: &'m Expression) -> Lowered<Option<Access>> {
         if root_of(expression).is_some() || self.reads_table(expression) {
             return self.lower_path(expression).map(Some);
@@ -153,7 +154,7 @@ impl<'m> Lowering<'m> {
         Ok(Step::Element { position, count, basic })
     }
 
-    /// The constant that an index is, at least 0.
+    /// The value of an index that is constant, clamped to at least 0.
     pub fn known_index(&self, index: Value) -> Option<u32> {
         let bits = self.builder.known(index)?.bits();
         let negative = self.builder.scalar(index) == Scalar::I32 && (bits as i32) < 0;
@@ -189,16 +190,16 @@ impl<'m> Lowering<'m> {
                 });
                 Ok(cells.map(|cell| whole[cell as usize]).collect())
             }
-            Storage::Locals(slots) => {
-                let slots = slots.clone();
-                Ok(self.load_parts(&parts, |part| slots[part.leaf]))
+            Storage::Locals(locals) => {
+                let locals = locals.clone();
+                Ok(self.load_parts(&parts, |part| locals[part.leaf]))
             }
             Storage::Memory(kind) => {
                 let variable = self.variable(access.root);
-                let places: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
-                let mut used = vec![None; places.len()];
+                let variables: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
+                let mut used = vec![None; variables.len()];
                 for part in &parts {
-                    used[part.leaf] = Some(self.builder.variable(places[part.leaf].clone()));
+                    used[part.leaf] = Some(self.builder.variable(variables[part.leaf].clone()));
                 }
                 Ok(self.load_parts(&parts, |part| used[part.leaf].expect("made above")))
             }
@@ -208,12 +209,12 @@ impl<'m> Lowering<'m> {
     fn load_parts(
         &mut self,
         parts: &[LeafPart],
-        place: impl Fn(&LeafPart) -> VariableId,
+        variable: impl Fn(&LeafPart) -> VariableId,
     ) -> Vec<Value> {
         let mut values = Vec::new();
         for part in parts {
             for position in part.positions.iter() {
-                let kind = OpKind::Load(place(part), self.place_index(part, position));
+                let kind = OpKind::Load(variable(part), self.index_of(part, position));
                 values.push(self.builder.push(kind).get(0));
             }
         }
@@ -230,13 +231,13 @@ impl<'m> Lowering<'m> {
             return self.write_choices(access, step, index, count, values);
         }
         let parts = self.resolve(access)?;
-        if let Storage::Locals(slots) = &self.variable(access.root).storage {
-            let slots = slots.clone();
+        if let Storage::Locals(locals) = &self.variable(access.root).storage {
+            let locals = locals.clone();
             let mut values = values.iter();
             for part in &parts {
                 for (position, value) in part.positions.iter().zip(&mut values) {
-                    let index = self.place_index(part, position);
-                    self.builder.push(OpKind::Store(slots[part.leaf], index, *value));
+                    let index = self.index_of(part, position);
+                    self.builder.push(OpKind::Store(locals[part.leaf], index, *value));
                 }
             }
             return Ok(());
@@ -254,7 +255,8 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Writes whichever element the index says: each becomes a choice of the new and the old value.
+    /// Writes the element at a dynamic index: each element becomes a select of the new and the old
+    /// value.
     fn write_choices(
         &mut self,
         access: &Access,
@@ -280,7 +282,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// The element that the index says, clamped.
+    /// Selects the element at a dynamic index, which is clamped.
     pub fn choose(&mut self, index: Value, elements: Vec<Vec<Value>>) -> Vec<Value> {
         let mut chosen: Option<Vec<Value>> = None;
         for (position, element) in elements.into_iter().enumerate().rev() {
@@ -308,7 +310,7 @@ impl<'m> Lowering<'m> {
         a.iter().zip(b).map(|(a, b)| self.builder.select(condition, *a, *b)).collect()
     }
 
-    /// The first step whose element must be chosen among values when reading.
+    /// The first step that needs selects among values for reading.
     fn choice_to_read(&self, access: &Access) -> Option<(usize, Value, u32)> {
         let storage = &self.variable(access.root).storage;
         self.choice(access, |count, basic| match storage {
@@ -349,12 +351,12 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// Neither array nor struct.
+/// True if the type is neither an array nor a struct.
 fn is_basic(ty: &Type) -> bool {
     !matches!(ty, Type::Array(..) | Type::Struct(_))
 }
 
-/// How many elements indexing can reach; `None` in a buffer.
+/// The number of elements that can be indexed; `None` in a buffer.
 pub(crate) fn element_count(whole: &Type) -> Option<u32> {
     match whole {
         Type::Array(_, count) => Some(*count),

@@ -1,4 +1,4 @@
-//! Where the scalars of a part of a variable are in memory.
+//! Memory addresses of the scalars of a part of a variable.
 
 use rtsl_ir::{BinaryOp, Index, Scalar, Value, VariableKind};
 
@@ -8,13 +8,13 @@ use crate::layout::Leaf;
 use crate::limits::Lowered;
 use crate::variables::SourceVariableId;
 
-/// Scalars of one leaf.
+/// Some of the scalars of one leaf.
 #[derive(Clone, Debug)]
 pub(crate) struct LeafPart {
     pub leaf: usize,
-    /// What dynamic indices add to the position: clamped indices, and their strides.
+    /// The dynamic terms of the address: clamped indices, and their strides.
     terms: Vec<(Value, u32)>,
-    /// Positions in the leaf before that.
+    /// The positions in the leaf, to which the terms are added.
     pub positions: Positions,
 }
 
@@ -34,7 +34,8 @@ impl Positions {
 }
 
 impl Lowering<'_> {
-    /// Where the scalars of a part are; every dynamic index left is one into memory.
+    /// Computes the addresses of the scalars of a part; every dynamic index left is one into
+    /// memory.
     pub fn resolve(&mut self, access: &Access) -> Lowered<Vec<LeafPart>> {
         let leaves = self.variable(access.root).layout.leaves.iter().enumerate();
         let mut parts: Vec<LeafPart> = leaves
@@ -106,9 +107,9 @@ impl Lowering<'_> {
     /// The number of elements of a buffer variable, i32.
     pub fn length_of_buffer(&mut self, buffer: SourceVariableId) -> Option<Value> {
         let variable = self.variable(buffer);
-        let place = variable.layout.variables(VariableKind::Buffer, &variable.name).next()?;
-        let place = self.builder.variable(place);
-        Some(self.builder.length(place))
+        let variable = variable.layout.variables(VariableKind::Buffer, &variable.name).next()?;
+        let variable = self.builder.variable(variable);
+        Some(self.builder.length(variable))
     }
 
     fn last_index_of_buffer(&mut self, buffer: SourceVariableId) -> Value {
@@ -119,7 +120,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The index as an i32 from 0 to `count - 1`.
+    /// Converts the index to an i32 and clamps it to 0 to `count - 1`.
     pub fn clamp_index(&mut self, index: Value, count: u32) -> Value {
         let last = self.builder.i32(count as i32 - 1);
         self.clamp_index_to(index, last)
@@ -140,8 +141,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The index of one scalar of a part of a place.
-    pub fn place_index(&mut self, part: &LeafPart, position: u32) -> Index {
+    /// The index of one scalar of a part in its IR variable.
+    pub fn index_of(&mut self, part: &LeafPart, position: u32) -> Index {
         let mut sum = None;
         for (index, stride) in &part.terms {
             let stride = self.builder.i32(*stride as i32);

@@ -1,4 +1,4 @@
-//! Built-in functions, as the registry says.
+//! Lowers built-in functions as the registry defines.
 
 use rtsl_ir::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
 use rtsl_sema::hir::{BuiltinCall, Expression, FunctionId, Type};
@@ -40,7 +40,7 @@ impl<'m> Lowering<'m> {
         arguments.iter().map(|argument| self.lower_expression(argument)).collect()
     }
 
-    /// A function of scalars on each component of its arguments.
+    /// Applies a function of scalars to each component of its arguments.
     fn lower_componentwise_call(
         &mut self,
         function: FunctionId,
@@ -67,7 +67,7 @@ impl<'m> Lowering<'m> {
         Ok(result)
     }
 
-    /// One operation on each component.
+    /// Applies one operation to each component.
     fn operate(&mut self, operation: Operation, arguments: &[Vec<Value>]) -> Vec<Value> {
         let count = arguments.iter().map(Vec::len).max().unwrap_or(0);
         (0..count)
@@ -117,7 +117,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// `hit(t)`: the nearest hit so far is a variable like any other.
+    /// Lowers `hit(t)`. The nearest hit so far is an ordinary variable.
     fn lower_hit(&mut self, t: Value, span: Span) -> Lowered<Vec<Value>> {
         let epsilon = self.state_variable(state_id("rt_Epsilon"), span)?;
         let epsilon = self.get_variable(epsilon)?[0];

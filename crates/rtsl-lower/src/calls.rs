@@ -1,4 +1,4 @@
-//! Calls, replaced by the function's body.
+//! Calls, which are inlined.
 
 use rtsl_ir::Value;
 use rtsl_sema::hir::{Expression, Function, FunctionId, LocalId, Module, Passing, Type};
@@ -16,19 +16,21 @@ use crate::variables::{RANK_OF_PARAMETERS, SourceVariableId};
 pub(crate) struct Frame<'m> {
     pub id: Option<FunctionId>,
     pub function: Option<&'m Function>,
-    /// Made where they are declared.
+    /// The variables of the locals; each is created at its declaration.
     pub locals: Vec<Option<SourceVariableId>>,
     pub result: Option<SourceVariableId>,
     /// The flag of `return`.
     pub returned: Cell,
     /// The flags of the innermost loop or `switch`.
     pub jumps: Option<Jumps>,
-    /// How many calls are around it.
+    /// The number of calls around it.
     pub calls: u32,
 }
 
 impl Frame<'_> {
-    /// How little the names of its variables tell, at most half of [`RANK_OF_PARAMETERS`].
+    /// The rank of the names of its variables, at most half of [`RANK_OF_PARAMETERS`]. Deeper calls
+    /// have greater ranks, because their names are less informative: of two names, a value keeps
+    /// the one of lesser rank.
     fn rank(&self) -> u8 {
         self.calls.min(u32::from(RANK_OF_PARAMETERS / 2)) as u8
     }
@@ -42,26 +44,26 @@ pub(crate) struct Jumps {
     pub continued: Option<Cell>,
 }
 
-/// What a parameter begins with.
+/// The initial content of a parameter.
 pub(crate) enum Argument {
     Values(Vec<Value>),
-    /// A variable that lies in a place of the host's and that neither side writes: the parameter is
-    /// that variable, and large tables are not copied.
+    /// A variable in host memory that neither side writes. The parameter becomes an alias of it, so
+    /// that large tables are not copied.
     Shared(SourceVariableId),
 }
 
-/// For each parameter where it is copied out to.
+/// For each parameter, the destination that it is copied out to.
 pub(crate) type Targets = Vec<Option<Access>>;
 
-/// What a call gives.
+/// The results of a call.
 pub(crate) struct Returned {
     pub result: Vec<Value>,
-    /// For each parameter what it hands back.
+    /// For each `out` parameter, its final value.
     pub outputs: Vec<Option<Vec<Value>>>,
 }
 
 impl<'m> Lowering<'m> {
-    /// A call in the text.
+    /// Lowers a call.
     pub fn lower_call(
         &mut self,
         id: FunctionId,
@@ -79,7 +81,7 @@ impl<'m> Lowering<'m> {
         Ok(returned.result)
     }
 
-    /// For each argument the variable that the parameter can be.
+    /// For each argument, the variable that the parameter can be an alias of.
     fn shared_arguments(
         &mut self,
         id: FunctionId,
@@ -91,12 +93,13 @@ impl<'m> Lowering<'m> {
             let wanted = facts.indexed.contains(&Root::Local(local))
                 && !facts.written_locals.contains(&local)
                 && self.function(id).parameters[local.0 as usize] == Passing::In;
-            shared.push(if wanted { self.place_of(argument)? } else { None });
+            shared.push(if wanted { self.host_variable_of(argument)? } else { None });
         }
         Ok(shared)
     }
 
-    /// The values of the arguments but for shared ones, and the targets of those that are copied out.
+    /// The values of the arguments except shared ones, and the destinations of those that are
+    /// copied out.
     pub fn lower_arguments(
         &mut self,
         id: FunctionId,
@@ -129,8 +132,8 @@ impl<'m> Lowering<'m> {
         Ok((values, targets))
     }
 
-    /// What an `out` parameter begins with. A scalar parameter that is applied to each component of a
-    /// vector begins with as many zeros.
+    /// The initial value of an `out` parameter: zeros. A scalar parameter that is applied to each
+    /// component of a vector has as many zeros as components.
     fn zeros_of_parameter(
         &mut self,
         parameter: &Type,
@@ -142,7 +145,8 @@ impl<'m> Lowering<'m> {
         Ok(if zeros.len() == count { zeros } else { vec![zeros[0]; count] })
     }
 
-    /// Writes what a call hands back, from left to right, converted to the targets' types.
+    /// Writes the final values of `out` parameters from left to right, converted to the types of
+    /// their destinations.
     pub fn copy_out(&mut self, targets: Targets, outputs: Vec<Option<Vec<Value>>>) -> Lowered<()> {
         for (target, output) in targets.into_iter().zip(outputs) {
             if let (Some(target), Some(output)) = (target, output) {
@@ -156,7 +160,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// The function's body on these arguments.
+    /// Inlines the function's body for these arguments.
     pub fn call(
         &mut self,
         id: FunctionId,
@@ -181,7 +185,7 @@ impl<'m> Lowering<'m> {
         self.lower_list(&function.body)?;
         let returned = self.leave_frame(function)?;
         let callee = std::mem::replace(&mut self.frame, caller);
-        self.release_slots(callee.locals.into_iter().flatten().chain(callee.result));
+        self.release_locals(callee.locals.into_iter().flatten().chain(callee.result));
         self.leave();
         Ok(returned)
     }
@@ -201,7 +205,7 @@ impl<'m> Lowering<'m> {
         Ok(Returned { result, outputs })
     }
 
-    /// A frame for a call of this function.
+    /// Creates a frame for a call of this function.
     pub fn new_frame(&mut self, id: FunctionId, span: Span) -> Lowered<Frame<'m>> {
         let function = self.function(id);
         let result = match &function.result {
@@ -244,15 +248,16 @@ impl<'m> Lowering<'m> {
         Ok(variable)
     }
 
-    /// Whether a local of the current call contributes to a `precise` one.
+    /// True if a local of the current call contributes to a `precise` one.
     pub fn is_precise(&self, id: LocalId) -> bool {
         self.frame.id.is_some_and(|function| self.facts.of(function).precise.contains(&id))
     }
 
-    /// The function of the prelude with this name and these parameters, on these arguments.
+    /// Inlines the prelude's function with this name and these parameters.
     ///
     /// # Panics
-    /// If there is none: what the table of state variables needs is part of the prelude.
+    /// If there is none: the prelude contains every function that the table of state variables
+    /// needs.
     pub fn call_prelude(
         &mut self,
         name: &'static str,
@@ -270,7 +275,7 @@ impl<'m> Lowering<'m> {
         &self.module.functions[id.0 as usize]
     }
 
-    /// Counts a visit of a statement, expression or call, inside those that are being visited.
+    /// Counts a visit of a statement, expression or call, nested in those that are being visited.
     pub fn enter(&mut self, span: Span) -> Lowered<()> {
         self.visits += 1;
         self.depth += 1;
@@ -290,8 +295,8 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The functions of the prelude that [`Lowering::call_prelude`] is used with: computed defaults, cones
-/// of light and `inside` need them even where the text calls none.
+/// The functions of the prelude that [`Lowering::call_prelude`] is used with. Computed defaults,
+/// cones of light and `inside` need them even if the text calls none.
 pub(crate) fn implicit_functions(module: &Module) -> impl Iterator<Item = FunctionId> {
     const NAMES: [&str; 5] = ["cos", "cross", "dot", "luminance", "perpendicularTo"];
     let named =

@@ -1,8 +1,8 @@
-//! What every variable holds at the place where code is being made.
+//! The current values of all variables at the point where code is generated.
 //!
-//! A cell is one scalar of a variable, and holds an SSA value. Where control parts and
-//! meets again, the changes of each way are taken back and compared: a journal of old values makes
-//! that cost as much as the changes, not as all variables.
+//! A cell is one scalar of a variable, and holds an SSA value. At the end of each branch its
+//! changes are rolled back, and where control flow joins they are compared. A journal of old values
+//! makes the cost proportional to the changes, not to the number of variables.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,11 +13,11 @@ use rtsl_ir::{Name, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Cell(pub u32);
 
-/// A point in time to go back to.
+/// A position in the journal to roll back to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mark(usize);
 
-/// Cells that changed, with what they changed to.
+/// The cells that changed, with their new values.
 pub(crate) type Changes = BTreeMap<Cell, Value>;
 
 /// All cells.
@@ -25,13 +25,13 @@ pub(crate) type Changes = BTreeMap<Cell, Value>;
 pub(crate) struct Cells {
     values: Vec<Value>,
     names: Vec<Option<Name>>,
-    /// Old values, while any mark is open.
+    /// The old values, recorded while any mark is open.
     journal: Vec<(Cell, Value)>,
     open_marks: usize,
 }
 
 impl Cells {
-    /// New cells, consecutive, that hold these values wherever nothing is set.
+    /// Allocates consecutive cells with these initial values.
     pub fn allocate(&mut self, initial: impl IntoIterator<Item = Value>) -> Range<u32> {
         let first = self.values.len() as u32;
         self.values.extend(initial);
@@ -39,7 +39,7 @@ impl Cells {
         first..self.values.len() as u32
     }
 
-    /// The same, with what they are called.
+    /// Allocates consecutive cells with these initial values and names.
     pub fn allocate_named(
         &mut self,
         initial: impl IntoIterator<Item = Value>,
@@ -52,7 +52,7 @@ impl Cells {
         cells
     }
 
-    /// What a cell is called.
+    /// The name of a cell.
     pub fn name(&self, cell: Cell) -> Option<Name> {
         self.names[cell.0 as usize]
     }
@@ -68,18 +68,18 @@ impl Cells {
         }
     }
 
-    /// How many there are.
+    /// The number of cells.
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Starts to remember changes, until they are [taken back](Cells::take_back).
+    /// Starts to record changes, until they are [rolled back](Cells::take_back).
     pub fn mark(&mut self) -> Mark {
         self.open_marks += 1;
         Mark(self.journal.len())
     }
 
-    /// Gives every cell the value it had at the mark, and returns those that differed.
+    /// Restores every cell to its value at the mark, and returns the changes.
     pub fn take_back(&mut self, mark: Mark) -> Changes {
         let mut changes = Changes::new();
         for (cell, _) in &self.journal[mark.0..] {

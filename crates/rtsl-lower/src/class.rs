@@ -1,4 +1,4 @@
-//! Classes: their interface to hosts, and their functions.
+//! Lowers a class: its functions, and its interface to hosts.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,8 +25,8 @@ use crate::{Lowering, Purpose};
 /// Lowers a class of a checked module without errors.
 ///
 /// # Errors
-/// Where a limit on the size of types or functions is passed; one diagnostic for each function
-/// that does.
+/// If a limit on the size of types or functions is exceeded; one diagnostic for each function that
+/// exceeds one.
 pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<Diagnostic>> {
     deep_stack::run(|| {
         let layouts = Layouts::new(module);
@@ -42,21 +42,21 @@ pub fn lower_class(module: &Module, class: ClassId) -> Result<class::Class, Vec<
     })
 }
 
-/// The constructor, the methods, and what they may call without saying so.
+/// The constructor, the methods, and the prelude's functions that they may call implicitly.
 fn functions_of(module: &Module, class: &Class) -> impl Iterator<Item = FunctionId> {
     let constructor = class.constructor.iter().map(|constructor| constructor.function);
     let methods = class.methods.iter().map(|(_, function)| *function);
     constructor.chain(methods).chain(implicit_functions(module))
 }
 
-/// Initial values and defaults.
+/// The initial values of members and the defaults of parameters.
 fn expressions_of(class: &Class) -> Vec<&Expression> {
     let members = class.members.iter().filter_map(|member| member.initializer.as_ref());
     let parameters = class.constructor.iter().flat_map(|constructor| &constructor.parameters);
     members.chain(parameters.filter_map(|parameter| parameter.default.as_ref())).collect()
 }
 
-/// What all functions of a class are made from.
+/// The data shared by the lowering of all functions of a class.
 struct Maker<'m> {
     module: &'m Module,
     class: &'m Class,
@@ -84,10 +84,10 @@ impl<'m> Maker<'m> {
             .iter()
             .map(|(method, function)| (*method, keep(self.make_method(*method, *function))))
             .collect();
-        // Last, since it sets the tables that the others have asked for.
+        // Last, since it sets the tables that the other functions use.
         let initializer = keep(self.make_initializer());
-        let mut places = |kind| match self.variables(kind) {
-            Ok(places) => places,
+        let mut variables = |kind| match self.variables(kind) {
+            Ok(variables) => variables,
             Err(diagnostic) => {
                 failures.push(*diagnostic);
                 Vec::new()
@@ -98,9 +98,9 @@ impl<'m> Maker<'m> {
             roles: self.class.roles.clone(),
             documentation: self.class.documentation.clone(),
             parameters: parameters_of(self.module, self.layouts, self.class),
-            members: places(VariableKind::Member),
-            buffers: places(VariableKind::Buffer),
-            scratch: places(VariableKind::Scratch),
+            members: variables(VariableKind::Member),
+            buffers: variables(VariableKind::Buffer),
+            scratch: variables(VariableKind::Scratch),
             scratch_types: scratch_types(self.layouts, self.class),
             references: self.references(),
             initializer,
@@ -111,11 +111,11 @@ impl<'m> Maker<'m> {
         if failures.is_empty() { Ok(class) } else { Err(failures) }
     }
 
-    /// The comments before the class's own methods.
+    /// The documentation comments of the methods that the class declares.
     fn method_documentation(&self) -> BTreeMap<Method, String> {
         let documented = self.class.methods.iter().filter_map(|(method, function)| {
             let function = &self.module.functions[function.0 as usize];
-            // Implied methods have the prelude's.
+            // Implied methods have the comments of the prelude.
             function.class?;
             Some((*method, function.documentation.clone()?))
         });
@@ -124,18 +124,19 @@ impl<'m> Maker<'m> {
 
     /// The leaves of all members that are stored as `kind`.
     fn variables(&self, kind: VariableKind) -> Lowered<Vec<Variable>> {
-        let mut places = Vec::new();
-        for member in self.class.members.iter().filter(|member| place_kind(member) == Some(kind)) {
+        let mut variables = Vec::new();
+        for member in self.class.members.iter().filter(|member| variable_kind(member) == Some(kind))
+        {
             let layout = self.layouts.layout(&member.ty, member.span)?;
-            places.extend(layout.variables(kind, &member.name));
+            variables.extend(layout.variables(kind, &member.name));
         }
         if kind == VariableKind::Member {
             for table in self.tables.borrow().iter() {
                 let layout = self.layouts.layout(&table.ty, self.class.span)?;
-                places.extend(layout.variables(kind, &table.name));
+                variables.extend(layout.variables(kind, &table.name));
             }
         }
-        let scalars = places.iter().map(|place| u64::from(place.len)).sum();
+        let scalars = variables.iter().map(|variable| u64::from(variable.len)).sum();
         let allowed = match kind {
             VariableKind::Buffer => u64::MAX,
             VariableKind::Scratch => limits::SCALARS_OF_SCRATCH,
@@ -144,7 +145,7 @@ impl<'m> Maker<'m> {
         if scalars > allowed {
             return Err(limits::too_many_members(self.class.span, kind.name(), scalars, allowed));
         }
-        Ok(places)
+        Ok(variables)
     }
 
     fn references(&self) -> Vec<Reference> {
@@ -162,7 +163,7 @@ impl<'m> Maker<'m> {
     fn make_initializer(&self) -> Lowered<Function> {
         let mut lowering = self.lowering(Purpose::Initializer, "initializer", None);
         for member in &self.class.members {
-            if place_kind(member) == Some(VariableKind::Member) {
+            if variable_kind(member) == Some(VariableKind::Member) {
                 let value = member.initializer.as_ref();
                 lowering.lower_initial(member, VariableKind::Member, value)?;
             }
@@ -238,7 +239,7 @@ impl<'m> Maker<'m> {
             variables: Vec::new(),
             members: BTreeMap::new(),
             states: BTreeMap::new(),
-            slots: LocalPool::default(),
+            locals: LocalPool::default(),
             accepted,
             frame: Frame {
                 id: None,
@@ -256,14 +257,14 @@ impl<'m> Maker<'m> {
 }
 
 impl<'m> Lowering<'m> {
-    /// Outputs the initial value of a member or constructor parameter; zero where it has none.
+    /// Outputs the initial value of a member or constructor parameter, or zero if it has none.
     fn lower_initial(
         &mut self,
         member: &Member,
         kind: VariableKind,
         value: Option<&'m Expression>,
     ) -> Lowered<()> {
-        let variable = self.new_place_variable(&member.name, &member.ty, kind, member.span)?;
+        let variable = self.new_host_variable(&member.name, &member.ty, kind, member.span)?;
         let values = match value {
             Some(value) => self.lower_expression(value)?,
             None => {
@@ -280,7 +281,7 @@ impl<'m> Lowering<'m> {
         for table in tables.borrow().iter() {
             let span = self.class.span;
             let variable =
-                self.new_place_variable(&table.name, &table.ty, VariableKind::Member, span)?;
+                self.new_host_variable(&table.name, &table.ty, VariableKind::Member, span)?;
             let values = table.values.iter().map(|value| self.builder.constant(*value)).collect();
             let values = self.layouts.by_leaves(&table.ty, values, span)?;
             self.output_variable(variable, VariableKind::Member, &values);
@@ -288,13 +289,13 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Makes the variables of the constructor's parameters.
+    /// Creates the variables of the constructor's parameters.
     fn begin_parameters(&mut self, id: FunctionId) -> Lowered<()> {
         let function = self.function(id);
         for index in 0..function.parameters.len() {
             let local = &function.locals[index];
             let kind = VariableKind::Parameter;
-            let host = self.new_place_variable(&local.name, &local.ty, kind, function.span)?;
+            let host = self.new_host_variable(&local.name, &local.ty, kind, function.span)?;
             let local_id = LocalId(index as u32);
             if self.facts.of(id).written_locals.contains(&local_id) {
                 let values = self.read(&Access::whole(host, local.ty.clone(), function.span))?;
@@ -308,20 +309,20 @@ impl<'m> Lowering<'m> {
     }
 
     fn output_accepted(&mut self) {
-        let place = Variable {
+        let variable = Variable {
             kind: VariableKind::Accepted,
             name: "accepted".to_owned(),
             scalar: rtsl_ir::Scalar::Bool,
             len: 1,
         };
-        let place = self.builder.variable(place);
+        let variable = self.builder.variable(variable);
         let accepted = self.cells.get(self.accepted);
-        self.builder.output(place, 0, accepted);
+        self.builder.output(variable, 0, accepted);
     }
 }
 
-/// How hosts store a member; `None` for references.
-fn place_kind(member: &Member) -> Option<VariableKind> {
+/// The kind of IR variable that stores a member; `None` for references.
+fn variable_kind(member: &Member) -> Option<VariableKind> {
     match (&member.ty, member.storage) {
         (ty, _) if reference_role(ty).is_some() => None,
         (Type::Buffer(_), _) => Some(VariableKind::Buffer),

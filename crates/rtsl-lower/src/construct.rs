@@ -9,7 +9,7 @@ use crate::Lowering;
 use crate::layout::join_elements;
 use crate::limits::Lowered;
 
-// `color(r, g, b)` takes its components as they are.
+// `color(r, g, b)` uses its arguments as the components.
 const _: () = assert!(COLOR_COMPONENTS == 3);
 
 impl<'m> Lowering<'m> {
@@ -51,7 +51,7 @@ impl<'m> Lowering<'m> {
         })
     }
 
-    /// The first `count` of the values, or all the same one, converted.
+    /// The first `count` of the values, or copies of a single value, converted.
     fn components(&mut self, scalar: Scalar, count: usize, values: &[Value]) -> Vec<Value> {
         let spread = if values.len() == 1 { count } else { 1 };
         let chosen = values.iter().flat_map(|value| std::iter::repeat_n(*value, spread));
@@ -65,7 +65,7 @@ impl<'m> Lowering<'m> {
         cells.map(|on_diagonal| if on_diagonal { value } else { zero }).collect()
     }
 
-    /// The upper left of a matrix, the rest from the identity.
+    /// The upper left of a matrix, with the rest from the identity.
     fn resize_matrix(
         &mut self,
         (columns, rows): (usize, usize),

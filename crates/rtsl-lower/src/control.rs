@@ -1,4 +1,4 @@
-//! Where control parts and meets again.
+//! Branches and joins of control flow.
 
 use rtsl_ir::{Constant, Region, Value};
 use rtsl_source::Span;
@@ -7,12 +7,12 @@ use crate::Lowering;
 use crate::cells::{Cell, Changes};
 use crate::limits::{self, Lowered};
 
-/// One way of a parting, made but not yet joined with the other.
+/// One branch, generated but not yet joined with the other.
 struct Way {
     region: Region,
-    /// What it gives.
+    /// The results of the branch.
     values: Vec<Value>,
-    /// What it changed; taken back by now.
+    /// The cells that it changed; the changes have been rolled back.
     changes: Changes,
 }
 
@@ -23,8 +23,9 @@ impl Way {
 }
 
 impl Lowering<'_> {
-    /// An `if`; both ways give as many values of the same types. Cells that they change hold the right value
-    /// afterwards. Where the condition is known only one way is made.
+    /// Lowers an `if`. Both branches return equally many values of the same types. Afterwards the
+    /// cells that they change hold the joined values. If the condition is constant, only one branch
+    /// is generated.
     pub fn lower_if(
         &mut self,
         condition: Value,
@@ -42,7 +43,7 @@ impl Lowering<'_> {
         Ok(self.join(condition, then, otherwise))
     }
 
-    /// An `if` without `else` that gives no values.
+    /// Lowers an `if` without `else` and without results.
     pub fn lower_when(
         &mut self,
         condition: Value,
@@ -74,7 +75,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Joins two ways. Without operations in them their values become selects.
+    /// Joins two branches. If both regions are empty, the results become selects.
     fn join(&mut self, condition: Value, mut then: Way, mut otherwise: Way) -> Vec<Value> {
         let given: Vec<(Value, Value)> =
             then.values.iter().copied().zip(otherwise.values.iter().copied()).collect();
@@ -116,7 +117,8 @@ impl Lowering<'_> {
         joined
     }
 
-    /// Needs no result of the `if`: the same value both ways, or the condition itself.
+    /// True if the pair needs no result of the `if`: both values are the same, or both are
+    /// constants.
     fn is_plain(&self, (then, otherwise): (Value, Value)) -> bool {
         let known = |value| matches!(self.builder.known(value), Some(Constant::Bool(_)));
         then == otherwise || (known(then) && known(otherwise))
@@ -146,7 +148,7 @@ impl Lowering<'_> {
         self.cells.set(flag, no);
     }
 
-    /// Whether any of the flags is set.
+    /// True if any of the flags is set.
     pub fn any_flag(&mut self, flags: impl IntoIterator<Item = Cell>) -> Value {
         let mut any = self.builder.bool(false);
         for flag in flags {
@@ -156,7 +158,7 @@ impl Lowering<'_> {
         any
     }
 
-    /// `a || b` of values that are both there; known ones vanish.
+    /// `a || b` of two evaluated values; constants are folded.
     pub fn either(&mut self, a: Value, b: Value) -> Value {
         match (self.builder.known(a), self.builder.known(b)) {
             (Some(Constant::Bool(true)), _) | (_, Some(Constant::Bool(false))) => a,
@@ -165,7 +167,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// `a && b` of values that are both there; known ones vanish.
+    /// `a && b` of two evaluated values; constants are folded.
     pub fn both(&mut self, a: Value, b: Value) -> Value {
         match (self.builder.known(a), self.builder.known(b)) {
             (Some(Constant::Bool(false)), _) | (_, Some(Constant::Bool(true))) => a,

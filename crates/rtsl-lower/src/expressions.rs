@@ -15,7 +15,7 @@ use crate::walk::{Node, walk_expression};
 use crate::{Lowering, Purpose};
 
 impl<'m> Lowering<'m> {
-    /// The scalars of an expression's value, leaf by leaf; none for `void`.
+    /// Lowers an expression to the scalars of its value, leaf by leaf; none for `void`.
     pub fn lower_expression(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
         self.enter(expression.span)?;
         let values = match &expression.kind {
@@ -57,17 +57,17 @@ impl<'m> Lowering<'m> {
         Ok(values)
     }
 
-    /// The value of an expression with one scalar.
+    /// Lowers an expression with one scalar.
     pub fn lower_scalar(&mut self, expression: &'m Expression) -> Lowered<Value> {
         Ok(self.lower_expression(expression)?[0])
     }
 
-    /// Computes a value that is assigned to something `precise`, or not.
+    /// Lowers a value, as precise if it is assigned to a `precise` variable.
     pub fn lower_precisely(&mut self, precise: bool, value: &'m Expression) -> Lowered<Vec<Value>> {
         self.precisely(precise, |lowering| lowering.lower_expression(value))
     }
 
-    /// What `compute` adds is precise, or as it was.
+    /// Marks the operations that `compute` adds as precise, or leaves the current setting.
     pub fn precisely<T>(
         &mut self,
         precise: bool,
@@ -89,7 +89,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// A part of a variable, of a constant table or of a computed value.
+    /// Lowers a part of a variable, of a constant table or of a computed value.
     fn lower_part(
         &mut self,
         whole: &'m Expression,
@@ -101,7 +101,7 @@ impl<'m> Lowering<'m> {
         if let ExpressionKind::Index(_, index) = &expression.kind
             && !matches!(index.kind, ExpressionKind::Constant(_))
             && element_count(&whole.ty).is_some_and(|count| count > CHOICE)
-            && let Some(table) = self.place_of(whole)?
+            && let Some(table) = self.host_variable_of(whole)?
         {
             let index = self.lower_scalar(index)?;
             let access = Access::element(table, index, &whole.ty, &expression.ty, whole.span);
@@ -158,7 +158,7 @@ impl<'m> Lowering<'m> {
         self.set_variable(copy, &values);
         let access = Access::element(copy, index, &whole.ty, element, whole.span);
         let value = self.read(&access)?;
-        self.release_slots([copy]);
+        self.release_locals([copy]);
         Ok(value)
     }
 
@@ -201,7 +201,8 @@ impl<'m> Lowering<'m> {
         Ok(values.into_iter().map(|value| self.builder.unary(op, value)).collect())
     }
 
-    /// Operations whose left operands are one another, the innermost first.
+    /// Lowers a chain of operations, each of which is the left operand of the next, the innermost
+    /// first.
     fn lower_chain(&mut self, expression: &'m Expression) -> Lowered<Vec<Value>> {
         let (first, links) = expression.chain();
         let mut values = self.lower_expression(first)?;
@@ -222,7 +223,7 @@ impl<'m> Lowering<'m> {
         Ok(values)
     }
 
-    /// `first || b` where `or`, else `first && b`.
+    /// Lowers `first || b` if `or`, else `first && b`.
     fn lower_logical(&mut self, or: bool, first: Value, b: &'m Expression) -> Lowered<Vec<Value>> {
         if self.builder.known(first).is_none() && is_cheap(b) {
             let second = self.lower_scalar(b)?;
@@ -305,7 +306,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Whether this indexes a table of constants so that the table wants memory.
+    /// True if this indexes a table of constants that has to be in memory.
     pub fn reads_table(&self, expression: &Expression) -> bool {
         let mut dynamic = false;
         let mut part = expression;
@@ -328,13 +329,13 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// Up to how many scalars a constant table is a choice among values.
+/// The maximum number of scalars of a constant table that is indexed by selects.
 const SMALL_TABLE: usize = 8;
 
-/// How many nodes an expression may have that is computed even where its value is not needed.
+/// The maximum number of nodes of an expression that is evaluated speculatively.
 const CHEAP_NODES: u32 = 12;
 
-/// Whether an expression has no effects and costs little, so that computing it always is better
+/// True if an expression has no effects and costs little, so that evaluating it always is cheaper
 /// than a branch. Every operation is defined for all operands.
 pub(crate) fn is_cheap(expression: &Expression) -> bool {
     let mut nodes = 0;

@@ -1,4 +1,4 @@
-//! What functions do to variables, found before they are lowered.
+//! The effects of functions on variables, determined before the functions are lowered.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,29 +11,30 @@ use rtsl_spec::builtins::{self, Lowering, Special};
 use crate::state::{light_states, state_id};
 use crate::walk::{Node, called, walk, walk_expression, walk_statements};
 
-/// What an lvalue is part of.
+/// The variable that an lvalue is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Root {
     Local(LocalId),
     Member(MemberId),
     State(StateId),
-    /// Whether `hit` has accepted.
+    /// The flag that `hit` has accepted a hit.
     Accepted,
 }
 
-/// What is known of a function.
+/// The effects of a function.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facts {
-    /// Members and state that it or any function it calls may write.
+    /// The members and state variables that it or any function it calls may write.
     pub writes: BTreeSet<Root>,
-    /// Its parameters and variables that it writes; declarations do not count.
+    /// The parameters and local variables that it writes; declarations do not count.
     pub written_locals: BTreeSet<LocalId>,
-    /// Its parameters and variables that an expression names; of the others at most the size counts.
+    /// The parameters and local variables that an expression names. Others are used for their size
+    /// at most.
     pub named_locals: BTreeSet<LocalId>,
-    /// Its own variables, and members in it and all that it calls, that are indexed
-    /// dynamically so that they want memory.
+    /// The variables that have to be in memory because of dynamic indices: its parameters and local
+    /// variables, and members indexed by it and all that it calls.
     pub indexed: BTreeSet<Root>,
-    /// Its variables whose values contribute to a `precise` one.
+    /// The parameters and local variables whose values contribute to a `precise` one.
     pub precise: BTreeSet<LocalId>,
 }
 
@@ -44,7 +45,8 @@ pub(crate) struct FactTable {
 }
 
 impl FactTable {
-    /// The facts of the functions that `nodes` and `functions` call, directly or not.
+    /// Collects the facts of the functions that `nodes` and `functions` call, directly or
+    /// indirectly.
     pub fn new(
         module: &Module,
         functions: impl IntoIterator<Item = FunctionId>,
@@ -61,12 +63,13 @@ impl FactTable {
         table
     }
 
-    /// Of a function that the class uses.
+    /// The facts of a function that the class uses.
     pub fn of(&self, function: FunctionId) -> &Facts {
         &self.functions[&function]
     }
 
-    /// Adds `root` after all that it calls; with a stack of its own, since chains of calls may be long.
+    /// Adds `root` after all functions that it calls. Uses an explicit stack, since chains of calls
+    /// may be long.
     fn add(&mut self, module: &Module, root: FunctionId) {
         let mut open = vec![(root, false)];
         while let Some((id, callees_done)) = open.pop() {
@@ -116,7 +119,8 @@ impl FactTable {
         facts
     }
 
-    /// Calls `report` with what this node itself writes, calls with all that they do included.
+    /// Calls `report` for each variable that this node writes; for a call, that includes the
+    /// callee's writes.
     fn written_by(&self, module: &Module, node: Node, report: &mut impl FnMut(Root)) {
         let Node::Expression(expression) = node else { return };
         match &expression.kind {
@@ -149,7 +153,7 @@ impl FactTable {
         }
     }
 
-    /// What the nodes may change that lives on outside of them.
+    /// The variables declared outside the nodes that the nodes may change.
     pub fn assigned(&self, module: &Module, nodes: Vec<Node>) -> Assigned {
         let mut assigned = Assigned::default();
         let mut declared = BTreeSet::new();
@@ -171,7 +175,8 @@ impl FactTable {
         assigned
     }
 
-    /// The variables whose values contribute to a `precise` variable or result, through others.
+    /// The variables whose values contribute to a `precise` variable or result, directly or through
+    /// others.
     fn precise_locals(&self, module: &Module, id: FunctionId) -> BTreeSet<LocalId> {
         let function = &module.functions[id.0 as usize];
         let mut precise: BTreeSet<LocalId> = (0..)
@@ -214,15 +219,15 @@ impl FactTable {
     }
 }
 
-/// What a part of a function may change.
+/// The variables that a part of a function may change.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Assigned {
     pub roots: BTreeSet<Root>,
-    /// It has a `return`.
+    /// True if it contains a `return`.
     pub returns: bool,
 }
 
-/// The variable that an lvalue is, or is a part of.
+/// The variable that an lvalue denotes or is a part of.
 pub(crate) fn root_of(target: &Expression) -> Option<Root> {
     let mut part = target;
     loop {
@@ -238,10 +243,11 @@ pub(crate) fn root_of(target: &Expression) -> Option<Root> {
     }
 }
 
-/// Up to how many elements a dynamic index is a choice among values instead of a memory access.
+/// The maximum number of elements for which a dynamic index becomes selects instead of a memory
+/// access.
 pub(crate) const CHOICE: u32 = 4;
 
-/// The variable that this expression indexes dynamically so that it wants memory.
+/// The variable that has to be in memory because this expression indexes it dynamically.
 fn indexed_root(expression: &Expression) -> Option<Root> {
     let ExpressionKind::Index(whole, index) = &expression.kind else { return None };
     let Type::Array(element, count) = &whole.ty else { return None };

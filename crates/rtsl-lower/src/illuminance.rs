@@ -1,7 +1,7 @@
 //! `illuminance`: a loop over the light samples of the call.
 //!
-//! The index counts from 0 by 1 in every round, whatever the body does, so that it is the same for all
-//! rays that are still in the loop.
+//! The index counts from 0 in steps of 1 for every iteration of the body, so that it is uniform
+//! over all rays that are still in the loop.
 
 use rtsl_ir::{CompareOp, OpKind, Scalar, Value};
 use rtsl_sema::hir::{Expression, Illuminance, Type};
@@ -16,7 +16,7 @@ use crate::limits::Lowered;
 use crate::state::{light_states, state_id};
 use crate::walk::Node;
 
-/// Where light is asked for.
+/// The arguments of the light query.
 struct Query {
     point: [Value; 3],
     normal: [Value; 3],
@@ -49,7 +49,7 @@ impl<'m> Lowering<'m> {
                 let going = lowering.builder.not(stopped);
                 Ok(lowering.both(more, going))
             })?;
-            // Nothing reads it outside.
+            // The index is not read outside.
             lowering.cells.set(index, zero);
             Ok(())
         })?;
@@ -88,7 +88,8 @@ impl<'m> Lowering<'m> {
         Ok((axis, cosine[0]))
     }
 
-    /// What the body changes, but for the light's sample, which has its old value afterwards.
+    /// The cells that the body changes, except those of the light's sample, which are restored
+    /// afterwards.
     fn carried_over_lights(&self, illuminance: &Illuminance) -> Vec<Cell> {
         let nodes = illuminance.body.iter().map(Node::Statement).collect();
         let mut assigned = self.facts.assigned(self.module, nodes);
@@ -98,7 +99,7 @@ impl<'m> Lowering<'m> {
         self.cells_changed_by(&assigned)
     }
 
-    /// The body for one light, if that reaches the point.
+    /// Lowers the body for one light, executed if its sample reaches the point.
     fn lower_light(
         &mut self,
         illuminance: &'m Illuminance,

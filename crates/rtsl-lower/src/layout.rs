@@ -1,10 +1,10 @@
-//! How values of the language's types are taken apart into scalars.
+//! The decomposition of the language's types into scalars.
 //!
 //! A type has *leaves*: the scalars, vectors, matrices and colors at the ends of its structs. All
-//! elements of an array share the leaves of their type, so an array of a struct is a
-//! structure of arrays. A value is the list of its scalars, leaf by leaf; within a leaf element by
-//! element. So a field of a struct is a range of the struct's list, and a leaf is what
-//! [`rtsl_ir::Variable`] calls a place.
+//! elements of an array share the leaves of their type, so an array of structs is stored as a
+//! structure of arrays. A value is the list of its scalars, leaf by leaf, and within a leaf element
+//! by element. A field of a struct is therefore a range of the struct's list, and each leaf is one
+//! [`rtsl_ir::Variable`].
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -21,11 +21,11 @@ use crate::limits::{self, Lowered};
 /// A run of scalars of one type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Leaf {
-    /// What follows the variable's name: empty, or `.field.field`.
+    /// The suffix after the variable's name: empty, or `.field.field`.
     pub suffix: String,
-    /// Of each scalar.
+    /// The type of each scalar.
     pub scalar: Scalar,
-    /// How many scalars.
+    /// The number of scalars.
     pub len: u32,
 }
 
@@ -46,7 +46,7 @@ impl Layout {
         self.leaves.iter().flat_map(|leaf| std::iter::repeat_n(leaf.scalar, leaf.len as usize))
     }
 
-    /// The places that store something of this layout under `name`.
+    /// The IR variables that store a value of this layout under `name`.
     pub fn variables(&self, kind: VariableKind, name: &str) -> impl Iterator<Item = Variable> {
         self.leaves.iter().map(move |leaf| Variable {
             kind,
@@ -57,7 +57,7 @@ impl Layout {
     }
 }
 
-/// The layouts of a module's types, each made once.
+/// The layouts of a module's types, each computed once.
 #[derive(Debug)]
 pub(crate) struct Layouts<'m> {
     module: &'m Module,
@@ -69,7 +69,7 @@ impl<'m> Layouts<'m> {
         Layouts { module, made: RefCell::default() }
     }
 
-    /// The layout of `ty`; of a buffer that of its elements. What holds no data has no leaves.
+    /// The layout of `ty`; for a buffer, that of its elements. Types without data have no leaves.
     pub fn layout(&self, ty: &Type, span: Span) -> Lowered<Rc<Layout>> {
         if let Some(made) = self.made.borrow().get(ty) {
             return Ok(made.clone());
@@ -85,7 +85,7 @@ impl<'m> Layouts<'m> {
         Ok(layout)
     }
 
-    /// The number of scalars of a type, saturating. Cheap even for types far past the limit.
+    /// The number of scalars of a type, saturating. Fast even for types far past the limit.
     pub fn scalar_count(&self, ty: &Type) -> u64 {
         match ty {
             Type::Struct(id) => {
@@ -121,7 +121,7 @@ impl<'m> Layouts<'m> {
         }
     }
 
-    /// `count`: how many of `ty` the arrays around it make.
+    /// Collects the leaves of `ty`, each with `count` times its scalars, for the arrays around it.
     fn collect_leaves(&self, ty: &Type, suffix: &str, count: u32, leaves: &mut Vec<Leaf>) {
         let mut leaf = |scalar, len: u32| {
             leaves.push(Leaf { suffix: suffix.to_owned(), scalar, len: len * count });
@@ -156,7 +156,7 @@ impl<'m> Layouts<'m> {
         &self.module.structs[id.0 as usize].name
     }
 
-    /// Which leaves of a struct are those of its field.
+    /// The range of a struct's leaves that belong to a field.
     pub fn field_leaves(&self, id: StructId, field: u32, span: Span) -> Lowered<Range<usize>> {
         let mut first = 0;
         for (_, ty) in &self.fields(id)[..field as usize] {
@@ -166,7 +166,8 @@ impl<'m> Layouts<'m> {
         Ok(first..first + self.layout(ty, span)?.leaves.len())
     }
 
-    /// The scalars of an aggregate that come element by element and field by field, leaf by leaf.
+    /// Reorders the scalars of an aggregate from element by element and field by field to leaf by
+    /// leaf.
     pub fn by_leaves(&self, ty: &Type, scalars: Vec<Value>, span: Span) -> Lowered<Vec<Value>> {
         let layout = self.layout(ty, span)?;
         if layout.leaves.len() <= 1 {
@@ -177,7 +178,7 @@ impl<'m> Layouts<'m> {
         Ok(leaves.concat())
     }
 
-    /// Deals the scalars of one value to its leaves; returns how many leaves it has.
+    /// Distributes the scalars of one value to its leaves; returns the number of leaves.
     fn deal(
         &self,
         ty: &Type,
@@ -208,7 +209,7 @@ impl<'m> Layouts<'m> {
     }
 }
 
-/// The value of an array from the values of its elements, whose layout is `element`.
+/// Builds the value of an array from the values of its elements, whose layout is `element`.
 pub(crate) fn join_elements(element: &Layout, elements: &[Vec<Value>]) -> Vec<Value> {
     let mut joined = Vec::new();
     let mut first = 0;
@@ -222,7 +223,7 @@ pub(crate) fn join_elements(element: &Layout, elements: &[Vec<Value>]) -> Vec<Va
     joined
 }
 
-/// The value of one element from the value of an array with `count` elements.
+/// Extracts the value of one element from the value of an array with `count` elements.
 pub(crate) fn split_element(
     element: &Layout,
     array: &[Value],

@@ -1,22 +1,23 @@
-//! Lowers the typed tree of `rtsl_sema` to functions of the single-ray representation.
+//! Lowers the typed tree of `rtsl_sema` to functions of the single-ray IR.
 //!
 //! [`lower_class`] makes one function for each method of a class. In short:
 //!
 //! - A variable is a list of scalars (`layout`). Each scalar is a cell that holds an SSA value
-//!   (`cells`); where control meets again the cells that differ become results of the `if` or
-//!   carried values of the loop. Arrays with dynamic indices are slots.
-//! - Calls are replaced by the bodies of the functions (`calls`).
-//! - `break`, `continue` and `return` are flags in cells; statements that they skip are
-//!   guarded (`control`). Where an `if` ends with such a jump, what follows it becomes its other branch,
-//!   and no flag is needed.
+//!   (`cells`). Where control flow joins, the cells that differ become results of the `if` or
+//!   carried values of the loop. Arrays with dynamic indices are IR locals.
+//! - Calls are inlined (`calls`).
+//! - `break`, `continue` and `return` set flags in cells; statements that they skip are guarded
+//!   (`control`). If a branch of an `if` ends with such a jump, the statements after the `if`
+//!   become its other branch, and no flag is needed.
 //! - Evaluation is from left to right. The target of a compound assignment is read before its right
 //!   side is evaluated. `out` arguments are copied out from left to right when the call returns.
-//! - Writes outside the function's own outputs are local: a member written by a method keeps
-//!   its value for that call.
+//! - Writes outside the function's outputs are local: a member written by a method keeps its value
+//!   for that call.
 //! - `precise` covers all operations of the expressions that contribute to the variable within its
 //!   function, through other variables, and all operations of functions called in them.
 //!
-//! The tree is trusted. The only errors are those of size: see `limits`. This crate knows no syntax, masks or targets.
+//! The tree is trusted. The only errors are exceeded limits on size: see `limits`. This crate does
+//! not depend on the syntax, masks or targets.
 
 mod access;
 mod addresses;
@@ -58,16 +59,16 @@ use self::variables::{LocalPool, SourceVariable, SourceVariableId};
 
 pub use self::class::lower_class;
 
-/// What a function of the representation is made for.
+/// The kind of IR function that is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
-    /// Initial values of members and parameters.
+    /// Computes the initial values of members and parameters.
     Initializer,
     Constructor,
     Method(Method),
 }
 
-/// A function being made.
+/// The state of the lowering of one function.
 struct Lowering<'m> {
     module: &'m Module,
     class: &'m hir::Class,
@@ -75,20 +76,22 @@ struct Lowering<'m> {
     facts: &'m FactTable,
     tables: &'m RefCell<ConstantTables>,
     purpose: Purpose,
-    /// What the whole function may write, and which members want memory.
+    /// The variables that the whole function may write.
     writes: BTreeSet<Root>,
+    /// The members that have to be in memory because of dynamic indices.
     indexed: BTreeSet<Root>,
     builder: Builder,
     cells: Cells,
     variables: Vec<SourceVariable>,
     members: BTreeMap<MemberId, SourceVariableId>,
     states: BTreeMap<StateId, SourceVariableId>,
-    slots: LocalPool,
-    /// Whether `hit` has accepted.
+    locals: LocalPool,
+    /// The flag that `hit` has accepted a hit.
     accepted: Cell,
     /// The call whose body is being lowered.
     frame: Frame<'m>,
-    /// Statements and expressions visited, and how many of them lie in one another.
+    /// The number of statements and expressions visited.
     visits: u32,
+    /// The nesting of statements, expressions and calls that are being visited.
     depth: u32,
 }

@@ -1,4 +1,4 @@
-//! `for`, `while`, `do`.
+//! Loops: `for`, `while`, `do`.
 
 use rtsl_ir::Value;
 use rtsl_sema::hir::{Expression, Loop};
@@ -22,7 +22,7 @@ impl<'m> Lowering<'m> {
         match &repeat.condition {
             Some(condition) if !repeat.test_last => {
                 if repeat.declaration.is_none() && is_cheap(condition) {
-                    // Tested before the first round and at the end of each.
+                    // The condition is tested before the first iteration and at the end of each.
                     let first = self.lower_scalar(condition)?;
                     self.lower_when(first, span, |lowering| {
                         lowering.lower_rounds(repeat, carried, span)
@@ -44,7 +44,7 @@ impl<'m> Lowering<'m> {
         self.cells_changed_by(&assigned)
     }
 
-    /// Rounds with the test at their end.
+    /// Lowers a loop with the test at the end of each iteration.
     fn lower_rounds(&mut self, repeat: &'m Loop, carried: Vec<Cell>, span: Span) -> Lowered<()> {
         self.lower_repeat(&carried, span, |lowering| {
             lowering.lower_round(repeat)?;
@@ -52,7 +52,7 @@ impl<'m> Lowering<'m> {
         })
     }
 
-    /// Rounds that begin with the test.
+    /// Lowers a loop with the test at the beginning of each iteration.
     fn lower_tested_rounds(
         &mut self,
         repeat: &'m Loop,
@@ -77,10 +77,11 @@ impl<'m> Lowering<'m> {
         })
     }
 
-    /// The body once. Afterwards the flags of `break` and `return` say how it ended.
+    /// Lowers one iteration of the body. Afterwards the flags of `break` and `return` hold how it
+    /// ended.
     fn lower_round(&mut self, repeat: &'m Loop) -> Lowered<()> {
         let Some(jumps) = self.frame.jumps else { return Ok(()) };
-        // Rounds begin only where nothing has jumped.
+        // An iteration begins only if there was no jump.
         self.clear(self.frame.returned);
         self.clear(jumps.broke);
         if let Some(flag) = jumps.continued {
@@ -93,7 +94,8 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// What comes after the body, where nothing has jumped; gives whether there is another round.
+    /// Lowers the step and the test after the body, guarded against jumps. Returns the condition
+    /// for another iteration.
     fn lower_step_and_test(
         &mut self,
         repeat: &'m Loop,
@@ -117,8 +119,8 @@ impl<'m> Lowering<'m> {
         Ok(self.cells.get(again))
     }
 
-    /// A loop whose body gives whether it runs again. Other cells than the carried ones have their old
-    /// values afterwards.
+    /// Lowers a loop whose body returns the condition for another iteration. Cells that are not
+    /// carried are restored afterwards.
     pub fn lower_repeat(
         &mut self,
         carried: &[Cell],
@@ -142,7 +144,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// The cells that hold what a part of the function may change.
+    /// The cells of the variables that a part of the function may change.
     pub fn cells_changed_by(&self, assigned: &Assigned) -> Vec<Cell> {
         let mut cells = Vec::new();
         for root in &assigned.roots {

@@ -9,7 +9,7 @@ use rtsl_source::Span;
 use crate::access::Access;
 use crate::facts::Root;
 use crate::limits::Lowered;
-use crate::variables::{RANK_OF_DATA, SourceVariableId, Storage as InPlace};
+use crate::variables::{RANK_OF_DATA, SourceVariableId, Storage as SourceStorage};
 use crate::{Lowering, Purpose};
 
 /// Tables of constants that the class indexes dynamically. They become members that only the
@@ -22,17 +22,18 @@ pub(crate) struct ConstantTables {
 /// One table.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstantTable {
-    /// No name of a text has two underscores.
+    /// The generated name, which contains two underscores as no name in a text does.
     pub name: String,
     pub ty: Type,
-    /// Element by element and field by field.
+    /// The values, element by element and field by field.
     pub values: Arc<[Constant]>,
 }
 
 impl ConstantTables {
-    /// The name of the table with these values.
+    /// Returns the name of the table with these values, and adds it if it is new.
     fn intern(&mut self, ty: &Type, values: &Arc<[Constant]>) -> String {
-        // A constant that the text names is one and the same each time, and may be large.
+        // A named constant is shared by all its uses and may be large, so pointers are compared
+        // first.
         let known = |table: &&ConstantTable| Arc::ptr_eq(&table.values, values) && table.ty == *ty;
         let same = |table: &&ConstantTable| table.values == *values && table.ty == *ty;
         let tables = &self.tables;
@@ -48,14 +49,14 @@ impl ConstantTables {
         name
     }
 
-    /// All of them, in the order in which they were first used.
+    /// All tables, in the order in which they were first used.
     pub fn iter(&self) -> impl Iterator<Item = &ConstantTable> {
         self.tables.iter()
     }
 }
 
 impl<'m> Lowering<'m> {
-    /// Makes the variables for all members that the function may write.
+    /// Creates the variables for all members that the function may write.
     pub fn begin_members(&mut self) -> Lowered<()> {
         let written: Vec<MemberId> = self
             .writes
@@ -71,7 +72,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Makes the function's outputs of the members that it may have written and that outlive it.
+    /// Outputs the members that the function may have written and that outlive it.
     pub fn output_members(&mut self) -> Lowered<()> {
         let members: Vec<(MemberId, SourceVariableId)> =
             self.members.iter().map(|(id, variable)| (*id, *variable)).collect();
@@ -90,7 +91,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// The variable that a name stands for: a local, a member, state, or a table.
+    /// The variable that a name denotes: a local, a member, state, or a table.
     pub fn root_variable(&mut self, root: &Expression) -> Lowered<SourceVariableId> {
         match &root.kind {
             ExpressionKind::Local(id) => self.local_variable(*id, root.span),
@@ -110,11 +111,11 @@ impl<'m> Lowering<'m> {
         span: Span,
     ) -> Lowered<SourceVariableId> {
         let name = self.tables.borrow_mut().intern(ty, values);
-        self.new_place_variable(&name, ty, VariableKind::Member, span)
+        self.new_host_variable(&name, ty, VariableKind::Member, span)
     }
 
-    /// The variable in a place of the host's that an array is: a member, or a table of constants.
-    pub fn place_of(&mut self, array: &Expression) -> Lowered<Option<SourceVariableId>> {
+    /// The variable in host memory that an array denotes: a member, or a table of constants.
+    pub fn host_variable_of(&mut self, array: &Expression) -> Lowered<Option<SourceVariableId>> {
         let variable = match &array.kind {
             ExpressionKind::Member(_) | ExpressionKind::Local(_) => self.root_variable(array)?,
             _ if self.purpose == Purpose::Initializer => return Ok(None),
@@ -123,8 +124,8 @@ impl<'m> Lowering<'m> {
                 None => return Ok(None),
             },
         };
-        let in_place = matches!(self.variable(variable).storage, InPlace::Memory(_));
-        Ok(in_place.then_some(variable))
+        let in_memory = matches!(self.variable(variable).storage, SourceStorage::Memory(_));
+        Ok(in_memory.then_some(variable))
     }
 
     fn member(&self, id: MemberId) -> &'m Member {
@@ -152,7 +153,7 @@ impl<'m> Lowering<'m> {
                 VariableKind::Scratch
             }
         };
-        let host = self.new_place_variable(name, ty, kind, *span)?;
+        let host = self.new_host_variable(name, ty, kind, *span)?;
         if !self.writes.contains(&Root::Member(id)) {
             return Ok(host);
         }
@@ -181,7 +182,7 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The scalars of an expression made of constants alone, element by element and field by field.
+/// The scalars of a constant expression, element by element and field by field.
 fn constants_of(expression: &Expression) -> Option<Arc<[Constant]>> {
     if let ExpressionKind::Constant(values) = &expression.kind {
         return Some(values.clone());
@@ -191,7 +192,7 @@ fn constants_of(expression: &Expression) -> Option<Arc<[Constant]>> {
     Some(values.into())
 }
 
-/// Appends the scalars; `None` where they are not plainly constants.
+/// Appends the scalars; `None` if they are not all literal constants.
 fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Option<()> {
     match (&expression.kind, &expression.ty) {
         (ExpressionKind::Constant(constants), _) => values.extend_from_slice(constants),
@@ -233,8 +234,8 @@ fn collect_constants(expression: &Expression, values: &mut Vec<Constant>) -> Opt
     Some(())
 }
 
-/// Whether scratch holds what an earlier method has left. `intersect` starts afresh for every object, so that the
-/// order in which objects are tested never shows.
+/// True if scratch members hold the values of an earlier method. `intersect` starts with zeros for
+/// every object, so that the order in which objects are tested has no effect.
 fn keeps_scratch(purpose: Purpose) -> bool {
     match purpose {
         Purpose::Method(method) => method != rtsl_spec::Method::Intersect,

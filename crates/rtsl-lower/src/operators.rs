@@ -8,19 +8,19 @@ use crate::Lowering;
 /// A value with its type.
 type Operand<'a> = (&'a Type, &'a [Value]);
 
-/// What a binary operator does to two scalars.
+/// The scalar operation that a binary operator applies to each pair of components.
 enum Scalars {
     Compute(BinaryOp),
     Compare(CompareOp),
-    /// The second operand takes the type of the first.
+    /// A shift, whose second operand is converted to the type of the first.
     Shift(BinaryOp),
-    /// Of whole values: all components equal, or not.
+    /// A comparison of whole values: true if all components are equal.
     Equal,
     NotEqual,
 }
 
 impl Lowering<'_> {
-    /// `a operator b`.
+    /// Lowers `a operator b`.
     pub fn binary(
         &mut self,
         operator: BinaryOperator,
@@ -52,7 +52,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Of each component; a single scalar serves for all.
+    /// Applies an operation to each component; a single scalar is used for all components.
     pub fn componentwise(
         &mut self,
         a: &[Value],
@@ -63,7 +63,7 @@ impl Lowering<'_> {
         (0..count).map(|index| operation(self, a[index % a.len()], b[index % b.len()])).collect()
     }
 
-    /// Whether all scalars are equal; not so with a NaN.
+    /// True if all scalars are equal; false with a NaN.
     fn equal(&mut self, a: &[Value], b: &[Value]) -> Value {
         let mut all = self.builder.bool(true);
         for (a, b) in a.iter().zip(b) {
@@ -124,7 +124,7 @@ impl Lowering<'_> {
         sum.unwrap_or_else(|| self.builder.f32(0.0))
     }
 
-    /// One more, or one less.
+    /// Adds or subtracts one.
     pub fn step(&mut self, by: StepOperator, value: Value) -> Value {
         let one = match self.builder.scalar(value) {
             Scalar::F32 => Constant::F32(1.0),

@@ -1,4 +1,4 @@
-//! What hosts may set.
+//! The parameters that hosts may set.
 
 use rtsl_ir::class::{self, Annotation, Parameter, ParameterTarget, ParameterType};
 use rtsl_sema::hir::{Class, Module, Storage, Type};
@@ -51,7 +51,8 @@ fn constructor_parameters(module: &Module, layouts: &Layouts, class: &Class) -> 
         .collect()
 }
 
-/// Whether hosts make an object for each value, so that a single instance can do without one.
+/// True for the element parameter. A single instance need not set it, since hosts make one object
+/// for each value.
 fn is_element(annotations: &[Annotation]) -> bool {
     annotations.iter().any(|annotation| annotation.key == class::ELEMENT)
 }

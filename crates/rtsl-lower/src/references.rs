@@ -1,9 +1,10 @@
 //! Calls of other instances: `kd.lookup()`.
 //!
-//! The callee sees the caller's ray and hit. A state variable that it reads comes from the same place as the
-//! caller's where that is what the caller has; everything else is an override of the
-//! call: what the caller has written, the light of `illuminance`, arguments, and defaults of
-//! what the caller does not have. So linking needs to know nothing of the caller.
+//! The callee sees the caller's ray and hit. It reads a state variable from the same host storage
+//! as the caller if the caller has it unchanged there. All other state is passed as overrides of
+//! the call: variables that the caller has written, the light sample of `illuminance`, arguments,
+//! and the defaults of variables that the caller does not have. Linking therefore needs no
+//! information about the caller.
 
 use rtsl_ir::{OpKind, ReferenceCall, ReferencePath, StateComponent, Value};
 use rtsl_sema::hir::{self, Expression, ExpressionKind, ReferenceFunction, StateId, Type};
@@ -16,7 +17,7 @@ use crate::limits::Lowered;
 use crate::state::{entry, state_id};
 use crate::variables::Storage;
 
-/// The state that a callee sees.
+/// The state variables whose values the call overrides.
 type Overrides = Vec<(StateComponent, Value)>;
 
 impl<'m> Lowering<'m> {
@@ -66,7 +67,7 @@ impl<'m> Lowering<'m> {
         Ok(vec![self.builder.push(OpKind::IsSet(member, path)).get(0)])
     }
 
-    /// The name of a reference member, and which of its elements.
+    /// The name of a reference member, and the path to one of its elements.
     fn lower_reference(&mut self, reference: &'m Expression) -> Lowered<(String, ReferencePath)> {
         match &reference.kind {
             ExpressionKind::Member(id) => {
@@ -107,7 +108,7 @@ impl<'m> Lowering<'m> {
         Ok(overrides)
     }
 
-    /// What a callee shall see; `None` where it can read what the caller's host has set.
+    /// The values that a callee sees; `None` if it can read the host's storage.
     fn state_for_callee(
         &mut self,
         state: StateId,
@@ -133,7 +134,7 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// What the registry says of this call.
+/// The registry's entry for this call.
 fn registry_entry(call: &hir::ReferenceCall) -> &'static ReferenceMethod {
     let name = match call.function {
         ReferenceFunction::Lookup => "lookup",

@@ -1,10 +1,11 @@
-//! State variables: what the one table says they are in the method being lowered.
+//! State variables, as the table of `rtsl_spec` defines them for the method being lowered.
 //!
-//! - What the method only reads is loaded where it is read.
-//! - What it may write starts with the host's value, or with the default.
-//! - A default that depends on another variable is computed where the variable is read before it was set; a
-//!   flag in a cell says whether it was.
-//! - What the method's table does not have is a local that starts with the default.
+//! - A variable that the method only reads is loaded at each read.
+//! - A variable that it may write starts with the host's value, or with the default.
+//! - A default that depends on another variable is computed when the variable is read before it was
+//!   set; a flag in a cell holds whether it was set.
+//! - A variable that the table does not list for the method is a local that starts with the
+//!   default.
 
 use rtsl_ir::{Constant, Scalar, Value, Variable, VariableKind};
 use rtsl_sema::hir::{StateId, Type};
@@ -20,7 +21,7 @@ use crate::{Lowering, Purpose};
 /// A default that depends on other variables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ComputedDefault {
-    /// Whether the variable has been set.
+    /// The flag that the variable has been set.
     pub written: Cell,
     default: Default,
 }
@@ -38,7 +39,7 @@ pub(crate) fn entry(id: StateId) -> &'static StateVariable {
     &rtsl_spec::state_variables()[id.0 as usize]
 }
 
-/// The variable of this name.
+/// The variable called `name`.
 ///
 /// # Panics
 /// If the table has none.
@@ -58,7 +59,7 @@ pub(crate) fn type_of(ty: StateType) -> Type {
 }
 
 impl Lowering<'_> {
-    /// Makes the variables for all state that the method may write or has to give.
+    /// Creates the variables for all state that the method may write or has to output.
     pub fn begin_state(&mut self, span: Span) -> Lowered<()> {
         for id in all_states() {
             let (direction, _) = self.row(id);
@@ -69,7 +70,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Makes the function's outputs of what the method has to give.
+    /// Outputs the state variables that the method passes out.
     pub fn output_state(&mut self) -> Lowered<()> {
         for id in all_states() {
             let (direction, _) = self.row(id);
@@ -83,21 +84,21 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Makes the function's outputs of a variable with this value.
+    /// Outputs a variable with this value.
     pub fn output_variable(&mut self, id: SourceVariableId, kind: VariableKind, values: &[Value]) {
         let variable = self.variable(id);
-        let places: Vec<Variable> = variable.layout.variables(kind, &variable.name).collect();
+        let variables: Vec<Variable> = variable.layout.variables(kind, &variable.name).collect();
         let mut values = values.iter();
-        for place in places {
-            let len = place.len;
-            let place = self.builder.variable(place);
+        for variable in variables {
+            let len = variable.len;
+            let variable = self.builder.variable(variable);
             for (component, value) in (0..len).zip(&mut values) {
-                self.builder.output(place, component, *value);
+                self.builder.output(variable, component, *value);
             }
         }
     }
 
-    /// The variable of a state variable.
+    /// The source variable of a state variable.
     pub fn state_variable(&mut self, id: StateId, span: Span) -> Lowered<SourceVariableId> {
         if let Some(made) = self.states.get(&id) {
             return Ok(*made);
@@ -112,7 +113,7 @@ impl Lowering<'_> {
         let ty = type_of(row.ty);
         let written = self.is_state_written(id);
         if direction == Some(Direction::In) && !written {
-            return self.new_place_variable(row.name, &ty, VariableKind::State, span);
+            return self.new_host_variable(row.name, &ty, VariableKind::State, span);
         }
         let layout = self.layouts.layout(&ty, span)?;
         let (initial, default, input) = match direction {
@@ -138,17 +139,17 @@ impl Lowering<'_> {
     fn load_state(&mut self, id: StateId) -> Vec<Value> {
         let variable = entry(id);
         let len = variable.ty.components();
-        let place = Variable {
+        let variable = Variable {
             kind: VariableKind::State,
             name: variable.name.to_owned(),
             scalar: Scalar::F32,
             len,
         };
-        let place = self.builder.variable(place);
-        (0..len).map(|component| self.builder.load(place, component)).collect()
+        let variable = self.builder.variable(variable);
+        (0..len).map(|component| self.builder.load(variable, component)).collect()
     }
 
-    /// A default that depends on nothing.
+    /// The value of a constant default; `None` if the default depends on other variables.
     pub fn constant_default(&mut self, row: &Row) -> Option<Vec<Value>> {
         let components: Vec<f32> = match row.default {
             Default::Constant(value) => vec![value; row.ty.components() as usize],
@@ -162,7 +163,7 @@ impl Lowering<'_> {
         Some(constants.map(|constant| self.builder.constant(constant)).collect())
     }
 
-    /// The value of a state variable with a computed default.
+    /// The value of a state variable, or its computed default if it has not been set.
     pub fn effective_state(&mut self, id: SourceVariableId) -> Lowered<Vec<Value>> {
         let stored = self.stored(id);
         let Some(ComputedDefault { written, default }) = self.variable(id).default else {
@@ -187,7 +188,8 @@ impl Lowering<'_> {
                 let other = self.state_variable(state_id(name), span)?;
                 self.get_variable(other)
             }
-            // What is stored is 0 where the other is unset, and so ends the pair's circle.
+            // The stored value is 0 if the other variable is unset, too, which breaks the cycle of
+            // the two defaults.
             Default::Grey(name) => {
                 let other = self.state_variable(state_id(name), span)?;
                 Ok(vec![self.stored(other)[0]; len])
@@ -216,8 +218,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The direction and the row of a state variable in the method being lowered. A class with several
-    /// roles has the rows of those that have the method first.
+    /// The direction and the row of a state variable in the method being lowered. In a class with
+    /// several roles, the rows of roles that have the method take precedence.
     pub fn row(&self, id: StateId) -> (Option<Direction>, &'static Row) {
         let name = entry(id).name;
         if let Purpose::Method(method) = self.purpose {

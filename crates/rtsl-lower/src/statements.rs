@@ -11,12 +11,14 @@ use crate::facts::Root;
 use crate::limits::Lowered;
 use crate::variables::SourceVariableId;
 
-/// Up to this many regions deep, what follows an `if` that ends in a jump becomes its other branch; deeper
-/// down flags take over, so that a long list of `if (...) return` does not nest without end.
+/// The depth of regions up to which the statements after an `if` that ends in a jump become its
+/// other branch. At greater depth flags are used, so that a long list of `if (...) return` does not
+/// nest without bound.
 const REGIONS_FOR_BRANCHES: usize = 40;
 
 impl<'m> Lowering<'m> {
-    /// Statements in order, up to one that jumps. Where one may jump, what follows is guarded.
+    /// Lowers statements in order, up to one that jumps. The statements after one that may jump are
+    /// guarded.
     pub fn lower_list(&mut self, list: &'m [Statement]) -> Lowered<()> {
         let mut rest = list;
         while let Some(statement) = rest.first() {
@@ -38,7 +40,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// A region that is run only where nothing has jumped.
+    /// Lowers a region that is executed only if there was no jump.
     pub fn lower_unstopped(
         &mut self,
         condition: Value,
@@ -52,7 +54,7 @@ impl<'m> Lowering<'m> {
                 lowering.clear(*flag);
             }
             fill(lowering)?;
-            // A flag that stayed clear has not changed at all.
+            // A flag that remains clear has not changed.
             for (flag, value) in before {
                 let after = lowering.cells.get(flag);
                 if lowering.builder.known(after) == Some(Constant::Bool(false)) {
@@ -63,7 +65,8 @@ impl<'m> Lowering<'m> {
         })
     }
 
-    /// Statements in order, up to and with the first that may jump; returns those left.
+    /// Lowers statements in order, up to and including the first that may jump; returns the
+    /// remaining ones.
     fn lower_run(&mut self, list: &'m [Statement]) -> Lowered<&'m [Statement]> {
         let mut rest = list;
         while let Some((statement, after)) = rest.split_first() {
@@ -81,7 +84,7 @@ impl<'m> Lowering<'m> {
         Ok(rest)
     }
 
-    /// An `if` of which one branch jumps for certain.
+    /// True for an `if` of which one branch always jumps.
     fn takes_rest_as_branch(&self, statement: &Statement, after: &[Statement]) -> bool {
         let StatementKind::If { then, otherwise, .. } = &statement.kind else { return false };
         !after.is_empty()
@@ -89,7 +92,7 @@ impl<'m> Lowering<'m> {
             && always_jumps(then) != always_jumps(otherwise)
     }
 
-    /// `if (c) { ...; return; } rest` as `if (c) { ...; return; } else { rest }`.
+    /// Lowers `if (c) { ...; return; } rest` as `if (c) { ...; return; } else { rest }`.
     fn lower_if_with_rest(
         &mut self,
         statement: &'m Statement,
@@ -185,7 +188,8 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// For an array of constants that nothing writes and that wants memory: the table that it can be.
+    /// The table that can replace an array of constants that is never written and has to be in
+    /// memory.
     fn table_for(
         &mut self,
         local: LocalId,
@@ -193,13 +197,14 @@ impl<'m> Lowering<'m> {
     ) -> Lowered<Option<SourceVariableId>> {
         let (Some(value), Some(function)) = (value, self.frame.id) else { return Ok(None) };
         let facts = self.facts.of(function);
-        // A `switch` has made its variables before, since it may jump over declarations.
+        // A `switch` has created its variables already, since it may jump over declarations.
         let wanted = facts.indexed.contains(&Root::Local(local))
             && !facts.written_locals.contains(&local)
             && self.frame.locals[local.0 as usize].is_none();
-        // Another variable may be written while this one lives, so it is no other name for it.
+        // A named variable may be written while this one is live, so this one cannot be an alias of
+        // it.
         let named = matches!(value.kind, ExpressionKind::Member(_) | ExpressionKind::Local(_));
-        if wanted && !named { self.place_of(value) } else { Ok(None) }
+        if wanted && !named { self.host_variable_of(value) } else { Ok(None) }
     }
 
     fn lower_return(&mut self, value: Option<&'m Expression>) -> Lowered<()> {
@@ -214,13 +219,13 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// Whether a jump skips what follows here.
+    /// True if a jump skips the following statements.
     pub fn stopped(&mut self) -> Value {
         let flags = self.flags();
         self.any_flag(flags)
     }
 
-    /// The flags that skip what follows here.
+    /// The flags that skip the following statements.
     fn flags(&self) -> impl Iterator<Item = Cell> + use<> {
         let jumps = self.frame.jumps;
         let broke = jumps.map(|jumps| jumps.broke);
@@ -229,7 +234,7 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// Whether control never reaches the end of the list. Jumps inside loops are theirs.
+/// True if control never reaches the end of the list. Jumps out of inner loops do not count.
 fn always_jumps(list: &[Statement]) -> bool {
     list.iter().any(|statement| match &statement.kind {
         StatementKind::Return(_) | StatementKind::Break | StatementKind::Continue => true,

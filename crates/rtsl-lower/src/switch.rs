@@ -1,4 +1,4 @@
-//! `switch`: the cases in order, each behind "its value, or fallen through".
+//! `switch`: the cases in order, each guarded by "its value, or fallen through".
 
 use rtsl_ir::{CompareOp, Value};
 use rtsl_sema::hir::{Expression, StatementKind, SwitchCase};
@@ -39,7 +39,7 @@ impl<'m> Lowering<'m> {
         Ok(())
     }
 
-    /// For each case whether the selector chooses it.
+    /// For each case, the condition that the selector chooses it.
     fn lower_labels(&mut self, selector: Value, cases: &[SwitchCase]) -> Vec<Value> {
         let mut any = self.builder.bool(false);
         let mut selected = Vec::with_capacity(cases.len());
@@ -60,7 +60,8 @@ impl<'m> Lowering<'m> {
         selected
     }
 
-    /// Variables of the `switch` are zero where the case that declares them is jumped over.
+    /// Sets the variables of the `switch` to zero, since the cases that declare them may be jumped
+    /// over.
     fn clear_declared(&mut self, cases: &[SwitchCase], span: Span) -> Lowered<()> {
         for statement in cases.iter().flat_map(|case| &case.body) {
             if let StatementKind::Declare(local, _) = statement.kind {

@@ -1,4 +1,4 @@
-//! Variables: how each is stored while its function is made.
+//! The storage of variables while their function is lowered.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -17,38 +17,38 @@ use crate::state::ComputedDefault;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct SourceVariableId(pub u32);
 
-/// A local, parameter, member or state variable of one instance of a function.
+/// A local, parameter, member or state variable of one inlined call.
 #[derive(Clone, Debug)]
 pub(crate) struct SourceVariable {
     pub name: String,
     pub layout: Rc<Layout>,
     pub storage: Storage,
-    /// For state variables whose default depends on other variables.
+    /// The computed default, for state variables whose default depends on other variables.
     pub default: Option<ComputedDefault>,
-    /// For state variables what the host has set, where it was loaded at the start.
+    /// The host's value, for state variables that are loaded at the start.
     pub input: Option<Vec<Value>>,
 }
 
-/// The rank of names of what functions take and give.
+/// The name rank of parameters and results of functions.
 pub(crate) const RANK_OF_PARAMETERS: u8 = Name::DECLARED;
-/// Of members and state.
+/// The name rank of members and state variables.
 pub(crate) const RANK_OF_DATA: u8 = 192;
-/// Of what the compiler makes by itself.
+/// The name rank of values that the compiler introduces.
 pub(crate) const RANK_OF_TEMPORARIES: u8 = 255;
 
-/// Where a variable's value is.
+/// The storage of a variable's value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Storage {
-    /// In SSA values: the first of its cells.
+    /// SSA values in consecutive cells, of which this is the first.
     Cells(Cell),
-    /// In memory of its own, a place for each leaf.
+    /// Memory of the function: one IR local for each leaf.
     Locals(Vec<VariableId>),
-    /// Where the host has put it; it is never written.
+    /// Memory of the host, which is never written.
     Memory(VariableKind),
 }
 
-/// An array longer than this is kept in memory even if all its indices are constant, since control flow would
-/// have to hand on every scalar of it.
+/// The maximum length of an array in SSA values. A longer one is kept in memory even if all its
+/// indices are constant, since control flow would have to carry each of its scalars.
 const SCALARS_IN_VALUES: u32 = 256;
 
 impl Lowering<'_> {
@@ -61,7 +61,7 @@ impl Lowering<'_> {
         SourceVariableId(self.variables.len() as u32 - 1)
     }
 
-    /// A new variable in cells or slots, whose value is not yet set.
+    /// Creates a variable in cells or locals, whose value is not yet set.
     pub fn new_variable(
         &mut self,
         name: &str,
@@ -72,7 +72,7 @@ impl Lowering<'_> {
         let layout = self.layouts.layout(ty, span)?;
         let memory = indexed || (holds_array(ty) && layout.len() > SCALARS_IN_VALUES);
         let storage = if memory {
-            Storage::Locals(self.take_slots(name, &layout, span)?)
+            Storage::Locals(self.take_locals(name, &layout, span)?)
         } else {
             let zeros = self.zeros(&layout);
             let names = self.scalar_names(name, &layout, rank);
@@ -82,8 +82,8 @@ impl Lowering<'_> {
         Ok(self.add_variable(SourceVariable { name, layout, storage, default: None, input: None }))
     }
 
-    /// A new variable that is never written and lies where the host has put it.
-    pub fn new_place_variable(
+    /// Creates a variable in host memory that is never written.
+    pub fn new_host_variable(
         &mut self,
         name: &str,
         ty: &Type,
@@ -100,7 +100,7 @@ impl Lowering<'_> {
         }))
     }
 
-    /// What the scalars of a variable are called.
+    /// The names of the scalars of a variable.
     pub fn scalar_names(&mut self, name: &str, layout: &Layout, rank: u8) -> Vec<Name> {
         let mut names = Vec::with_capacity(layout.len() as usize);
         for leaf in &layout.leaves {
@@ -114,7 +114,7 @@ impl Lowering<'_> {
         names
     }
 
-    /// Sets a scalar of a variable, whose name the value gets.
+    /// Sets a scalar of a variable and gives its name to the value.
     pub fn set_cell(&mut self, cell: Cell, value: Value) {
         if let Some(name) = self.cells.name(cell) {
             self.builder.name(value, name);
@@ -122,23 +122,23 @@ impl Lowering<'_> {
         self.cells.set(cell, value);
     }
 
-    /// A new cell for one scalar.
+    /// Creates a cell for one scalar.
     pub fn new_cell(&mut self, initial: Value) -> Cell {
         Cell(self.cells.allocate([initial]).start)
     }
 
-    /// A new flag, false.
+    /// Creates a flag, which is false.
     pub fn new_flag(&mut self) -> Cell {
         let no = self.builder.bool(false);
         self.new_cell(no)
     }
 
-    /// Zero for each scalar.
+    /// A zero for each scalar.
     pub fn zeros(&mut self, layout: &Layout) -> Vec<Value> {
         layout.scalars().map(|scalar| self.builder.constant(Constant::zero(scalar))).collect()
     }
 
-    /// The cells of a variable, if it is stored so.
+    /// The cells of a variable, if it is stored in cells.
     pub fn cells_of(&self, id: SourceVariableId) -> Option<impl Iterator<Item = Cell> + use<>> {
         let variable = self.variable(id);
         match variable.storage {
@@ -158,12 +158,12 @@ impl Lowering<'_> {
                     self.set_cell(Cell(cell), *value);
                 }
             }
-            Storage::Locals(slots) => {
-                // Values of slots have no names: where slots are promoted their places tell enough.
+            Storage::Locals(locals) => {
+                // Values stored to locals need no names: mem2reg names them after the locals.
                 let mut values = values.iter();
-                for (slot, leaf) in slots.iter().zip(&variable.layout.leaves) {
+                for (local, leaf) in locals.iter().zip(&variable.layout.leaves) {
                     for (index, value) in (0..leaf.len).zip(&mut values) {
-                        self.builder.store(*slot, index, *value);
+                        self.builder.store(*local, index, *value);
                     }
                 }
             }
@@ -184,7 +184,7 @@ impl Lowering<'_> {
         Ok(self.stored(id))
     }
 
-    /// What is stored for a variable, whether or not it was set.
+    /// The stored value of a variable, whether or not it was set.
     pub fn stored(&mut self, id: SourceVariableId) -> Vec<Value> {
         let variable = &self.variables[id.0 as usize];
         match &variable.storage {
@@ -192,72 +192,73 @@ impl Lowering<'_> {
                 let cells = *first..first + variable.layout.len();
                 cells.map(|cell| self.cells.get(Cell(cell))).collect()
             }
-            Storage::Locals(slots) => {
+            Storage::Locals(locals) => {
                 let mut values = Vec::new();
-                for (slot, leaf) in slots.iter().zip(&variable.layout.leaves) {
-                    values.extend((0..leaf.len).map(|index| self.builder.load(*slot, index)));
+                for (local, leaf) in locals.iter().zip(&variable.layout.leaves) {
+                    values.extend((0..leaf.len).map(|index| self.builder.load(*local, index)));
                 }
                 values
             }
             Storage::Memory(kind) => {
-                let places: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
+                let variables: Vec<_> = variable.layout.variables(*kind, &variable.name).collect();
                 let mut values = Vec::new();
-                for place in places {
-                    let len = place.len;
-                    let place = self.builder.variable(place);
-                    values.extend((0..len).map(|index| self.builder.load(place, index)));
+                for variable in variables {
+                    let len = variable.len;
+                    let variable = self.builder.variable(variable);
+                    values.extend((0..len).map(|index| self.builder.load(variable, index)));
                 }
                 values
             }
         }
     }
 
-    fn take_slots(&mut self, name: &str, layout: &Layout, span: Span) -> Lowered<Vec<VariableId>> {
-        let mut slots = Vec::new();
+    fn take_locals(&mut self, name: &str, layout: &Layout, span: Span) -> Lowered<Vec<VariableId>> {
+        let mut locals = Vec::new();
         for leaf in &layout.leaves {
-            let slot = match self.slots.free.entry((leaf.scalar, leaf.len)).or_default().pop() {
-                Some(slot) => slot,
+            let local = match self.locals.free.entry((leaf.scalar, leaf.len)).or_default().pop() {
+                Some(local) => local,
                 None => {
-                    self.slots.scalars += leaf.len;
-                    if self.slots.scalars > limits::SCALARS_OF_SLOTS {
-                        return Err(limits::too_many_slots(span));
+                    self.locals.scalars += leaf.len;
+                    if self.locals.scalars > limits::SCALARS_OF_LOCALS {
+                        return Err(limits::too_many_locals(span));
                     }
-                    let name = self.slots.new_name(format!("{name}{}", leaf.suffix));
+                    let name = self.locals.new_name(format!("{name}{}", leaf.suffix));
                     self.builder.local(&name, leaf.scalar, leaf.len)
                 }
             };
-            slots.push(slot);
+            locals.push(local);
         }
-        Ok(slots)
+        Ok(locals)
     }
 
-    /// Ends the life of variables: their slots may serve others.
-    pub fn release_slots(&mut self, variables: impl IntoIterator<Item = SourceVariableId>) {
+    /// Ends the lifetime of variables, so that their locals can be reused.
+    pub fn release_locals(&mut self, variables: impl IntoIterator<Item = SourceVariableId>) {
         for id in variables {
-            if let Storage::Locals(slots) = &self.variables[id.0 as usize].storage {
-                for slot in slots {
-                    let place = self.builder.function().variable(*slot);
-                    let key = (place.scalar, place.len);
-                    self.slots.free.entry(key).or_default().push(*slot);
+            if let Storage::Locals(locals) = &self.variables[id.0 as usize].storage {
+                for local in locals {
+                    let variable = self.builder.function().variable(*local);
+                    let key = (variable.scalar, variable.len);
+                    self.locals.free.entry(key).or_default().push(*local);
                 }
             }
         }
     }
 }
 
-/// The slots of a function.
+/// The IR locals of a function.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LocalPool {
-    /// Those whose variables live no longer.
+    /// The locals whose variables are no longer live.
     free: BTreeMap<(Scalar, u32), Vec<VariableId>>,
-    /// How many scalars all slots have.
+    /// The number of scalars of all locals.
     scalars: u32,
-    /// How many slots were named after each variable.
+    /// The number of locals named after each variable.
     named: BTreeMap<String, u32>,
 }
 
 impl LocalPool {
-    /// A name that no slot has yet; the builder would look for one from the start each time.
+    /// Returns a name that no local has yet. The builder would search for one from the start each
+    /// time.
     fn new_name(&mut self, name: String) -> String {
         let used = self.named.entry(name.clone()).or_default();
         *used += 1;
@@ -266,6 +267,6 @@ impl LocalPool {
 }
 
 fn holds_array(ty: &Type) -> bool {
-    // Structs count too: they may hold arrays, and large ones without are rare.
+    // Structs count too: they may contain arrays, and large ones without arrays are rare.
     matches!(ty, Type::Array(..) | Type::Struct(_))
 }

@@ -1,4 +1,4 @@
-//! Visits every statement and expression of a part of the typed tree, in no particular order and
+//! Traverses every statement and expression of a part of the typed tree, in no particular order and
 //! without recursion.
 
 use rtsl_sema::hir::{Expression, ExpressionKind, FunctionId, Statement, StatementKind};
@@ -10,17 +10,17 @@ pub(crate) enum Node<'h> {
     Expression(&'h Expression),
 }
 
-/// Shows `see` the statements and all that is in them.
+/// Calls `see` for the statements and every node in them.
 pub(crate) fn walk_statements<'h>(list: &'h [Statement], see: impl FnMut(Node<'h>)) {
     walk(list.iter().map(Node::Statement).collect(), see);
 }
 
-/// Shows `see` the expression and all that is in it.
+/// Calls `see` for the expression and every node in it.
 pub(crate) fn walk_expression<'h>(expression: &'h Expression, see: impl FnMut(Node<'h>)) {
     walk(vec![Node::Expression(expression)], see);
 }
 
-/// Shows `see` the nodes and all that is in them.
+/// Calls `see` for the nodes and every node in them.
 pub(crate) fn walk<'h>(mut open: Vec<Node<'h>>, mut see: impl FnMut(Node<'h>)) {
     while let Some(node) = open.pop() {
         see(node);

@@ -1,11 +1,10 @@
-//! The typed tree: every name resolved, every conversion written out, every overload chosen.
+//! The typed tree: every name resolved, every conversion explicit, every overload chosen.
 //!
 //! A [`Module`] holds the prelude's functions and structs first, then those of the unit, so that
-//! ids are the same in both. A class is self-contained: inherited members, methods and
-//! functions have been checked again in its own context and stand among its own.
+//! ids are the same in both. A class is self-contained: inherited members, methods and functions
+//! have been checked again in its context and are listed among its own.
 //!
-//! Sizes of arrays are known, constant expressions are folded, and no function calls itself,
-//! directly or through others.
+//! Sizes of arrays are known, constant expressions are folded, and no function is recursive.
 
 use std::sync::Arc;
 
@@ -25,7 +24,7 @@ pub enum Type {
     Scalar(Scalar),
     /// 2 to 4 components.
     Vector(Scalar, u8),
-    /// Of float: columns, rows; `mat3x2` has 3 columns of 2 rows.
+    /// A matrix of floats with these columns and rows: `mat3x2` has 3 columns of 2 rows.
     Matrix(u8, u8),
     /// As many f32 as `rtsl_spec::COLOR_COMPONENTS`.
     Color,
@@ -37,8 +36,8 @@ pub enum Type {
     Buffer(Box<Type>),
     /// A reference to an instance.
     Reference(Role),
-    /// What an expression has that was reported already; no diagnostic ever speaks of it, and
-    /// no tree that reaches the lowering has it.
+    /// The type of an erroneous expression that was reported. It never appears in a diagnostic, nor
+    /// in a tree that reaches the lowering.
     Error,
 }
 
@@ -69,9 +68,9 @@ pub struct StateId(pub u32);
 /// A checked translation unit on top of the prelude.
 #[derive(Clone, Debug, Default)]
 pub struct Module {
-    /// All structs, those declared in classes and blocks too.
+    /// All structs, including those declared in classes and blocks.
     pub structs: Vec<Arc<Struct>>,
-    /// All functions, methods and constructors; file scope and classes.
+    /// All functions, methods and constructors, of file scope and classes.
     pub functions: Vec<Arc<Function>>,
     /// The classes of the unit (and the prelude's own).
     pub classes: Vec<Class>,
@@ -80,158 +79,159 @@ pub struct Module {
 /// A struct.
 #[derive(Clone, Debug)]
 pub struct Struct {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its fields.
+    /// The fields, with name and type.
     pub fields: Vec<(String, Type)>,
 }
 
 /// A class.
 #[derive(Clone, Debug)]
 pub struct Class {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its roles, in the order of [`Role::ALL`], inherited ones too.
+    /// The roles in the order of [`Role::ALL`], including inherited ones.
     pub roles: Vec<Role>,
-    /// Its documentation comment.
+    /// The documentation comment.
     pub documentation: Option<String>,
-    /// All members, inherited ones first. Constants (`const`) are folded away and not here.
+    /// All members, inherited ones first. `const` members are folded and not listed.
     pub members: Vec<Member>,
     /// The constructor.
     pub constructor: Option<Constructor>,
-    /// The methods: its own, inherited ones, and those implied by others.
+    /// The methods, including inherited and implied ones.
     pub methods: Vec<(Method, FunctionId)>,
-    /// The header.
+    /// The span of the header.
     pub span: Span,
 }
 
 /// A member.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its type; buffers and references are told by it.
+    /// The type, which also marks buffers and references.
     pub ty: Type,
-    /// Where it lives.
+    /// The storage class.
     pub storage: Storage,
-    /// Its initial value; reads no member and no state.
+    /// The initial value, which reads no member and no state.
     pub initializer: Option<Expression>,
-    /// Annotations, values folded.
+    /// The annotations, with values folded.
     pub annotations: Vec<Annotation>,
-    /// For references: tested with `isSet` somewhere in the class.
+    /// For references: true if the class tests it with `isSet`.
     pub tested: bool,
-    /// The declarator.
+    /// The span of the declarator.
     pub span: Span,
 }
 
-/// Where a member lives.
+/// The storage class of a member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// A parameter of the instance.
     Public,
     /// Data of the instance.
     Private,
-    /// Per ray.
+    /// Data of a ray.
     Scratch,
 }
 
 /// A constructor: a function of its parameters, with their defaults.
 #[derive(Clone, Debug)]
 pub struct Constructor {
-    /// Its body and parameters.
+    /// The function with the body and the parameters.
     pub function: FunctionId,
-    /// One entry a parameter.
+    /// One entry for each parameter.
     pub parameters: Vec<ConstructorParameter>,
 }
 
-/// What a constructor parameter has beyond a function's.
+/// The data that a constructor parameter has beyond a function's.
 #[derive(Clone, Debug)]
 pub struct ConstructorParameter {
-    /// Its default; reads no member, no state, no other parameter.
+    /// The default, which reads no member, no state, no other parameter.
     pub default: Option<Expression>,
-    /// Annotations, values folded.
+    /// The annotations, with values folded.
     pub annotations: Vec<Annotation>,
 }
 
 /// A function, method or constructor.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// The comment just before it.
+    /// The documentation comment.
     pub documentation: Option<String>,
-    /// The class in whose context it was checked: its `Member` expressions index that class.
+    /// The class in whose context it was checked; its `Member` expressions index that class.
     pub class: Option<ClassId>,
-    /// For interface methods which one, in which role state directions are looked up; `None` for helpers.
+    /// The interface method that it implements, for looking up directions of state variables;
+    /// `None` for helpers.
     pub method: Option<Method>,
-    /// What it returns; zero where its end is reached without a `return`.
+    /// The result type. The result is zero if the end of the body is reached without a `return`.
     pub result: Type,
-    /// `precise` function result.
+    /// True if the result is `precise`.
     pub precise: bool,
-    /// The first of [`Function::locals`] are these parameters.
+    /// The passing modes of the parameters, which are the first of [`Function::locals`].
     pub parameters: Vec<Passing>,
-    /// Parameters, then all variables of the body.
+    /// The parameters, then all variables of the body.
     pub locals: Vec<Local>,
-    /// What it does; a prototype without body has been reported.
+    /// The body; a prototype without a definition has been reported.
     pub body: Vec<Statement>,
-    /// Its header.
+    /// The span of the header.
     pub span: Span,
 }
 
-/// How an argument is passed.
+/// The passing mode of an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passing {
-    /// Copied in.
+    /// Copied in at the call.
     In,
     /// Copied out at the return; zero before.
     Out,
-    /// Both.
+    /// Copied in at the call and out at the return.
     InOut,
 }
 
 /// A parameter or variable.
 #[derive(Clone, Debug)]
 pub struct Local {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its type.
+    /// The type.
     pub ty: Type,
-    /// `precise`: what is computed for it is not contracted.
+    /// True for `precise` variables: computations for them are not contracted.
     pub precise: bool,
 }
 
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Statement {
-    /// What it is.
+    /// The kind of statement, with its parts.
     pub kind: StatementKind,
-    /// Where.
+    /// The span of the statement.
     pub span: Span,
 }
 
-/// The statements. All loops have one form.
+/// The kinds of statement. All loops have one form.
 #[derive(Clone, Debug)]
 pub enum StatementKind {
-    /// Evaluated for its effects.
+    /// An expression evaluated for its effects.
     Expression(Expression),
-    /// The variable's life begins, with its initial value or zero.
+    /// Begins the lifetime of a variable, with its initial value or zero.
     Declare(LocalId, Option<Expression>),
     /// `{ }`
     Block(Vec<Statement>),
     /// `if`
     If {
-        /// bool.
+        /// The condition, a bool.
         condition: Expression,
-        /// Where true.
+        /// The statements if it is true.
         then: Vec<Statement>,
-        /// Where false.
+        /// The statements if it is false.
         otherwise: Vec<Statement>,
     },
     /// `switch`: runs from the matching case on, through the following ones until a `break`.
     Switch {
-        /// int or uint.
+        /// The selector, an int or uint.
         selector: Expression,
-        /// In order of the text.
+        /// The cases in order of the text.
         cases: Vec<SwitchCase>,
     },
     /// `for`, `while`, `do`.
@@ -249,55 +249,59 @@ pub enum StatementKind {
 /// `for (initializer; condition; step) body`.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// Run once, its variables live in the loop.
+    /// Statements that run once; their variables live as long as the loop.
     pub initializer: Vec<Statement>,
-    /// `while (bool b = ...)` declares this before each test.
+    /// The variable of `while (bool b = ...)`, declared before each test.
     pub declaration: Option<LocalId>,
-    /// bool; for ever where absent. With a declaration: its initial value.
+    /// The condition, a bool; if absent, the loop is endless. With a declaration, it is the
+    /// variable's initial value.
     pub condition: Option<Expression>,
-    /// After each round, `continue` included.
+    /// The step after each iteration, also after a `continue`.
     pub step: Option<Expression>,
-    /// What is repeated.
+    /// The body.
     pub body: Vec<Statement>,
-    /// `do`: the body comes before the first test.
+    /// True for `do`: the body runs before the first test.
     pub test_last: bool,
 }
 
 /// `illuminance`.
 #[derive(Clone, Debug)]
 pub struct Illuminance {
-    /// vec3; `rt_HitPoint` where absent.
+    /// The point, a vec3; `rt_HitPoint` if absent.
     pub point: Option<Expression>,
-    /// vec3 and float (radians): axis and half angle of the cone.
+    /// The cone: its axis, a vec3, and half angle, a float in radians.
     pub cone: Option<(Expression, Expression)>,
-    /// Run for each light.
+    /// The statements to run for each light.
     pub body: Vec<Statement>,
 }
 
 /// One label of a `switch` with the statements up to the next.
 #[derive(Clone, Debug)]
 pub struct SwitchCase {
-    /// The values, folded; empty for `default`.
+    /// The value, folded; `None` for `default`.
     pub value: Option<Constant>,
-    /// Statements up to the next label.
+    /// The statements up to the next label.
     pub body: Vec<Statement>,
 }
 
-/// An expression with its type. Chains of binary operators and commas may be as long as the text: they lean to
-/// the left, and whoever visits them loops over [`Expression::chain`]. Cloning and dropping do.
+/// An expression with its type.
+///
+/// Chains of binary operators and commas may be as long as the text. They lean to the left, so
+/// visitors must loop over [`Expression::chain`] instead of recursing into left operands. `Clone`
+/// and `Drop` do so too.
 #[derive(Debug)]
 pub struct Expression {
-    /// What it is.
+    /// The kind of expression, with its operands.
     pub kind: ExpressionKind,
-    /// Its type.
+    /// The type.
     pub ty: Type,
-    /// Where.
+    /// The span.
     pub span: Span,
 }
 
 impl Expression {
-    /// The links of a chain `a + b && c, d`, the innermost first, and what it begins with: the left operand of each
-    /// link is the link before.
+    /// Splits a chain `a + b && c, d` into its leftmost operand and its links, the innermost first.
+    /// The left operand of each link is the link before.
     pub fn chain(&self) -> (&Expression, Vec<&Expression>) {
         let mut links = Vec::new();
         let mut first = self;
@@ -319,7 +323,7 @@ impl Expression {
         }
     }
 
-    /// The left operand where it has one itself, which leaves an empty place.
+    /// Takes the left operand out if it is a link itself, and leaves a placeholder.
     fn take_inner_link(&mut self) -> Option<Expression> {
         let (ExpressionKind::Binary(_, left, _)
         | ExpressionKind::And(left, _)
@@ -364,12 +368,13 @@ impl Drop for Expression {
     }
 }
 
-/// The expressions. Operands have the types that the operation takes: conversions are written out.
+/// The kinds of expression. Operands have the types that the operation requires: conversions are
+/// explicit.
 #[derive(Clone, Debug)]
 pub enum ExpressionKind {
     /// A constant scalar, or the components of a constant vector, matrix (column by column) or
-    /// color, or all leaves of a constant array or struct element by element and field by field. Shared, since a table may be large and
-    /// used often.
+    /// color, or all leaves of a constant array or struct, element by element and field by field.
+    /// It is shared, since a table may be large and used often.
     Constant(Arc<[Constant]>),
     /// A local variable.
     Local(LocalId),
@@ -381,94 +386,97 @@ pub enum ExpressionKind {
     Swizzle(Box<Expression>, Vec<u8>),
     /// A field of a struct.
     Field(Box<Expression>, u32),
-    /// `a[i]` of an array, buffer, vector or matrix (a column). The index is int or uint.
+    /// `a[i]` of an array, buffer, vector or matrix (giving a column). The index is int or uint.
     Index(Box<Expression>, Box<Expression>),
-    /// To the expression's type, which has the same shape with another scalar; or int/uint/float of
-    /// a bool and back.
+    /// A conversion to the expression's type, which has the same form with another scalar; or
+    /// between bool and int, uint or float.
     Convert(Box<Expression>),
-    /// GLSL's constructors for the expression's type, arguments in order, of any types that the
-    /// checker has accepted: vectors and matrices from components, from one scalar (splat, diagonal),
-    /// matrix from matrix, truncation; arrays and structs element by element; color from float,
-    /// vec3 or three floats; a scalar from the first component of its argument.
+    /// A constructor of the expression's type, as in GLSL, with arguments in order, of any types
+    /// that the checker has accepted: vectors and matrices from components or from one scalar
+    /// (splat, diagonal); a matrix from a matrix; truncation; arrays and structs element by
+    /// element; a color from a float, a vec3 or three floats; a scalar from the first component of
+    /// its argument.
     Construct(Vec<Expression>),
-    /// `-`, `!`, `~` componentwise. `+` has gone.
+    /// `-`, `!`, `~` componentwise. The checker drops `+`.
     Unary(UnaryOperator, Box<Expression>),
-    /// Arithmetic, bitwise, comparison, `==` and `!=` of any type; `^^`. Operands are of one type, or
-    /// one is a scalar of the other's component type (to be spread), or it is GLSL's linear
-    /// algebra: matrix times matrix, matrix times vector, vector times matrix; shifts may
-    /// differ in signedness.
+    /// Arithmetic, bitwise operations, comparison, `==` and `!=` of any type, `^^`. The operands
+    /// have one type, or one is a scalar of the other's component type (to be splat), or the
+    /// operation is a product of GLSL's linear algebra: matrix times matrix, matrix times vector,
+    /// vector times matrix. The operands of a shift may differ in signedness.
     Binary(BinaryOperator, Box<Expression>, Box<Expression>),
-    /// `a && b`: the second evaluated only where the first is true.
+    /// `a && b`: the second operand is evaluated only if the first is true.
     And(Box<Expression>, Box<Expression>),
-    /// `a || b`: the second evaluated only where the first is false.
+    /// `a || b`: the second operand is evaluated only if the first is false.
     Or(Box<Expression>, Box<Expression>),
-    /// `a = b` or `a op= b`; gives the new value. The target is an lvalue: locals, members, state and
-    /// their fields, elements and swizzles without repetition.
+    /// `a = b` or `a op= b`; the value is the new one. The target is an lvalue: locals, members,
+    /// state and their fields, elements and swizzles without repetition.
     Assign {
-        /// What is assigned.
+        /// The target.
         target: Box<Expression>,
-        /// `op` of `op=`, by the rules of [`ExpressionKind::Binary`].
+        /// The `op` of `op=`, by the rules of [`ExpressionKind::Binary`].
         operator: Option<BinaryOperator>,
         /// The right side.
         value: Box<Expression>,
     },
     /// `++`, `--` on int, uint, float, their vectors, and matrices.
     Step {
-        /// What is stepped.
+        /// The target.
         target: Box<Expression>,
-        /// Up or down.
+        /// Increment or decrement.
         by: StepOperator,
-        /// Gives the new value (else the old).
+        /// True if the value is the new one; else it is the old one.
         prefix: bool,
     },
-    /// `c ? a : b`; only one side is evaluated.
+    /// `c ? a : b`; only one operand is evaluated.
     Conditional(Box<Expression>, Box<Expression>, Box<Expression>),
     /// `a, b`
     Sequence(Box<Expression>, Box<Expression>),
-    /// A user's or the prelude's function, or a method of the same class. One argument a parameter; `out`
-    /// and `inout` arguments are lvalues, found before the call from left to right and written after it
-    /// in the same order. What an `out` parameter hands back is converted to its argument's type.
+    /// A call of a user's or the prelude's function, or of a method of the same class, with one
+    /// argument for each parameter. `out` and `inout` arguments are lvalues, evaluated before the
+    /// call from left to right and written after it in the same order. The value of an `out`
+    /// parameter is converted to its argument's type.
     Call(FunctionId, Vec<Expression>),
-    /// A built-in that the lowering does itself: the entry and the chosen overload.
+    /// A call of a built-in function: the entry and the chosen overload.
     Builtin(BuiltinCall),
-    /// A method of a referenced instance.
+    /// A call of a method of a referenced instance.
     ReferenceCall(Box<ReferenceCall>),
-    /// `isSet(reference)`; the expression is a reference.
+    /// `isSet(reference)`; the operand is a reference.
     IsSet(Box<Expression>),
     /// `a.length()` of a buffer; other lengths are constants.
     Length(Box<Expression>),
-    /// Was reported.
+    /// An erroneous expression that was reported.
     Error,
 }
 
 /// A call of a built-in function.
 #[derive(Clone, Debug)]
 pub struct BuiltinCall {
-    /// Its name in `rtsl_spec::builtins`, which says how it is lowered.
+    /// The name in `rtsl_spec::builtins`, whose entry gives the lowering.
     pub name: &'static str,
-    /// Where the registry says `Prelude`: the prelude's function, on whole arguments or, where it takes
-    /// scalars and the arguments are vectors, applied component by component (`componentwise`).
+    /// For the lowering `Prelude`: the prelude's function. It takes whole arguments or, if it takes
+    /// scalars and the arguments are vectors, is applied component by component (`componentwise`).
     pub prelude: Option<FunctionId>,
-    /// Apply to each component, scalar arguments spread.
+    /// True if the call applies to each component, with scalar arguments splat.
     pub componentwise: bool,
-    /// Arguments converted to the overload's types; `out` ones are lvalues as in [`ExpressionKind::Call`].
+    /// The arguments, converted to the overload's types; `out` ones are lvalues as in
+    /// [`ExpressionKind::Call`].
     pub arguments: Vec<Expression>,
 }
 
-/// `kd.lookup(uv)` and its like.
+/// A call of a method of a reference, such as `kd.lookup(uv)`.
 #[derive(Clone, Debug)]
 pub struct ReferenceCall {
     /// A reference member, or an element of an array of references.
     pub reference: Expression,
-    /// The role it is called in.
+    /// The role in which it is called.
     pub role: Role,
-    /// What is called.
+    /// The function that is called.
     pub function: ReferenceFunction,
-    /// `lookup(uv)`, `lookup(uvw)`: none, a vec2 or a vec3.
+    /// The arguments of `lookup(uv)`, `lookup(uvw)`: none, a vec2 or a vec3.
     pub arguments: Vec<Expression>,
 }
 
-/// What can be called on a reference.
+/// A function that can be called on a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the language")]
 pub enum ReferenceFunction {

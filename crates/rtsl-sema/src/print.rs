@@ -1,8 +1,9 @@
-//! The typed tree as text, for tests and for people: RTSL's own notation with all that the
-//! checker has decided written out.
+//! Prints the typed tree, for tests and debugging: RTSL's notation with all decisions of the
+//! checker made explicit.
 //!
-//! Locals are `name#number`, members `self.name`, conversions `float<-(x)`, constants carry their type
-//! where it is not a scalar, calls of functions of the module the function's number: `f@12(x)`.
+//! Locals are `name#index`, members `self.name`, conversions `float<-(x)`. Constants that are not
+//! scalars carry their type, and calls of functions of the module carry the function's index:
+//! `f@12(x)`.
 
 use std::fmt::Write;
 
@@ -14,7 +15,7 @@ use crate::hir::{
     ReferenceFunction, Statement, StatementKind, StepOperator, Storage, SwitchCase, Type,
 };
 
-/// A class with its members, methods and constructor.
+/// Prints a class with its members, methods and constructor.
 pub fn class(module: &Module, class: &Class) -> String {
     let mut printer =
         Printer { module, class: Some(class), function: None, text: String::new(), indent: 0 };
@@ -22,7 +23,7 @@ pub fn class(module: &Module, class: &Class) -> String {
     printer.text
 }
 
-/// A function with its body.
+/// Prints a function with its body.
 pub fn function(module: &Module, id: FunctionId) -> String {
     let mut printer =
         Printer { module, class: None, function: None, text: String::new(), indent: 0 };
@@ -30,7 +31,7 @@ pub fn function(module: &Module, id: FunctionId) -> String {
     printer.text
 }
 
-/// A type as the language writes it.
+/// Formats a type as the language writes it.
 pub fn type_name(module: &Module, ty: &Type) -> String {
     match ty {
         Type::Struct(id) => module.structs[id.0 as usize].name.clone(),
@@ -340,7 +341,7 @@ fn constant(value: Constant) -> String {
     }
 }
 
-/// The method as text calls it.
+/// The name by which shaders call the method.
 fn reference_function_name(function: ReferenceFunction) -> &'static str {
     match function {
         ReferenceFunction::Lookup => "lookup",

@@ -39,7 +39,7 @@ fn classes_of_every_kind() {
         "class A : rt_Texture;\n",
         "class A : rt_Texture { }; class B : rt_Light { public float x = 1.0; };",
         "class A : rt_Primitive, rt_Material;\nscratch vec3 bary;\nvoid intersect() { if (hit(1.0)) bary = vec3(1.0); }\nvoid shade() { rt_SampleColor = color(bary); }",
-        // A member is known in the whole class.
+        // A member is visible in the whole class.
         "class A : rt_Texture;\nvoid lookup() { rt_FloatTextureValue = scale * f(S(2.0)); }\nfloat f(S s) { return s.x; }\nstruct S { float x; };\npublic float scale = 1.0;",
         "class A : rt_Texture;\npublic uniform float x;\nvoid lookup() { rt_FloatTextureValue = x; }",
         "class A : rt_Camera;\nvoid generateRay() { rt_RayDirection = vec3(rt_ScreenCoord - 0.5, 1.0); rt_HitDistance *= 0.5; rt_SampleColor = color(rt_TimeSeed); }",
@@ -51,11 +51,11 @@ fn classes_of_every_kind() {
         "class A : rt_Texture;\n[[label \"Scale\", min 0, max 2 * 3.0, doc \"...\", hidden]] public float s = 1.0;\nconstructor([[unit \"m\"]] float r) { s *= r; }\nvoid lookup() { rt_FloatTextureValue = s; }",
         "class A : rt_Texture;\nfloat table[] = { 1, 2, 3 };\nvoid lookup() { rt_FloatTextureValue = table[2]; }",
         "class A : rt_Material;\nvoid shade() { illuminance(rt_HitPoint, rt_ShadingNormal, 1.5) { if (occluded(rt_HitPoint, rt_LightDirection, rt_LightDistance)) continue; rt_SampleColor += rt_LightColor; } }",
-        // A helper does what all methods that call it may do.
+        // A helper may do what all methods that call it may do.
         "class A : rt_Primitive;\nvoid offer(float t) { hit(t); }\nvoid intersect() { offer(1.0); }",
         "void offer(float t) { hit(t); }\nclass A : rt_Primitive;\nvoid intersect() { offer(1.0); }",
         "class A : rt_Material;\nvoid add() { rt_SampleColor += rt_LightColor; }\nvoid shade() { illuminance add(); }",
-        // Methods of one's own are functions too.
+        // A class may call its own methods as functions.
         "class A : rt_Material;\nvoid BSDF() { rt_BSDFValue = color(1.0); }\nvoid sampleBSDF() { rt_LightDirection = rt_ShadingNormal; rt_PDF = 1.0; BSDF(); }",
         "class A : rt_Camera;\nfloat lookup(float x) { return x; }\nvoid generateRay() { rt_RayOrigin.x = lookup(1.0); }",
         "class A : rt_Material;\npublic rt_Material a;\nvoid sampleBSDF() { rt_BSDFValue = a.sampleBSDF() * (rt_PDF > 0.0 ? 0.5 : 1.0); }\nvoid evaluatePDF() { rt_PDF = a.evaluatePDF(); }",
@@ -121,7 +121,7 @@ fn wrong_state() {
             "E0306",
             "class A : rt_Material;\nvoid BSDF() { set(rt_LightDirection); }\nvoid set(out vec3 v) { v = vec3(1.0); }",
         ),
-        // The helper is right for one of the methods that call it.
+        // The helper is valid for one of the methods that call it.
         (
             "E0306",
             "class A : rt_Primitive;\nvoid set() { rt_HitPoint = vec3(1.0); }\nvoid generateSample() { set(); }\nvoid samplePDF() { set(); }",
@@ -206,7 +206,7 @@ fn inheritance_checks_again_and_warns_once() {
 }
 
 #[test]
-fn materials_get_what_they_lack() {
+fn materials_receive_implied_methods() {
     let with = |methods: &str| format!("class A : rt_Material;\n{methods}");
     let shade = "void shade() { rt_SampleColor = color(1.0); }\n";
     let bsdf = "void BSDF() { rt_BSDFValue = color(1.0); }\n";
@@ -223,7 +223,7 @@ fn materials_get_what_they_lack() {
     );
     assert_eq!(methods(&with(emission)), all);
     assert_eq!(methods(&with(&(emission.to_owned() + shade))), ["shade", "emission"]);
-    // What the class declares does not get into the implied methods.
+    // Names that the class declares are not captured by the implied methods.
     let shadows = "public float abs = 1.0; vec3 dot(vec3 a, vec3 b) { return a + b; } float makeFrame(vec3 n) { return n.x * abs; }\n";
     assert_eq!(methods(&with(&(bsdf.to_owned() + shadows))), all);
 }

@@ -1,5 +1,5 @@
-//! The pages of the checker's codes: the failing text of each gives its code and no other, the mended
-//! one nothing.
+//! The pages of the checker's codes: the failing text of each gives its code and no other, the
+//! corrected one nothing.
 
 use rtsl_source::codes;
 use rtsl_testing::checked::{codes as codes_of, diagnostics};

@@ -1,4 +1,5 @@
-//! Texts that are deep, long or make each other longer: each gives an answer soon, on a small stack.
+//! Texts that are deep, long or multiply each other's length: each is answered quickly, on a small
+//! stack.
 
 use std::fmt::Write;
 
@@ -10,7 +11,7 @@ fn on_small_stack(text: String) -> Vec<&'static str> {
     thread.spawn(move || codes(&text)).unwrap().join().unwrap()
 }
 
-/// As deep as the parser lets pass.
+/// Nearly the deepest nesting that the parser accepts.
 const DEEP: usize = 1_000;
 
 #[test]
@@ -44,7 +45,7 @@ fn long_chains_of_calls_pass_and_cycles_through_them_are_found() {
 }
 
 #[test]
-fn chains_of_constants_and_structs_pass() {
+fn chains_of_constants_and_structs_are_accepted() {
     let mut text = String::from("class C : rt_Texture;\nconst int c2999 = 1;\n");
     for index in (0..2_999).rev() {
         let _ = writeln!(text, "const int c{index} = c{};", index + 1);

@@ -1,4 +1,4 @@
-//! What diagnostics say, word for word, where the words matter most.
+//! The exact text of diagnostics whose wording matters most.
 
 use expect_test::{Expect, expect};
 
@@ -11,14 +11,14 @@ fn state_of_another_role() {
     check(
         "class Pinhole : rt_Camera;\nvoid generateRay() {\n    rt_RayOrigin = vec3(rt_TextureUV, 0.0);\n}\n",
         &expect![[r#"
-            error[E0305]: camera cannot access a state of primitive, texture or material
+            error[E0305]: camera cannot access a state variable of primitive, texture or material
               ┌─ shader.rtsl:3:25
               │
             3 │     rt_RayOrigin = vec3(rt_TextureUV, 0.0);
-              │                         ^^^^^^^^^^^^ `rt_TextureUV` is not a state of camera
+              │                         ^^^^^^^^^^^^ `rt_TextureUV` is not a state variable of camera
               │
               = note: the class `Pinhole` is a camera
-              = note: `rt_TextureUV` is a state of primitive, texture and material
+              = note: `rt_TextureUV` is a state variable of primitive, texture and material
 
         "#]],
     );
@@ -74,7 +74,7 @@ fn did_you_mean() {
             2 │ class Tiles : rt_Textur { };
               │               ^^^^^^^^^ unknown class
               │
-              = note: a class is known from its declaration on
+              = note: a class can be used only after its declaration
               = help: did you mean: `rt_Texture`
 
             error[E0202]: there is no type `Cel`
@@ -117,7 +117,7 @@ fn did_you_mean() {
               │
               = help: did you mean: `smoothstep`
 
-            warning[W0334]: `lookUp` is no interface method, and nothing calls it
+            warning[W0334]: `lookUp` is not an interface method, and is never called
               ┌─ shader.rtsl:9:6
               │
             9 │ void lookUp() { }
@@ -315,7 +315,7 @@ fn texts_and_printing() {
             2 │ void lookup() { printf("%f", rt_TextureUV.x); }
               │                        ^^^^ expected an expression
               │
-              = note: shaders have no texts; they stand in directives and annotations alone
+              = note: RTSL has no type for text; text is allowed in annotations and directives only
               = help: shaders print nothing; `rtsl eval` shows what a method computes for chosen rays
 
         "#]],
@@ -327,7 +327,7 @@ fn assignment_as_condition() {
     check(
         "class A : rt_Texture;\nvoid lookup() { float x = 1.0; if (x = 2.0) x = 3.0; rt_FloatTextureValue = x; }\n",
         &expect![[r#"
-            error[E0204]: a condition is `bool`, and this assignment is `float`
+            error[E0204]: a condition must be `bool`, but this assignment is `float`
               ┌─ shader.rtsl:2:36
               │
             2 │ void lookup() { float x = 1.0; if (x = 2.0) x = 3.0; rt_FloatTextureValue = x; }
@@ -348,7 +348,7 @@ fn initial_values_of_scratch() {
               ┌─ shader.rtsl:2:15
               │
             2 │ scratch float x = 5.0;
-              │               ^^^^^^^ belongs to a ray, and begins with zero
+              │               ^^^^^^^ belongs to a ray, and is zero at first
               │
               = help: assign it in the method that runs first, or make it `private` or `const`
 
@@ -356,7 +356,8 @@ fn initial_values_of_scratch() {
     );
 }
 
-/// What follows from an error is not told too: a variable that the broken statement would have named or set.
+/// An error suppresses warnings that are its consequence, such as about a variable that the
+/// erroneous statement would have used or set.
 #[test]
 fn errors_bring_no_warnings_about_variables() {
     check(
@@ -376,7 +377,7 @@ fn errors_bring_no_warnings_about_variables() {
             4 │     float set; split(rt_TextureUV, set);
               │                ^^^^^ unknown function
 
-            error[E0204]: the initial value is `vec3`, and this is `int`
+            error[E0204]: the initial value must be `vec3`, but this is `int`
               ┌─ shader.rtsl:5:18
               │
             5 │     vec3 other = 1;
@@ -394,7 +395,7 @@ fn errors_bring_no_warnings_about_variables() {
               ┌─ shader.rtsl:9:29
               │
             9 │ float fine(float x) { float unused = x; return x; }
-              │                             ^^^^^^ declared here, named nowhere else
+              │                             ^^^^^^ declared here and never named again
 
         "#]],
     );

@@ -1,5 +1,5 @@
-//! The prelude is free of errors and warnings, and every built-in function that it implements is
-//! found there for every overload.
+//! The prelude has no errors or warnings, and implements every overload of every built-in function
+//! that is lowered to it.
 
 use rtsl_sema::hir::Type;
 use rtsl_spec::builtins::{Lowering, all, overloads};

@@ -1,5 +1,5 @@
-//! The rules of the language, one by one: texts that are accepted without a word, and texts with the
-//! codes of what is wrong with them.
+//! The rules of the language, one by one: texts that are accepted without diagnostics, and texts
+//! with the codes of their errors.
 
 use rtsl_testing::checked::{codes, diagnostics};
 
@@ -26,7 +26,7 @@ fn refused<'t>(texts: impl IntoIterator<Item = (&'t str, String)>) {
     assert!(report.is_empty(), "{report}");
 }
 
-/// `value` as the float that the texture gives, whatever its type.
+/// Converts `value` to the float that the texture returns, whatever its type.
 fn value(setup: &str, value: &str) -> String {
     texture(&format!("{setup} rt_FloatTextureValue = float({value});"))
 }
@@ -174,7 +174,7 @@ fn out_arguments_of_built_in_functions() {
         value("vec2 w = vec2(0.0); vec2 x = modf(rt_TextureUV, w); x += w;", "x"),
         value("uint c = 0u; uint x = uaddCarry(1u, 2u, c);", "x + c"),
         value("uint h, l; umulExtended(3u, 4u, h, l);", "h + l"),
-        // The int that the function gives becomes a float afterwards.
+        // The int that the function returns is converted to a float afterwards.
         value("float e; float x = frexp(8.0, e);", "x + e"),
     ]);
     refused([
@@ -330,7 +330,8 @@ fn wrong_expressions() {
     ]);
 }
 
-/// GLSL 4.60, 4.2.2: the body of a loop is no scope of its own, but a block in it is, and so is the body of `do`.
+/// GLSL 4.60, 4.2.2: the body of a loop shares the scope of the header, but a block in it has a new
+/// scope, and so has the body of `do`.
 #[test]
 fn loops_and_their_bodies_share_their_names() {
     let sum = "rt_FloatTextureValue += float(i);";
@@ -435,13 +436,13 @@ fn functions() {
         call("float f(float, int n) { return float(n); }", "f(1, 2)"),
         call("float f(in float x); float f(float x) { return x; }", "f(1)"),
         call("float f(const float x); float f(in const float y) { return y; }", "f(1)"),
-        // What differs in the size of an array is another function; nothing calls the first.
+        // Functions that differ in the size of an array are overloads; the first is never called.
         call("float f(float x[2]); float f(float x[3]) { return x[0]; }", "f(float[3](1, 2, 3))"),
         call(
             "void f(inout float x, out float y, const in float z) { x += z; y = x; }\nfloat g() { float a = 1.0, b; f(a, b, 2.0); return a + b; }",
             "g()",
         ),
-        // A function of the author's hides a built-in one, and only where it takes the arguments.
+        // A user's function hides a built-in one only for arguments that it accepts.
         call(
             "float max(vec3 v) { return max(max(v.x, v.y), v.z); }",
             "max(vec3(1.0)) + max(1.0, 2.0)",

@@ -1,5 +1,5 @@
-//! The project's shaders: those of the standard library check without a word, and no others are warned of mistakes that they
-//! do not make.
+//! The project's shaders: those of the standard library give no diagnostics, and the others give
+//! none of the warnings below.
 
 use std::path::Path;
 
@@ -24,14 +24,14 @@ fn the_standard_library_checks() {
     assert!(report.is_empty(), "{report}");
 }
 
-/// Warnings of mistakes that compile.
+/// Warnings about mistakes that compile.
 const WARNINGS: [&str; 6] = ["W0245", "W0246", "W0335", "W0336", "W0337", "W0338"];
 
-/// Texts that have such statements on purpose.
+/// Texts that contain such statements on purpose.
 const MEANT: [&str; 1] = ["tests/syntax/expressions.rtsl"];
 
 #[test]
-fn right_shaders_are_not_warned_about() {
+fn correct_shaders_give_no_warnings() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut folders = ["bench", "crates", "integrations", "scenes", "shaders", "tests"]
         .map(|folder| root.join(folder))

@@ -1,4 +1,4 @@
-//! Mistakes that compile: what is warned about, word for word, and what resembles it and is right.
+//! Mistakes that compile: the exact warnings, and similar text that is correct and gives none.
 
 use expect_test::{Expect, expect};
 
@@ -6,7 +6,7 @@ fn check(text: &str, expected: &Expect) {
     expected.assert_eq(&rtsl_testing::checked::diagnostics(text));
 }
 
-/// The texts give no diagnostics.
+/// Asserts that the texts give no diagnostics.
 fn quiet(texts: &[&str]) {
     for text in texts {
         assert_eq!(rtsl_testing::checked::diagnostics(text), "", "{text}");
@@ -175,7 +175,7 @@ fn constants_that_are_not_numbers() {
             5 │ x = sqrt(-1.0) + acos(2.0);
               │     ^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must not be negative
 
             warning[W0246]: this `acos` is not a number
@@ -184,7 +184,7 @@ fn constants_that_are_not_numbers() {
             5 │ x = sqrt(-1.0) + acos(2.0);
               │                  ^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must lie between -1 and 1
 
             warning[W0246]: this `pow` is not a number
@@ -193,8 +193,8 @@ fn constants_that_are_not_numbers() {
             6 │ x += pow(-2.0, 2.0) + 0.0 / 0.0;
               │      ^^^^^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
-              = help: its first argument must not be negative; write products for whole powers
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
+              = help: its first argument must not be negative; for integer powers, multiply
 
             warning[W0246]: this quotient is not a number
               ┌─ shader.rtsl:6:23
@@ -202,7 +202,7 @@ fn constants_that_are_not_numbers() {
             6 │ x += pow(-2.0, 2.0) + 0.0 / 0.0;
               │                       ^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
 
             warning[W0246]: this `log` is not a number
               ┌─ shader.rtsl:7:5
@@ -210,7 +210,7 @@ fn constants_that_are_not_numbers() {
             7 │ v = log(vec2(-1.0, 1.0));
               │     ^^^^^^^^^^^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must be positive
 
             warning[W0246]: this `inversesqrt` is not a number
@@ -219,7 +219,7 @@ fn constants_that_are_not_numbers() {
             8 │ const float one = 1.0; x = inversesqrt(one - 2.0);
               │                            ^^^^^^^^^^^^^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must not be negative
 
         "#]],
@@ -233,7 +233,7 @@ fn constants_that_are_not_numbers() {
             1 │ const float root = sqrt(-4.0);
               │                    ^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must not be negative
 
             warning[W0246]: this `asin` is not a number
@@ -242,7 +242,7 @@ fn constants_that_are_not_numbers() {
             3 │ public float angle = asin(-1.5);
               │                      ^^^^^^^^^^ always NaN
               │
-              = note: where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`
+              = note: if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`
               = help: its argument must lie between -1 and 1
 
         "#]],
@@ -264,7 +264,8 @@ fn constants_that_are_numbers() {
     }
 }
 
-/// Constants that take long are left alone, and those that must be known are computed all the same.
+/// The search for NaN leaves long constants alone, while required constants are evaluated all the
+/// same.
 #[test]
 fn the_search_for_nan_is_bounded() {
     let deep = format!("{}1.0{}", "sin(".repeat(120), ")".repeat(120));
@@ -318,19 +319,19 @@ fn state_that_does_not_get_lost() {
     quiet(&[
         // The method reads it.
         "class M : rt_Material;\nvoid shade() { rt_BSDFValue = color(0.5); rt_SampleColor = rt_BSDFValue; }\n",
-        // One of the methods that reach the helper passes it out.
+        // One of the methods that reach the helper passes the variable out.
         "class P : rt_Primitive;\nvoid facing() { rt_GeometricNormal = vec3(1.0); }\nvoid intersect() { hit(1.0); facing(); }\nvoid computeNormal() { facing(); }\n",
-        // One method calls another for a part of what that passes out.
+        // One method calls another for a part of the values that it passes out.
         "class M : rt_Material;\nvoid sampleBSDF() { rt_LightDirection = rt_ShadingNormal; rt_PDF = 1.0; rt_BSDFValue = color(0.5); }\nvoid shade() { sampleBSDF(); rt_SampleColor = trace(rt_HitPoint, rt_LightDirection); }\n",
         // Another shader may read it.
         "class M : rt_Material;\npublic rt_Material base;\nvoid shade() { rt_LightDirection = rt_ShadingNormal; rt_SampleColor = base.BSDF(); }\n",
-        // In two roles, one of which has it.
+        // The class has two roles, one of which has the variable.
         "class B : rt_Primitive, rt_Material { void intersect() { hit(1.0); } void emission() { rt_EmissionColor = color(1.0); } };\n",
     ]);
 }
 
 #[test]
-fn primitives_that_no_ray_meets() {
+fn primitives_that_no_ray_hits() {
     check(
         "class A : rt_Primitive;\nvoid intersect() { rt_HitDistance = 1.0; }\nclass B : rt_Primitive;\nscratch float t;\nvoid intersect() { t = 1.0; }\n",
         &expect![[r#"
@@ -340,7 +341,7 @@ fn primitives_that_no_ray_meets() {
             2 │ void intersect() { rt_HitDistance = 1.0; }
               │ ^^^^^^^^^^^^^^^^ no ray meets this primitive
               │
-              = note: to set `rt_HitDistance` does not accept a hit
+              = note: setting `rt_HitDistance` does not accept a hit
               = help: offer the distance: `hit(t)`
 
             warning[W0336]: this `intersect` never calls `hit`
@@ -358,7 +359,7 @@ fn primitives_that_no_ray_meets() {
         "class A : rt_Primitive;\nvoid offer(float t) { hit(t); }\nvoid intersect() { offer(1.0); }\n",
         "class A : rt_Primitive { };\n",
     ]);
-    // The mistake that is told may be why.
+    // The reported mistake may be the cause.
     assert_eq!(
         rtsl_testing::checked::codes("class A : rt_Primitive;\nvoid intersect() { hitt(1.0); }\n"),
         ["E0201"]
@@ -370,36 +371,36 @@ fn constructors_as_in_cpp() {
     check(
         "class Ball : rt_Primitive;\nprivate float squared;\nvoid Ball(float r) { squared = r * r; }\nvoid intersect() { hit(squared); }\n",
         &expect![[r#"
-            warning[W0337]: `Ball` is a function like any other, and nothing calls it
+            warning[W0337]: `Ball` is an ordinary function, and is never called
               ┌─ shader.rtsl:3:6
               │
             3 │ void Ball(float r) { squared = r * r; }
-              │      ^^^^ the name of the class means nothing here
+              │      ^^^^ the class's name has no special meaning
               │
-              = help: what makes an instance ready is called: `constructor`
+              = help: the function that initializes an instance is called: `constructor`
 
         "#]],
     );
     check(
         "class Ball : rt_Primitive;\nBall(float r) { }\nfree() { }\n",
         &expect![[r#"
-        error[E0101]: function `Ball` has no result type
-          ┌─ shader.rtsl:2:1
-          │
-        2 │ Ball(float r) { }
-          │ ^^^^ expected a type before the name
-          │
-          = help: what makes an instance ready is called: `constructor`
+            error[E0101]: function `Ball` has no result type
+              ┌─ shader.rtsl:2:1
+              │
+            2 │ Ball(float r) { }
+              │ ^^^^ expected a type before the name
+              │
+              = help: the function that initializes an instance is called: `constructor`
 
-        error[E0101]: function `free` has no result type
-          ┌─ shader.rtsl:3:1
-          │
-        3 │ free() { }
-          │ ^^^^ expected a type before the name
-          │
-          = help: for a function without result: `void `
+            error[E0101]: function `free` has no result type
+              ┌─ shader.rtsl:3:1
+              │
+            3 │ free() { }
+              │ ^^^^ expected a type before the name
+              │
+              = help: for a function without result: `void `
 
-    "#]],
+        "#]],
     );
     quiet(&[
         "class Ball : rt_Texture;\nfloat Ball(float r) { return r * r; }\nvoid lookup() { rt_FloatTextureValue = Ball(2.0); }\n",
@@ -417,15 +418,15 @@ fn angles_in_degrees() {
     check(
         &shade("90"),
         &expect![[r#"
-        warning[W0338]: `illuminance` takes an angle in radians, and 90 is more than a full turn
-          ┌─ shader.rtsl:3:59
-          │
-        3 │ void shade() { illuminance(rt_HitPoint, rt_ShadingNormal, 90) { rt_SampleColor += rt_LightColor * spread; } }
-          │                                                           ^^ every light is within this angle
-          │
-          = help: if degrees are meant: `radians(90.0)`
+            warning[W0338]: `illuminance` takes an angle in radians, and 90 is more than a full turn
+              ┌─ shader.rtsl:3:59
+              │
+            3 │ void shade() { illuminance(rt_HitPoint, rt_ShadingNormal, 90) { rt_SampleColor += rt_LightColor * spread; } }
+              │                                                           ^^ every light is within this angle
+              │
+              = help: if the angle is in degrees: `radians(90.0)`
 
-    "#]],
+        "#]],
     );
     quiet(&[&shade("3.2"), &shade("6.2832"), &shade("radians(90.0)"), &shade("spread")]);
 }

@@ -1,15 +1,15 @@
-//! Text in, typed tree out.
+//! The typed trees of source texts.
 
 use expect_test::{Expect, expect};
 use rtsl_sema::print;
 
-/// The last class of the text.
+/// Compares the tree of the last class of the text with `expected`.
 fn check(text: &str, expected: &Expect) {
     let (module, _, said) = rtsl_testing::checked::check(text);
     assert!(said.is_empty(), "{}", rtsl_testing::checked::diagnostics(text));
     let class = module.classes.last().unwrap();
     let mut printed = print::class(&module, class);
-    // The numbers of functions depend on the prelude; those of the unit are shown from 0 on.
+    // The indices of functions depend on the prelude; those of the unit are shown from 0 on.
     let first = rtsl_testing::checked::PRELUDE.module().functions.len();
     for index in first..module.functions.len() {
         printed = printed.replace(&format!("@{index}("), &format!("@{}(", index - first));

@@ -1,10 +1,10 @@
 //! The list of diagnostics: one line each here, and one page each in `explain/`.
 //!
-//! A page says what the code means and shows a text that gives it and a text that does not;
-//! tests compile both. Codes are never reused. `E` is an error, `W` a warning. Hundreds:
-//! 00 preprocessor and lexer, 01 grammar, 02 names and types, 03 classes, roles and state,
-//! 04 constants, limits and lowering, 05 linking and parameters, 06 scenes and files,
-//! 07 code generation and machines.
+//! A page explains the code and shows a text that causes it and a corrected text; tests compile
+//! both. Codes are never reused. `E` is an error, `W` a warning. The hundreds group them: 00
+//! preprocessor and lexer, 01 grammar, 02 names and types, 03 classes, roles and state, 04
+//! constants, limits and lowering, 05 linking and parameters, 06 scenes and files, 07 code
+//! generation and machines.
 
 use crate::Severity;
 
@@ -18,7 +18,7 @@ impl Code {
         self.0
     }
 
-    /// `E` codes are errors, `W` codes warnings.
+    /// The severity that the code's letter gives: error for `E`, warning for `W`.
     pub fn severity(self) -> Severity {
         if self.0.starts_with('W') { Severity::Warning } else { Severity::Error }
     }
@@ -30,7 +30,7 @@ impl std::fmt::Display for Code {
     }
 }
 
-/// What is known of a code.
+/// The entry of one code in the list of diagnostics.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeInfo {
     /// The code.
@@ -46,7 +46,7 @@ pub fn codes() -> &'static [CodeInfo] {
     CODES
 }
 
-/// The entry of a code given as text, upper or lower case.
+/// Returns the entry of a code given as text, in upper or lower case.
 pub fn code_info(code: &str) -> Option<&'static CodeInfo> {
     CODES.iter().find(|info| info.code.0.eq_ignore_ascii_case(code))
 }
@@ -75,52 +75,52 @@ diagnostics! {
     E0007 NAME_TOO_LONG "a name of more than 1024 characters";
     E0008 UNKNOWN_ESCAPE "an unknown escape in text";
     E0010 UNKNOWN_PREPROCESSING_DIRECTIVE "a line that begins with an unknown directive";
-    E0011 MALFORMED_DIRECTIVE "a directive that lacks something or has it wrong";
+    E0011 MALFORMED_DIRECTIVE "a malformed directive";
     E0012 UNBALANCED_CONDITIONAL "`#if` and `#endif` that do not pair";
     E0013 INVALID_CONDITION "a condition that the preprocessor cannot evaluate";
     E0014 ERROR_DIRECTIVE "an `#error` in the text";
     E0015 MACRO_REDEFINED "a macro defined again with another meaning";
     E0016 RESERVED_MACRO_NAME "a macro's name that belongs to the language";
     E0017 MACRO_ARGUMENTS "a macro's call with the wrong arguments";
-    E0018 INVALID_PASTE "a `##` that makes no token";
+    E0018 INVALID_PASTE "a `##` whose result is not a token";
     E0019 EXPANSION_LIMIT "macros or includes beyond a limit";
     E0020 INCLUDE_NOT_FOUND "an included file that cannot be found or read";
     E0021 RECURSIVE_INCLUDE "a file that includes itself";
     E0022 INCLUDE_ESCAPES "an include that leads out of the search path";
     E0026 TEXT_AFTER_DIRECTIVE "text after a directive";
-    E0101 UNEXPECTED_TOKEN "something other than the grammar needs here";
+    E0101 UNEXPECTED_TOKEN "a token that the grammar does not allow here";
     E0102 UNCLOSED_DELIMITER "brackets that do not pair";
     E0103 RESERVED_WORD "a word of GLSL that RTSL does not use";
     E0104 NESTED_TOO_DEEPLY "text nested too deeply";
     E0105 DUPLICATE_QUALIFIER "a qualifier given twice";
-    E0106 MISPLACED_TEXT "double-quoted text where none can stand";
+    E0106 MISPLACED_TEXT "double-quoted text in the wrong place";
     E0107 MISPLACED_LABEL "a `case` or `default` in the wrong place";
     E0108 UNSUPPORTED_DECLARATION "a declaration of GLSL that RTSL does not have";
     E0109 KEYWORD_AS_NAME "a keyword where a name is declared";
     E0110 NESTED_CLASS "a class inside a class";
-    E0111 LABEL_WITHOUT_STATEMENT "a `case` or `default` with no statement behind it";
-    E0201 UNKNOWN_NAME "a name that nothing here declares";
-    E0202 UNKNOWN_TYPE "a type that nothing declares";
+    E0111 LABEL_WITHOUT_STATEMENT "a `case` or `default` with no statement after it";
+    E0201 UNKNOWN_NAME "an undeclared name";
+    E0202 UNKNOWN_TYPE "an unknown type";
     E0203 DECLARED_TWICE "a name declared twice in one scope";
-    E0204 MISMATCHED_TYPES "a value of another type than its place needs";
+    E0204 MISMATCHED_TYPES "a value of the wrong type";
     E0205 BAD_OPERANDS "an operator on types that it does not take";
     E0206 UNKNOWN_FIELD "a part or method that a type does not have";
     E0207 BAD_SWIZZLE "a swizzle that the vector does not have";
     E0208 COLOR_COMPONENTS "a component of a color";
     E0209 NOT_INDEXABLE "an index on something without elements";
-    E0210 NOT_ASSIGNABLE "an assignment to what is not a variable";
+    E0210 NOT_ASSIGNABLE "an assignment to something other than a variable";
     E0211 NO_MATCHING_FUNCTION "a call with arguments that no function takes";
     E0212 AMBIGUOUS_CALL "a call that could mean several functions";
-    E0213 NOT_A_FUNCTION "a call of something that is no function";
+    E0213 NOT_A_FUNCTION "a call of something that is not a function";
     E0214 BAD_CONSTRUCTOR_ARGUMENTS "a constructor of a type with arguments that do not make one";
     E0215 BAD_INITIALIZER "an initial value that does not fit what it initializes";
     E0216 RECURSION "a function that calls itself";
     E0217 BAD_RETURN "a `return` that does not fit the function";
     E0218 NO_RETURN "a function that never returns its value";
-    E0219 MISPLACED_JUMP "a `break` or `continue` with nothing to leave";
+    E0219 MISPLACED_JUMP "a misplaced `break` or `continue`";
     E0220 DUPLICATE_LABEL "a label that a switch has twice";
     E0221 MISSING_BODY "a function declared and never defined";
-    E0222 BAD_QUALIFIER "a qualifier that means nothing here";
+    E0222 BAD_QUALIFIER "a qualifier that is not allowed here";
     E0223 VOID_VALUE "`void` where a value is needed";
     E0224 NOT_A_VALUE "a type, class or function where a value is needed";
     E0225 RESERVED_NAME "a name that shaders cannot declare";
@@ -132,8 +132,8 @@ diagnostics! {
     E0231 MISPLACED_ANNOTATION "an annotation on something that no host sets";
     E0232 MISPLACED_DEFAULT "a default value on a parameter that cannot have one";
     E0233 EMPTY_STRUCT "a struct without fields";
-    E0234 CIRCULAR_DECLARATION "a constant or struct that needs itself";
-    E0301 UNKNOWN_BASE "a base that is no class";
+    E0234 CIRCULAR_DECLARATION "a constant or struct that depends on itself";
+    E0301 UNKNOWN_BASE "a base that is not a class";
     E0302 BAD_BASES "bases that do not go together";
     E0303 METHOD_OF_OTHER_ROLE "a method of a role that the class does not have";
     E0304 BAD_METHOD_SIGNATURE "an interface method with parameters or a result";
@@ -141,8 +141,8 @@ diagnostics! {
     E0306 STATE_READ_ONLY "a write to a state variable that the host sets";
     E0307 STATE_OUT_OF_PLACE "a state variable outside of methods";
     E0308 LIGHT_SAMPLE_READ_ONLY "a write to the light sample inside `illuminance`";
-    E0309 OUT_OF_PLACE "something that only some methods may do";
-    E0310 BAD_CONSTRUCTOR "a constructor that hosts could not call";
+    E0309 OUT_OF_PLACE "a feature that only some methods may use";
+    E0310 BAD_CONSTRUCTOR "a constructor that hosts cannot call";
     E0311 BUFFER_READ_ONLY "a write to a buffer";
     E0312 REFERENCE_ASSIGNED "an assignment to a reference";
     E0313 SCRATCH_IN_CONSTRUCTOR "a scratch member in the constructor";
@@ -150,7 +150,7 @@ diagnostics! {
     E0315 ILLUMINANCE_ARGUMENTS "an `illuminance` with the wrong number of arguments";
     E0316 ANNOTATION_VALUE "an annotation with a value of the wrong kind";
     E0317 PRIVATE_REFERENCE "a reference that no host can set";
-    E0318 BAD_ELEMENT "an element parameter that fits no buffer";
+    E0318 BAD_ELEMENT "an invalid element parameter";
     E0401 NOT_CONSTANT "a value that must be known when the shader is compiled";
     E0402 INDEX_OUT_OF_RANGE "a constant index outside of its array";
     E0403 BAD_ARRAY_SIZE "an array of no elements";
@@ -159,9 +159,9 @@ diagnostics! {
     E0406 TOO_MUCH_INHERITED "classes that inherit too much";
     E0407 TOO_MANY_OVERLOADS "too many functions of one name";
     E0451 TOO_MUCH_CODE "a method that becomes too large";
-    E0452 CALLS_TOO_DEEP "statements, expressions or calls in one another without end";
+    E0452 CALLS_TOO_DEEP "statements, expressions or calls nested too deeply";
     E0453 TOO_MUCH_DATA "variables or members that are too large";
-    E0501 MISSING_PARAMETER "a parameter that must be set and is not";
+    E0501 MISSING_PARAMETER "a required parameter that is not set";
     E0502 NO_SUCH_PARAMETER "a parameter that the class does not have";
     E0503 PARAMETER_TYPE "a value of another type than its parameter";
     E0504 PARAMETER_RANGE "a value outside the range of its parameter";
@@ -174,36 +174,36 @@ diagnostics! {
     E0511 TOO_MUCH_MACHINE_CODE "a method that is too large for machine code";
     E0601 UNREADABLE_FILE "a file that cannot be read";
     E0602 SCENE_SYNTAX "a scene text that does not follow the format";
-    E0603 BAD_NUMBER "what stands for a number is none";
+    E0603 BAD_NUMBER "an invalid number in a scene";
     E0604 UNKNOWN_DIRECTIVE "a directive that the scene format does not have";
     E0605 INCLUDE_CYCLE "files that include one another without end";
     E0606 BAD_DECLARATION "a parameter that is not declared by a type and a name";
     E0607 WRONG_VALUE "a value that its parameter cannot take";
     E0608 UNKNOWN_PARAMETER "a parameter that the class or setting does not have";
-    E0609 UNKNOWN_CLASS "a type name that is no class";
+    E0609 UNKNOWN_CLASS "a type name that is not a class";
     E0610 UNKNOWN_SCENE_NAME "a name that nothing in the scene has";
     E0611 DUPLICATE_NAME "something that is given twice";
     E0612 MISPLACED_DIRECTIVE "a directive in the wrong place";
-    E0613 BAD_TRANSFORM "a transform that cannot place anything";
+    E0613 BAD_TRANSFORM "an invalid transform";
     E0614 UNSUPPORTED_DIRECTIVE "a directive that is not supported";
     E0615 SCENE_LIMIT "a scene beyond a limit";
-    E0616 WRONG_ROLE "a class that is not of the kind needed";
-    E0618 BAD_DEFINE "a definition of the command line that fits nothing";
+    E0616 WRONG_ROLE "a class without the role that is needed";
+    E0618 BAD_DEFINE "a definition of the command line that matches nothing";
     E0619 BUDGET_EXHAUSTED "a shader that ran past its budget of loop iterations";
     E0620 BAD_MESH "a mesh that cannot be used";
     E0621 BAD_CHECKPOINT "a checkpoint that cannot be resumed";
     E0622 FOREIGN_CHECKPOINT "a checkpoint of another render";
     E0623 UNWRITABLE_FILE "a file that cannot be written";
     E0624 NO_SUCH_IMAGE "an image that the renderer does not make";
-    E0640 OCCUPIED_CHECKPOINT "a checkpoint whose place holds another file";
-    E0641 OUT_OF_MEMORY "more memory than there is";
+    E0640 OCCUPIED_CHECKPOINT "a checkpoint path that holds another file";
+    E0641 OUT_OF_MEMORY "a render that needs more memory than is available";
     E0642 INPUT_MEMORY "files of a scene that take too much memory";
-    E0701 NO_LLVM "machine code is asked for and there is no LLVM";
+    E0701 NO_LLVM "machine code is requested, but LLVM cannot be loaded";
     E0702 CODE_GENERATION "LLVM could not make machine code";
-    E0703 UNKNOWN_WIDTH "a number of rays at a time that there are no kernels for";
+    E0703 UNKNOWN_WIDTH "a packet width that is not supported";
     E0704 NO_DENOISER "a picture that cannot be denoised";
     E0705 FORKED "a process that was forked from one that was compiling";
-    E0706 PROCESS_ENDING "a kernel that is asked for while the process ends";
+    E0706 PROCESS_ENDING "a kernel that is requested while the process exits";
     W0023 EXTENSION_IGNORED "an `#extension` without effect";
     W0024 UNKNOWN_PRAGMA "a `#pragma` without effect";
     W0241 UNINITIALIZED "a variable read before it has a value";
@@ -214,10 +214,10 @@ diagnostics! {
     W0246 NOT_A_NUMBER "a constant that is not a number";
     W0331 INSTANCE_WRITE "a write to a member of the instance that is lost";
     W0332 UNKNOWN_ANNOTATION "an annotation that hosts do not know";
-    W0333 STATE_WITHOUT_VALUE "a state variable read where nobody sets it";
+    W0333 STATE_WITHOUT_VALUE "a state variable read where it has no value";
     W0334 MISSPELLED_METHOD "a function that looks like a misspelled interface method";
     W0335 LOST_STATE "a state variable that is written and lost";
-    W0336 NEVER_HITS "a primitive that no ray can meet";
+    W0336 NEVER_HITS "a primitive that no ray can hit";
     W0337 NAMED_LIKE_CLASS "a function with the name of its class";
     W0338 ANGLE_IN_DEGREES "an angle that is more than a full turn";
     W0501 UNSET_REFERENCE "a reference that is used and not set";
@@ -226,5 +226,5 @@ diagnostics! {
     W0603 SHADE_ONLY "a material that the batch renderer can only shade";
     W0630 DROPPED_SAMPLES "samples that are not finite";
     W0640 NO_CHECKPOINT "a checkpoint that could not be written";
-    W0701 INTERPRETER_INSTEAD "there is no LLVM, so the interpreter runs everything";
+    W0701 INTERPRETER_INSTEAD "LLVM cannot be loaded, so the interpreter runs everything";
 }

@@ -1,17 +1,19 @@
-//! A stack for the recursion that nested text makes of the parser and of all who visit its trees.
+//! A large stack for the parser and the stages that traverse its trees recursively.
 //!
-//! Callers' stacks have any size, and an overflow ends the process. So the stages that recurse run on a thread whose
-//! stack suits the deepest nesting that is accepted, in builds without optimisation too. Where there is no thread to be
-//! had they run on the caller's stack, and accept less.
+//! Callers' stacks may have any size, and an overflow aborts the process. The recursive stages
+//! therefore run on a thread whose stack is large enough for the deepest nesting that is accepted,
+//! in unoptimised builds too. If no thread can be started they run on the caller's stack and accept
+//! less nesting.
 
 use std::cell::Cell;
 use std::sync::{Mutex, PoisonError};
 
-/// The deepest nesting of text that any stage accepts: expressions and statements, counted together. A chain of binary
-/// operators counts one, however long it is. Deeper text is an error.
+/// The deepest nesting of text that any stage accepts: expressions and statements, counted
+/// together. A chain of binary operators counts as one level, however long it is. Deeper text is an
+/// error.
 pub const MAX_DEPTH: usize = 1024;
 
-/// The stack's size. Memory is taken where it is touched.
+/// The stack's size in bytes. The system commits its pages when they are first touched.
 const SIZE: usize = 64 << 20;
 
 /// The nesting that is accepted on a stack of unknown size.
@@ -21,10 +23,10 @@ thread_local! {
     static IS_DEEP: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work` on a deep stack; on the caller's own where that is one.
+/// Runs `work` on a deep stack: the caller's if it is one, else that of a new thread.
 ///
 /// # Panics
-/// If `work` panics, with what it panicked with.
+/// If `work` panics, with the same payload.
 pub fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     if IS_DEEP.get() {
         return work();
@@ -45,7 +47,7 @@ pub fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// The nesting of text that the stack of this thread is known to bear.
+/// The nesting of text that fits on the current thread's stack.
 pub fn depth() -> usize {
     if IS_DEEP.get() { MAX_DEPTH } else { SHALLOW }
 }
@@ -66,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn panics_go_on() {
+    fn panics_propagate() {
         let caught = std::panic::catch_unwind(|| run(|| -> u32 { std::panic::panic_any(7_u8) }));
         assert_eq!(caught.unwrap_err().downcast_ref::<u8>(), Some(&7));
     }

@@ -2,7 +2,7 @@
 
 use crate::{Code, Span};
 
-/// How bad it is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The text compiles, but probably does not mean what its author thinks.
@@ -21,42 +21,43 @@ impl Severity {
     }
 }
 
-/// A place and what is to be said of it.
+/// A span with a message about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// The place.
+    /// The span that the label marks.
     pub span: Span,
-    /// What is said of it; may be empty.
+    /// The message about the span; may be empty.
     pub message: String,
 }
 
-/// An edit that would mend the text.
+/// An edit that would fix the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Suggestion {
-    /// What the edit does: "did you mean `rt_HitPoint`?".
+    /// A description of the edit: "did you mean `rt_HitPoint`?".
     pub message: String,
-    /// What is replaced; empty for an insertion.
+    /// The text to replace; empty for an insertion.
     pub span: Span,
-    /// What stands there instead.
+    /// The new text.
     pub replacement: String,
 }
 
 /// One error or warning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Its stable code.
+    /// The stable code.
     pub code: Code,
     /// Error or warning.
     pub severity: Severity,
-    /// What was found and what was expected, one line, no capital, no full stop.
+    /// A statement of what was found and what was expected: one line, no capital, no full stop.
     pub message: String,
-    /// Where; `None` for what has no place in a text (a missing file, a missing parameter).
+    /// The span of the error; `None` if it has none in a text (a missing file, a missing
+    /// parameter).
     pub primary: Option<Label>,
-    /// Other places that matter.
+    /// Further spans that explain the message.
     pub labels: Vec<Label>,
     /// Facts that explain the message.
     pub notes: Vec<String>,
-    /// What the author can do.
+    /// Advice on how to fix it.
     pub help: Vec<String>,
     /// Edits that tools can apply.
     pub suggestions: Vec<Suggestion>,
@@ -77,31 +78,31 @@ impl Diagnostic {
         }
     }
 
-    /// Sets the primary place.
+    /// Sets the primary span and its label.
     pub fn at(mut self, span: Span, message: impl Into<String>) -> Self {
         self.primary = Some(Label { span, message: message.into() });
         self
     }
 
-    /// Adds another place.
+    /// Adds a label for another span.
     pub fn label(mut self, span: Span, message: impl Into<String>) -> Self {
         self.labels.push(Label { span, message: message.into() });
         self
     }
 
-    /// Adds a fact.
+    /// Adds a note: a fact that explains the message.
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.notes.push(note.into());
         self
     }
 
-    /// Adds advice.
+    /// Adds a help text: advice on how to fix it.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help.push(help.into());
         self
     }
 
-    /// Adds an edit, which is shown as advice too.
+    /// Adds a suggested edit, which is also shown as help.
     pub fn suggest(
         mut self,
         message: impl Into<String>,
@@ -116,15 +117,14 @@ impl Diagnostic {
         self
     }
 
-    /// Whether it is an error.
+    /// True if the diagnostic is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 }
 
-/// Diagnostics in the order they were found, with a limit on their number: past
-/// [`Diagnostics::LIMIT`] further ones are counted and dropped, so that no input makes
-/// a compiler's answer larger than is useful.
+/// Diagnostics in the order they were found, limited in number: past [`Diagnostics::LIMIT`] further
+/// ones are counted and dropped, so that the output stays short for any input.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
@@ -132,7 +132,7 @@ pub struct Diagnostics {
     has_errors: bool,
 }
 
-/// The first line of what people read, without its place: for those who have nothing but this.
+/// Formats severity, code and message in one line, for callers that have no [`crate::SourceMap`].
 impl std::fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}[{}]: {}", self.severity.name(), self.code, self.message)
@@ -141,7 +141,7 @@ impl std::fmt::Display for Diagnostic {
 
 impl std::error::Error for Diagnostic {}
 
-/// Each in a line.
+/// Formats one diagnostic a line.
 impl std::fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut diagnostics = self.list.iter();
@@ -155,7 +155,7 @@ impl std::fmt::Display for Diagnostics {
 impl std::error::Error for Diagnostics {}
 
 impl Diagnostics {
-    /// How many are kept.
+    /// The number of diagnostics that are kept.
     pub const LIMIT: usize = 200;
 
     /// An empty list.
@@ -163,7 +163,7 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Adds one.
+    /// Adds a diagnostic.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.has_errors |= diagnostic.is_error();
         if self.list.len() < Self::LIMIT {
@@ -180,27 +180,27 @@ impl Diagnostics {
         }
     }
 
-    /// Whether any error was added, kept or not.
+    /// True if any error was added, kept or not.
     pub fn has_errors(&self) -> bool {
         self.has_errors
     }
 
-    /// How many were dropped past the limit.
+    /// The number of diagnostics dropped past the limit.
     pub fn dropped(&self) -> usize {
         self.dropped
     }
 
-    /// Those kept.
+    /// The diagnostics that were kept.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
         self.list.iter()
     }
 
-    /// Those kept.
+    /// The diagnostics that were kept.
     pub fn into_vec(self) -> Vec<Diagnostic> {
         self.list
     }
 
-    /// Whether none was added.
+    /// True if no diagnostic was added.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -1,41 +1,41 @@
-//! The lines of a file that a diagnostic shows, long ones shortened.
+//! Excerpts of source files for diagnostics, with long lines shortened.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::{FileId, Label, SourceMap, Span};
 
-/// How many lines of a label are shown; further ones are cut off.
+/// The maximum number of lines shown for a label; further ones are cut off.
 const MAX_LINES: usize = 10;
-/// The lines before and after a label that the renderer may ask for.
+/// The number of lines before and after a label that the renderer may ask for.
 const CONTEXT: usize = 4;
-/// The longest line shown whole, in bytes.
+/// The length of the longest line shown whole, in bytes.
 const MAX_WIDTH: usize = 240;
-/// Bytes shown before the label in a line that is shortened.
+/// The number of bytes shown before the label in a line that is shortened.
 const MARGIN: usize = 60;
-/// What stands for the parts cut off.
+/// The text that replaces the parts cut off.
 const ELLIPSIS: &str = "...";
 
 /// The lines of one file around the labels of one diagnostic.
 #[derive(Debug)]
 pub(crate) struct Excerpt {
     pub text: String,
-    /// By line, counted from 0.
+    /// The lines shown, by line index from 0.
     lines: BTreeMap<usize, Line>,
 }
 
 #[derive(Debug)]
 struct Line {
-    /// Where it stands in the excerpt.
+    /// The line's byte range in the excerpt.
     shown: Range<usize>,
-    /// The bytes of the file that are shown of it.
+    /// The byte range of the file that is shown.
     window: Range<usize>,
-    /// Bytes in the excerpt before the window's.
+    /// The number of bytes in the excerpt before the window's: those of a leading ellipsis.
     ellipsis: usize,
 }
 
 impl Excerpt {
-    /// The excerpt of `file` for `labels`, those in other files excepted.
+    /// Builds the excerpt of `file` for the `labels` that lie in it.
     pub fn new<'a>(
         map: &SourceMap,
         file: FileId,
@@ -51,8 +51,8 @@ impl Excerpt {
                     starts.entry(line).or_default();
                 }
             }
-            // The first label of a line, which is the primary one if it has one, decides what is
-            // shown of it.
+            // The first label of a line determines the part of it that is shown. The primary label
+            // comes first.
             starts.entry(first).or_default().get_or_insert(span.start as usize);
         }
         let mut excerpt = Excerpt { text: String::new(), lines: BTreeMap::new() };
@@ -84,7 +84,7 @@ impl Excerpt {
         self.lines.insert(line, Line { shown, window, ellipsis: ellipsis.len() });
     }
 
-    /// Where a span of the file stands in the excerpt.
+    /// Maps a span of the file to its byte range in the excerpt.
     pub fn place(&self, map: &SourceMap, span: Span) -> Range<usize> {
         let span = clip(map, span);
         let (first, last) = lines_of(map, span);
@@ -98,18 +98,18 @@ impl Excerpt {
         (line.shown.start + line.ellipsis + inside).min(line.shown.end - 1)
     }
 
-    /// The line, counted from 0, of an offset in the excerpt.
+    /// Returns the line, counted from 0, of an offset in the excerpt.
     pub fn line_of(&self, offset: usize) -> usize {
         let after = self.lines.iter().rev().find(|(_, line)| line.shown.start <= offset);
         after.map_or(0, |(number, _)| *number)
     }
 
-    /// The bytes of the excerpt that show a line.
+    /// Returns the byte range of a line in the excerpt.
     pub fn line_range(&self, line: usize) -> Option<Range<usize>> {
         self.lines.get(&line).map(|line| line.shown.clone())
     }
 
-    /// The offset in the file of an offset in the excerpt.
+    /// Maps an offset in the excerpt to the offset in the file.
     pub fn original(&self, line: usize, offset: usize) -> Option<usize> {
         let line = self.lines.get(&line)?;
         let inside = offset.saturating_sub(line.shown.start + line.ellipsis);
@@ -117,7 +117,7 @@ impl Excerpt {
     }
 }
 
-/// `span` within its file and with no more than [`MAX_LINES`] lines.
+/// Clips `span` to its file and to at most [`MAX_LINES`] lines.
 fn clip(map: &SourceMap, span: Span) -> Span {
     let length = map.file(span.file).text.len() as u32;
     let start = span.start.min(length);

@@ -1,7 +1,7 @@
-//! Source files, spans and diagnostics: what every stage that reads text shares.
+//! Source files, spans and diagnostics, shared by every stage that reads text.
 //!
-//! This crate knows nothing of the language: no token, no type. It does no input or output;
-//! the text of a file is handed to it. [`render`] turns diagnostics into text for a terminal.
+//! This crate does not depend on the language: it has no tokens and no types. It does no input or
+//! output; callers pass in the text of files. [`render`] formats diagnostics for a terminal.
 
 mod codes;
 pub mod deep_stack;

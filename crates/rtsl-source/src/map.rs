@@ -1,8 +1,8 @@
-//! Files and places in them.
+//! Source files, spans and positions.
 
 use std::fmt;
 
-/// A file of a [`SourceMap`].
+/// The index of a file in a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
 
@@ -23,7 +23,7 @@ impl Span {
         Span { file, start, end }
     }
 
-    /// The smallest span that holds both, where they lie in one file; else `self`.
+    /// The smallest span that contains both if they lie in one file; else `self`.
     pub fn to(self, other: Span) -> Span {
         if self.file != other.file {
             return self;
@@ -36,7 +36,7 @@ impl Span {
         Span { end: self.start, ..self }
     }
 
-    /// The empty span at the end of this one: where something is missing.
+    /// The empty span at the end of this one, for diagnostics about missing text.
     pub fn after(self) -> Span {
         Span { start: self.end, ..self }
     }
@@ -58,7 +58,7 @@ pub struct SourceFile {
     line_starts: Vec<u32>,
 }
 
-/// Line and column, both from 1; the column counts characters.
+/// A line and a column, both counted from 1; the column counts characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
     /// Line, from 1.
@@ -67,7 +67,7 @@ pub struct Position {
     pub column: u32,
 }
 
-/// All files of a compilation. Spans point into it.
+/// All files of a compilation. Spans refer to it.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
@@ -79,7 +79,7 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Adds a file. Texts of 4 GiB or more are cut at that length.
+    /// Adds a file. Texts of 4 GiB or more are truncated to that length.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> FileId {
         let mut text = text.into();
         if text.len() >= u32::MAX as usize {
@@ -110,12 +110,12 @@ impl SourceMap {
         self.file(span.file).text.get(span.start as usize..span.end as usize).unwrap_or("")
     }
 
-    /// The line of `offset` in `file`, from 1; past the end it is the end's.
+    /// The line of `offset` in `file`, from 1; an offset past the end has the last line.
     pub fn line(&self, file: FileId, offset: u32) -> u32 {
         self.file(file).line_starts.partition_point(|start| *start <= offset) as u32
     }
 
-    /// The position of `offset` in `file`; past the end it is the end's.
+    /// The position of `offset` in `file`; an offset past the end has the position of the end.
     pub fn position(&self, file: FileId, offset: u32) -> Position {
         let file = self.file(file);
         let offset = file.text.floor_char_boundary(offset as usize);
@@ -127,12 +127,12 @@ impl SourceMap {
         }
     }
 
-    /// How many lines `file` has.
+    /// The number of lines in `file`.
     pub fn line_count(&self, file: FileId) -> usize {
         self.file(file).line_starts.len()
     }
 
-    /// The bytes of a line, counted from 0, with its line break.
+    /// The byte range of a line, line break included. `line` counts from 0.
     pub fn line_range(&self, file: FileId, line: usize) -> Option<std::ops::Range<usize>> {
         let file = self.file(file);
         let start = *file.line_starts.get(line)? as usize;

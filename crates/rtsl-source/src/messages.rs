@@ -1,8 +1,8 @@
-//! Errors and warnings of a scene and of the shaders it uses, each with the texts it speaks of.
+//! The errors and warnings of a scene and of the shaders it uses, with their source texts.
 
 use crate::{Diagnostic, Diagnostics, SourceMap, render};
 
-/// Diagnostics with the texts that their places point into, in the order they arose.
+/// Diagnostics with the source maps that their spans refer to, in the order they arose.
 #[derive(Clone, Debug, Default)]
 pub struct Messages {
     parts: Vec<(SourceMap, Diagnostics)>,
@@ -16,37 +16,37 @@ impl Messages {
         }
     }
 
-    /// One diagnostic that is about no text.
+    /// A list of one diagnostic that refers to no text.
     pub fn one(diagnostic: Diagnostic) -> Self {
         let mut messages = Messages::default();
         messages.push_one(diagnostic);
         messages
     }
 
-    /// Adds a diagnostic that is about no text.
+    /// Adds a diagnostic that refers to no text.
     pub fn push_one(&mut self, diagnostic: Diagnostic) {
         let mut diagnostics = Diagnostics::new();
         diagnostics.push(diagnostic);
         self.push(SourceMap::new(), diagnostics);
     }
 
-    /// Whether any is an error.
+    /// True if any diagnostic is an error.
     pub fn has_errors(&self) -> bool {
         self.parts.iter().any(|(_, diagnostics)| diagnostics.has_errors())
     }
 
-    /// Whether there is none.
+    /// True if there are no diagnostics.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty()
     }
 
-    /// Each diagnostic with the texts it is about.
+    /// Each diagnostic with the source map it refers to.
     pub fn iter(&self) -> impl Iterator<Item = (&SourceMap, &Diagnostic)> {
         let parts = self.parts.iter();
         parts.flat_map(|(sources, list)| list.iter().map(move |diagnostic| (sources, diagnostic)))
     }
 
-    /// All of them as text for a terminal.
+    /// Formats all diagnostics for a terminal.
     pub fn to_text(&self, color: bool) -> String {
         let parts = self.parts.iter();
         parts.map(|(sources, list)| render::all_to_text(sources, list.iter(), color)).collect()

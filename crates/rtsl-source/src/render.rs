@@ -1,5 +1,5 @@
-//! Diagnostics as text for people: rustc's manner, by `codespan-reporting`. However long a line
-//! or a span, what is shown of it is short.
+//! Formats diagnostics as rustc does, with `codespan-reporting`. The output is short even for very
+//! long lines and spans.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use codespan_reporting::term::{self, Config};
 use crate::excerpt::Excerpt;
 use crate::{Diagnostic, FileId, Label, Severity, SourceMap};
 
-/// The text for one diagnostic, with the lines of source it speaks of. `color` adds ANSI colours.
+/// Formats one diagnostic with the source lines it refers to. `color` adds ANSI colours.
 pub fn to_text(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     let files = Files::new(map, diagnostic);
     let shown = files.convert(diagnostic);
@@ -26,14 +26,14 @@ pub fn to_text(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String 
     };
     match text {
         Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-        // Only a span outside its file brings us here; the message is worth more than its place.
+        // Only a span outside its file gets here. The message is printed without its span.
         Err(_) => {
             format!("{}[{}]: {}\n", diagnostic.severity.name(), diagnostic.code, diagnostic.message)
         }
     }
 }
 
-/// The texts for all of them, one after the other.
+/// Formats all diagnostics, one after the other.
 pub fn all_to_text<'a>(
     map: &SourceMap,
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
@@ -42,7 +42,7 @@ pub fn all_to_text<'a>(
     diagnostics.into_iter().map(|diagnostic| to_text(map, diagnostic, color)).collect()
 }
 
-/// The excerpts that a diagnostic shows, for `codespan-reporting`.
+/// The excerpts that a diagnostic shows, as `codespan-reporting` reads them.
 struct Files<'a> {
     map: &'a SourceMap,
     excerpts: BTreeMap<FileId, Excerpt>,

@@ -1,10 +1,10 @@
-//! "Did you mean": the name that was probably meant.
+//! "Did you mean": finds the name that was probably meant.
 
-/// Longer names are not compared: what they would cost is worth more than the hint.
+/// Names longer than this are not compared, because the cost grows with the product of the lengths.
 const LENGTH_LIMIT: usize = 64;
 
-/// Of `candidates` the one most like `name`, if any is like enough: at most a third of its letters
-/// differ. Upper and lower case count as nearly the same. The first wins a tie.
+/// Returns the candidate most similar to `name` if at most a third of its letters differ. A
+/// difference in case counts half a letter. The first wins a tie.
 pub fn most_similar<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -23,8 +23,8 @@ pub fn most_similar<'a>(
     best.map(|(_, candidate)| candidate)
 }
 
-/// Twice the number of letters to insert, delete, replace or swap with their neighbour;
-/// another case counts half.
+/// Twice the edit distance with insertion, deletion, replacement and transposition of neighbours; a
+/// difference in case counts half an edit.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before_last: Vec<usize> = vec![0; b.len() + 1];
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_are_found_and_other_names_are_not() {
+    fn misspelled_names_are_found_and_other_names_are_not() {
         let names = ["rt_HitPoint", "rt_HitDistance", "radius", "r", "center"];
         for (name, meant) in [
             ("rt_Hitpoint", Some("rt_HitPoint")),

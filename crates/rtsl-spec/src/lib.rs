@@ -1,10 +1,11 @@
-//! The RTSL language as data: the one table of roles, methods and state variables, and the
-//! registry of built-in functions.
+//! The RTSL language as data: the table of roles, methods and state variables, and the registry of
+//! built-in functions.
 //!
-//! Every stage reads these: the checker its rules, the lowering its defaults, the hosts the layout
-//! of state, the manual its tables. A new state variable is one row, a new built-in one entry.
+//! Every stage reads these tables: the checker for its rules, the lowering for defaults, hosts for
+//! the layout of state, the manual for its tables. A new state variable is one row, a new built-in
+//! function one entry.
 //!
-//! This crate knows no syntax, no representation of programs and no host.
+//! This crate does not depend on the syntax, the IR or any host.
 
 pub mod builtins;
 mod roles;

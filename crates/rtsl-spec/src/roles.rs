@@ -1,26 +1,26 @@
 //! The five roles and their methods.
 
-/// One of the five parts of a ray tracer.
+/// The part of a ray tracer that a shader implements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Role {
-    /// Makes rays.
+    /// Generates rays.
     Camera,
-    /// Is hit by rays.
+    /// Intersects rays with geometry.
     Primitive,
-    /// Gives colours and numbers over surfaces and space.
+    /// Returns colours and numbers over surfaces and space.
     Texture,
-    /// Lights points.
+    /// Illuminates points.
     Light,
     /// Scatters and emits light at a surface.
     Material,
 }
 
 impl Role {
-    /// All roles, in the order of the paper.
+    /// All roles, in the order in which the paper of 2007 lists them.
     pub const ALL: [Role; 5] =
         [Role::Camera, Role::Primitive, Role::Texture, Role::Light, Role::Material];
 
-    /// The name in messages: `camera`.
+    /// The name in diagnostics: `camera`.
     pub const fn name(self) -> &'static str {
         match self {
             Role::Camera => "camera",
@@ -31,7 +31,7 @@ impl Role {
         }
     }
 
-    /// The base class: `rt_Camera`.
+    /// The name of the base class: `rt_Camera`.
     pub const fn class(self) -> &'static str {
         match self {
             Role::Camera => "rt_Camera",
@@ -42,7 +42,7 @@ impl Role {
         }
     }
 
-    /// Roles as bits, by their places in [`Role::ALL`].
+    /// A bit set of roles; the bit index is the position in [`Role::ALL`].
     pub fn bits(roles: &[Role]) -> u32 {
         let bits = Role::ALL.iter().zip(0..).filter(|(role, _)| roles.contains(role));
         bits.fold(0, |bits, (_, position)| bits | 1 << position)
@@ -53,7 +53,7 @@ impl Role {
         Role::ALL.into_iter().find(|role| role.class() == name)
     }
 
-    /// The interface methods of this role, `constructor` not among them.
+    /// The interface methods of this role, without `constructor`.
     pub fn methods(self) -> impl Iterator<Item = Method> {
         Method::ALL.into_iter().filter(move |method| method.roles().contains(&self))
     }
@@ -100,7 +100,7 @@ impl Method {
         Method::Illumination,
     ];
 
-    /// The name in RTSL text.
+    /// The name in RTSL source.
     pub const fn name(self) -> &'static str {
         match self {
             Method::GenerateRay => "generateRay",
@@ -121,12 +121,12 @@ impl Method {
         }
     }
 
-    /// The method that RTSL text calls `name`.
+    /// The method called `name` in RTSL source.
     pub fn from_name(name: &str) -> Option<Method> {
         Method::ALL.into_iter().find(|method| method.name() == name)
     }
 
-    /// The roles that have it. Materials and lights share `evaluatePDF` and `emission`.
+    /// The roles that have the method. Materials and lights share `evaluatePDF` and `emission`.
     pub const fn roles(self) -> &'static [Role] {
         match self {
             Method::GenerateRay => &[Role::Camera],
@@ -144,10 +144,10 @@ impl Method {
         }
     }
 
-    /// What it is for, in one sentence.
+    /// A description of the method in one sentence.
     pub const fn doc(self) -> &'static str {
         match self {
-            Method::GenerateRay => "makes the ray of a place on the image and the lens",
+            Method::GenerateRay => "generates the ray for a position on the image and the lens",
             Method::Intersect => "offers the ray's hits to `hit()`",
             Method::ComputeBounds => "gives an axis-aligned box around the primitive",
             Method::ComputeNormal => "gives the normals at the hit point",

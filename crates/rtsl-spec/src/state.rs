@@ -1,21 +1,20 @@
-//! The one table: which state variable which role has, in which methods, which way, with which
-//! default.
+//! The table of state variables: their roles, methods, directions and defaults.
 //!
-//! A [`Row`] speaks of one variable in one role. A variable that several roles share has one
-//! type and one place in a host's storage; [`StateVariable`] is that.
+//! A [`Row`] describes one variable in one role. A variable that several roles share has one type
+//! and one slot in a host's storage, a [`StateVariable`].
 
 use std::sync::LazyLock;
 
 use crate::{Method, Role, StateType};
 
-/// Which way a state variable passes between the host and a method.
+/// The direction in which a state variable passes between the host and a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
-    /// The host sets it before the call; the method may not write it.
+    /// Set by the host before the call; read-only for the method.
     In,
-    /// The method sets it; it holds its default until then.
+    /// Set by the method; holds its default until then.
     Out,
-    /// The host sets it; the method may change it.
+    /// Set by the host; the method may change it.
     InOut,
 }
 
@@ -30,23 +29,25 @@ impl Direction {
     }
 }
 
-/// Where a part of the language comes from.
+/// The source of a part of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Origin {
     /// The paper of 2007.
     Paper,
-    /// This language.
+    /// An extension made by this implementation.
     Extension,
 }
 
-/// The value that an `out` variable has where its method leaves it unset.
+/// The value of an `out` variable that its method leaves unset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Default {
-    /// All components have this value. Also what `in` variables hold where a host sets none.
+    /// This value in all components. It is also the value of an `in` variable that a host does not
+    /// set.
     Constant(f32),
-    /// These components.
+    /// A value for each component.
     Components(&'static [f32]),
-    /// The value of another variable of the role, at the end of the method (or where it is read).
+    /// The value of another variable of the role, at the end of the method (or at the point of the
+    /// read).
     Variable(&'static str),
     /// `color(...)` of a float variable: grey.
     Grey(&'static str),
@@ -57,39 +58,40 @@ pub enum Default {
     Tangent(bool),
 }
 
-/// In which methods a row's variable passes which way.
+/// The methods for which a row's variable passes in one direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Access {
-    /// The methods; all methods of the role where empty.
+    /// The methods; empty for all methods of the role.
     pub methods: &'static [Method],
-    /// The way.
+    /// The direction.
     pub direction: Direction,
 }
 
-/// One variable in one role.
+/// The entry of one variable in one role.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// The role; `None` for what all roles have.
+    /// The role; `None` for a variable that all roles have.
     pub role: Option<Role>,
-    /// The name, with its `rt_`.
+    /// The name, including `rt_`.
     pub name: &'static str,
-    /// Its type, the same in every role.
+    /// The type, which is the same in every role.
     pub ty: StateType,
-    /// The directions by method; the first entry that names a method counts. In a method
-    /// that no entry names, the variable is a local that starts with the default.
+    /// The directions by method; the first entry that names a method applies. In a method that no
+    /// entry names, the variable is a local variable that starts with the default.
     pub access: &'static [Access],
-    /// Inside an `illuminance` body the variable holds the light's sample and is read-only.
+    /// True if the variable holds the light's sample inside an `illuminance` body, where it is
+    /// read-only.
     pub illuminance: bool,
-    /// The value where nobody sets it.
+    /// The value if neither host nor method sets it.
     pub default: Default,
     /// Meaning, unit and space, in one or two sentences.
     pub doc: &'static str,
-    /// The paper's or ours.
+    /// The paper of 2007 or this implementation.
     pub origin: Origin,
 }
 
 impl Row {
-    /// The direction in `method`, `None` where the method's table does not have the variable.
+    /// The direction in `method`, or `None` if the variable is not passed to or from that method.
     pub fn direction(&self, method: Method) -> Option<Direction> {
         self.access
             .iter()
@@ -101,17 +103,17 @@ impl Row {
 /// A distinct state variable, as hosts store it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateVariable {
-    /// Its index in [`state_variables`].
+    /// The index in [`state_variables`].
     pub index: u32,
-    /// The name, with its `rt_`.
+    /// The name, including `rt_`.
     pub name: &'static str,
     /// The type.
     pub ty: StateType,
-    /// The index of its first component in a host's table of component arrays.
+    /// The index of the first component in a host's table of component arrays.
     pub first_component: u32,
 }
 
-/// No fewer than there are distinct state variables.
+/// An upper bound on the number of distinct state variables.
 pub const MAX_STATE_VARIABLES: usize = ROWS.len();
 
 /// All rows, by role.
@@ -146,13 +148,13 @@ pub fn state_component_count() -> u32 {
     state_variables().last().map_or(0, |last| last.first_component + last.ty.components())
 }
 
-/// The state variable called `name`, if there is one in any role.
+/// The state variable called `name`, in any role.
 pub fn lookup_state(name: &str) -> Option<&'static StateVariable> {
     state_variables().iter().find(|variable| variable.name == name)
 }
 
 impl Role {
-    /// This role's row for the variable `name`, those common to all roles included.
+    /// This role's row for the variable `name`; includes the variables common to all roles.
     pub fn row(self, name: &str) -> Option<&'static Row> {
         ROWS.iter().find(|row| row.name == name && row.role.is_none_or(|role| role == self))
     }
@@ -217,7 +219,7 @@ const ROWS: &[Row] = &[
     all(Primitive, "rt_InverseRayDirection", Vec3, IN, ZERO, "1/rt_RayDirection, componentwise"),
     all(Primitive, "rt_Epsilon", Float, IN, Constant(1e-4), "least distance at which a hit counts"),
     all(Primitive, "rt_HitDistance", Float, access![InOut: Intersect; In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives;], INFINITE,
-        "parameter t of the hit, in units of the direction's length; as `intersect` begins, the greatest that counts"),
+        "parameter t of the hit, in units of the direction's length; when `intersect` begins, the greatest that counts"),
     all(Primitive, "rt_HitPoint", Vec3, access![In: ComputeNormal, ComputeTextureCoordinates, ComputeDerivatives, SamplePdf; Out: GenerateSample;], ZERO,
         "point on the surface, in the primitive's space"),
     all(Primitive, "rt_BoundMin", Vec3, access![Out: ComputeBounds;], Constant(f32::NEG_INFINITY), "least corner of the box"),
@@ -236,8 +238,8 @@ const ROWS: &[Row] = &[
     ours(all(Primitive, "rt_dtdv", Float, access![Out: ComputeDerivatives;], ONE, "derivative of the second texture coordinate by v")),
     all(Primitive, "rt_PDF", Float, access![Out: GenerateSample, SamplePdf;], ZERO, "density per unit solid angle, seen from `rt_RayOrigin`"),
 
-    all(Texture, "rt_TextureUV", Vec2, IN, ZERO, "where, in surface parameters"),
-    all(Texture, "rt_TextureUVW", Vec3, IN, ZERO, "where, in space"),
+    all(Texture, "rt_TextureUV", Vec2, IN, ZERO, "position of the lookup, in surface parameters"),
+    all(Texture, "rt_TextureUVW", Vec3, IN, ZERO, "position of the lookup, in space"),
     all(Texture, "rt_du", Float, IN, ZERO, "width of the filter in surface parameters, along u"),
     all(Texture, "rt_dv", Float, IN, ZERO, "width of the filter in surface parameters, along v"),
     all(Texture, "rt_dsdu", Float, IN, ONE, "derivative of the first texture coordinate by u"),

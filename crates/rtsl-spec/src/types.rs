@@ -1,7 +1,7 @@
-//! The types that state variables have.
+//! The types of state variables.
 
-/// How many components a `color` has in this build: red, green and blue, linear, Rec. 709
-/// primaries. Shader text never sees the number.
+/// The number of components of a `color` in this build: red, green and blue, linear, Rec. 709
+/// primaries. Shaders cannot observe the number.
 pub const COLOR_COMPONENTS: u32 = 3;
 
 /// The type of a state variable.
@@ -9,11 +9,11 @@ pub const COLOR_COMPONENTS: u32 = 3;
 pub enum StateType {
     /// One f32.
     Float,
-    /// Two.
+    /// Two f32.
     Vec2,
-    /// Three.
+    /// Three f32.
     Vec3,
-    /// [`COLOR_COMPONENTS`].
+    /// [`COLOR_COMPONENTS`] f32.
     Color,
 }
 
@@ -28,7 +28,7 @@ impl StateType {
         }
     }
 
-    /// The type as RTSL writes it.
+    /// The name of the type in RTSL.
     pub const fn name(self) -> &'static str {
         match self {
             StateType::Float => "float",

@@ -1,27 +1,29 @@
-//! The syntax tree: the text's structure, with a span on everything that a diagnostic may name.
+//! The syntax tree: the structure of the text, with a span for everything that a diagnostic may
+//! name.
 //!
-//! Names are as written; nothing is resolved. Trees are bounded in depth by the parser (see
-//! [`deep_stack::MAX_DEPTH`](rtsl_source::deep_stack::MAX_DEPTH)), so that recursive visitors are safe on a deep stack.
+//! Names are kept as written and not resolved. The parser bounds the depth of trees (see
+//! [`deep_stack::MAX_DEPTH`](rtsl_source::deep_stack::MAX_DEPTH)), so that recursive visitors are
+//! safe on a deep stack.
 
 use rtsl_source::Span;
 
-/// A name and where it stands.
+/// A name and its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identifier {
     /// The name.
     pub name: String,
-    /// Where.
+    /// The span of the name.
     pub span: Span,
 }
 
-/// A whole translation unit, includes and macros expanded.
+/// A whole translation unit, with includes and macros expanded.
 #[derive(Clone, Debug, Default)]
 pub struct TranslationUnit {
-    /// Everything at file scope, in order.
+    /// All items at file scope, in order.
     pub items: Vec<Item>,
 }
 
-/// What may stand at file scope or in a class.
+/// An item at file scope or in a class.
 #[derive(Clone, Debug)]
 pub enum Item {
     /// `struct Name { ... };`
@@ -37,24 +39,24 @@ pub enum Item {
 /// A class in either form.
 #[derive(Clone, Debug)]
 pub struct Class {
-    /// Its name.
+    /// The class's name.
     pub name: Identifier,
-    /// What follows the colon: roles and at most one class (the checker's rule).
+    /// The names after the colon: roles and at most one class, as the checker verifies.
     pub bases: Vec<Identifier>,
-    /// How it was written.
+    /// The form of the declaration.
     pub form: ClassForm,
-    /// Members, structs, functions, methods; no classes.
+    /// Members, structs, functions and methods, but no classes.
     pub items: Vec<Item>,
-    /// The documentation comment just before the class, without its comment marks.
+    /// The documentation comment just before the class, without comment marks.
     pub documentation: Option<String>,
-    /// The header, from `class` to the `;` or `{`.
+    /// The span of the header, from `class` to the `;` or `{`.
     pub span: Span,
 }
 
-/// How a class was written.
+/// The form of a class declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClassForm {
-    /// `class A : B;` with its items following to the next header or the end.
+    /// `class A : B;`, whose items are those up to the next header or the end.
     Header,
     /// `class A : B { ... };`
     Block,
@@ -63,18 +65,18 @@ pub enum ClassForm {
 /// `struct Name { fields };`
 #[derive(Clone, Debug)]
 pub struct Struct {
-    /// Its name; GLSL's unnamed structs get a generated one that no text can write.
+    /// The struct's name; GLSL's unnamed structs get a generated one that no text can write.
     pub name: Identifier,
-    /// Its fields, one declarator each.
+    /// The fields, one declarator each.
     pub fields: Vec<Field>,
-    /// The whole declaration.
+    /// The span of the whole declaration.
     pub span: Span,
 }
 
 /// A field of a struct.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// Its type, array sizes of the declarator included.
+    /// The type, including array sizes of the declarator.
     pub ty: TypeName,
     /// Its name.
     pub name: Identifier,
@@ -88,25 +90,25 @@ pub struct TypeName {
     pub name: Identifier,
     /// Array dimensions, outermost first; `None` for `[]`.
     pub sizes: Vec<Option<Expression>>,
-    /// The whole type.
+    /// The span of the whole type.
     pub span: Span,
 }
 
-/// What stands before a declaration's type.
+/// The qualifiers before a declaration's type.
 #[derive(Clone, Debug, Default)]
 pub struct Qualifiers {
-    /// All of them, in order, none twice (the parser has complained).
+    /// All qualifiers in order. The parser reports duplicates and drops them.
     pub list: Vec<(Qualifier, Span)>,
 }
 
 impl Qualifiers {
-    /// Where `qualifier` stands, if it does.
+    /// The span of `qualifier`, if present.
     pub fn find(&self, qualifier: Qualifier) -> Option<Span> {
         self.list.iter().find(|(each, _)| *each == qualifier).map(|(_, span)| *span)
     }
 }
 
-/// A qualifier of a declaration. Precision qualifiers are accepted and dropped by the parser.
+/// A qualifier of a declaration. The parser accepts and drops precision qualifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the keyword of its name")]
 pub enum Qualifier {
@@ -127,44 +129,44 @@ pub enum Qualifier {
 pub struct Annotation {
     /// `label`, `min`, `max`, `doc`, ...
     pub key: Identifier,
-    /// What follows the key.
+    /// The value after the key.
     pub value: AnnotationValue,
 }
 
 /// The value of an annotation.
 #[derive(Clone, Debug)]
 pub enum AnnotationValue {
-    /// Nothing: a flag.
+    /// No value: the key is a flag.
     None,
-    /// Double-quoted text, its escapes resolved.
+    /// Double-quoted text with its escapes resolved.
     Text(String, Span),
     /// A constant expression.
     Expression(Expression),
 }
 
-/// A variable: member, constant, local.
+/// A variable: a member, a constant or a local variable.
 #[derive(Clone, Debug)]
 pub struct Variable {
-    /// `[[...]]` before it; only members may have them.
+    /// The `[[...]]` before the declaration; only members may have them.
     pub annotations: Vec<Annotation>,
     /// `public`, `const`, ...
     pub qualifiers: Qualifiers,
-    /// Its type with all array dimensions.
+    /// The type with all array dimensions.
     pub ty: TypeName,
     /// Its name.
     pub name: Identifier,
-    /// `= ...`
+    /// The initial value after the `=`.
     pub initializer: Option<Initializer>,
-    /// The declarator.
+    /// The span of the declarator.
     pub span: Span,
 }
 
-/// What follows the `=` of a declaration.
+/// The initial value in a declaration.
 #[derive(Clone, Debug)]
 pub enum Initializer {
     /// An expression.
     Expression(Expression),
-    /// `{ a, b, { c } }`, a trailing comma allowed.
+    /// `{ a, b, { c } }`, with a trailing comma allowed.
     List(Vec<Initializer>, Span),
 }
 
@@ -173,52 +175,52 @@ pub enum Initializer {
 pub struct Function {
     /// Qualifiers before the return type (`precise`, `const`), and `public`/`private` on methods.
     pub qualifiers: Qualifiers,
-    /// The result; `None` for a constructor written without `void`.
+    /// The result type; `None` for a constructor written without `void`.
     pub result: Option<TypeName>,
     /// The name; `constructor` for the constructor.
     pub name: Identifier,
-    /// Its parameters. `(void)` gives none.
+    /// The parameters. `(void)` gives none.
     pub parameters: Vec<Parameter>,
     /// The body; `None` for a prototype.
     pub body: Option<Block>,
-    /// The comment just before it, without its marks.
+    /// The comment just before the function, without comment marks.
     pub documentation: Option<String>,
-    /// From the first qualifier to the closing parenthesis.
+    /// The span from the first qualifier to the closing parenthesis.
     pub span: Span,
 }
 
 /// A parameter of a function.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// `[[...]]` before it; only constructor parameters may have them.
+    /// The `[[...]]` before the parameter; only constructor parameters may have them.
     pub annotations: Vec<Annotation>,
     /// `in`, `out`, `inout`, `const`.
     pub qualifiers: Qualifiers,
     /// Its type.
     pub ty: TypeName,
-    /// Its name, which GLSL allows to be left out.
+    /// The name, which GLSL allows to be omitted.
     pub name: Option<Identifier>,
-    /// `= ...`, allowed on constructor parameters.
+    /// The default after `=`, allowed for constructor parameters.
     pub default: Option<Initializer>,
-    /// The whole.
+    /// The span of the whole parameter.
     pub span: Span,
 }
 
 /// `{ ... }`
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Its statements.
+    /// The statements of the block.
     pub statements: Vec<Statement>,
-    /// With its braces.
+    /// The span, including the braces.
     pub span: Span,
 }
 
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Statement {
-    /// What it is.
+    /// The kind of statement, with its parts.
     pub kind: StatementKind,
-    /// The whole.
+    /// The span of the whole statement.
     pub span: Span,
 }
 
@@ -226,7 +228,7 @@ pub struct Statement {
 #[derive(Clone, Debug)]
 #[allow(missing_docs, reason = "the fields are the parts that each variant shows")]
 pub enum StatementKind {
-    /// `;`, or what recovery put in place of a statement it could not read.
+    /// `;`, or the placeholder for a statement that could not be parsed.
     Empty,
     /// `expression;`
     Expression(Expression),
@@ -234,13 +236,14 @@ pub enum StatementKind {
     Variables(Vec<Variable>),
     /// A struct declared in a block, with the variables declared along with it.
     Struct(Struct, Vec<Variable>),
-    /// A function prototype in a block (GLSL ES style), or a nested function: the checker complains.
+    /// A function prototype in a block (as in GLSL ES) or a nested function; the checker reports
+    /// both.
     Function(Function),
     /// `{ ... }`, a scope.
     Block(Block),
     /// `if (c) a else b`
     If { condition: Expression, then: Box<Statement>, otherwise: Option<Box<Statement>> },
-    /// `switch (e) { case 1: ... }`; the statements of each run up to the next label.
+    /// `switch (e) { case 1: ... }`. The statements of each case extend to the next label.
     Switch { selector: Expression, cases: Vec<SwitchCase> },
     /// `for (init; condition; step) body`
     For {
@@ -254,7 +257,7 @@ pub enum StatementKind {
     /// `do body while (c);`
     DoWhile { body: Box<Statement>, condition: Expression },
     /// `illuminance body`, `illuminance(P) body`, `illuminance(P, N, angle) body`: 0, 1 or 3
-    /// arguments (the checker's rule).
+    /// arguments, as the checker verifies.
     Illuminance { arguments: Vec<Expression>, body: Box<Statement> },
     /// `return e;`
     Return(Option<Expression>),
@@ -273,30 +276,33 @@ pub enum Condition {
     Declaration(Box<Variable>),
 }
 
-/// One group of labels of a `switch` with its statements.
+/// One label of a `switch` with its statements.
 #[derive(Clone, Debug)]
 pub struct SwitchCase {
-    /// `case e:`, or `default:` where `None`.
+    /// The value of `case e:`, or `None` for `default:`.
     pub label: Option<Expression>,
-    /// Where the label stands.
+    /// The span of the label.
     pub span: Span,
-    /// Statements up to the next label; empty where labels follow each other.
+    /// The statements up to the next label; empty if another label follows directly.
     pub statements: Vec<Statement>,
 }
 
-/// An expression. Chains of binary operators and commas may be as long as the text: they lean to the left, and
-/// whoever visits them loops over [`Expression::chain`]. Cloning and dropping do.
+/// An expression.
+///
+/// Chains of binary operators and commas may be as long as the text. They lean to the left, so
+/// visitors must loop over [`Expression::chain`] instead of recursing into left operands. `Clone`
+/// and `Drop` do so too.
 #[derive(Debug)]
 pub struct Expression {
-    /// What it is.
+    /// The kind of expression, with its operands.
     pub kind: ExpressionKind,
-    /// The whole, parentheses excluded.
+    /// The span of the whole expression, without enclosing parentheses.
     pub span: Span,
 }
 
 impl Expression {
-    /// The links of a chain `a + b * c + d`, the innermost first, and what it begins with: each link is a binary
-    /// operation or sequence whose left operand is the link before.
+    /// Splits a chain `a + b * c + d` into its leftmost operand and its links, the innermost first.
+    /// Each link is a binary operation or sequence whose left operand is the link before.
     pub fn chain(&self) -> (&Expression, Vec<&Expression>) {
         let mut links = Vec::new();
         let mut first = self;
@@ -308,7 +314,7 @@ impl Expression {
         (first, links)
     }
 
-    /// Whether this is no link, so that a chain with it as its left operand begins with it.
+    /// True if this is not a link, so that a chain with it as its left operand begins with it.
     pub(crate) fn chain_begins(&self) -> bool {
         self.left_operand().is_none()
     }
@@ -320,7 +326,7 @@ impl Expression {
         }
     }
 
-    /// The left operand where it has one itself, which leaves an empty place.
+    /// Takes the left operand out if it is a link itself, and leaves a placeholder.
     fn take_inner_link(&mut self) -> Option<Expression> {
         let (ExpressionKind::Binary(_, left, _) | ExpressionKind::Sequence(left, _)) =
             &mut self.kind
@@ -364,7 +370,7 @@ impl Drop for Expression {
 #[derive(Clone, Debug)]
 #[allow(missing_docs, reason = "the fields are the parts that each variant shows")]
 pub enum ExpressionKind {
-    /// What recovery put where no expression could be read; already reported.
+    /// The placeholder for an expression that could not be parsed; the error is already reported.
     Error,
     /// `12`, `0xC`, `012` (value as the bits of a 32-bit integer).
     Int(i32),
@@ -388,11 +394,11 @@ pub enum ExpressionKind {
     Assign { target: Box<Expression>, operator: Option<BinaryOperator>, value: Box<Expression> },
     /// `c ? a : b`
     Conditional(Box<Expression>, Box<Expression>, Box<Expression>),
-    /// `a[i]`; also the head of `float[2](...)`, where `index` may be absent: `float[](...)`.
+    /// `a[i]`; also the callee of `float[2](...)`, whose `index` may be absent: `float[](...)`.
     Index(Box<Expression>, Option<Box<Expression>>),
     /// `a.b`: a field or swizzle.
     Member(Box<Expression>, Identifier),
-    /// `f(x)`, `vec3(x)`, `float[2](x, y)`: function or constructor.
+    /// `f(x)`, `vec3(x)`, `float[2](x, y)`: a call of a function or constructor.
     Call { callee: Box<Expression>, arguments: Vec<Expression> },
     /// `a.length()`, `kd.lookup(uv)`.
     MethodCall { receiver: Box<Expression>, method: Identifier, arguments: Vec<Expression> },
@@ -416,7 +422,7 @@ pub enum StepOperator {
     Decrement,
 }
 
-/// The binary operators, assignment and comma excepted.
+/// The binary operators, except assignment and comma.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "named by what they do")]
 pub enum BinaryOperator {
@@ -442,7 +448,7 @@ pub enum BinaryOperator {
 }
 
 impl UnaryOperator {
-    /// As it is written.
+    /// The operator as RTSL writes it.
     pub const fn text(self) -> &'static str {
         match self {
             UnaryOperator::Negate => "-",
@@ -454,7 +460,7 @@ impl UnaryOperator {
 }
 
 impl BinaryOperator {
-    /// As it is written.
+    /// The operator as RTSL writes it.
     pub const fn text(self) -> &'static str {
         match self {
             BinaryOperator::Add => "+",

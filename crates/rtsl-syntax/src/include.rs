@@ -1,35 +1,36 @@
-//! Where `#include` finds its files: the caller's work, since this crate reads none.
+//! The loader that finds the files of `#include`. The caller implements it, since this crate reads
+//! no files.
 
 use std::collections::BTreeMap;
 
 /// Finds the files that `#include` names.
 pub trait IncludeLoader {
-    /// The file that `path` means in a file called `including`: looked for beside it, then on
-    /// the search path.
+    /// Returns the file that `path` names in a file called `including`. Loaders search beside that
+    /// file first, then on the search path.
     fn load(&mut self, path: &str, including: &str) -> Result<IncludedFile, IncludeError>;
 }
 
 /// A file that a loader found.
 #[derive(Clone, Debug)]
 pub struct IncludedFile {
-    /// The name that diagnostics show. Two files with one name are one file.
+    /// The name that diagnostics show. Two files with one name are treated as one file.
     pub name: String,
     /// Its text.
     pub text: String,
 }
 
-/// Why a loader gave no file.
+/// The reason why a loader returned no file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum IncludeError {
-    /// It is nowhere; the places looked at.
+    /// The file was not found in these places.
     NotFound(Vec<String>),
     /// The path leads out of the folders that programs may include from.
     Escapes,
-    /// It is there, but can't be read; why.
+    /// The file exists but cannot be read, for this reason.
     Unreadable(String),
 }
 
-/// A loader without files: for text that comes from no file.
+/// A loader without files, for text that does not come from a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoIncludes;
 
@@ -43,7 +44,7 @@ impl IncludeLoader for NoIncludes {
 /// then to the root.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryLoader {
-    /// Names and texts.
+    /// The texts by name.
     pub files: BTreeMap<String, String>,
 }
 
@@ -64,8 +65,8 @@ impl IncludeLoader for MemoryLoader {
     }
 }
 
-/// `path` seen from `folder`, both relative to a root and written with `/`, without `.` and `..`;
-/// `None` where it leads out of the root or is absolute.
+/// Resolves `path` relative to `folder`; both are relative to a root and written with `/`, and the
+/// result has no `.` or `..`. Returns `None` if the path leads out of the root or is absolute.
 pub fn join_path(folder: &str, path: &str) -> Option<String> {
     if path.starts_with('/') || path.contains(['\\', ':', '\0']) {
         return None;

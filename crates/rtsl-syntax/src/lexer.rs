@@ -1,12 +1,12 @@
-//! Text to tokens. Nothing is reported here, since the text may turn out to be skipped by `#if`:
-//! what is no token becomes [`TokenKind::Invalid`].
+//! The lexer: splits text into tokens. It reports nothing, since the text may turn out to be
+//! skipped by `#if`; invalid text becomes [`TokenKind::Invalid`].
 
 use rtsl_source::{FileId, Span};
 
 use crate::symbol::Interner;
 use crate::token::{LexicalError, Punctuator, Token, TokenKind};
 
-/// All tokens of `text`, which is the text of `file`.
+/// Splits `text`, the text of `file`, into tokens.
 pub(crate) fn lex(file: FileId, text: &str, symbols: &mut Interner) -> Vec<Token> {
     let mut lexer = Lexer { text, file, position: 0, starts_line: true, spaced: false };
     if text.starts_with('\u{feff}') {
@@ -20,7 +20,7 @@ pub(crate) fn lex(file: FileId, text: &str, symbols: &mut Interner) -> Vec<Token
     tokens
 }
 
-/// Reads `text`. Between calls, `position` never stands at a line continuation.
+/// The lexer's position in `text`. Between calls, `position` is never at a line continuation.
 struct Lexer<'a> {
     text: &'a str,
     file: FileId,
@@ -61,7 +61,7 @@ impl Lexer<'_> {
         Some(token)
     }
 
-    /// Skips white space and comments. Gives the start of a comment that never ends.
+    /// Skips white space and comments. Returns the start of an unterminated comment.
     fn skip_blanks(&mut self) -> Option<usize> {
         loop {
             match self.peek() {
@@ -162,7 +162,7 @@ impl Lexer<'_> {
         character
     }
 
-    /// Reads what C calls a preprocessing number; the parser checks its form.
+    /// Reads a preprocessing number, as C defines it; the parser checks its form.
     fn read_number(&mut self) -> TokenKind {
         let start = self.position;
         let hexadecimal = matches!(self.text.as_bytes()[start..], [b'0', b'x' | b'X', ..]);
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_take_their_suffix_along() {
+    fn numbers_include_their_suffix() {
         assert_eq!(
             spellings("12abc 1e+3 0xE+1 .5f 1..2"),
             ["12abc", "1e+3", "0xE", "+", "1", ".5f", "1..2"]
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_token_is_kept_for_later() {
+    fn invalid_tokens_are_kept_for_later() {
         assert_eq!(
             spellings("a @ b“ gré \"x"),
             [

@@ -1,8 +1,9 @@
-//! RTSL text to tree: preprocessor, lexer and error-recovering parser.
+//! The front end's first half, from RTSL text to a syntax tree: preprocessor, lexer and
+//! error-recovering parser.
 //!
-//! Parsing always gives a tree, with whatever diagnostics the text deserves. This crate knows the
-//! grammar and nothing else: no types, no built-in names, no roles. It does no input or output:
-//! included files come from the caller's [`IncludeLoader`].
+//! Parsing always returns a tree, along with any diagnostics. This crate implements the grammar
+//! only: it knows no types, no built-in names and no roles. It does no input or output: included
+//! files come from the caller's [`IncludeLoader`].
 
 pub mod ast;
 mod include;
@@ -20,7 +21,7 @@ pub use include::{IncludeError, IncludeLoader, IncludedFile, MemoryLoader, NoInc
 
 use rtsl_source::{Diagnostics, FileId, SourceMap, deep_stack};
 
-/// Reads the translation unit that starts with `file`. Included files are added to `source_map`.
+/// Parses the translation unit that starts with `file`. Included files are added to `source_map`.
 pub fn parse(
     source_map: &mut SourceMap,
     file: FileId,

@@ -1,6 +1,6 @@
-//! Words for messages.
+//! Helpers for the text of diagnostics.
 
-/// `text`, or its beginning where it is too long for a message; control characters become spaces.
+/// Returns `text`, truncated if it is too long for a message. Control characters become spaces.
 pub(crate) fn shorten(text: &str) -> String {
     const LIMIT: usize = 40;
     let mut shown: String = text

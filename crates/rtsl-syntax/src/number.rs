@@ -1,4 +1,4 @@
-//! Literals: from the spelling of a number to its value.
+//! Converts the spelling of a number literal to its value.
 
 /// The value of a literal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,24 +9,24 @@ pub(crate) enum Number {
     Float(f32),
 }
 
-/// Why a spelling is no literal.
+/// The reason why a spelling is not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NumberError {
-    /// Digits are followed by what is no suffix. Where that begins.
+    /// An invalid suffix after the digits, with its offset in the literal.
     Suffix(usize),
-    /// A digit too large for its base.
+    /// A digit too large for the base.
     Digit(char),
     /// `0x` without digits, `1e` without an exponent, two points.
     Malformed,
-    /// GLSL's `lf`.
+    /// GLSL's suffix `lf` for doubles.
     Double,
-    /// More than 32 bits.
+    /// An integer of more than 32 bits.
     IntegerRange,
-    /// Beyond the largest float.
+    /// A number larger than the largest float.
     FloatRange,
 }
 
-/// Reads `spelling`, which begins with a digit or a point followed by one.
+/// Parses `spelling`, which begins with a digit or with a point followed by a digit.
 pub(crate) fn parse_number(spelling: &str) -> Result<Number, NumberError> {
     if let Some(digits) = spelling.strip_prefix("0x").or_else(|| spelling.strip_prefix("0X")) {
         return parse_integer(digits, 16, 2);
@@ -45,7 +45,7 @@ fn digits_end(spelling: &str, start: usize) -> usize {
     start + digits
 }
 
-/// Reads digits and suffix; `offset` is where `text` begins in the literal.
+/// Parses digits and suffix; `offset` is the offset of `text` in the literal.
 fn parse_integer(text: &str, base: u32, offset: usize) -> Result<Number, NumberError> {
     let is_digit = |byte: &u8| {
         if base == 16 { byte.is_ascii_hexdigit() } else { byte.is_ascii_digit() }
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn malformed_literals_say_why() {
+    fn malformed_literals_give_the_reason() {
         let cases = [
             ("12abc", NumberError::Suffix(2)),
             ("089", NumberError::Digit('8')),

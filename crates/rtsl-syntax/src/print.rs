@@ -1,7 +1,7 @@
-//! The tree as text: what `--emit=ast` shows and tests pin.
+//! Prints the tree, for `--emit=ast` and for tests.
 //!
-//! One line for each declaration and statement, indented by depth; expressions on one line,
-//! every operation in parentheses.
+//! One line for each declaration and statement, indented by depth; expressions on one line, every
+//! operation in parentheses.
 
 use std::fmt::{self, Write};
 
@@ -13,7 +13,7 @@ use crate::ast::{
     StatementKind, StepOperator, Struct, SwitchCase, TranslationUnit, TypeName, Variable,
 };
 
-/// The text of `unit`.
+/// Formats `unit`.
 pub fn print(unit: &TranslationUnit) -> String {
     deep_stack::run(|| {
         let mut printer = Printer { text: String::new(), depth: 0 };
@@ -34,7 +34,7 @@ impl Printer {
         for _ in 0..self.depth {
             self.text.push_str("  ");
         }
-        // Writing to a string can't fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(self.text, "{line}");
     }
 
@@ -86,7 +86,7 @@ impl Printer {
     }
 
     fn function(&mut self, function: &Function) {
-        // What it computes does not depend on what is said of it.
+        // The printed tree leaves documentation out, since it does not affect the program.
         let Function { qualifiers, result, name, parameters, body, documentation: _, span: _ } =
             function;
         let what = if body.is_some() { "function" } else { "prototype" };
@@ -196,10 +196,10 @@ impl Printer {
     }
 }
 
-/// What is shown on one line.
+/// Displays a node on one line.
 struct Show<'a, T>(&'a T);
 
-/// Several, with commas between.
+/// Displays nodes separated by commas.
 struct List<'a, T>(&'a [T]);
 
 impl<T> fmt::Display for List<'_, T>
@@ -322,7 +322,7 @@ impl fmt::Display for Show<'_, Expression> {
     }
 }
 
-/// Shows what is no link of a chain.
+/// Formats an expression that is not a link of a chain.
 fn show_operand(expression: &Expression, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match &expression.kind {
         ExpressionKind::Error => f.write_str("<error>"),

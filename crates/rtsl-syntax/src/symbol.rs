@@ -9,7 +9,7 @@ use crate::word::{Word, classify};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Symbol(u32);
 
-/// All spellings of a translation unit, each once.
+/// All spellings of a translation unit, each stored once.
 #[derive(Default)]
 pub(crate) struct Interner {
     symbols: HashMap<Arc<str>, Symbol>,
@@ -17,7 +17,7 @@ pub(crate) struct Interner {
 }
 
 impl Interner {
-    /// The symbol of `text`.
+    /// The symbol of `text`, which is added if it is new.
     pub fn intern(&mut self, text: &str) -> Symbol {
         if let Some(symbol) = self.symbols.get(text) {
             return *symbol;
@@ -34,7 +34,7 @@ impl Interner {
         &self.entries[symbol.0 as usize].0
     }
 
-    /// What kind of word `symbol` is.
+    /// The kind of word that `symbol` is.
     pub fn word(&self, symbol: Symbol) -> Word {
         self.entries[symbol.0 as usize].1
     }

@@ -1,4 +1,4 @@
-//! Tokens, as the lexer makes them and the preprocessor and parser read them.
+//! Tokens, which the lexer produces and the preprocessor and parser consume.
 
 use rtsl_source::{Code, Span, diagnostic_codes};
 
@@ -10,55 +10,55 @@ pub(crate) struct Token {
     pub kind: TokenKind,
     /// The text with line continuations removed.
     pub spelling: Symbol,
-    /// Where the author wrote it; for what a macro made, the macro's invocation.
+    /// The span in the source; for tokens from a macro, that of the macro's invocation.
     pub span: Span,
-    /// Whether it is the first of its line, so that a `#` begins a directive.
+    /// True if it is the first token of its line, so that a `#` begins a directive.
     pub starts_line: bool,
-    /// Whether white space stands before it.
+    /// True if white space precedes it.
     pub spaced: bool,
-    /// Whether something before it was reported as no token: what the parser would say of it is
-    /// probably that one's fault.
+    /// True if an invalid token before it was reported. A parse error here is then probably a
+    /// consequence and is not reported.
     pub after_invalid: bool,
-    /// A macro's name met inside the macro's own expansion: never expanded again.
+    /// True for a macro's name met inside the macro's own expansion, which is never expanded again.
     pub painted: bool,
 }
 
 impl Token {
-    /// Whether it is the punctuator `punctuator`.
+    /// True if the token is the punctuator `punctuator`.
     pub fn is(&self, punctuator: Punctuator) -> bool {
         self.kind == TokenKind::Punctuator(punctuator)
     }
 }
 
-/// The kinds of token.
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     /// A word: a name or a keyword.
     Name,
     /// A number, its form not yet checked.
     Number,
-    /// Double-quoted text, quotes included.
+    /// Double-quoted text, including the quotes.
     Text,
     Punctuator(Punctuator),
-    /// What is no token; an error only where it is not skipped.
+    /// Text that is not a token; an error only if it is not skipped.
     Invalid(LexicalError),
     /// The end of the translation unit.
     End,
 }
 
-/// Why a piece of text is no token.
+/// The reason why a piece of text is not a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LexicalError {
     UnexpectedCharacter,
     NonAsciiCharacter,
-    /// A word with letters outside ASCII; the spelling holds it.
+    /// A word with letters outside ASCII, which the spelling contains.
     NonAsciiName,
     UnterminatedComment,
     UnterminatedText,
 }
 
 impl LexicalError {
-    /// The code that reports it.
+    /// The code of the diagnostic for this error.
     pub fn code(self) -> Code {
         match self {
             LexicalError::UnexpectedCharacter => diagnostic_codes::UNEXPECTED_CHARACTER,
@@ -78,10 +78,10 @@ macro_rules! punctuators {
         pub(crate) enum Punctuator { $($name),* }
 
         impl Punctuator {
-            /// Longest first, so that the first match is the right one.
+            /// All punctuators, longest first, so that the first match is the right one.
             pub const ALL: &'static [Punctuator] = &[$(Punctuator::$name),*];
 
-            /// As it is written.
+            /// The punctuator as it is written.
             pub const fn text(self) -> &'static str {
                 match self { $(Punctuator::$name => $text),* }
             }

@@ -1,6 +1,6 @@
-//! Words: keywords, names of built-in types, and GLSL's words that RTSL does not use.
+//! Words: keywords, names of built-in types, and words that GLSL reserves and RTSL does not use.
 
-/// What a word is to the grammar.
+/// The grammatical kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Word {
     /// A name that programs may declare.
@@ -8,20 +8,20 @@ pub(crate) enum Word {
     Keyword(Keyword),
     /// The name of a type that is a keyword in GLSL.
     Type,
-    /// A keyword of GLSL without meaning here.
+    /// A keyword of GLSL that has no meaning in RTSL.
     Reserved(Reserved),
 }
 
-/// A keyword of GLSL that RTSL reserves only to say what to write instead.
+/// A keyword of GLSL that RTSL reserves only to suggest an alternative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reserved {
-    /// What the author can do.
+    /// The help text of the diagnostic.
     pub help: &'static str,
-    /// How the parser reads on, so that one word gives one error.
+    /// The way in which the parser continues, so that one word gives one error.
     pub reading: Reading,
 }
 
-/// How the parser reads a reserved word after it has complained.
+/// The way in which the parser treats a reserved word after it has reported it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reading {
     /// As this type.
@@ -30,7 +30,7 @@ pub(crate) enum Reading {
     Qualifier,
     /// As `layout`: a qualifier with a parenthesised list.
     Layout,
-    /// As a statement that ends here or after what follows.
+    /// As a statement, which is skipped.
     Statement,
     /// As a name.
     Name,
@@ -56,7 +56,7 @@ keywords! {
     Scratch "scratch" Struct "struct" Switch "switch" True "true" Uniform "uniform" While "while"
 }
 
-/// What `text` is to the grammar.
+/// Classifies `text`.
 pub(crate) fn classify(text: &str) -> Word {
     if let Some(keyword) = keyword(text) {
         Word::Keyword(keyword)
@@ -175,7 +175,7 @@ fn reserved_type(text: &str) -> Option<(&'static str, Reading)> {
     }
 }
 
-/// GLSL's sampler and image types.
+/// True for GLSL's sampler and image types.
 fn is_opaque(text: &str) -> bool {
     const SHAPES: [&str; 11] = [
         "1D",
@@ -216,7 +216,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_what_glsl_says() {
+    fn words_are_classified_as_in_glsl() {
         for text in ["float", "vec2", "uvec4", "mat3", "mat4x2"] {
             assert_eq!(classify(text), Word::Type, "{text}");
         }

@@ -1,9 +1,10 @@
-//! No text makes the parser panic, hang, overflow a small stack or use memory out of proportion.
+//! Tests that no text makes the parser panic, hang, overflow a small stack or use disproportionate
+//! memory.
 
 use rtsl_source::{Diagnostics, SourceMap, diagnostic_codes as codes};
 use rtsl_syntax::{MemoryLoader, NoIncludes, parse, print};
 
-/// Parses `text` on a stack of 2 MB. Gives the printed tree and the codes of the diagnostics.
+/// Parses `text` on a stack of 2 MB. Returns the printed tree and the codes of the diagnostics.
 fn parse_small(text: String) -> (String, Vec<&'static str>) {
     let run = move || {
         let mut map = SourceMap::new();
@@ -79,7 +80,8 @@ fn nesting_within_the_limit_is_fine() {
     assert_eq!(parse_small(text).1, [""; 0]);
 }
 
-/// Chains do not nest, however long they are: nothing that reads, copies, prints or drops them recurses.
+/// Chains do not nest, however long they are: parsing, cloning, printing and dropping them does not
+/// recurse.
 #[test]
 fn chains_have_any_length() {
     for (link, printed) in [(" + 1", " + 1)"), (" == b", " == b)"), (", b", ", b)")] {
@@ -131,7 +133,7 @@ fn copies_of_long_types_are_limited() {
     only_code(text, codes::NESTED_TOO_DEEPLY);
 }
 
-/// The codes of a text that includes files.
+/// The codes of the diagnostics for a text that includes files.
 fn codes_with(text: &str, files: impl IntoIterator<Item = (String, String)>) -> Vec<&'static str> {
     let mut map = SourceMap::new();
     let file = map.add("test.rtsl", text);
@@ -146,7 +148,8 @@ fn includes_have_a_budget() {
     let file = |name: &str, text: String| (name.to_owned(), text);
     let long = "float f(float x) { return x; }\n".repeat(10_000);
     let include = "#include \"a\"\n";
-    // A cycle is one however long its files are, and however often they include each other.
+    // A cycle gives one error, however long its files are and however often they include each
+    // other.
     for text in [
         include.to_owned(),
         include.repeat(2),
@@ -164,7 +167,7 @@ fn includes_have_a_budget() {
     let chain =
         (0..100).map(|level| file(&level.to_string(), format!("#include \"{}\"\n", level + 1)));
     assert_eq!(codes_with("#include \"0\"", chain), ["E0019"]);
-    // What guards skip costs little, and `#pragma once` nothing.
+    // Tokens that include guards skip cost little, and `#pragma once` costs none.
     let guarded = format!("#ifndef A\n#define A\n{}#endif\n", &long[..31 * 500]);
     assert_eq!(codes_with(&include.repeat(2_000), [file("a", guarded)]), [""; 0]);
     let once = format!("#pragma once\n{long}");

@@ -1,4 +1,4 @@
-//! Any bytes and any tokens give a tree.
+//! Tests that any bytes and any tokens give a tree.
 
 use proptest::prelude::*;
 use rtsl_source::{Diagnostics, SourceMap, render};

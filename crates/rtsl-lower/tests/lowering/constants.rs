@@ -3,7 +3,7 @@
 use crate::harness::eval_with;
 
 #[test]
-fn constants_are_what_code_computes() {
+fn constants_match_computed_values() {
     let expressions = [
         "1.0 / 3.0 + 2.0 * 0.1",
         "float(7 / 2 + -7 % 3 + (1 << 33) + (-16 >> 2) + (5 / 0))",
@@ -49,7 +49,7 @@ fn constants_are_what_code_computes() {
         "float(hash(7u) >> 8) + perpendicularTo(vec3(1, 2, 3)).x + float(dominantAxis(vec3(1, -3, 2)))",
     ];
     for expression in expressions {
-        // A member that is `const` must be constant; a variable is computed by code.
+        // A `const` member must be constant; a variable is computed by code.
         let known = format!("const float known = {expression};");
         let body = format!(
             "precise float computed = {expression};\n\

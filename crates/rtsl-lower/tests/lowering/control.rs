@@ -123,13 +123,13 @@ fn switch_falls_through_until_break() {
 }
 
 #[test]
-fn default_may_stand_first() {
+fn default_may_come_first() {
     let body = "switch (uint(u)) { default: result = 1.0; break; case 3u: result = 2.0; }";
     check(body, &[(0.0, 1.0), (3.0, 2.0)]);
 }
 
 #[test]
-fn continue_in_a_switch_is_the_loops() {
+fn continue_in_a_switch_continues_the_loop() {
     let body = "for (int i = 0; i < 6; i++) {
         switch (i) { case 1: continue; case 2: break; case 4: result += 100.0; break; }
         result += 1.0;
@@ -153,7 +153,7 @@ fn variables_jumped_over_by_a_switch_are_zero() {
 }
 
 #[test]
-fn variables_begin_anew_in_every_round() {
+fn variables_are_reset_in_every_iteration() {
     let body = "for (int i = 0; i < 3; i++) { float x; x += 1.0; result += x; }";
     check(body, &[(0.0, 3.0)]);
 }

@@ -1,4 +1,4 @@
-//! Texts that are deep or long: each is lowered soon, on a small stack.
+//! Texts that are deep or long: each is lowered quickly, on a small stack.
 
 use rtsl_lower::lower_class;
 use rtsl_sema::hir::ClassId;
@@ -18,7 +18,7 @@ fn lowered_on_small_stack(text: String) -> Vec<&'static str> {
     std::thread::Builder::new().stack_size(2 << 20).spawn(lower).unwrap().join().unwrap()
 }
 
-/// As deep as the parser lets pass.
+/// Nearly the deepest nesting that the parser accepts.
 const DEEP: usize = 1_000;
 
 #[test]
@@ -48,7 +48,7 @@ fn deep_expressions_pass() {
     assert_eq!(lowered_on_small_stack(text), [""; 0]);
 }
 
-/// Nothing that checks, folds, lowers, copies or drops a chain recurses.
+/// Checking, folding, lowering, cloning and dropping a chain does not recurse.
 #[test]
 fn chains_of_operators_have_any_length() {
     let varying = "rt_TextureUV.x";
@@ -86,7 +86,8 @@ fn chains_of_operators_have_any_length() {
     );
 }
 
-/// Of an array that nothing but its size is asked of nothing is kept, so that the limits on variables do not count.
+/// An array of which only the size is used is not stored, so that the limits on variables do not
+/// apply.
 #[test]
 fn sizes_of_large_arrays_are_known() {
     let text = texture(

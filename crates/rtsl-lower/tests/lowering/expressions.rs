@@ -109,7 +109,7 @@ fn evaluation_is_from_left_to_right() {
         let body = format!("float x = {expression}; result = log;");
         assert_eq!(eval_with(helper, &body, 0.0), log, "{expression}");
     }
-    // The left operand has the value from before the right one changes it.
+    // The left operand has the value from before the change by the right one.
     assert_eq!(eval("result = u + u++ * 2.0;", 3.0), 9.0);
     assert_eq!(eval("result = 1.0; result += (result = 5.0);", 0.0), 6.0);
 }

@@ -46,7 +46,7 @@ pub fn class(text: &str) -> Class {
     lower(text).unwrap_or_else(|errors| panic!("{text}\n{errors:?}"))
 }
 
-/// A place by kind and name, with its scalars.
+/// The variables by kind and name, with the bits of their scalars.
 pub type Values = BTreeMap<(VariableKind, String), Vec<u32>>;
 
 /// An object, a ray and a scene.
@@ -55,7 +55,8 @@ pub struct Machine {
     pub values: Values,
     /// Direction and color of each light; all have distance 2 and density 0.5.
     pub lights: Vec<([f32; 3], [f32; 3])>,
-    /// Whether light samples reach where their cosine says so, and what was asked.
+    /// The light queries so far: point, axis and cosine. A light sample reaches the point if it is
+    /// within the cone.
     pub queries: Vec<([f32; 3], [f32; 3], f32)>,
     rands: u32,
 }
@@ -71,7 +72,7 @@ impl Machine {
         machine
     }
 
-    /// Sets a place of floats.
+    /// Sets a variable of floats.
     pub fn set(&mut self, kind: VariableKind, name: &str, values: &[f32]) -> &mut Self {
         let bits = values.iter().map(|value| value.to_bits()).collect();
         self.values.insert((kind, name.to_owned()), bits);
@@ -82,7 +83,7 @@ impl Machine {
         self.set(VariableKind::State, name, values)
     }
 
-    /// The floats of a place.
+    /// The floats of a variable.
     pub fn get(&self, kind: VariableKind, name: &str) -> Vec<f32> {
         let bits = self.values.get(&(kind, name.to_owned()));
         let bits = bits.unwrap_or_else(|| panic!("nothing was stored to {name}"));
@@ -174,8 +175,8 @@ impl Host for Machine {
     }
 }
 
-/// Runs `body` as a texture's `lookup` with rt_TextureUV = (u, 0); `helpers` stand before it in the class.
-/// Gives what it returns in `result`, a float.
+/// Runs `body` as a texture's `lookup` with rt_TextureUV = (u, 0); `helpers` precede it in the
+/// class. Returns the value of `result`, a float.
 pub fn eval_with(helpers: &str, body: &str, u: f32) -> f32 {
     let text = format!(
         "class Test : rt_Texture;\n{helpers}\nvoid lookup() {{\n    float u = rt_TextureUV.x;\n    \

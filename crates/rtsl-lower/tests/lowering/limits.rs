@@ -1,4 +1,4 @@
-//! Programs that are right but too large.
+//! Programs that are valid but too large.
 
 use crate::harness::{lower, try_parsed};
 
@@ -9,7 +9,7 @@ fn check(text: &str, code: &str) {
     assert_eq!(codes, [code]);
 }
 
-/// `count` functions, each made from the number of the one before.
+/// `count` functions; `body` makes the body of each from the index of the one before.
 fn chain(count: u32, body: impl Fn(u32) -> String) -> String {
     (1..count).map(|i| format!("float f{i}(float x) {{ {} }}\n", body(i - 1))).collect()
 }
@@ -47,7 +47,7 @@ fn a_long_chain_of_functions() {
 
 #[test]
 fn deep_but_allowed_nesting_fits_the_stack() {
-    // Tests run on stacks of 2 MB without optimisation. Calls in loops in branches are the largest
+    // Tests run on stacks of 2 MB without optimisation. Calls in loops in branches have the largest
     // frames.
     let chain = chain(28, |i| {
         format!(
@@ -136,7 +136,7 @@ fn deep_trees_are_lowered_or_refused() {
     }
 }
 
-/// Lowers a body, if the parser takes it.
+/// Lowers a body if the parser accepts it.
 fn try_lower(body: &str) {
     let text = format!(
         "float f(float x) {{ if (x > 3.0) return 1.0; return x; }}\nclass T : rt_Texture;\nvoid lookup() {{ {body} }}"

@@ -1,4 +1,4 @@
-//! Text to the single-ray representation, run by the interpreter.
+//! Tests of the lowering: texts are lowered to the single-ray IR and run by the interpreter.
 
 mod calls;
 mod constants;

@@ -1,4 +1,4 @@
-//! What hosts are told of a class.
+//! The metadata of a class for hosts.
 
 use expect_test::{Expect, expect};
 use rtsl_ir::VariableKind;

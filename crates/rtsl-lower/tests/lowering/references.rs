@@ -1,4 +1,4 @@
-//! Calls of referenced instances: what is overridden and what is given.
+//! Calls of referenced instances: overrides and results.
 
 use expect_test::{Expect, expect};
 use rtsl_spec::Method;
@@ -48,7 +48,7 @@ fn arguments_replace_the_coordinates() {
 }
 
 #[test]
-fn the_light_and_what_was_written_are_handed_on() {
+fn the_light_sample_and_written_state_are_overrides() {
     check(
         "class M : rt_Material; public rt_Material base;
         void shade() { illuminance { rt_SampleColor += base.BSDF() * rt_LightColor; } }",
@@ -90,7 +90,7 @@ fn a_caller_without_a_seed_draws_one() {
 }
 
 #[test]
-fn references_can_be_asked_for() {
+fn is_set_tests_references() {
     check(
         "class M : rt_Material; public rt_Texture map; public rt_Texture maps[2];
         void emission() {

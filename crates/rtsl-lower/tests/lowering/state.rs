@@ -37,7 +37,7 @@ fn reading_an_output_reads_its_default() {
 }
 
 #[test]
-fn texture_values_stand_for_each_other() {
+fn texture_color_and_float_default_to_each_other() {
     let lookup = |body: &str| {
         let text = format!("class T : rt_Texture; void lookup() {{ {body} }}");
         let machine = run(&text, Method::Lookup, &[("rt_TextureUV", &[2.0, 0.0])]);

@@ -39,7 +39,7 @@ fn arrays_of_arrays_and_structs() {
 }
 
 #[test]
-fn small_arrays_are_choices_and_large_ones_slots() {
+fn small_arrays_use_selects_and_large_ones_locals() {
     let text = |size: u32| {
         let text = format!(
             "class T : rt_Texture;
@@ -55,7 +55,7 @@ fn small_arrays_are_choices_and_large_ones_slots() {
 }
 
 #[test]
-fn slots_are_shared_by_calls_one_after_the_other() {
+fn locals_are_reused_by_consecutive_calls() {
     let text = "class T : rt_Texture;
         float f(int i) { float a[5]; a[i] = 1.0; return a[i + 1]; }
         void lookup() { int i = int(rt_TextureUV.x); rt_FloatTextureValue = f(i) + f(i + 1); }";
@@ -104,7 +104,7 @@ fn tables_are_not_copied_for_calls_and_variables() {
 }
 
 #[test]
-fn a_table_that_is_written_is_the_rays_own() {
+fn a_table_that_is_written_is_copied_per_ray() {
     let helper = "public float knots[6] = float[6](1.0, 2.0, 3.0, 4.0, 5.0, 6.0);
         float changed(float table[6], int i) { table[i] = 10.0; return table[i] + table[i + 1]; }";
     let body = "int i = int(u); result = changed(knots, i) + knots[i] * 100.0;";

@@ -1,4 +1,4 @@
-//! Recursion, which the language does not have.
+//! Detects recursion, which the language does not allow.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::Checker;
 use super::facts::{Call, Facts};
 use crate::hir::FunctionId;
 
-/// How many calls of a cycle a diagnostic shows.
+/// The number of calls of a cycle that a diagnostic shows.
 const SHOWN: usize = 8;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -20,8 +20,8 @@ enum Mark {
 }
 
 impl Checker<'_> {
-    /// Reports every cycle of calls once. The search keeps its own stack: call graphs may be as deep
-    /// as the text is long.
+    /// Reports every cycle of calls once. The search keeps an explicit stack, because call graphs
+    /// may be as deep as the text is long.
     pub(super) fn check_call_graph(&mut self) {
         let facts: Vec<Arc<Facts>> =
             self.function_info.iter().map(|info| Arc::clone(&info.facts)).collect();
@@ -31,7 +31,7 @@ impl Checker<'_> {
                 continue;
             }
             marks[start] = Mark::Open;
-            // Functions on the path, each with how many of its calls have been followed.
+            // The functions on the path, each with the number of its calls that have been followed.
             let mut path: Vec<(usize, usize)> = vec![(start, 0)];
             while let Some((function, followed)) = path.last_mut() {
                 let function = *function;
@@ -54,7 +54,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The path's last call leads back to `first`.
+    /// Reports the cycle that the path's last call closes by leading back to `first`.
     fn report_cycle(&mut self, facts: &[Arc<Facts>], path: &[(usize, usize)], first: usize) {
         let start = path.iter().rposition(|(function, _)| *function == first).unwrap_or(0);
         let calls: Vec<(usize, Call)> = path[start..]

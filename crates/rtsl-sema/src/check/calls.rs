@@ -1,4 +1,4 @@
-//! Calls: of functions, built-in ones, and constructors of types.
+//! Calls of functions, built-in functions, and constructors of types.
 
 use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -17,10 +17,10 @@ use super::suggestions::suggest;
 use super::types::{FLOAT, TypePlace, builtin_type, from_spec};
 use crate::hir::{BuiltinCall, Expression, ExpressionKind, FunctionId, Passing, Type};
 
-/// How many arguments of a call diagnostics show.
+/// The number of arguments of a call that diagnostics show.
 const SHOWN_ARGUMENTS: usize = 8;
 
-/// What a call was found to mean, free of borrows.
+/// The resolved callee of a call, free of borrows.
 enum Target {
     Function(FunctionId),
     Builtin(&'static Overload),
@@ -113,8 +113,9 @@ impl Checker<'_> {
         self.check_function_call(name, name_span, arguments, span)
     }
 
-    /// What the name of a call stands for, built-in functions aside. The prelude's text always means
-    /// those, so that no name of a user's class gets into implied methods.
+    /// Resolves the name of a call, built-in functions aside. In the prelude, names of built-in
+    /// functions always mean those, so that no name of a user's class is captured by implied
+    /// methods.
     fn callee(&self, name: &str) -> Option<Entity> {
         if self.in_prelude && builtins::find(name).is_some() {
             return None;
@@ -146,12 +147,12 @@ impl Checker<'_> {
         error_expression(span)
     }
 
-    /// Arguments as places, since some may turn out to be assigned.
+    /// Checks arguments as place expressions, since some may turn out to be assigned.
     fn check_arguments(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
         arguments.iter().map(|argument| self.check_place(argument)).collect()
     }
 
-    /// Arguments that are read.
+    /// Checks arguments that are only read.
     pub(super) fn check_values(&mut self, arguments: &[ast::Expression]) -> Vec<Expression> {
         arguments.iter().map(|argument| self.check_expression(argument)).collect()
     }
@@ -190,7 +191,8 @@ impl Checker<'_> {
         }
     }
 
-    /// The arguments of a call that is in error: the function that is meant may read them or set them.
+    /// Notes the uses of the arguments of an erroneous call: the intended function may read them or
+    /// set them.
     fn note_unknown_uses(&mut self, arguments: &[Expression]) {
         for argument in arguments {
             match root(argument).kind {
@@ -205,7 +207,7 @@ impl Checker<'_> {
             || builtins::find(name).is_some_and(|builtin| self.is_callable(builtin))
     }
 
-    /// Whether this text may name the function at all.
+    /// True if the text being checked may name the function at all.
     pub(super) fn is_callable(&self, builtin: &Builtin) -> bool {
         match builtin.usable {
             Usable::Anywhere | Usable::Methods(_) => true,
@@ -214,9 +216,10 @@ impl Checker<'_> {
     }
 
     /// The functions called `name`, level by level from the innermost: the class, the file, the
-    /// language. The nearest level with a function that takes the arguments wins, so that a
-    /// function of the author's hides a built-in one, and a built-in one is there where the
-    /// author's does not fit. The prelude's own functions are what the built-in ones mean.
+    /// language. The nearest level with a function that accepts the arguments wins: a user's
+    /// function hides a built-in one, which still applies to arguments that the user's function
+    /// does not accept. Within the prelude, the name of a built-in function always denotes the
+    /// built-in one.
     fn function_levels(&self, name: &str) -> Vec<Vec<Candidate<'_>>> {
         let mut levels = Vec::new();
         let is_builtin = builtins::find(name).is_some_and(|builtin| self.is_callable(builtin));
@@ -236,7 +239,7 @@ impl Checker<'_> {
         levels
     }
 
-    /// What the call means; else what is wrong, `None` where nothing has that name.
+    /// Resolves the callee. An error holds a diagnostic, or `None` if nothing has that name.
     fn choose_target(
         &self,
         name: &str,
@@ -322,7 +325,7 @@ impl Checker<'_> {
             diagnostic =
                 diagnostic.label(argument.span, format!("this is `{}`", self.show(&argument.ty)));
         }
-        // Those with the right number of arguments are likelier to be meant.
+        // Candidates with the right number of arguments are likelier to be meant.
         let (likely, other): (Vec<Candidate<'_>>, Vec<Candidate<'_>>) =
             candidates.iter().partition(|candidate| candidate.parameter_count() == arguments.len());
         let shown = if likely.is_empty() { &other } else { &likely };
@@ -415,7 +418,7 @@ impl Checker<'_> {
         call
     }
 
-    /// Notes a call that only some methods may make; reports it where there is no method at all.
+    /// Notes a call that only some methods may make. Reports it if it is outside any method.
     fn note_restricted_builtin(&mut self, builtin: &'static Builtin, span: Span) -> bool {
         match self.function.kind {
             Kind::ClassFunction | Kind::FileFunction => {
@@ -438,8 +441,8 @@ impl Checker<'_> {
         }
     }
 
-    /// The prelude's function behind a built-in one: the one with these parameters, or the one
-    /// on scalars, to be applied component by component.
+    /// The prelude's function that implements a built-in one: the one with these parameters, or the
+    /// scalar one, to be applied component by component.
     fn prelude_function(
         &self,
         builtin: &Builtin,
@@ -475,7 +478,7 @@ impl Checker<'_> {
         (find(&scalars), true)
     }
 
-    /// Converts the arguments, notes what happens to them, and makes the call.
+    /// Converts the arguments, notes how they are accessed, and builds the call.
     fn finish_call(
         &mut self,
         arguments: Vec<Expression>,
@@ -538,7 +541,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether some candidate takes a vec3.
+/// True if a candidate accepts a vec3.
 fn is_vector_function(candidates: &[Candidate<'_>]) -> bool {
     candidates.iter().any(|candidate| {
         (0..candidate.parameter_count())

@@ -1,5 +1,5 @@
-//! Overload resolution, by GLSL's rules: an exact match wins; else of those that conversions
-//! make fit, the one that is better for some argument and worse for none.
+//! Overload resolution by GLSL's rules: an exact match wins; otherwise, among the candidates that
+//! conversions make applicable, one that is better for some argument and worse for none.
 
 use crate::hir::{Expression, Function, FunctionId, Passing, Type};
 use rtsl_spec::Direction;
@@ -7,7 +7,7 @@ use rtsl_spec::builtins::Overload;
 
 use super::types::{converts, from_spec};
 
-/// Something that a call may mean.
+/// A function that a call may refer to.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidate<'m> {
     /// A function of the module.
@@ -16,19 +16,19 @@ pub(super) enum Candidate<'m> {
     Builtin(&'static Overload),
 }
 
-/// What of several candidates a call means.
+/// The result of overload resolution.
 #[derive(Debug)]
 pub(super) enum Choice<'m> {
-    /// This one.
+    /// The candidate that was chosen.
     One(Candidate<'m>),
-    /// None takes the arguments.
+    /// No candidate accepts the arguments.
     None,
-    /// These two, and neither is better.
+    /// Two candidates apply, and neither is better.
     Ambiguous(Candidate<'m>, Candidate<'m>),
 }
 
 impl Candidate<'_> {
-    /// How many parameters it has.
+    /// The number of parameters.
     pub(super) fn parameter_count(&self) -> usize {
         match self {
             Candidate::Function(_, function) => function.parameters.len(),
@@ -36,7 +36,7 @@ impl Candidate<'_> {
         }
     }
 
-    /// A parameter's type and passing.
+    /// The type and passing mode of a parameter.
     pub(super) fn parameter(&self, index: usize) -> (Type, Passing) {
         match self {
             Candidate::Function(_, function) => {
@@ -54,7 +54,8 @@ impl Candidate<'_> {
         }
     }
 
-    /// Whether the argument fits: `Some(true)` as it is, `Some(false)` with a conversion.
+    /// Returns `Some(true)` if the argument has the parameter's type, `Some(false)` if it can be
+    /// converted, `None` if it does not fit.
     fn fit(&self, index: usize, argument: &Type) -> Option<bool> {
         let (ty, passing) = self.parameter(index);
         if ty == *argument {
@@ -68,7 +69,7 @@ impl Candidate<'_> {
         fits.then_some(false)
     }
 
-    /// Which arguments fit exactly; `None` where some do not fit at all.
+    /// For each argument, true if it fits without conversion; `None` if some argument does not fit.
     fn fits(&self, arguments: &[Expression]) -> Option<Vec<bool>> {
         if self.parameter_count() != arguments.len() {
             return None;
@@ -77,7 +78,7 @@ impl Candidate<'_> {
     }
 }
 
-/// What a call with these arguments means.
+/// Chooses the candidate for a call with these arguments.
 pub(super) fn choose<'m>(
     candidates: impl IntoIterator<Item = Candidate<'m>>,
     arguments: &[Expression],
@@ -90,7 +91,7 @@ pub(super) fn choose<'m>(
         }
         viable.push((candidate, fits));
     }
-    // One that beats all others, if there is one, survives any sequence of duels.
+    // A candidate that beats all others survives any sequence of pairwise comparisons.
     let mut best: Option<usize> = None;
     for index in 0..viable.len() {
         best = match best {
@@ -107,7 +108,7 @@ pub(super) fn choose<'m>(
     }
 }
 
-/// Better for some argument and worse for none.
+/// True if `a` is better for some argument and worse for none.
 fn is_better(a: &[bool], b: &[bool]) -> bool {
     let mut better = false;
     for (a, b) in a.iter().zip(b) {

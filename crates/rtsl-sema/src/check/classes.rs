@@ -18,17 +18,17 @@ use crate::hir::{
     Class, ClassId, Constructor, ConstructorParameter, FunctionId, Member, Passing, Type,
 };
 
-/// The most scalars that the members of one class may come to.
+/// The limit on scalars in all members of one class.
 const MAX_CLASS_LEAVES: u32 = 1 << 22;
 
 /// A class of the unit.
 #[derive(Debug)]
 pub(super) struct ClassDeclaration<'a> {
     pub(super) ast: &'a ast::Class,
-    /// The class that it inherits from.
+    /// The index of the class that it inherits from.
     pub(super) parent: Option<usize>,
     pub(super) roles: Vec<Role>,
-    /// Some base was not found.
+    /// True if some base was not found.
     pub(super) roles_unknown: bool,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct ClassContext {
     pub(super) id: ClassId,
     pub(super) name: String,
     pub(super) roles: Vec<Role>,
-    /// Some base was not found, so that state of any role may be meant.
+    /// True if some base was not found, so that state variables of any role may be meant.
     pub(super) roles_unknown: bool,
     pub(super) names: Level,
     pub(super) members: Vec<Member>,
@@ -107,7 +107,8 @@ impl<'a> Checker<'a> {
         });
     }
 
-    /// Runs `check` for an item; what it warns about an inherited one was said of the base.
+    /// Runs `check` for an item. Warnings about inherited items are dropped, since they were
+    /// reported for the base.
     fn for_item(&mut self, generation: usize, check: impl FnOnce(&mut Self)) {
         let outer = std::mem::replace(&mut self.silent, generation > 0);
         check(self);
@@ -152,7 +153,7 @@ impl<'a> Checker<'a> {
             self.report(
                 Diagnostic::new(codes::TYPE_TOO_LARGE, "the members of this class are too large")
                     .at(span, "the last of them")
-                    .note(format!("they may come to {MAX_CLASS_LEAVES} numbers"))
+                    .note(format!("they may have at most {MAX_CLASS_LEAVES} numbers"))
                     .help("large tables are buffers: members declared with `[]`, set by the host"),
             );
         }
@@ -175,7 +176,8 @@ impl<'a> Checker<'a> {
         pending
     }
 
-    /// After the members, so that defaults that name one are told apart from unknown names.
+    /// Runs after the members are declared, so that defaults that name a member can be
+    /// distinguished from unknown names.
     fn declare_constructors(&mut self, items: &[ClassItem<'a>]) -> Vec<Pending<'a>> {
         let mut pending = Vec::new();
         for item in items {
@@ -204,8 +206,9 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Functions that nothing calls, hosts included, though their names say that they should: one like an
-    /// interface method, with nearly the name of one, and one of the class's own name.
+    /// Warns about functions that are never called, by hosts or the text, although their names
+    /// suggest that they should be: those with nearly the name of an interface method, and those
+    /// with the name of the class.
     fn check_uncalled_functions(&mut self, functions: &[Pending<'a>]) {
         let facts = functions.iter().map(|each| &self.function_info[each.id.0 as usize].facts);
         let called: BTreeSet<FunctionId> =
@@ -224,7 +227,7 @@ impl<'a> Checker<'a> {
             if let Some(similar) = self.similar_of(&name.name, methods) {
                 let diagnostic = Diagnostic::new(
                     codes::MISSPELLED_METHOD,
-                    format!("`{}` is no interface method, and nothing calls it", name.name),
+                    format!("`{}` is not an interface method, and is never called", name.name),
                 )
                 .at(name.span, "never called");
                 let diagnostic = suggest(diagnostic, name.span, Some(similar));
@@ -233,7 +236,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A function of the class's own name, which C++ takes for a constructor.
+    /// Warns about a function with the name of its class, which would be a constructor in C++.
     fn check_cpp_constructor(&mut self, function: &ast::Function) {
         let name = &function.name;
         if self.class.as_ref().is_none_or(|class| class.name != name.name) {
@@ -244,10 +247,14 @@ impl<'a> Checker<'a> {
         self.report(
             Diagnostic::new(
                 codes::NAMED_LIKE_CLASS,
-                format!("`{}` is a function like any other, and nothing calls it", name.name),
+                format!("`{}` is an ordinary function, and is never called", name.name),
             )
-            .at(name.span, "the name of the class means nothing here")
-            .suggest("what makes an instance ready is called", header, CONSTRUCTOR),
+            .at(name.span, "the class's name has no special meaning")
+            .suggest(
+                "the function that initializes an instance is called",
+                header,
+                CONSTRUCTOR,
+            ),
         );
     }
 
@@ -326,7 +333,7 @@ impl<'a> Checker<'a> {
             )
             .at(function.span, "other parameters or another result")
             .note("interface methods receive and return values through state variables")
-            .help("if it is a function of your own, give it another name"),
+            .help("if it is a helper function, give it another name"),
         );
     }
 
@@ -387,7 +394,7 @@ impl<'a> Checker<'a> {
                 self.report(
                     Diagnostic::new(
                         codes::BAD_CONSTRUCTOR,
-                        "parameters of a constructor are inputs",
+                        "parameters of a constructor must be inputs",
                     )
                     .at(parameter.span, "remove `out` or `inout`"),
                 );
@@ -409,7 +416,7 @@ impl<'a> Checker<'a> {
                 self.report(
                     Diagnostic::new(
                         codes::BAD_CONSTRUCTOR,
-                        "a parameter of a constructor has a name",
+                        "a parameter of a constructor needs a name",
                     )
                     .at(parameter.span, "hosts set it by its name"),
                 );
@@ -432,7 +439,7 @@ fn is_constant(variable: &ast::Variable) -> bool {
     variable.qualifiers.find(Qualifier::Const).is_some()
 }
 
-/// `void name()`.
+/// True if the function is declared as `void name()`.
 fn has_interface_signature(function: &ast::Function) -> bool {
     let returns_nothing = function
         .result

@@ -1,4 +1,4 @@
-//! Constant expressions: where the language asks for one.
+//! Constant expressions, in the contexts that require one.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use super::evaluator::{Evaluator, Stop};
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {
-    /// The value of an expression that must be constant; says why it is not. `what` names the
-    /// place: "an array size".
+    /// Evaluates an expression that must be constant, and reports why if it is not. `what` names
+    /// the context: "an array size".
     pub(super) fn evaluate_constant(
         &mut self,
         expression: &Expression,
@@ -33,8 +33,9 @@ impl Checker<'_> {
         }
     }
 
-    /// The value of an expression, if all its leaves are constant. It may call built-in functions, and
-    /// so the prelude's, but none of the unit's: those may still turn out to call themselves.
+    /// Evaluates an expression if all its leaves are constant. It may call built-in functions, and
+    /// through them the prelude's, but none of the unit's: those may still turn out to be
+    /// recursive.
     pub(super) fn evaluate(
         &mut self,
         expression: &Expression,
@@ -47,7 +48,7 @@ impl Checker<'_> {
         value
     }
 
-    /// What evaluates constant expressions here, with at most `fuel` operations.
+    /// Creates an evaluator for constant expressions with at most `fuel` operations.
     pub(super) fn evaluator(&self, fuel: u32) -> Evaluator<'_> {
         let callable = match self.prelude {
             Some(prelude) => prelude.module.functions.len(),
@@ -59,7 +60,7 @@ impl Checker<'_> {
 
     fn report_not_constant(&mut self, stop: Stop, what: &str) {
         let diagnostic = match stop {
-            // Reported where it was checked.
+            // Already reported where the expression was checked.
             Stop::Error => return,
             Stop::NotConstant(span) => Diagnostic::new(
                 codes::NOT_CONSTANT,
@@ -70,12 +71,12 @@ impl Checker<'_> {
                 codes::CONSTANT_TOO_LONG,
                 format!("{what} takes too long to compute"),
             )
-            .at(span, "gave up in this call"),
+            .at(span, "the limit is reached in this call"),
         };
         self.report(diagnostic);
     }
 
-    /// The value of a scalar that happens to be constant. Calls of functions are not tried.
+    /// The value of a scalar if it is constant. Calls of functions are not evaluated.
     pub(super) fn constant_scalar(&mut self, expression: &Expression) -> Option<Constant> {
         if !matches!(expression.ty, Type::Scalar(_)) {
             return None;
@@ -86,7 +87,7 @@ impl Checker<'_> {
         self.evaluate(expression, false).ok()?.first().copied()
     }
 
-    /// The sizes of an array, the open ones `None`; nothing where one is in error.
+    /// Evaluates the sizes of an array; open ones are `None`. Returns `None` if one is in error.
     pub(super) fn check_sizes(
         &mut self,
         sizes: &[Option<ast::Expression>],

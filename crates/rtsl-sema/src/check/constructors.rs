@@ -9,7 +9,7 @@ use super::types::{FLOAT, MAX_LEAVES, VEC3, component_count, converts};
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {
-    /// A value of type `ty` made from `arguments`.
+    /// Builds a value of type `ty` from `arguments`.
     pub(super) fn check_construct(
         &mut self,
         ty: Type,
@@ -61,7 +61,7 @@ impl Checker<'_> {
         }
     }
 
-    /// An argument that has no components to give.
+    /// Reports an argument that has no components.
     fn report_component_argument(
         &mut self,
         shown: &str,
@@ -82,8 +82,8 @@ impl Checker<'_> {
         error_expression(span)
     }
 
-    /// Vectors, and matrices from single numbers: one scalar for all, or as many components as
-    /// needed, of which only the last argument may have some to spare.
+    /// Constructs vectors, and matrices from single numbers: from one scalar for all components, or
+    /// from as many components as needed. Only the last argument may have more than are used.
     fn construct_components(
         &mut self,
         ty: Type,
@@ -98,7 +98,7 @@ impl Checker<'_> {
                 return self.report_arguments(
                     format!("`{shown}(...)` has too many arguments"),
                     argument.span,
-                    &format!("the {needed} components are complete before this"),
+                    &format!("the arguments before this give all {needed} components"),
                 );
             }
             given += match argument.ty {
@@ -140,7 +140,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Grey from a number, or red, green and blue from three or a vec3.
+    /// Constructs a color: grey from a number, or red, green and blue from three numbers or a vec3.
     fn construct_color(&mut self, mut arguments: Vec<Expression>, span: Span) -> Expression {
         let number = |ty: &Type| matches!(ty, Type::Scalar(scalar) if *scalar != Scalar::Bool);
         let fits = match arguments.as_slice() {
@@ -191,8 +191,8 @@ impl Checker<'_> {
         Expression { kind: ExpressionKind::Construct(converted), ty, span }
     }
 
-    /// An array of as many elements as there are arguments, where the size is open; the type of
-    /// open elements is that of the first.
+    /// Constructs an array. An open size is the number of arguments; an open element type is that
+    /// of the first argument.
     fn construct_array(&mut self, ty: Type, arguments: Vec<Expression>, span: Span) -> Expression {
         let (element, size) = match ty {
             Type::Array(element, size) => (*element, Some(size)),
@@ -205,10 +205,10 @@ impl Checker<'_> {
         let count = arguments.len() as u32;
         if count == 0 || size.is_some_and(|size| size != count) {
             let message = match size {
-                Some(size) => format!(
-                    "an array of {size} elements is made from {size} arguments, not {count}"
-                ),
-                None => "an array has at least one element".to_owned(),
+                Some(size) => {
+                    format!("an array of {size} elements needs {size} arguments, not {count}")
+                }
+                None => "an array needs at least one element".to_owned(),
             };
             return self.report_arguments(message, span, "");
         }
@@ -224,7 +224,7 @@ impl Checker<'_> {
         Expression { kind: ExpressionKind::Construct(converted), ty, span }
     }
 
-    /// The element type with open dimensions taken from the first element.
+    /// Completes the element type: open dimensions are taken from the first element.
     pub(super) fn complete_element(
         &mut self,
         element: Type,
@@ -242,7 +242,7 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(
                 codes::MISMATCHED_TYPES,
-                format!("an element is `{expected}`, and this is `{found}`"),
+                format!("an element must be `{expected}`, but this is `{found}`"),
             )
             .at(first.span, format!("expected `{expected}`, found `{found}`"))
             .label(span, ""),
@@ -251,7 +251,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether a dimension of the type is open.
+/// True if a dimension of the type is open.
 pub(super) fn is_open(ty: &Type) -> bool {
     match ty {
         Type::Buffer(_) => true,
@@ -260,7 +260,7 @@ pub(super) fn is_open(ty: &Type) -> bool {
     }
 }
 
-/// Whether `closed` is `open` with its open dimensions given.
+/// True if `closed` is `open` with its open dimensions filled in.
 pub(super) fn fills(open: &Type, closed: &Type) -> bool {
     match (open, closed) {
         (Type::Buffer(open), Type::Array(closed, _)) => fills(open, closed),

@@ -1,5 +1,5 @@
-//! What can be said of control flow without solving it: variables read before any text gives them
-//! a value, variables never named, functions whose end gives no value.
+//! Control-flow warnings that need no data-flow analysis: variables read before they have a value,
+//! unused variables, functions that can end without returning a value.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast;
@@ -8,18 +8,18 @@ use super::Checker;
 use super::scope::Entity;
 use crate::hir::{LocalId, Type};
 
-/// Reads to be judged at the end of the loop around them.
+/// Reads of variables that are judged at the end of the enclosing loop.
 #[derive(Debug, Default)]
 pub(super) struct Flow {
-    /// Conditions around the statement being checked that stand inside the innermost loop.
+    /// The number of conditions inside the innermost loop that enclose the current statement.
     conditional_depth: u32,
-    /// Reads, under a condition inside a loop, of variables that no text before them assigns: a
-    /// later part of the loop may.
+    /// Conditional reads inside a loop of variables that are not assigned before them in the text.
+    /// A later part of the loop body may assign them.
     pending: Vec<(LocalId, Span)>,
 }
 
 impl Checker<'_> {
-    /// Notes that a local is read. Its life began with zero, so a read before any assignment in the
+    /// Notes that a local is read. Locals start as zero, so a read before any assignment in the
     /// text is probably a mistake.
     pub(super) fn note_local_read(&mut self, id: LocalId, span: Span) {
         let info = &mut self.function.local_info[id.0 as usize];
@@ -34,14 +34,14 @@ impl Checker<'_> {
         }
     }
 
-    /// Notes that a local, or a part of it, is given a value.
+    /// Notes that a local, or a part of it, is assigned.
     pub(super) fn note_local_write(&mut self, id: LocalId) {
         let info = &mut self.function.local_info[id.0 as usize];
         info.assigned = true;
     }
 
     fn report_uninitialized(&mut self, id: LocalId, span: Span) {
-        // Once a variable is enough.
+        // One warning per variable is enough.
         self.function.local_info[id.0 as usize].assigned = true;
         let declared = self.function.local_info[id.0 as usize].span;
         let name = self.function.locals[id.0 as usize].name.clone();
@@ -56,7 +56,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Checks what runs only under a condition.
+    /// Checks text that runs only under a condition.
     pub(super) fn conditionally<T>(&mut self, check: impl FnOnce(&mut Self) -> T) -> T {
         self.function.flow.conditional_depth += 1;
         let result = check(self);
@@ -64,7 +64,7 @@ impl Checker<'_> {
         result
     }
 
-    /// Checks what runs repeatedly, then judges the reads in it.
+    /// Checks text that runs repeatedly, then judges the reads in it.
     pub(super) fn repeatedly<T>(&mut self, check: impl FnOnce(&mut Self) -> T) -> T {
         let depth = std::mem::take(&mut self.function.flow.conditional_depth);
         let switches = std::mem::take(&mut self.function.switch_depth);
@@ -83,7 +83,7 @@ impl Checker<'_> {
         result
     }
 
-    /// Closes the innermost scope, and notes its variables that nothing named.
+    /// Closes the innermost scope, and notes its unused variables.
     pub(super) fn close_scope(&mut self) {
         for (name, named) in self.scopes.pop() {
             let Entity::Local(id) = named.entity else { continue };
@@ -93,17 +93,18 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about the variables of the function that nothing named.
+    /// Warns about the unused variables of the function.
     pub(super) fn report_unused_variables(&mut self) {
         for (name, span) in std::mem::take(&mut self.function.unused) {
             self.report(
                 Diagnostic::new(codes::UNUSED_VARIABLE, format!("`{name}` is never used"))
-                    .at(span, "declared here, named nowhere else"),
+                    .at(span, "declared here and never named again"),
             );
         }
     }
 
-    /// The end of a body can be reached: an error or a warning where a value is due.
+    /// Reports an error or a warning if the end of a body can be reached and the function has a
+    /// result.
     pub(super) fn check_end_of_function(&mut self, function: &ast::Function, result: &Type) {
         if *result == Type::Void || *result == Type::Error {
             return;
@@ -126,12 +127,12 @@ impl Checker<'_> {
         }
     }
 
-    /// Says once a block that what follows a jump is never reached.
+    /// Warns, once per block, that the text after a jump is never reached.
     pub(super) fn report_unreachable(&mut self, span: Span, jump: Span) {
         self.report(
             Diagnostic::new(codes::UNREACHABLE, "this is never reached")
                 .at(span, "never reached")
-                .label(jump, "control does not come past this"),
+                .label(jump, "control never continues after this"),
         );
     }
 }

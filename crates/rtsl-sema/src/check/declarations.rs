@@ -1,4 +1,4 @@
-//! Declarations: what stands at file scope, structs, constants, variables of functions.
+//! Declarations: items at file scope, structs, constants, variables of functions.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::types::TypePlace;
 use crate::hir::{Expression, ExpressionKind, Local, StatementKind, Struct, StructId, Type};
 
 impl<'a> Checker<'a> {
-    /// One item at file scope.
+    /// Checks one item at file scope.
     pub(super) fn check_file_item(&mut self, item: &'a ast::Item) {
         match item {
             ast::Item::Struct(declaration) => {
@@ -31,7 +31,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The items of the prelude, which may name each other in any order.
+    /// Checks the items of the prelude, which may refer to each other in any order.
     pub(super) fn check_prelude_items(&mut self, items: &[&'a ast::Item]) {
         self.declare_in_order(items, Self::declare_file_variable);
         let mut declared = Vec::new();
@@ -48,7 +48,8 @@ impl<'a> Checker<'a> {
         self.check_all_functions_defined();
     }
 
-    /// Declares the structs and constants among `items`, which may name each other in any order.
+    /// Declares the structs and constants among `items`, which may refer to each other in any
+    /// order.
     pub(super) fn declare_in_order(
         &mut self,
         items: &[&'a ast::Item],
@@ -64,9 +65,9 @@ impl<'a> Checker<'a> {
             self.report(
                 Diagnostic::new(
                     codes::CIRCULAR_DECLARATION,
-                    format!("`{}` needs itself to be known", name.name),
+                    format!("`{}` depends on itself", name.name),
                 )
-                .at(name.span, "directly, or through what it names"),
+                .at(name.span, "directly, or through the names it uses"),
             );
             self.declare(name, Entity::Error);
         }
@@ -108,7 +109,7 @@ impl<'a> Checker<'a> {
         if failed || fields.is_empty() {
             if fields.is_empty() {
                 self.report(
-                    Diagnostic::new(codes::EMPTY_STRUCT, "a struct has at least one field")
+                    Diagnostic::new(codes::EMPTY_STRUCT, "a struct needs at least one field")
                         .at(declaration.span, "no fields"),
                 );
             }
@@ -118,7 +119,7 @@ impl<'a> Checker<'a> {
         let id = StructId(self.module.structs.len() as u32);
         self.module.structs.push(Arc::new(Struct { name: declaration.name.name.clone(), fields }));
         self.measure_struct(id, declaration.span);
-        // Unnamed structs have names that no text can write, and no check for them.
+        // Unnamed structs have generated names that no text can write; those are not checked.
         if declaration
             .name
             .name
@@ -151,7 +152,7 @@ impl<'a> Checker<'a> {
                     codes::FILE_VARIABLE,
                     format!("`{}` is a variable at file scope", variable.name.name),
                 )
-                .at(variable.span, "only constants stand at file scope")
+                .at(variable.span, "only constants are allowed at file scope")
                 .help("make it `const`, or a member of the class"),
             );
             self.declare(&variable.name, Entity::Error);
@@ -160,7 +161,7 @@ impl<'a> Checker<'a> {
         self.declare_constant(variable);
     }
 
-    /// Declares a constant of a file or class, whose value must be known.
+    /// Declares a constant of a file or class; its value must be a constant expression.
     pub(super) fn declare_constant(&mut self, variable: &ast::Variable) {
         let outer = std::mem::replace(&mut self.function, FunctionContext::outside());
         let entity = self.constant_entity(variable);
@@ -194,7 +195,7 @@ impl<'a> Checker<'a> {
         );
     }
 
-    /// Declares a variable of a function; gives its statement, or nothing for constants.
+    /// Declares a variable of a function and returns its statement, or nothing for a constant.
     pub(super) fn check_local(&mut self, variable: &ast::Variable) -> Option<StatementKind> {
         self.check_local_qualifiers(variable);
         let ty = self.resolve_type(&variable.ty, TypePlace::Variable);
@@ -245,8 +246,8 @@ impl<'a> Checker<'a> {
         id
     }
 
-    /// The constant that a `const` variable of a function is, if its value is known; else it is a
-    /// variable that cannot be assigned.
+    /// Folds a `const` variable of a function to a constant if its value is known. Otherwise it is
+    /// a variable that cannot be assigned.
     fn known_constant(&mut self, value: &Expression) -> Option<Entity> {
         if value.ty == Type::Error {
             return None;
@@ -260,7 +261,7 @@ impl<'a> Checker<'a> {
 
     fn report_open_variable(&mut self, variable: &ast::Variable) -> Type {
         self.report(
-            Diagnostic::new(codes::MISPLACED_BUFFER, "an array without a size cannot stand here")
+            Diagnostic::new(codes::MISPLACED_BUFFER, "an array without a size is not allowed here")
                 .at(variable.span, "give it a size, or an initial value that has one"),
         );
         Type::Error
@@ -281,19 +282,19 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Says that annotations belong to members and parameters of the constructor.
+    /// Reports that annotations belong to members and parameters of the constructor.
     pub(super) fn report_misplaced_annotation(&mut self, span: Span) {
         self.report(
             Diagnostic::new(
                 codes::MISPLACED_ANNOTATION,
-                "annotations are for parameters of instances",
+                "annotations are allowed for parameters of instances only",
             )
             .at(span, "not one")
-            .note("public members and the parameters of `constructor` are"),
+            .note("these are public members and the parameters of `constructor`"),
         );
     }
 
-    /// Checks text that stands in no function: an initializer or default.
+    /// Checks text outside of functions: an initializer or default.
     pub(super) fn check_outside<T>(&mut self, kind: Kind, check: impl FnOnce(&mut Self) -> T) -> T {
         let context = FunctionContext::new(kind, Type::Void);
         let outer = std::mem::replace(&mut self.function, context);

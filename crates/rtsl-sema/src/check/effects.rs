@@ -13,8 +13,9 @@ use crate::hir::{
     StatementKind,
 };
 
-/// How many characters may stand between a condition and the `;` after it that was written by mistake: its parenthesis
-/// and a space. More may be a macro that expands to nothing, or a line of its own for a `;` that is meant.
+/// The maximum distance in characters between a condition and a `;` after it that is taken for a
+/// mistake: a parenthesis and a space. A greater distance may be a macro that expands to nothing,
+/// or an intentional `;` on its own line.
 const CLOSE: u32 = 2;
 
 impl Checker<'_> {
@@ -25,7 +26,7 @@ impl Checker<'_> {
         checked: &Expression,
     ) {
         match (&written.kind, &checked.kind) {
-            // The first was judged where the sequence was checked.
+            // The first operand was judged when the sequence was checked.
             (ast::ExpressionKind::Sequence(_, written), ExpressionKind::Sequence(_, checked)) => {
                 self.check_statement_effect(written, checked);
             }
@@ -33,7 +34,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about an expression whose value nothing uses and that does nothing else.
+    /// Warns about an expression without side effects whose value is not used.
     pub(super) fn check_effect(&mut self, expression: &Expression) {
         if has_effect(expression, &[]) {
             return;
@@ -51,7 +52,7 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// Warns about an `if` whose body is a `;` just behind the condition.
+    /// Warns about an `if` whose body is a `;` directly after the condition.
     pub(super) fn check_if_body(&mut self, condition: &Expression, then: &ast::Statement) {
         if matches!(then.kind, Ast::Empty) && follows(then.span, condition.span) {
             self.report(
@@ -65,7 +66,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about a `;` that ends a loop where a block, which was to be its body, comes next.
+    /// Warns about a `;` that ends a loop and is followed by a block, which was probably meant to
+    /// be the body.
     pub(super) fn check_stray_semicolons(&mut self, statements: &[ast::Statement]) {
         for pair in statements.windows(2) {
             let (end, body) = match &pair[0].kind {
@@ -92,9 +94,10 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about a loop whose body is a `;`, and that consists of a condition and a step that concern nothing but the loop's own variables.
+    /// Warns about a loop whose body is a `;` and whose condition and step affect only the loop's
+    /// variables.
     pub(super) fn check_loop_effect(&mut self, checked: &Loop, body: &ast::Statement) {
-        // `{ }` and an endless loop without a condition are meant.
+        // `{ }` and an endless loop without a condition are intentional.
         if !matches!(body.kind, Ast::Empty) || checked.condition.is_none() {
             return;
         }
@@ -113,13 +116,13 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// `if (x = 2.0)`.
+    /// Reports an assignment as a condition: `if (x = 2.0)`.
     pub(super) fn report_assignment_as_condition(&mut self, assignment: &Expression) -> Expression {
         let shown = self.show(&assignment.ty);
         self.report(
             Diagnostic::new(
                 codes::MISMATCHED_TYPES,
-                format!("a condition is `bool`, and this assignment is `{shown}`"),
+                format!("a condition must be `bool`, but this assignment is `{shown}`"),
             )
             .at(assignment.span, format!("expected `bool`, found `{shown}`"))
             .help("`=` assigns; to compare, write `==`"),
@@ -139,7 +142,8 @@ fn condition_span(condition: &ast::Condition) -> Span {
     }
 }
 
-/// Whether an empty statement is a `;` close behind `before`. What was refused is an empty statement, too.
+/// True if an empty statement is a `;` close after `before`. Statements with errors become empty
+/// statements, too.
 fn follows(statement: Span, before: Span) -> bool {
     statement.file == before.file
         && statement.end == statement.start + 1
@@ -155,7 +159,7 @@ fn declared(statements: &[Statement]) -> Vec<LocalId> {
     locals.collect()
 }
 
-/// Whether the initializer of a loop does more than declare variables.
+/// True if the initializer of a loop does more than declare variables.
 fn initializes(statements: &[Statement]) -> bool {
     statements.iter().any(|statement| match &statement.kind {
         StatementKind::Declare(_, value) => {
@@ -165,12 +169,13 @@ fn initializes(statements: &[Statement]) -> bool {
     })
 }
 
-/// Whether evaluating the expression does anything but give its value. What is assigned to `own` variables does not count.
+/// True if evaluating the expression has a side effect. Assignments to `own` variables do not
+/// count.
 fn has_effect(expression: &Expression, own: &[LocalId]) -> bool {
     let mut pending = vec![expression];
     while let Some(expression) = pending.pop() {
         match &expression.kind {
-            // What is in error was reported.
+            // Erroneous expressions were reported.
             ExpressionKind::Error | ExpressionKind::Call(..) | ExpressionKind::ReferenceCall(_) => {
                 return true;
             }
@@ -220,7 +225,7 @@ fn is_own(target: &Expression, own: &[LocalId]) -> bool {
     matches!(root(target).kind, ExpressionKind::Local(id) if own.contains(&id))
 }
 
-/// Whether a built-in function asks the host for something, takes a random number, or sets an argument.
+/// True if a built-in function calls the host, takes a random number, or sets an argument.
 fn builtin_has_effect(call: &BuiltinCall) -> bool {
     builtins::find(call.name).is_none_or(|builtin| {
         let sets = builtins::overloads(call.name)

@@ -1,5 +1,5 @@
-//! The element parameter: the one that tells apart the many objects that hosts make of one instance,
-//! one for each entry of a buffer.
+//! The element parameter, which identifies each of the many objects that a host makes of one
+//! instance, one for each entry of a buffer.
 
 use rtsl_ir::class::{Annotation, AnnotationValue, ELEMENT, STRIDE};
 use rtsl_ir::{Constant, Scalar};
@@ -13,7 +13,7 @@ use crate::hir::{Member, Storage, Type};
 struct Annotated {
     ty: Type,
     annotations: Vec<Annotation>,
-    /// Hosts can set it.
+    /// True if hosts can set it.
     public: bool,
     span: Span,
 }
@@ -33,9 +33,12 @@ impl Checker<'_> {
                 self.check_element(parameter, buffer);
                 if let Some(first) = first {
                     self.report(
-                        Diagnostic::new(codes::BAD_ELEMENT, "a class has one element parameter")
-                            .at(parameter.span, "a second one")
-                            .label(first, "the first"),
+                        Diagnostic::new(
+                            codes::BAD_ELEMENT,
+                            "a class can have only one element parameter",
+                        )
+                        .at(parameter.span, "a second one")
+                        .label(first, "the first"),
                     );
                 }
                 first = first.or(Some(parameter.span));
@@ -67,13 +70,13 @@ impl Checker<'_> {
         let is_index = matches!(parameter.ty, Type::Scalar(Scalar::I32 | Scalar::U32));
         if !is_index && parameter.ty != Type::Error {
             self.report(
-                Diagnostic::new(codes::BAD_ELEMENT, "an element is told by its number")
+                Diagnostic::new(codes::BAD_ELEMENT, "an element parameter must be an index")
                     .at(parameter.span, "expected an `int` or a `uint`"),
             );
         }
         if !parameter.public {
             self.report(
-                Diagnostic::new(codes::BAD_ELEMENT, "an element parameter is `public`")
+                Diagnostic::new(codes::BAD_ELEMENT, "an element parameter must be `public`")
                     .at(parameter.span, "hosts set it"),
             );
         }
@@ -100,8 +103,8 @@ impl Checker<'_> {
         );
         let message = match (is_count, is_element) {
             (true, true) => return,
-            (false, _) => "`stride` is a number of entries, at least 1",
-            (true, false) => "`stride` stands beside `element`",
+            (false, _) => "`stride` must be a number of entries, at least 1",
+            (true, false) => "`stride` is allowed together with `element` only",
         };
         self.report(Diagnostic::new(codes::BAD_ELEMENT, message).at(span, "annotated here"));
     }

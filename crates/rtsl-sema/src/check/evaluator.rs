@@ -1,8 +1,8 @@
-//! Evaluates typed trees whose leaves are constants: for constant expressions, which may call
-//! built-in functions and through them the prelude.
+//! Evaluates typed trees with constant leaves, for constant expressions. These may call built-in
+//! functions and through them the prelude.
 //!
-//! A value is its leaves in order. Every operation gives the bits that the same operation gives
-//! at run time with contraction off.
+//! A value is the list of its leaves in order. Every operation gives the same bits as at run time
+//! with contraction off.
 
 use rtsl_ir::{BinaryOp, Constant, Scalar, UnaryOp};
 use rtsl_source::Span;
@@ -17,26 +17,26 @@ use crate::hir::{
     Module, Passing, Statement, StatementKind, StepOperator, SwitchCase, Type, UnaryOperator,
 };
 
-/// How many operations one constant expression may take, those not counted that the text spells out.
+/// The limit on operations for one constant expression, not counting those written out in the text.
 const EXPRESSION_FUEL: u32 = 200_000;
 
-/// How many operations all constant expressions of a unit may take.
+/// The limit on operations for all constant expressions of a unit.
 pub(super) const UNIT_FUEL: u32 = 20_000_000;
 
-/// Why there is no value.
+/// The reason why an expression has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
-    /// This is not known yet.
+    /// The value at this span is not known at compile time.
     NotConstant(Span),
-    /// The limit was passed here.
+    /// The limit on operations was exceeded at this span.
     TooLong(Span),
-    /// The tree is in error, which was reported.
+    /// The tree contains an error that was reported.
     Error,
 }
 
 /// The leaves of a value, in order.
 pub(super) type Value = Vec<Constant>;
-/// A value, or why there is none.
+/// A value, or the reason why there is none.
 pub(super) type Evaluated<T> = Result<T, Stop>;
 
 /// The evaluation of one constant expression.
@@ -47,18 +47,18 @@ pub(super) struct Evaluator<'m> {
     callable: usize,
     fuel: u32,
     calls: bool,
-    /// Calls around what is evaluated.
+    /// The number of calls around the expression being evaluated.
     depth: u32,
 }
 
-/// The locals of the function being evaluated; none outside of functions.
+/// The locals of the function being evaluated; empty outside of functions.
 #[derive(Debug, Default)]
 struct Frame {
     locals: Vec<Value>,
     result: Value,
 }
 
-/// Leaves of a local.
+/// Some of the leaves of a local.
 struct Place {
     local: LocalId,
     leaves: Vec<usize>,
@@ -77,10 +77,11 @@ impl Place {
     }
 }
 
-/// Where an argument is copied out to.
+/// The destination of an `out` argument.
 struct Target {
     place: Place,
-    /// What its leaves are converted to; `None` for arrays and structs, which convert to nothing.
+    /// The scalar type that the leaves are converted to; `None` for arrays and structs, which do
+    /// not convert.
     scalar: Option<Scalar>,
 }
 
@@ -93,7 +94,7 @@ impl Target {
     }
 }
 
-/// How a statement ended.
+/// The way in which a statement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     Next,
@@ -103,7 +104,8 @@ enum Outcome {
 }
 
 impl<'m> Evaluator<'m> {
-    /// Only the first `callable` functions of the module are called, and `fuel` is all that is left.
+    /// Creates an evaluator that calls only the first `callable` functions of the module. `fuel` is
+    /// the number of operations left to the unit.
     pub(super) fn new(
         module: &'m Module,
         structs: &'m [StructInfo],
@@ -114,13 +116,13 @@ impl<'m> Evaluator<'m> {
         Evaluator { module, structs, callable, fuel, calls: true, depth: 0 }
     }
 
-    /// Takes calls of functions as not constant: where no constant is asked for, the effort is
-    /// not worth it.
+    /// Makes the evaluator treat calls of functions as not constant, for contexts that require no
+    /// constant and where the effort is not worthwhile.
     pub(super) fn without_calls(self) -> Self {
         Evaluator { calls: false, ..self }
     }
 
-    /// The leaves of the expression's value, and how many operations it took.
+    /// Returns the leaves of the expression's value, and the number of operations spent.
     pub(super) fn evaluate(mut self, expression: &Expression) -> (Evaluated<Value>, u32) {
         let fuel = self.fuel;
         let value = self.expression(expression, &mut Frame::default());
@@ -137,8 +139,8 @@ impl<'m> Evaluator<'m> {
         }
     }
 
-    /// Spends what a part of the expression costs that is there once: nothing outside of functions, where all that
-    /// is evaluated stands in the text.
+    /// Spends fuel inside functions only. Outside of functions everything that is evaluated is
+    /// written out in the text, which bounds it.
     fn spend_in_function(&mut self, span: Span, amount: usize) -> Evaluated<()> {
         if self.depth == 0 { Ok(()) } else { self.spend(span, amount) }
     }
@@ -165,7 +167,7 @@ impl<'m> Evaluator<'m> {
         self.spend_in_function(span, 1)?;
         match &expression.kind {
             ExpressionKind::Constant(values) => {
-                // Others may be named constants, of any size.
+                // Larger constants may be named constants, of any size.
                 if values.len() > 1 {
                     self.spend(span, values.len())?;
                 }
@@ -205,7 +207,7 @@ impl<'m> Evaluator<'m> {
         Ok(is_true(&self.expression(condition, frame)?))
     }
 
-    /// The leaves of a local that a place stands for; `None` for parts of other values.
+    /// The leaves of a local that a place expression denotes; `None` for parts of other values.
     fn place(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Option<Place>> {
         match &place.kind {
             ExpressionKind::Local(id) => match frame.locals.get(id.0 as usize) {
@@ -225,7 +227,7 @@ impl<'m> Evaluator<'m> {
         }
     }
 
-    /// Which leaves of `base` the field, element or swizzle `whole` takes.
+    /// The indices of the leaves of `base` that the field, element or swizzle `whole` selects.
     fn part(
         &mut self,
         whole: &Expression,
@@ -267,12 +269,12 @@ impl<'m> Evaluator<'m> {
         Ok(part.into_iter().map(|leaf| value[leaf]).collect())
     }
 
-    /// The place of a local that is assigned; its indices are computed once.
+    /// The destination of an assignment to a local; its indices are evaluated once.
     fn assignable(&mut self, place: &Expression, frame: &mut Frame) -> Evaluated<Place> {
         self.place(place, frame)?.ok_or(Stop::NotConstant(place.span))
     }
 
-    /// The values of a call's arguments, and the places of those that are copied out.
+    /// The values of a call's arguments, and the destinations of those that are copied out.
     fn arguments(
         &mut self,
         id: FunctionId,
@@ -427,7 +429,7 @@ impl<'m> Evaluator<'m> {
         Ok(result)
     }
 
-    /// Runs a function; gives its result and its locals, parameters first.
+    /// Runs a function. Returns its result and its locals, parameters first.
     fn run(
         &mut self,
         id: FunctionId,
@@ -436,7 +438,7 @@ impl<'m> Evaluator<'m> {
     ) -> Evaluated<(Value, Vec<Value>)> {
         let function: &'m Function = &self.module.functions[id.0 as usize];
         if function.body.is_empty() && function.result != Type::Void {
-            // Not checked yet, or in error.
+            // The function is not checked yet, or has an error.
             return Err(Stop::NotConstant(span));
         }
         let mut locals = arguments;
@@ -623,7 +625,7 @@ fn is_true(value: &[Constant]) -> bool {
     value.first().is_some_and(|value| value.bits() != 0)
 }
 
-/// The index as an element's number, clamped as at run time.
+/// Converts an index to an element's position, clamped as at run time.
 fn clamped(index: Value, elements: usize) -> usize {
     let last = elements.saturating_sub(1);
     match index[0] {
@@ -632,7 +634,7 @@ fn clamped(index: Value, elements: usize) -> usize {
     }
 }
 
-/// Leaf `index` of each value; the only leaf of scalars.
+/// Leaf `index` of each value; for scalars, their only leaf.
 fn nth_leaves(values: &[Value], index: usize) -> Vec<Constant> {
     values.iter().map(|value| value[index.min(value.len() - 1)]).collect()
 }

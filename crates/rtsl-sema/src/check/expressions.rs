@@ -1,4 +1,4 @@
-//! Expressions, but for what has a file of its own: places, operators, calls.
+//! Expressions other than places, operators and calls, which have files for themselves.
 
 use rtsl_ir::{Constant, Scalar, evaluate};
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -10,7 +10,7 @@ use super::types::{BOOL, FLOAT, INT, UINT, component_scalar, converts};
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {
-    /// The typed tree of an expression whose value is used.
+    /// Checks an expression whose value is used.
     pub(super) fn check_expression(&mut self, expression: &ast::Expression) -> Expression {
         let span = expression.span;
         match &expression.kind {
@@ -44,7 +44,7 @@ impl Checker<'_> {
         self.require_value(place)
     }
 
-    /// References and buffers are no values.
+    /// Reports references and buffers, which are not values.
     pub(super) fn require_value(&mut self, expression: Expression) -> Expression {
         let (code, message, help) = match &expression.ty {
             Type::Buffer(_) => (
@@ -69,7 +69,7 @@ impl Checker<'_> {
         error_expression(span)
     }
 
-    /// `a + b * c, d`: a chain may be as long as the text.
+    /// Checks a chain such as `a + b * c, d`, which may be as long as the text.
     fn check_chain(&mut self, expression: &ast::Expression) -> Expression {
         let (first, links) = expression.chain();
         let mut left = self.check_expression(first);
@@ -131,8 +131,8 @@ impl Checker<'_> {
         );
     }
 
-    /// The expression as a value of type `ty`, converted where GLSL converts unasked; reports
-    /// what does not fit.
+    /// Checks an expression and converts it to type `ty` if GLSL converts it implicitly; reports a
+    /// mismatch otherwise.
     pub(super) fn expect_type(
         &mut self,
         expression: Expression,
@@ -150,7 +150,7 @@ impl Checker<'_> {
         error_expression(expression.span)
     }
 
-    /// Says that `what` must be `expected` (quotes included).
+    /// Reports that `what` must be `expected` (quotes included).
     pub(super) fn report_mismatch(&mut self, what: &str, expected: &str, found: &Expression) {
         self.report_mismatch_to(what, expected, found, None);
     }
@@ -165,7 +165,7 @@ impl Checker<'_> {
         let shown = self.show(&found.ty);
         let mut diagnostic = Diagnostic::new(
             codes::MISMATCHED_TYPES,
-            format!("{what} is {expected}, and this is `{shown}`"),
+            format!("{what} must be {expected}, but this is `{shown}`"),
         )
         .at(found.span, format!("expected {expected}, found `{shown}`"));
         if let Some(help) = to.and_then(|to| self.conversion_help(&found.ty, to)) {
@@ -177,7 +177,7 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// What the author could write to get from one type to the other.
+    /// The explicit conversion from one type to the other that the author could write.
     fn conversion_help(&self, from: &Type, to: &Type) -> Option<String> {
         let vec3 = Type::Vector(Scalar::F32, 3);
         let shown = self.show(to);
@@ -200,18 +200,18 @@ impl Checker<'_> {
     }
 }
 
-/// The expression with another place in the text.
+/// Returns the expression with another span.
 pub(super) fn at(mut expression: Expression, span: Span) -> Expression {
     expression.span = span;
     expression
 }
 
-/// What stands for an expression that was reported.
+/// The placeholder for an erroneous expression that was reported.
 pub(super) fn error_expression(span: Span) -> Expression {
     Expression { kind: ExpressionKind::Error, ty: Type::Error, span }
 }
 
-/// The same, of a type that is known all the same.
+/// The placeholder for an erroneous expression whose type is known nevertheless.
 pub(super) fn error_of_type(ty: Type, span: Span) -> Expression {
     Expression { kind: ExpressionKind::Error, ty, span }
 }
@@ -221,7 +221,7 @@ pub(super) fn constant_scalar(value: Constant, ty: Type, span: Span) -> Expressi
     Expression { kind: ExpressionKind::Constant([value].into()), ty, span }
 }
 
-/// The conversion of `expression` to `ty`; of constants at once.
+/// Converts `expression` to `ty`; constants are folded.
 pub(super) fn convert(expression: Expression, ty: &Type) -> Expression {
     if expression.ty == *ty {
         return expression;
@@ -241,7 +241,8 @@ pub(super) fn convert(expression: Expression, ty: &Type) -> Expression {
     Expression { kind: ExpressionKind::Convert(Box::new(expression)), ty: ty.clone(), span }
 }
 
-/// The expression whose value a sequence has; those before it were judged when they were joined.
+/// The expression whose value a sequence has. Those before it were judged when the sequence was
+/// checked.
 fn last_of_sequence(expression: &Expression) -> &Expression {
     match &expression.kind {
         ExpressionKind::Sequence(_, last) => last,

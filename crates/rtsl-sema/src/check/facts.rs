@@ -1,4 +1,5 @@
-//! What a function does that concerns others: whom it calls, and what only some methods may do.
+//! The facts about a function that its callers depend on: its calls, and its uses of features that
+//! only some methods may use.
 
 use rtsl_source::Span;
 use rtsl_spec::builtins::{Builtin, ReferenceMethod};
@@ -9,9 +10,9 @@ use crate::hir::{FunctionId, MemberId, StateId};
 /// The facts about one function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
-    /// Whom it calls.
+    /// The calls that it makes.
     pub(super) calls: Vec<Call>,
-    /// What it does that only some methods may do.
+    /// Its uses of features that only some methods may use.
     pub(super) uses: Vec<Use>,
 }
 
@@ -20,35 +21,35 @@ pub(super) struct Facts {
 pub(super) struct Call {
     pub(super) callee: FunctionId,
     pub(super) span: Span,
-    /// It stands in the body of an `illuminance`.
+    /// True if the call is in the body of an `illuminance`.
     pub(super) lit: bool,
 }
 
-/// Something that only some methods may do.
+/// A use of a feature that only some methods may use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Use {
     pub(super) kind: UseKind,
     pub(super) span: Span,
-    /// It stands in the body of an `illuminance`.
+    /// True if the use is in the body of an `illuminance`.
     pub(super) lit: bool,
 }
 
-/// What is done.
+/// The feature that is used.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum UseKind {
-    /// A state variable is read.
+    /// A read of a state variable.
     ReadState(StateId),
-    /// A state variable is written.
+    /// A write to a state variable.
     WriteState(StateId),
-    /// A member is written.
+    /// A write to a member.
     WriteMember(MemberId),
-    /// A scratch member is read.
+    /// A read of a scratch member.
     ReadScratch(MemberId),
-    /// A built-in function is called that is not usable everywhere.
+    /// A call of a built-in function that is not usable everywhere.
     Builtin(&'static Builtin),
-    /// A method of a referenced shader is called.
+    /// A call of a method of a referenced shader.
     Reference(&'static ReferenceMethod),
-    /// `illuminance`.
+    /// An `illuminance` statement.
     Illuminance,
 }
 

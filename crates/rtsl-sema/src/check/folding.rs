@@ -1,5 +1,4 @@
-//! What operators, conversions and built-in functions make of constant leaves: the arithmetic of the
-//! evaluator.
+//! The evaluator's arithmetic: operators, conversions and built-in functions on constant leaves.
 
 use rtsl_ir::evaluate;
 use rtsl_ir::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
@@ -20,7 +19,7 @@ pub(super) fn diagonal(value: Constant, columns: u8, rows: u8) -> Value {
     (0..columns).flat_map(|column| (0..rows).map(move |row| element(column, row))).collect()
 }
 
-/// A matrix cut or extended; what is new comes from the identity.
+/// A matrix with rows and columns removed or added; added entries come from the identity.
 pub(super) fn resized(leaves: &[Constant], from_rows: u8, columns: u8, rows: u8) -> Value {
     let from_columns = leaves.len() / usize::from(from_rows);
     let mut result = Value::new();
@@ -52,7 +51,7 @@ fn apply_compare(op: CompareOp, a: Constant, b: Constant) -> Evaluated<Constant>
     Ok(Constant::Bool(function(a.bits(), b.bits()) != 0))
 }
 
-/// What a binary operator of the typed tree does to each pair of leaves.
+/// The operation that a binary operator of the typed tree performs on each pair of leaves.
 enum Pairwise {
     Binary(BinaryOp),
     Compare(CompareOp),
@@ -79,7 +78,7 @@ fn pairwise(operator: BinaryOperator) -> Pairwise {
     }
 }
 
-/// `a operator b` on leaves.
+/// Evaluates `a operator b` on leaves.
 pub(super) fn combine(
     operator: BinaryOperator,
     left: &Type,
@@ -109,8 +108,8 @@ pub(super) fn combine(
     }
 }
 
-/// Rows of the left side, the inner dimension and columns of the right side, where the types
-/// make `*` a product of linear algebra.
+/// If the types make `*` a product of linear algebra: the rows of the left side, the inner
+/// dimension and the columns of the right side.
 fn product_shape(left: &Type, right: &Type) -> Option<(usize, usize, usize)> {
     let size = |size: &u8| usize::from(*size);
     match (left, right) {
@@ -184,7 +183,8 @@ fn bitcast(value: Constant, to: Scalar) -> Evaluated<Constant> {
     Ok(Constant::from_bits(to, function(value.bits())))
 }
 
-/// The built-in functions made by hand, `None` for those that depend on the ray.
+/// Evaluates the built-in functions that have specific lowerings; `None` for those that depend on
+/// the ray.
 pub(super) fn apply_special(special: Special, ty: &Type, arguments: &[Value]) -> Option<Value> {
     match special {
         Special::Rgb => arguments.first().cloned(),

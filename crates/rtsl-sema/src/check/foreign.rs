@@ -1,18 +1,19 @@
-//! Names that authors bring from other languages (HLSL, OSL, WGSL, C), and what takes their place here.
+//! Names that authors bring from other languages (HLSL, OSL, WGSL, C), and their equivalents in
+//! RTSL.
 
 use rtsl_source::{Diagnostic, Span};
 use rtsl_spec::builtins::{self, Usable};
 
-/// What takes the place of a name of another language.
+/// The equivalent of a name of another language.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Counterpart {
-    /// Another name, which can be written in its place.
+    /// Another name, which can replace it.
     Name(String),
-    /// Something that is written in another way.
+    /// Advice for a feature that is written in another way.
     Advice(&'static str),
 }
 
-/// Adds what to write in place of the name at `span`.
+/// Adds the replacement for the name at `span` to the diagnostic.
 pub(super) fn advise(diagnostic: Diagnostic, span: Span, counterpart: Counterpart) -> Diagnostic {
     match counterpart {
         Counterpart::Name(name) => diagnostic.suggest("write instead", span, name),
@@ -57,7 +58,7 @@ const REPLACED_FUNCTIONS: [(&str, &str); 15] = [
     ("sincos", "write `sin(x)` and `cos(x)`"),
     (
         "transform",
-        "each role's page says which space its state variables are in; matrices transform by `m * v`",
+        "each role's page names the space of its state variables; matrices transform by `m * v`",
     ),
 ];
 
@@ -69,7 +70,7 @@ const TEXTURES: &str =
 
 const DERIVATIVES: &str = "rays have no neighbours: the state variables of derivatives (`rt_du`, `rt_dPdu`, ...) give the width of a filter";
 
-/// What takes the place of an unknown name of a value or a function.
+/// The equivalent of an unknown name of a value or a function.
 pub(super) fn counterpart(name: &str) -> Option<Counterpart> {
     let advice = |text: &'static str| Some(Counterpart::Advice(text));
     let is = |names: &[&str]| names.contains(&name);
@@ -119,7 +120,7 @@ fn function_counterpart(name: &str) -> Option<Counterpart> {
         .then(|| function_counterpart(stem))?
 }
 
-/// Types that have another name and no sizes in it.
+/// Types with other names that do not contain sizes.
 const RENAMED_TYPES: [(&str, &str); 13] = [
     ("Color", "color"),
     ("Normal", "vec3"),
@@ -136,7 +137,7 @@ const RENAMED_TYPES: [(&str, &str); 13] = [
     ("vector", "vec3"),
 ];
 
-/// What takes the place of an unknown type.
+/// The equivalent of an unknown type.
 pub(super) fn type_counterpart(name: &str) -> Option<Counterpart> {
     if ["string", "String", "char"].contains(&name) {
         return Some(Counterpart::Advice(
@@ -149,7 +150,8 @@ pub(super) fn type_counterpart(name: &str) -> Option<Counterpart> {
     sized_type(name).filter(|ours| ours != name).map(Counterpart::Name)
 }
 
-/// The type behind a name that ends in sizes: HLSL's `float3` and `half3x4`, C++'s `Vec3f` and `Matrix4x4`.
+/// The equivalent of a type name that ends in sizes: HLSL's `float3` and `half3x4`, C++'s `Vec3f`
+/// and `Matrix4x4`.
 fn sized_type(name: &str) -> Option<String> {
     let (stem, sizes) = name.split_at(name.find(|letter: char| letter.is_ascii_digit())?);
     let letter = sizes.trim_start_matches(|letter: char| letter.is_ascii_digit() || letter == 'x');
@@ -166,7 +168,7 @@ fn sized_type(name: &str) -> Option<String> {
         ("int" | "short" | "long", None, "") => Some(vector("int", "ivec", first)),
         ("uint" | "ushort" | "ulong", None, "") => Some(vector("uint", "uvec", first)),
         ("bool", None, "") => Some(vector("bool", "bvec", first)),
-        // HLSL counts rows first.
+        // HLSL gives the number of rows first.
         ("float" | "half" | "double" | "fixed" | "real", Some(columns), "") => {
             matrix(columns, first)
         }

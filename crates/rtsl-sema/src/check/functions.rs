@@ -13,28 +13,29 @@ use super::scope::{Entity, Named};
 use super::types::TypePlace;
 use crate::hir::{Function, FunctionId, Local, LocalId, Passing, Type};
 
-/// What is known of a function beyond its tree.
+/// The checker's data about a function, beside its tree.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FunctionInfo {
-    /// Collected from its body.
+    /// The facts collected from the body.
     pub(super) facts: Arc<Facts>,
-    /// A body has been seen, though it may not be checked yet.
+    /// True if a body has been declared, though it may not be checked yet.
     pub(super) has_body: bool,
-    /// It is the constructor of its class.
+    /// True for the constructor of a class.
     pub(super) is_constructor: bool,
-    /// It is a method that the class did not write.
+    /// True for an implied method, which the class did not write.
     pub(super) is_implied: bool,
-    /// Another function has taken its place in its class.
+    /// True if another function of its class has replaced it.
     pub(super) replaced: bool,
-    /// Which parameters are `const`.
+    /// For each parameter, true if it is `const`.
     pub(super) constant_parameters: Vec<bool>,
-    /// Where it is called first.
+    /// The span of the first call.
     pub(super) called: Option<Span>,
-    /// From which ancestor of its class it comes; 0 for the class's own.
+    /// The number of generations from its class up to the class that declares it; 0 for the class's
+    /// own functions.
     pub(super) generation: usize,
 }
 
-/// What kind of text is being checked, which decides what may be named there.
+/// The kind of text being checked, which determines the names that may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A constant, an array size, an annotation.
@@ -51,47 +52,47 @@ pub(super) enum Kind {
 #[derive(Debug)]
 pub(super) struct FunctionContext {
     pub(super) kind: Kind,
-    /// It is the constructor.
+    /// True for the constructor.
     pub(super) is_constructor: bool,
-    /// What it returns.
+    /// The result type.
     pub(super) result: Type,
     /// Parameters and variables.
     pub(super) locals: Vec<Local>,
-    /// What is known of each local beyond its tree.
+    /// The checker's data about each local, beside its tree.
     pub(super) local_info: Vec<LocalInfo>,
-    /// Loops around the statement being checked, `illuminance` included.
+    /// The number of loops around the statement being checked, including `illuminance`.
     pub(super) loop_depth: u32,
-    /// Switches inside the innermost loop.
+    /// The number of switches inside the innermost loop.
     pub(super) switch_depth: u32,
-    /// `illuminance` around the statement being checked.
+    /// The number of `illuminance` statements around the statement being checked.
     pub(super) illuminance_depth: u32,
-    /// A `return` with a value was seen.
+    /// True if a `return` with a value was seen.
     pub(super) returns_value: bool,
-    /// Variables of closed scopes that nothing named.
+    /// The unused variables of closed scopes.
     pub(super) unused: Vec<(String, Span)>,
     /// Reads that may turn out to be of uninitialized variables.
     pub(super) flow: Flow,
-    /// Collected for the end.
+    /// The facts collected so far.
     pub(super) facts: Facts,
 }
 
-/// What is known of a local beyond its tree.
+/// The checker's data about a local, beside its tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalInfo {
-    /// Its declaration.
+    /// The span of the declaration.
     pub(super) span: Span,
-    /// `const`.
+    /// True for `const` variables.
     pub(super) read_only: bool,
-    /// Some text before this point gives it a value.
+    /// True if the text before this point assigns it.
     pub(super) assigned: bool,
-    /// Some text names it.
+    /// True if the text names it.
     pub(super) used: bool,
-    /// Loops around its declaration.
+    /// The number of loops around its declaration.
     pub(super) loop_depth: u32,
 }
 
 impl FunctionContext {
-    /// The context of what stands in no function.
+    /// The context of text outside of functions.
     pub(super) fn outside() -> Self {
         FunctionContext::new(Kind::Constant, Type::Void)
     }
@@ -121,13 +122,13 @@ impl FunctionContext {
     }
 }
 
-/// The name of the function that makes an instance ready.
+/// The name of the function that initializes an instance.
 pub(super) const CONSTRUCTOR: &str = "constructor";
 
-/// The most functions of one name in one scope.
+/// The limit on functions of one name in one scope.
 const MAX_OVERLOADS: usize = 64;
 
-/// What a function's header says.
+/// The parts of a function's header.
 struct Signature {
     result: Type,
     precise: bool,
@@ -136,9 +137,9 @@ struct Signature {
 }
 
 impl Checker<'_> {
-    /// Declares a function at file scope or in the class and gives its id; `None` where it is in
-    /// error or repeats a prototype. `generation` counts from a class up to the one that the function
-    /// is inherited from: nearer functions replace those from farther up.
+    /// Declares a function at file scope or in the class and returns its id; `None` if it is in
+    /// error or repeats a prototype. `generation` counts from a class up to the ancestor that
+    /// declares the function: functions of nearer generations replace those of farther ones.
     pub(super) fn declare_function(
         &mut self,
         function: &ast::Function,
@@ -189,7 +190,7 @@ impl Checker<'_> {
             locals.push(Local { name, ty, precise });
         }
         if result == Type::Error || locals.iter().any(|local| local.ty == Type::Error) {
-            // Calls stay silent too.
+            // Calls of it give no errors either.
             if function.name.name != CONSTRUCTOR {
                 self.declare_poisoned(&function.name);
             }
@@ -199,7 +200,7 @@ impl Checker<'_> {
         Some(Signature { result, precise, parameters, locals })
     }
 
-    /// Makes calls of a function that is in error silent.
+    /// Declares the name of an erroneous function, so that calls of it give no further errors.
     pub(super) fn declare_poisoned(&mut self, name: &ast::Identifier) {
         let named = Named { entity: Entity::Error, span: name.span };
         self.innermost().insert(name.name.clone(), named);
@@ -267,15 +268,15 @@ impl Checker<'_> {
         }
     }
 
-    /// Says that a qualifier means nothing on `what`.
+    /// Reports that a qualifier has no meaning for `what`.
     pub(super) fn report_bad_qualifier(&mut self, name: &str, span: Span, what: &str) {
         self.report(
-            Diagnostic::new(codes::BAD_QUALIFIER, format!("{name} is not for {what}"))
+            Diagnostic::new(codes::BAD_QUALIFIER, format!("{name} is not allowed for {what}"))
                 .at(span, "not allowed here"),
         );
     }
 
-    /// The function of this level with the same parameters, `None` where the name is in error.
+    /// Finds the function of this level with the same parameters; `None` if the name is in error.
     fn find_same_parameters(
         &mut self,
         name: &ast::Identifier,
@@ -373,7 +374,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A second declaration with the same parameters: prototype and definition.
+    /// Checks a second declaration with the same parameters, as a prototype and its definition.
     fn redeclare_function(
         &mut self,
         function: &ast::Function,
@@ -394,7 +395,8 @@ impl Checker<'_> {
                 .at(function.span, "same parameter types, but another result or other qualifiers")
                 .label(previous.span, "declared here first"),
             );
-            // It was meant to define it.
+            // A body here was meant as the definition, so the prototype is not reported as
+            // undefined.
             self.function_info[id.0 as usize].has_body |= function.body.is_some();
             return None;
         }
@@ -431,7 +433,7 @@ impl Checker<'_> {
         if falls_through {
             self.check_end_of_function(function, &declared.result);
         }
-        // What is in error may have lost uses of variables.
+        // Statements with errors may have lost uses of variables.
         if self.errors == errors {
             self.report_unused_variables();
         }
@@ -466,7 +468,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Reports prototypes that nothing in the file defines, where something calls them: the text, or hosts.
+    /// Reports prototypes without a definition that the text or hosts call.
     pub(super) fn check_all_functions_defined(&mut self) {
         let inherited = self.prelude.map_or(0, |prelude| prelude.module.functions.len());
         for index in inherited..self.module.functions.len() {
@@ -496,15 +498,15 @@ fn constant_parameters(function: &ast::Function) -> Vec<bool> {
 }
 
 enum Existing {
-    /// No function of these parameters.
+    /// There is no function with these parameters.
     None,
-    /// This one.
+    /// This function has the same parameters.
     Function(FunctionId),
-    /// The name stands for something else, which has been reported.
+    /// The name denotes something else, which has been reported.
     Taken,
 }
 
-/// The keyword in quotes.
+/// The keyword of a qualifier, in quotes.
 pub(super) fn qualifier_name(qualifier: Qualifier) -> &'static str {
     match qualifier {
         Qualifier::Public => "`public`",

@@ -1,20 +1,20 @@
-//! Implied methods: what a material's class gets where it lacks it.
+//! Implied methods: the methods that a material's class receives if it lacks them.
 //!
-//! A class with only `shade`, or with no method at all, gets nothing. One with `BSDF` gets
-//! `shade` and `emission`, and cosine sampling where it has neither `sampleBSDF` nor `evaluatePDF`;
-//! one of the two alone is left alone, since a cosine's density would not be that of the class's
-//! own sampling. One with `emission` and neither `shade` nor `BSDF` gets a black `BSDF` and with it
-//! the rest.
+//! A class with only `shade`, or with no method at all, receives none. One with `BSDF` receives
+//! `shade` and `emission`, and cosine sampling if it has neither `sampleBSDF` nor `evaluatePDF`. If
+//! it has only one of the two, the other is not added, since the density of cosine sampling would
+//! not match the class's sampling. One with `emission` and neither `shade` nor `BSDF` receives a
+//! black `BSDF` and with it the other methods.
 
 use rtsl_spec::{Method, Role};
 use rtsl_syntax::ast;
 
 use super::Checker;
 
-/// The class of the prelude whose methods are taken.
+/// The class of the prelude that holds the implied methods.
 const IMPLIED_MATERIAL: &str = "rt_ImpliedMaterial";
 
-/// The implied classes among the prelude's items.
+/// Takes the implied classes out of the prelude's items.
 pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
     items
         .iter()
@@ -26,7 +26,7 @@ pub(super) fn take_implied_classes(items: &[&ast::Item]) -> Vec<ast::Class> {
 }
 
 impl<'a> Checker<'a> {
-    /// The functions that the class being checked gets, given the methods that it has.
+    /// The implied functions of the class being checked, given the methods that it has.
     pub(super) fn implied_functions(&self, present: &[Method]) -> Vec<(&'a ast::Function, Method)> {
         let is_material =
             self.class.as_ref().is_some_and(|class| class.roles.contains(&Role::Material));

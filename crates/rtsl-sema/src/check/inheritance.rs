@@ -1,4 +1,4 @@
-//! Bases: roles, and the one class whose items a class takes over.
+//! Bases of a class: its roles, and the one class whose items it inherits.
 
 use std::collections::BTreeSet;
 
@@ -10,29 +10,29 @@ use super::Checker;
 use super::scope::Entity;
 use super::suggestions::suggest;
 
-/// How many bytes of inherited text one unit may have checked again: many classes that inherit a
-/// long text would make a compiler's work the product of both.
+/// The limit on bytes of inherited text that one unit may have checked again. Without it, many
+/// classes that inherit a long text would make the work quadratic.
 pub(super) const INHERITED_TEXT_LIMIT: usize = 2 << 20;
 
-/// The longest chain of classes that inherit from each other.
+/// The maximum length of a chain of classes that inherit from each other.
 const MAX_CHAIN: usize = 16;
 
-/// What a class's list of bases comes to.
+/// The resolved bases of a class.
 #[derive(Debug, Default)]
 pub(super) struct Bases {
-    /// In the order of [`Role::ALL`], the parent's among them.
+    /// The roles in the order of [`Role::ALL`], including the parent's.
     pub(super) roles: Vec<Role>,
-    /// The class inherited from.
+    /// The index of the class inherited from.
     pub(super) parent: Option<usize>,
-    /// Some base is in error, so that more roles may have been meant.
+    /// True if some base is in error, so that the class may be meant to have further roles.
     pub(super) unknown: bool,
 }
 
-/// An item of a class, with where it comes from.
+/// An item of a class, and the generation that declares it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClassItem<'a> {
     pub(super) item: &'a ast::Item,
-    /// 0 for the class's own; else how many generations up.
+    /// 0 for the class's own items; else the number of generations up.
     pub(super) generation: usize,
 }
 
@@ -94,13 +94,13 @@ impl<'a> Checker<'a> {
             self.report_bases(
                 format!("`{}` is a second class to inherit from", base.name),
                 base,
-                "one is enough",
+                "only one is allowed",
             );
         } else if self.chain(index).len() >= MAX_CHAIN {
             bases.unknown = true;
             self.report(
                 Diagnostic::new(codes::TOO_MUCH_INHERITED, "a class inherits from too many others")
-                    .at(base.span, format!("the limit is {MAX_CHAIN}, one through the other")),
+                    .at(base.span, format!("the limit is a chain of {MAX_CHAIN}")),
             );
         } else {
             bases.parent = Some(index);
@@ -111,12 +111,12 @@ impl<'a> Checker<'a> {
         let diagnostic =
             Diagnostic::new(codes::UNKNOWN_BASE, format!("there is no class `{}`", base.name))
                 .at(base.span, "unknown class")
-                .note("a class is known from its declaration on");
+                .note("a class can be used only after its declaration");
         let similar = self.similar_class(&base.name);
         self.report(suggest(diagnostic, base.span, similar));
     }
 
-    /// The class and those it inherits from, the nearest first.
+    /// The class and its ancestors, the nearest first.
     fn chain(&self, start: usize) -> Vec<usize> {
         let mut chain = vec![start];
         let mut last = start;
@@ -146,7 +146,8 @@ impl<'a> Checker<'a> {
         self.spend_copied(bytes, &ancestor.name.name, class)
     }
 
-    /// Pays for the implied methods that a class gets; whether that was possible.
+    /// Charges the implied methods of a class to the limit on inherited text. Returns false if it
+    /// is exceeded.
     pub(super) fn spend_implied(
         &mut self,
         functions: &[&ast::Function],
@@ -173,10 +174,10 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// An item counts as some text at least.
+/// The minimum size that an item is charged with.
 const MIN_LENGTH: usize = 16;
 
-/// About how much text an item is.
+/// The approximate length of an item's text.
 fn item_length(item: &ast::Item) -> usize {
     let span = match item {
         ast::Item::Struct(declaration) => declaration.span,
@@ -187,7 +188,8 @@ fn item_length(item: &ast::Item) -> usize {
     (span.end.saturating_sub(span.start) as usize).max(MIN_LENGTH)
 }
 
-/// About how much text a function is. What macros made counts by the number of its statements.
+/// The approximate length of a function's text. Text from macros is measured by the number of
+/// statements.
 fn function_length(function: &ast::Function) -> usize {
     const PER_STATEMENT: usize = 32;
     let (span, statements) = match &function.body {

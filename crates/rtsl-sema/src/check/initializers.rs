@@ -1,4 +1,4 @@
-//! What follows the `=` of a declaration: an expression, or GLSL's lists in braces.
+//! Initial values in declarations: expressions, and GLSL's lists in braces.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast::{self, Initializer};
@@ -10,7 +10,7 @@ use super::types::{FLOAT, MAX_LEAVES};
 use crate::hir::{Expression, ExpressionKind, Type};
 
 impl Checker<'_> {
-    /// The initial value of something of type `ty`, whose open dimensions it gives.
+    /// Checks the initial value for type `ty`, whose open dimensions it determines.
     pub(super) fn check_initializer(&mut self, ty: &Type, initializer: &Initializer) -> Expression {
         match initializer {
             Initializer::Expression(expression) => self.check_initial_value(ty, expression),
@@ -57,7 +57,7 @@ impl Checker<'_> {
                 self.report(
                     Diagnostic::new(
                         codes::BAD_INITIALIZER,
-                        format!("a `{shown}` is not made from a list"),
+                        format!("a `{shown}` cannot be initialized with a list"),
                     )
                     .at(span, format!("expected a `{shown}`")),
                 );
@@ -81,7 +81,7 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(
                 codes::BAD_INITIALIZER,
-                format!("a `{shown}` is made from {expected} values, not {found}"),
+                format!("a `{shown}` needs {expected} values, not {found}"),
             )
             .at(span, format!("{found} values")),
         );
@@ -121,7 +121,7 @@ impl Checker<'_> {
         if arguments.is_empty() || is_open(&element) {
             if items.is_empty() {
                 self.report(
-                    Diagnostic::new(codes::BAD_INITIALIZER, "an array has at least one element")
+                    Diagnostic::new(codes::BAD_INITIALIZER, "an array needs at least one element")
                         .at(span, "an empty list"),
                 );
             }

@@ -1,4 +1,4 @@
-//! State that is written where no caller reads it, and an `intersect` that offers no hit.
+//! Warns about state that is written and never read, and about an `intersect` that offers no hit.
 
 use std::collections::BTreeSet;
 
@@ -12,17 +12,19 @@ use super::references::quoted_list;
 use super::roles::{Reached, Root};
 use crate::hir::StateId;
 
-/// The writes of state in the methods of a class. A helper's write is lost only if it is for every method that reaches it.
+/// The writes of state in the methods of a class. A helper's write is lost only if it is lost for
+/// every method that reaches it.
 #[derive(Default)]
 pub(super) struct LostWrites {
     lost: Vec<(Root, Reached, StateId)>,
-    /// The places of those that a caller or the method itself reads.
+    /// The spans of the writes that a caller or the method itself reads.
     kept: BTreeSet<Span>,
 }
 
 impl Checker<'_> {
-    /// Notes which of the writes that a method reaches get lost: those of variables that do not pass out of it, unless the
-    /// method itself reads them, or another shader that it calls may.
+    /// Notes the writes that a method reaches and that get lost: those to variables that do not
+    /// pass out of the method, unless the method itself reads them, or another shader that it calls
+    /// may read them.
     pub(super) fn note_lost_writes(
         &self,
         root: &Root,
@@ -58,7 +60,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns about the writes of a class that nothing reads. A text with errors may lack what would read them.
+    /// Warns about the writes of a class that are never read. Does nothing after errors, since
+    /// erroneous text may contain the reads.
     pub(super) fn report_lost_writes(&mut self, writes: LostWrites) {
         if self.errors > 0 {
             return;
@@ -118,18 +121,18 @@ impl Checker<'_> {
         let sets_distance =
             root.written.iter().any(|id| state_variables()[id.0 as usize].name == "rt_HitDistance");
         if sets_distance {
-            diagnostic = diagnostic.note("to set `rt_HitDistance` does not accept a hit");
+            diagnostic = diagnostic.note("setting `rt_HitDistance` does not accept a hit");
         }
         self.report(diagnostic.help("offer the distance: `hit(t)`"));
     }
 }
 
-/// The rows of the table for state of these roles.
+/// The table's rows for state of these roles.
 fn rows_of(roles: &[Role]) -> impl Iterator<Item = &'static Row> {
     rows().iter().filter(|row| row.role.is_some_and(|role| roles.contains(&role)))
 }
 
-/// What a method passes out.
+/// The state variables that a method passes out.
 fn results(method: Method, roles: &[Role]) -> Vec<&'static str> {
     rows_of(roles).filter(|row| passes_out(row, method)).map(|row| row.name).collect()
 }

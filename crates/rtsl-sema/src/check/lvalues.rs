@@ -1,4 +1,4 @@
-//! What may be assigned, and what assigning means for variables, members and state.
+//! Assignable expressions, and the effect of assignments on variables, members and state.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
 use rtsl_syntax::ast;
@@ -10,7 +10,7 @@ use crate::hir::{
     BinaryOperator, Expression, ExpressionKind, LocalId, StepOperator, Storage, Type,
 };
 
-/// What happens to a place.
+/// The kind of access to a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Access {
     Read,
@@ -29,7 +29,7 @@ impl Access {
 }
 
 impl Checker<'_> {
-    /// Notes what happens to the variable, member or state variable that a place is part of.
+    /// Notes an access to the variable, member or state variable that a place is part of.
     pub(super) fn note_access(&mut self, place: &Expression, access: Access) {
         let root = root(place);
         match root.kind {
@@ -64,7 +64,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether `place` may be assigned; says why not.
+    /// True if `place` may be assigned; reports the reason otherwise.
     pub(super) fn require_assignable(&mut self, place: &Expression) -> bool {
         match self.obstacle(place) {
             None => true,
@@ -77,7 +77,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Why `place` may not be assigned; the inner `None` where that was reported.
+    /// The reason why `place` may not be assigned; the inner `None` if it was reported already.
     fn obstacle(&self, place: &Expression) -> Option<Box<Option<Diagnostic>>> {
         let refuse = |diagnostic: Diagnostic| Some(Box::new(Some(diagnostic)));
         if place.ty == Type::Error {
@@ -104,7 +104,7 @@ impl Checker<'_> {
                                 codes::NOT_ASSIGNABLE,
                                 "a component occurs twice in this target",
                             )
-                            .at(part.span, "each component can be given one value"),
+                            .at(part.span, "each component can be assigned once"),
                         );
                     }
                     base
@@ -127,7 +127,7 @@ impl Checker<'_> {
         })
     }
 
-    /// `a = b` and `a op= b`.
+    /// Checks `a = b` and `a op= b`.
     pub(super) fn check_assign(
         &mut self,
         target: &ast::Expression,
@@ -158,7 +158,7 @@ impl Checker<'_> {
         Expression { kind, ty, span }
     }
 
-    /// The right side of `a op= b`, converted as `a op b` wants it; the result must be of the
+    /// Checks the right side of `a op= b`, converted as `a op b` requires. The result must have the
     /// target's type.
     fn check_compound_value(
         &mut self,
@@ -179,7 +179,7 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(
                     codes::MISMATCHED_TYPES,
-                    format!("the target is `{expected}`, and the result is `{result}`"),
+                    format!("the target is `{expected}`, but the result is `{result}`"),
                 )
                 .at(span, format!("expected `{expected}`, found `{result}`"))
                 .label(value.span, format!("this is `{}`", self.show(&value.ty))),
@@ -189,7 +189,7 @@ impl Checker<'_> {
         convert(value, &types.right)
     }
 
-    /// `++a`, `a--` and their like.
+    /// Checks `++a`, `a--` and so on.
     pub(super) fn check_step(
         &mut self,
         target: &ast::Expression,
@@ -227,7 +227,7 @@ impl Checker<'_> {
     }
 }
 
-/// The variable, member or state variable that a place is part of, or the value.
+/// The variable, member, state variable or value that a place is part of.
 pub(super) fn root(place: &Expression) -> &Expression {
     let mut part = place;
     while let ExpressionKind::Field(base, _)
@@ -250,7 +250,7 @@ fn buffer_obstacle(span: Span) -> Diagnostic {
 }
 
 fn reference_obstacle(span: Span) -> Diagnostic {
-    Diagnostic::new(codes::REFERENCE_ASSIGNED, "references are set by the host alone")
+    Diagnostic::new(codes::REFERENCE_ASSIGNED, "only the host can set references")
         .at(span, "cannot be assigned")
 }
 

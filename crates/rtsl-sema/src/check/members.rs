@@ -15,7 +15,7 @@ use super::scope::Entity;
 use super::types::TypePlace;
 use crate::hir::{Expression, Member, MemberId, Storage, Type};
 
-/// The keys of annotations that hosts know, and what each takes.
+/// The keys of annotations that hosts know, and the kind of value of each.
 const ANNOTATIONS: [(&str, AnnotationKind); 13] = [
     ("label", AnnotationKind::Text),
     ("doc", AnnotationKind::Text),
@@ -44,7 +44,7 @@ impl AnnotationKind {
         match self {
             AnnotationKind::Text => "text in double quotes",
             AnnotationKind::Number => "a number",
-            AnnotationKind::Flag => "nothing after it",
+            AnnotationKind::Flag => "no value",
         }
     }
 }
@@ -57,7 +57,7 @@ impl Checker<'_> {
         let initializer = self.check_member_initializer(&written, storage, variable);
         let annotations = self.check_annotations(&variable.annotations);
         let ty = match &initializer {
-            // An open size that the initial value gives makes a table, not a buffer.
+            // An open size that the initial value determines makes a table, not a buffer.
             Some(value) if is_open(&written) => value.ty.clone(),
             _ => written,
         };
@@ -118,7 +118,7 @@ impl Checker<'_> {
         if storage == Storage::Scratch {
             self.report(
                 Diagnostic::new(codes::BAD_INITIALIZER, "scratch members have no initial value")
-                    .at(variable.span, "belongs to a ray, and begins with zero")
+                    .at(variable.span, "belongs to a ray, and is zero at first")
                     .help(
                         "assign it in the method that runs first, or make it `private` or `const`",
                     ),
@@ -168,7 +168,7 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// The annotations of a member or parameter, values folded.
+    /// Checks the annotations of a member or parameter and folds their values.
     pub(super) fn check_annotations(&mut self, written: &[ast::Annotation]) -> Vec<Annotation> {
         let mut annotations: Vec<Annotation> = Vec::new();
         let mut keys: BTreeSet<&str> = BTreeSet::new();

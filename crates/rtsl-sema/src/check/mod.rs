@@ -1,26 +1,26 @@
-//! The checker: from the syntax tree to the typed tree, or to what is wrong with the text.
+//! The checker: from the syntax tree to the typed tree, with diagnostics for invalid text.
 //!
 //! # Order of work
 //!
 //! [`check_unit`] goes through the items of a file in order, so that a name is known from its
-//! declaration on. Inside a class (and in the prelude) names are known everywhere, so there
-//! the work has phases, one in each short function of `classes`: structs and constants, signatures,
+//! declaration on. Inside a class (and in the prelude) names are known everywhere, so there the
+//! work has phases, one in each short function of `classes`: structs and constants, signatures,
 //! members, the constructor, bodies, implied methods. While bodies are checked, facts are
-//! collected: who calls whom, and who does what only some methods may do. `call_graph` and
-//! `roles` judge those at the end.
+//! collected: calls, and uses of features that only some methods may use. `call_graph` and `roles`
+//! judge those at the end.
 //!
 //! # Errors
 //!
-//! What could not be checked has the type `Type::Error`, which silences what follows from it, so
-//! that one mistake gives one message and several mistakes several. An inherited body is checked
-//! again in the context of each class; its warnings are reported once, and so is an error
-//! with the same code at the same place.
+//! Text that could not be checked has the type `Type::Error`, which suppresses consequential
+//! errors, so that each mistake gives one diagnostic. An inherited body is checked again in the
+//! context of each class; its warnings are reported once, and so is an error with the same code and
+//! span.
 //!
 //! # Depth
 //!
-//! The parser bounds the depth of its tree, and recursion here follows that tree. What
-//! declarations can chain without bound (calls, constants, structs, bases) is walked without recursion
-//! or has a limit of its own.
+//! The parser bounds the depth of its tree, and recursion here follows that tree. Chains of
+//! declarations without bound (calls, constants, structs, bases) are traversed without recursion or
+//! have their own limits.
 
 mod call_graph;
 mod calls;
@@ -76,12 +76,13 @@ pub struct Prelude {
     names: Level,
     function_info: Vec<FunctionInfo>,
     struct_info: Vec<StructInfo>,
-    /// `class rt_ImpliedMaterial`, whose methods materials get that lack them.
+    /// `class rt_ImpliedMaterial`, whose methods are added to materials that lack them.
     implied: Vec<ast::Class>,
 }
 
 impl Prelude {
-    /// What the prelude declares; the ids of its functions are the same in every unit checked on it.
+    /// The prelude's declarations. The ids of its functions are the same in every unit checked on
+    /// top of it.
     pub fn module(&self) -> &Module {
         &self.module
     }
@@ -105,8 +106,8 @@ pub fn check_prelude(units: &[ast::TranslationUnit], diagnostics: &mut Diagnosti
     }
 }
 
-/// Checks one translation unit on top of the prelude. Where `diagnostics` has errors afterwards
-/// the module is of no use but for completion.
+/// Checks one translation unit on top of the prelude. If `diagnostics` has errors afterwards, the
+/// module serves only for completion in editors.
 pub fn check_unit(
     unit: &ast::TranslationUnit,
     prelude: Option<&Prelude>,
@@ -125,22 +126,23 @@ pub fn check_unit(
     })
 }
 
-/// All that is known while a unit is checked.
+/// The state of the checker for one unit.
 struct Checker<'a> {
     diagnostics: Diagnostics,
-    /// Code and place of all that was reported.
+    /// The code and span of every diagnostic reported so far.
     reported: BTreeSet<(Code, Span)>,
-    /// Warnings about an inherited body have been given for the base.
+    /// True while an inherited body is checked, whose warnings have been reported for the base.
     silent: bool,
-    /// How many errors were found, repeated ones included.
+    /// The number of errors found, including repeated ones.
     errors: usize,
-    /// The text checked is the prelude: names starting with `rt_` may be declared, intrinsics called.
+    /// True while the prelude is checked: names starting with `rt_` may be declared, intrinsics
+    /// called.
     in_prelude: bool,
     prelude: Option<&'a Prelude>,
     module: Module,
-    /// What is known of each function of the module beyond its tree.
+    /// The checker's data about each function of the module, beside its tree.
     function_info: Vec<FunctionInfo>,
-    /// What is known of each struct of the module beyond its fields.
+    /// The checker's data about each struct of the module, beside its fields.
     struct_info: Vec<StructInfo>,
     /// Names at file scope.
     file: Level,
@@ -152,13 +154,13 @@ struct Checker<'a> {
     scopes: Scopes,
     /// All classes so far.
     classes: Vec<ClassDeclaration<'a>>,
-    /// How many more names may be compared for suggestions.
+    /// The number of names that may still be compared for suggestions.
     comparisons: usize,
-    /// How many more operations constant expressions may take.
+    /// The number of operations left for constant expressions.
     evaluation_fuel: u32,
-    /// How many more operations the search for constants that are not numbers may take.
+    /// The number of operations left for the search for constants that are NaN.
     nan_fuel: u32,
-    /// How many more bytes of inherited text may be checked again.
+    /// The number of bytes of inherited text that may still be checked again.
     inheritable: usize,
 }
 
@@ -186,7 +188,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Adds a diagnostic, unless it says again what was said of the same place.
+    /// Adds a diagnostic, unless one with the same code and span was reported.
     fn report(&mut self, diagnostic: Diagnostic) {
         self.errors += usize::from(diagnostic.is_error());
         if self.silent && !diagnostic.is_error() {

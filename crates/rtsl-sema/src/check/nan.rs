@@ -1,4 +1,4 @@
-//! Constants that are not numbers: `sqrt(-1.0)`, `acos(2.0)`, `0.0 / 0.0`.
+//! Warns about constants that are not numbers: `sqrt(-1.0)`, `acos(2.0)`, `0.0 / 0.0`.
 
 use rtsl_ir::{Constant, Scalar};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
@@ -7,14 +7,15 @@ use super::Checker;
 use super::types::component_scalar;
 use crate::hir::{Expression, ExpressionKind};
 
-/// How many operations the search may take in a unit. Texts beyond it are not searched to their end.
+/// The limit on operations for the search in one unit. It stops when the limit is reached.
 pub(super) const UNIT_FUEL: u32 = 1_000_000;
 
-/// How many operations one operation on constants may take.
+/// The limit on operations to evaluate one operation on constants.
 const OPERATION_FUEL: u32 = 10_000;
 
 impl Checker<'_> {
-    /// Warns about a division, or a call of a built-in function, that makes NaN of constants that are numbers.
+    /// Warns about a division, or a call of a built-in function, that gives NaN for constants that
+    /// are numbers.
     pub(super) fn check_not_nan(&mut self, operation: &Expression) {
         if component_scalar(&operation.ty) != Some(Scalar::F32) {
             return;
@@ -24,7 +25,7 @@ impl Checker<'_> {
             ExpressionKind::Builtin(call) => call.arguments.iter().collect(),
             _ => return,
         };
-        // Bits that are made floats may be a NaN that is meant.
+        // A float made from bits may be an intentional NaN.
         if !operands.iter().all(|operand| component_scalar(&operand.ty) == Some(Scalar::F32)) {
             return;
         }
@@ -34,7 +35,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether some component is NaN; `None` where the value is not known.
+    /// True if some component is NaN; `None` if the value is not known.
     fn is_nan(&mut self, expression: &Expression) -> Option<bool> {
         let evaluator = self.evaluator(self.nan_fuel.min(OPERATION_FUEL));
         let (value, spent) = evaluator.evaluate(expression);
@@ -56,11 +57,11 @@ impl Checker<'_> {
             Some(help) => diagnostic.help(help),
             None => diagnostic,
         };
-        self.report(diagnostic.note("where NaN is meant, write `uintBitsToFloat(0x7FC00000u)`"));
+        self.report(diagnostic.note("if NaN is intended, write `uintBitsToFloat(0x7FC00000u)`"));
     }
 }
 
-/// For which arguments a function has a value.
+/// The domain of a function, as the diagnostic describes it.
 fn domain(function: &str) -> Option<&'static str> {
     match function {
         "sqrt" | "inversesqrt" => Some("its argument must not be negative"),
@@ -68,7 +69,7 @@ fn domain(function: &str) -> Option<&'static str> {
         "acos" | "asin" => Some("its argument must lie between -1 and 1"),
         "acosh" => Some("its argument must be at least 1"),
         "atanh" => Some("its argument must lie between -1 and 1, both excluded"),
-        "pow" => Some("its first argument must not be negative; write products for whole powers"),
+        "pow" => Some("its first argument must not be negative; for integer powers, multiply"),
         "mod" => Some("its second argument must not be zero"),
         "normalize" => Some("its argument must not be zero"),
         _ => None,

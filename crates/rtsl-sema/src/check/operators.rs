@@ -1,4 +1,4 @@
-//! Operators: which types they take, what they give.
+//! Operators: their operand types and result types.
 
 use rtsl_ir::Scalar;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -23,7 +23,7 @@ impl BinaryTypes {
     }
 }
 
-/// What `operator` makes of operands of these types; `None` where it does not take them.
+/// The types for `operator` with operands of these types; `None` if it does not accept them.
 pub(super) fn binary_types(
     operator: BinaryOperator,
     left: &Type,
@@ -61,7 +61,7 @@ fn arithmetic_types(operator: BinaryOperator, left: &Type, right: &Type) -> Opti
     }
 }
 
-/// color with color, or with a number, which counts as grey.
+/// Color with color, or with a number, which counts as grey.
 fn color_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     let operand = |ty: &Type| match ty {
         Type::Color => Some(Type::Color),
@@ -108,7 +108,8 @@ fn product_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     }
 }
 
-/// Scalars and vectors of numbers: a scalar goes with any vector, vectors with their like.
+/// Scalars and vectors of numbers: a scalar combines with any vector, a vector with one of the same
+/// size.
 fn componentwise_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     let scalar = common_scalar(left, right)?;
     let (left, right) = (with_scalar(left, scalar)?, with_scalar(right, scalar)?);
@@ -120,7 +121,7 @@ fn componentwise_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     BinaryTypes::new(left, right, result)
 }
 
-/// int, uint or float, to which both sides convert.
+/// The common type int, uint or float that both sides convert to.
 fn common_scalar(left: &Type, right: &Type) -> Option<Scalar> {
     let rank = |ty: &Type| match ty {
         Type::Scalar(scalar) | Type::Vector(scalar, _) => match scalar {
@@ -145,7 +146,8 @@ fn integer_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     }
 }
 
-/// The right side may be of another signedness, and a scalar for each component of the left.
+/// Shifts: the right side may differ in signedness, and may be a scalar for all components of the
+/// left.
 fn shift_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
     integer_types(left, right)?;
     match (left, right) {
@@ -185,7 +187,7 @@ fn equality_types(left: &Type, right: &Type) -> Option<BinaryTypes> {
 }
 
 impl Checker<'_> {
-    /// `-a`, `!a`, `~a`, `+a`.
+    /// Checks `-a`, `!a`, `~a`, `+a`.
     pub(super) fn check_unary(
         &mut self,
         operator: UnaryOperator,
@@ -223,7 +225,7 @@ impl Checker<'_> {
         self.report(diagnostic);
     }
 
-    /// `a + b`, `a && b` and their like, the left operand having been checked.
+    /// Checks `a + b`, `a && b` and so on; the left operand has been checked.
     pub(super) fn check_binary(
         &mut self,
         operator: BinaryOperator,
@@ -269,7 +271,7 @@ impl Checker<'_> {
         Expression { kind, ty: types.result, span }
     }
 
-    /// Says that `operator` does not take these operands.
+    /// Reports that `operator` does not accept these operands.
     pub(super) fn report_operands(
         &mut self,
         operator: BinaryOperator,

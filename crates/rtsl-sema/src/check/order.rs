@@ -1,4 +1,4 @@
-//! The order in which structs and constants that may name each other are declared.
+//! The order in which to declare structs and constants that may refer to each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,13 +7,14 @@ use rtsl_syntax::ast::{Expression, ExpressionKind, Initializer, Item, TypeName};
 /// The order of the structs and constants among some items.
 #[derive(Debug, Default)]
 pub(super) struct Order {
-    /// Their indices, each after those that it names.
+    /// The indices of the items, each after those that it refers to.
     pub(super) sorted: Vec<usize>,
-    /// Those of them that need themselves, one for each circle.
+    /// One item of each cycle of declarations.
     pub(super) circular: BTreeSet<usize>,
 }
 
-/// The structs and constants among `items` in an order in which they can be declared.
+/// Sorts the structs and constants among `items` so that each can be declared after those it refers
+/// to.
 pub(super) fn declaration_order(items: &[&Item]) -> Order {
     let mut declared: BTreeMap<&str, usize> = BTreeMap::new();
     for (index, item) in items.iter().enumerate() {
@@ -38,12 +39,12 @@ pub(super) fn declaration_order(items: &[&Item]) -> Order {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mark {
     New,
-    /// Waits for those that it names.
+    /// Waits for the items that it refers to.
     Open,
     Done,
 }
 
-/// Depth first with a stack of its own, since chains of constants have no bound.
+/// Searches depth first with an explicit stack, since chains of constants have no bound.
 fn visit(
     start: usize,
     items: &[&Item],
@@ -76,7 +77,7 @@ fn visit(
     }
 }
 
-/// The items that `item` names, the first last.
+/// The items that `item` refers to, the first last.
 fn needed(item: &Item, declared: &BTreeMap<&str, usize>) -> Vec<usize> {
     let mut names = Vec::new();
     match item {
@@ -125,7 +126,7 @@ fn names_of<'a>(expression: &'a Expression, names: &mut Vec<&'a str>) {
     }
 }
 
-/// Of what is no link of a chain.
+/// Collects the names in an expression that is not a link of a chain.
 fn names_of_operand<'a>(expression: &'a Expression, names: &mut Vec<&'a str>) {
     match &expression.kind {
         ExpressionKind::Error

@@ -1,5 +1,5 @@
-//! Names, and parts of values: elements, fields, swizzles. Whether a place is read or written is
-//! its user's to say, with `note_access`.
+//! Place expressions: names, and parts of values (elements, fields, swizzles). The caller calls
+//! `note_access` to note whether a place is read or written.
 
 use std::sync::Arc;
 
@@ -16,15 +16,15 @@ use super::suggestions::suggest;
 use super::types::{builtin_type, leaf_count};
 use crate::hir::{Expression, ExpressionKind, LocalId, MemberId, StructId, Type};
 
-/// Larger parts of constants stay parts of the whole, which is shared, so that naming them often does
-/// not copy them often.
+/// The size up to which a part of a constant is folded. Larger parts refer to the whole constant,
+/// which is shared, so that frequent uses do not copy it.
 const FOLDED_LEAVES: usize = 16;
 
 /// GLSL's three sets of component names.
 const COMPONENT_SETS: [&str; 3] = ["xyzw", "rgba", "stpq"];
 
 impl Checker<'_> {
-    /// A name, element, field or swizzle, as something that may be read or written.
+    /// Checks a name, element, field or swizzle as a place that may be read or written.
     pub(super) fn check_place(&mut self, expression: &ast::Expression) -> Expression {
         match &expression.kind {
             Ast::Name(name) => self.check_name(name, expression.span),
@@ -152,7 +152,7 @@ impl Checker<'_> {
         self.element(base, index, constant, element, span)
     }
 
-    /// `base[index]`, taken at once where both are constant.
+    /// Checks `base[index]`, folded if both are constant.
     fn element(
         &mut self,
         base: Expression,
@@ -226,7 +226,7 @@ impl Checker<'_> {
             )
             .at(span, "a part of a `color`")
             .label(base.span, "this is a `color`")
-            .note("how many components a color has is the renderer's business")
+            .note("the renderer determines the number of components of a color")
             .help(
                 "`rgb(c)` gives red, green and blue as a `vec3`; `color(v)` makes a color of one",
             ),
@@ -326,7 +326,7 @@ impl Checker<'_> {
         Expression { kind: ExpressionKind::Swizzle(Box::new(base), components), ty, span }
     }
 
-    /// GLSL's `f.x` and `f.xxx` on scalars.
+    /// Checks GLSL's `f.x` and `f.xxx` on scalars.
     fn check_scalar_swizzle(
         &mut self,
         base: Expression,
@@ -347,7 +347,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The indices that a swizzle names; reports what is wrong with it.
+    /// Returns the component indices of a swizzle, and reports errors in it.
     fn swizzle_components(
         &mut self,
         name: &ast::Identifier,
@@ -407,7 +407,7 @@ impl Checker<'_> {
         None
     }
 
-    /// The parts of an array constructor's head, `float[2][3]`: the name, the sizes.
+    /// Splits the type of an array constructor, `float[2][3]`, into the name and the sizes.
     pub(super) fn array_head(
         expression: &ast::Expression,
     ) -> Option<(ast::Identifier, Vec<Option<&ast::Expression>>)> {

@@ -1,4 +1,4 @@
-//! `kd.lookup(uv)` and its like, and `.length()`.
+//! Method calls: `kd.lookup(uv)` and the other methods of references, and `.length()`.
 
 use rtsl_ir::Constant;
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes};
@@ -16,7 +16,7 @@ use super::types::{INT, converts, from_spec};
 use crate::hir::{Expression, ExpressionKind, ReferenceCall, ReferenceFunction, StateId, Type};
 
 impl Checker<'_> {
-    /// `a.length()`, `kd.lookup(uv)`.
+    /// Checks `a.length()` or `kd.lookup(uv)`.
     pub(super) fn check_method_call(
         &mut self,
         receiver: &ast::Expression,
@@ -180,7 +180,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The call sets a state variable of the caller, which must have it.
+    /// Notes that the call sets a state variable of the caller, whose role must have it.
     fn note_state_set_by_call(&mut self, method: &ReferenceMethod, name: &str, span: Span) {
         let Some(variable) = lookup_state(name) else { return };
         if self.class_has_state(name) {
@@ -197,7 +197,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Notes that the class tests a reference, so that leaving it unset is meant.
+    /// Notes that the class tests a reference, so that leaving it unset is intentional.
     pub(super) fn mark_tested(&mut self, reference: &Expression) {
         if let (ExpressionKind::Member(id), Some(class)) = (&root(reference).kind, &mut self.class)
         {
@@ -226,13 +226,13 @@ fn reference_function(method: &ReferenceMethod) -> ReferenceFunction {
         rtsl_spec::Method::SampleBsdf => ReferenceFunction::SampleBsdf,
         rtsl_spec::Method::EvaluatePdf => ReferenceFunction::EvaluatePdf,
         rtsl_spec::Method::Emission => ReferenceFunction::Emission,
-        // Only textures are left, whose two names run one method.
+        // Only textures are left, which have two names for one method.
         _ if method.name == "lookupFloat" => ReferenceFunction::LookupFloat,
         _ => ReferenceFunction::Lookup,
     }
 }
 
-/// `a`, `b` and `c`.
+/// Formats the names as a list: `a`, `b` and `c`.
 pub(super) fn quoted_list(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {

@@ -1,9 +1,11 @@
-//! What the methods of each role may do: state variables, built-in functions that need a ray, members.
+//! The rules for methods of each role: state variables, built-in functions that need a ray,
+//! members.
 //!
-//! A state variable is checked where it is named against the roles of the class, and at the end
-//! against each interface method that reaches the place through calls: a helper may be called by
-//! several. A variable that the table does not name for a method is a local of the call there: it
-//! starts with its default, may be written, and reading it without writing it is warned about.
+//! A state variable is checked against the roles of the class where it is named, and at the end
+//! against each interface method that reaches the use through calls, because several methods may
+//! call one helper. A variable that the table does not list for a method is local to the call
+//! there: it starts with its default, may be written, and reading it without writing it gives a
+//! warning.
 //!
 //! `hit` belongs to `intersect`; `trace`, `occluded`, `ambient`, `illuminance` and calls of another
 //! material's `shade` to `shade`; `inside` to the methods of materials; `rand` and calls of other
@@ -25,7 +27,7 @@ use super::references::quoted_list;
 use super::types::from_state;
 use crate::hir::{ClassId, Expression, ExpressionKind, FunctionId, MemberId, StateId, Storage};
 
-/// A method or constructor of a class, whose reach is being checked.
+/// A method or constructor of a class, together with everything that it reaches.
 #[derive(Clone)]
 pub(super) struct Root {
     pub(super) class: ClassId,
@@ -34,22 +36,22 @@ pub(super) struct Root {
     pub(super) method: Option<Method>,
     /// The roles of the class that the method belongs to.
     pub(super) roles: Vec<Role>,
-    /// The state variables that something in reach writes.
+    /// The state variables that are written in its reach.
     pub(super) written: BTreeSet<StateId>,
 }
 
-/// Something done in the reach of a root.
+/// A use in the reach of a root.
 #[derive(Clone, Copy)]
 pub(super) struct Reached {
-    /// The function that does it.
+    /// The function that contains the use.
     pub(super) function: FunctionId,
     pub(super) done: Use,
-    /// In the body of an `illuminance`, perhaps of a caller.
+    /// True inside the body of an `illuminance`, perhaps a caller's.
     lit: bool,
 }
 
 impl Checker<'_> {
-    /// The name of a state variable in an expression.
+    /// Checks the name of a state variable in an expression.
     pub(super) fn check_state(
         &mut self,
         variable: &'static StateVariable,
@@ -64,7 +66,7 @@ impl Checker<'_> {
                 Some("this is computed before there is a ray")
             }
             (None, _) | (_, Kind::FileFunction) => {
-                Some("functions at file scope belong to no role; pass it as an argument")
+                Some("functions at file scope have no role; pass it as an argument")
             }
         };
         if let Some(reason) = place {
@@ -73,7 +75,7 @@ impl Checker<'_> {
                     codes::STATE_OUT_OF_PLACE,
                     format!("the state variable `{}` cannot be used here", variable.name),
                 )
-                .at(span, "state is for the methods of classes")
+                .at(span, "only methods of classes can use state variables")
                 .note(reason),
             );
             return error_of_type(from_state(variable.ty), span);
@@ -86,7 +88,7 @@ impl Checker<'_> {
         Expression { kind, ty: from_state(variable.ty), span }
     }
 
-    /// Whether some role of the class has the state variable.
+    /// True if some role of the class has the state variable.
     pub(super) fn class_has_state(&self, name: &str) -> bool {
         self.class.as_ref().is_some_and(|class| {
             class.roles_unknown || class.roles.iter().any(|role| role.row(name).is_some())
@@ -99,16 +101,21 @@ impl Checker<'_> {
             Role::ALL.into_iter().filter(|role| role.row(variable.name).is_some()).collect();
         let own = role_list(&class.roles, "and");
         let class_name = class.name.clone();
-        let message = format!("{own} cannot access a state of {}", role_list(&owners, "or"));
+        let message =
+            format!("{own} cannot access a state variable of {}", role_list(&owners, "or"));
         let diagnostic = Diagnostic::new(codes::STATE_OF_OTHER_ROLE, message)
-            .at(span, format!("`{}` is not a state of {own}", variable.name))
+            .at(span, format!("`{}` is not a state variable of {own}", variable.name))
             .note(format!("the class `{class_name}` is a {own}"))
-            .note(format!("`{}` is a state of {}", variable.name, role_list(&owners, "and")));
+            .note(format!(
+                "`{}` is a state variable of {}",
+                variable.name,
+                role_list(&owners, "and")
+            ));
         let similar = self.similar_of(variable.name, self.states_in_reach());
         self.report(super::suggestions::suggest(diagnostic, span, similar));
     }
 
-    /// Judges all that the methods of all classes reach.
+    /// Checks everything that the methods of all classes reach.
     pub(super) fn check_roles(&mut self) {
         for index in 0..self.module.classes.len() {
             let mut lost = LostWrites::default();
@@ -119,8 +126,8 @@ impl Checker<'_> {
         }
     }
 
-    /// The constructor and the methods that the class wrote. What implied methods reach is reached from
-    /// these too, but for their own text.
+    /// The constructor and the methods that the class wrote. Everything that implied methods reach
+    /// is also reached from these, except the text of the implied methods.
     fn roots(&self, id: ClassId) -> Vec<Root> {
         let class = &self.module.classes[id.0 as usize];
         let constructor = class.constructor.iter().map(|constructor| (None, constructor.function));
@@ -152,7 +159,7 @@ impl Checker<'_> {
         self.note_lost_writes(&root, &reached, lost);
     }
 
-    /// Everything that `start` and the functions that it calls do.
+    /// All uses in `start` and the functions that it calls, directly or indirectly.
     fn reach(&self, start: FunctionId) -> Vec<Reached> {
         let mut seen: BTreeSet<(FunctionId, bool)> = BTreeSet::from([(start, false)]);
         let mut pending = vec![(start, false)];
@@ -206,7 +213,7 @@ impl Checker<'_> {
                 codes::STATE_READ_ONLY,
                 format!("`{name}` cannot be written in `{}`", method.name()),
             )
-            .at(reached.done.span, format!("an `in` state of {role}"))
+            .at(reached.done.span, format!("an `in` state variable of {role}"))
             .note(format!("the host sets `{name}` before it calls `{}`", method.name()));
             self.report_with_path(root, reached, diagnostic);
         }
@@ -236,7 +243,7 @@ impl Checker<'_> {
         self.report_with_path(root, reached, diagnostic);
     }
 
-    /// Whether a base of the class is unknown, so that its roles are too.
+    /// True if a base of the class is unknown, so that its roles are unknown too.
     pub(super) fn class_is_uncertain(&self, id: ClassId) -> bool {
         self.classes.get(id.0 as usize).is_some_and(|class| class.roles_unknown)
     }
@@ -277,7 +284,7 @@ impl Checker<'_> {
             format!("the constructor cannot use the scratch member `{name}`"),
         )
         .at(reached.done.span, "belongs to a ray, and there is none yet")
-        .help("make it `private`, if the instance shall keep it");
+        .help("make it `private`, if it belongs to the instance");
         self.report_with_path(root, reached, diagnostic);
     }
 
@@ -327,7 +334,7 @@ impl Checker<'_> {
         self.report_with_path(root, reached, diagnostic);
     }
 
-    /// Reports, and says how the method comes to a helper.
+    /// Reports a diagnostic, with a note on the path from the method to a helper.
     pub(super) fn report_with_path(
         &mut self,
         root: &Root,
@@ -345,7 +352,7 @@ impl Checker<'_> {
     }
 }
 
-/// "camera", "camera and light", "texture, light or material".
+/// Formats a list of roles: "camera", "camera and light", "texture, light or material".
 pub(super) fn role_list(roles: &[Role], conjunction: &str) -> String {
     let names: Vec<&str> = roles.iter().map(|role| role.name()).collect();
     match names.split_last() {

@@ -1,4 +1,4 @@
-//! Names: what they stand for, at file scope, in a class and in blocks.
+//! Scopes: the meaning of names at file scope, in a class and in blocks.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use rtsl_syntax::ast;
 use super::Checker;
 use crate::hir::{FunctionId, LocalId, MemberId, StructId, Type};
 
-/// What a name stands for.
+/// The entity that a name denotes.
 #[derive(Clone, Debug)]
 pub(super) enum Entity {
     /// A parameter or variable of the function being checked.
@@ -25,12 +25,12 @@ pub(super) enum Entity {
     Functions(Vec<FunctionId>),
     /// An index into the checker's classes.
     Class(usize),
-    /// Something whose declaration has been reported.
+    /// An entity whose declaration had an error that was reported.
     Error,
 }
 
 impl Entity {
-    /// What it is, with its article.
+    /// The kind of entity, with its article.
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Entity::Local(_) => "a variable",
@@ -44,12 +44,12 @@ impl Entity {
     }
 }
 
-/// A name's meaning, and where it was declared.
+/// The entity that a name denotes, and the span of its declaration.
 #[derive(Clone, Debug)]
 pub(super) struct Named {
-    /// What it stands for.
+    /// The entity.
     pub(super) entity: Entity,
-    /// The name in its declaration.
+    /// The span of the name in its declaration.
     pub(super) span: Span,
 }
 
@@ -60,7 +60,7 @@ pub(super) type Level = BTreeMap<String, Named>;
 #[derive(Debug, Default)]
 pub(super) struct Scopes {
     levels: Vec<Level>,
-    /// How many of them there are where the body of a loop has begun, the innermost last.
+    /// The number of levels at the start of each loop body, the innermost last.
     bodies: Vec<usize>,
 }
 
@@ -70,14 +70,14 @@ impl Scopes {
         self.levels.push(Level::new());
     }
 
-    /// Opens the scope of a loop's body: its names differ from those that the innermost scope, that of the loop,
-    /// has already.
+    /// Opens the scope of a loop's body. It may not declare names again that the scope of the
+    /// loop's header, the innermost until then, declares.
     pub(super) fn push_body(&mut self) {
         self.push();
         self.bodies.push(self.levels.len());
     }
 
-    /// Closes the innermost scope and gives its names.
+    /// Closes the innermost scope and returns its names.
     pub(super) fn pop(&mut self) -> Level {
         if self.bodies.last() == Some(&self.levels.len()) {
             self.bodies.pop();
@@ -85,14 +85,14 @@ impl Scopes {
         self.levels.pop().unwrap_or_default()
     }
 
-    /// What the header of the loop whose body is the innermost scope declares as `name`.
+    /// The entity called `name` in the header of the loop whose body is the innermost scope.
     fn in_header(&self, name: &str) -> Option<&Named> {
         let depth = self.levels.len();
         let is_body = depth >= 2 && self.bodies.last() == Some(&depth);
         if is_body { self.levels[depth - 2].get(name) } else { None }
     }
 
-    /// All names in reach, the innermost first.
+    /// All visible names, the innermost first.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.levels.iter().rev().flat_map(|level| level.keys().map(String::as_str))
     }
@@ -103,7 +103,7 @@ impl Scopes {
 }
 
 impl Checker<'_> {
-    /// What `name` stands for here: in the blocks of the function, the class, the file.
+    /// Looks `name` up in the blocks of the function, the class and the file.
     pub(super) fn find(&self, name: &str) -> Option<&Named> {
         self.scopes
             .find(name)
@@ -111,7 +111,7 @@ impl Checker<'_> {
             .or_else(|| self.file.get(name))
     }
 
-    /// The scope that declarations go to now.
+    /// The scope that receives declarations.
     pub(super) fn innermost(&mut self) -> &mut Level {
         if let Some(level) = self.scopes.levels.last_mut() {
             return level;
@@ -122,7 +122,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Declares `name`; where the scope has it already, that is an error and the first stays.
+    /// Declares `name`. If the scope has it already, that is an error and the first declaration
+    /// remains.
     pub(super) fn declare(&mut self, name: &ast::Identifier, entity: Entity) {
         self.check_name_free_to_use(name);
         let named = Named { entity, span: name.span };
@@ -134,7 +135,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Says that `name` was declared before.
+    /// Reports that `name` was declared before.
     pub(super) fn report_duplicate(&mut self, name: &ast::Identifier, previous: &Named) {
         self.report(
             Diagnostic::new(codes::DECLARED_TWICE, format!("`{}` is declared twice", name.name))
@@ -146,7 +147,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Names of the language cannot be declared by shaders.
+    /// Reports names of the language, which shaders cannot declare.
     pub(super) fn check_name_free_to_use(&mut self, name: &ast::Identifier) {
         if self.in_prelude {
             return;

@@ -14,10 +14,11 @@ use crate::hir::{
     Expression, Illuminance, LocalId, Loop, Statement, StatementKind, SwitchCase, Type,
 };
 
-/// A full turn, with something to spare for rounded constants.
+/// A full turn in radians, with a margin for rounded constants.
 const LARGEST_ANGLE: f32 = 6.3;
 
-/// A statement's tree, `None` where it comes to nothing, and whether control goes on after it.
+/// A checked statement: its tree, or `None` if it is empty, and whether control can continue after
+/// it.
 struct Checked {
     kind: Option<StatementKind>,
     falls_through: bool,
@@ -38,7 +39,8 @@ impl Checked {
 }
 
 impl Checker<'_> {
-    /// The statements of a block in the innermost scope, and whether control reaches their end.
+    /// Checks the statements of a block in the innermost scope. The result is true if control
+    /// reaches their end.
     pub(super) fn check_statements(
         &mut self,
         statements: &[ast::Statement],
@@ -62,7 +64,7 @@ impl Checker<'_> {
         (checked, jump.is_none())
     }
 
-    /// Adds what `statement` comes to; tells whether control goes on after it.
+    /// Checks `statement` and appends its tree. Returns true if control can continue after it.
     fn check_statement_into(
         &mut self,
         statement: &ast::Statement,
@@ -131,7 +133,7 @@ impl Checker<'_> {
                 codes::NESTED_FUNCTION,
                 format!("`{}` is declared inside a function", function.name.name),
             )
-            .at(function.span, "functions stand at file scope or in a class"),
+            .at(function.span, "functions must be at file scope or in a class"),
         );
         Checked::nothing()
     }
@@ -143,19 +145,19 @@ impl Checker<'_> {
         Checked { kind: Some(StatementKind::Block(statements)), falls_through }
     }
 
-    /// A statement that stands where a block could: in a scope of its own.
+    /// Checks a single statement in the position of a block, in a new scope.
     fn check_body(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
         self.scopes.push();
         self.check_body_in_scope(body)
     }
 
-    /// The body of a `for` or `while`, which cannot declare again what the loop's header declares.
+    /// Checks the body of a `for` or `while`, which cannot redeclare names of the loop's header.
     fn check_loop_body(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
         self.scopes.push_body();
         self.check_body_in_scope(body)
     }
 
-    /// The same in the innermost scope, which ends with it.
+    /// Checks a body in the innermost scope, and closes that scope.
     fn check_body_in_scope(&mut self, body: &ast::Statement) -> (Vec<Statement>, bool) {
         let mut statements = Vec::new();
         let falls_through = match &body.kind {
@@ -170,7 +172,7 @@ impl Checker<'_> {
         (statements, falls_through)
     }
 
-    /// A condition: a bool.
+    /// Checks a condition, which must be a bool.
     pub(super) fn check_condition(&mut self, condition: &ast::Expression) -> Expression {
         let checked = self.check_expression(condition);
         if let ast::ExpressionKind::Assign { operator: None, .. } = condition.kind
@@ -234,7 +236,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The value of a label, which no other label of the switch may have.
+    /// Checks the value of a label, which no other label of the switch may have.
     fn check_label(
         &mut self,
         case: &ast::SwitchCase,
@@ -279,7 +281,7 @@ impl Checker<'_> {
         };
         let value = self.evaluate_constant(&checked, "a label")?;
         let bits = value[0].bits();
-        // GLSL converts the int side where the two differ; the bits stay.
+        // GLSL converts the int side if the two differ; the bits remain.
         Some(Constant::from_bits(selects.unwrap_or(scalar), bits))
     }
 
@@ -331,7 +333,7 @@ impl Checker<'_> {
         self.loop_statement(checked)
     }
 
-    /// A loop without an end is passed only by its `break`.
+    /// Builds a loop. Control continues after an endless loop only through a `break`.
     fn loop_statement(&mut self, checked: Loop) -> Checked {
         let endless = match &checked.condition {
             None => true,
@@ -363,7 +365,7 @@ impl Checker<'_> {
     ) -> (Option<LocalId>, Option<Expression>) {
         match self.check_local(variable) {
             Some(StatementKind::Declare(id, Some(value))) => {
-                // The loop itself tests it.
+                // The loop tests the variable, so it counts as used.
                 self.function.local_info[id.0 as usize].used = true;
                 let value = self.expect_type(value, &BOOL, "a condition");
                 (Some(id), Some(value))
@@ -394,7 +396,7 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(
                     codes::OUT_OF_PLACE,
-                    "`illuminance` stands in methods of materials",
+                    "`illuminance` is allowed in methods of materials only",
                 )
                 .at(span, "not in a function at file scope")
                 .help("make the function a member of the class"),
@@ -441,7 +443,7 @@ impl Checker<'_> {
         (checked.next(), checked.next().zip(checked.next()))
     }
 
-    /// Warns about a constant angle that is none in radians.
+    /// Warns about a constant angle that cannot be in radians.
     fn check_angle(&mut self, angle: &Expression) {
         let value = match self.constant_scalar(angle) {
             Some(Constant::F32(value)) if value > LARGEST_ANGLE => value,
@@ -455,7 +457,11 @@ impl Checker<'_> {
                 ),
             )
             .at(angle.span, "every light is within this angle")
-            .suggest("if degrees are meant", angle.span, format!("radians({value:?})")),
+            .suggest(
+                "if the angle is in degrees",
+                angle.span,
+                format!("radians({value:?})"),
+            ),
         );
     }
 
@@ -465,7 +471,7 @@ impl Checker<'_> {
             if result != Type::Void {
                 let shown = self.show(&result);
                 self.report(
-                    Diagnostic::new(codes::BAD_RETURN, "this `return` gives no value")
+                    Diagnostic::new(codes::BAD_RETURN, "this `return` has no value")
                         .at(span, format!("expected a `{shown}`")),
                 );
                 self.function.returns_value = true;
@@ -506,7 +512,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether a `break` in these statements leaves the loop or switch that they are the body of.
+/// True if a `break` in these statements leaves the loop or switch whose body they are.
 fn breaks(statements: &[Statement]) -> bool {
     statements.iter().any(|statement| match &statement.kind {
         StatementKind::Break => true,

@@ -1,4 +1,4 @@
-//! "Did you mean": which names are in reach where one was not found.
+//! "Did you mean": suggests visible names in place of an unknown one.
 
 use rtsl_source::{Diagnostic, Span, most_similar};
 use rtsl_spec::builtins::Usable;
@@ -8,8 +8,8 @@ use super::Checker;
 use super::scope::{Entity, Level};
 use super::types::builtin_type_names;
 
-/// How many names are compared for one unit; past it no suggestions are made, so that a long text
-/// full of unknown names is not compared with itself.
+/// The limit on compared names for one unit. Past it no suggestions are made, so that a long text
+/// full of unknown names does not take quadratic time.
 pub(super) const COMPARISON_LIMIT: usize = 50_000;
 
 /// Adds "did you mean" to a diagnostic about the name at `span`.
@@ -56,7 +56,7 @@ impl Checker<'_> {
         })
     }
 
-    /// One of `names` that was probably meant.
+    /// The one of `names` that was probably meant.
     pub(super) fn similar_of<'n>(
         &mut self,
         name: &str,
@@ -67,7 +67,7 @@ impl Checker<'_> {
         most_similar(name, names).map(str::to_owned)
     }
 
-    /// The one of the candidates that was probably meant, until the comparisons are used up.
+    /// The candidate that was probably meant; `None` once the limit on comparisons is reached.
     fn compared(
         &mut self,
         name: &str,
@@ -87,7 +87,7 @@ impl Checker<'_> {
         self.class.iter().map(|class| &class.names).chain(std::iter::once(&self.file))
     }
 
-    /// The state variables that the class has.
+    /// The state variables of the class's roles.
     pub(super) fn states_in_reach(&self) -> Vec<&'static str> {
         let Some(class) = &self.class else { return Vec::new() };
         state_variables()

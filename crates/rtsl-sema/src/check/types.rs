@@ -14,13 +14,13 @@ use super::scope::Entity;
 use super::suggestions::suggest;
 use crate::hir::{StructId, Type};
 
-/// The most scalars that a value may have.
+/// The limit on scalars in one value.
 pub(super) const MAX_LEAVES: u32 = 1 << 20;
 
-/// The deepest nesting of arrays and structs in a type.
+/// The maximum nesting of arrays and structs in a type.
 const MAX_TYPE_DEPTH: u32 = 16;
 
-/// What is known of a struct beyond its fields.
+/// The checker's data about a struct, beside its fields.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StructInfo {
     leaves: u32,
@@ -38,7 +38,7 @@ pub(super) const BOOL: Type = Type::Scalar(Scalar::Bool);
 /// The vec3 type.
 pub(super) const VEC3: Type = Type::Vector(Scalar::F32, 3);
 
-/// The scalar that a vector, matrix or color is made of, or the scalar itself.
+/// The scalar type of the components of a vector, matrix or color, or the scalar itself.
 pub(super) fn component_scalar(ty: &Type) -> Option<Scalar> {
     match ty {
         Type::Scalar(scalar) | Type::Vector(scalar, _) => Some(*scalar),
@@ -52,7 +52,7 @@ pub(super) fn component_scalar(ty: &Type) -> Option<Scalar> {
     }
 }
 
-/// How many components a scalar, vector, matrix or color has.
+/// The number of components of a scalar, vector, matrix or color.
 pub(super) fn component_count(ty: &Type) -> Option<u32> {
     match ty {
         Type::Scalar(_) => Some(1),
@@ -68,7 +68,7 @@ pub(super) fn component_count(ty: &Type) -> Option<u32> {
     }
 }
 
-/// The type of the same shape with another scalar; scalars and vectors only.
+/// The same scalar or vector type with another scalar; `None` for other types.
 pub(super) fn with_scalar(ty: &Type, scalar: Scalar) -> Option<Type> {
     match ty {
         Type::Scalar(_) => Some(Type::Scalar(scalar)),
@@ -77,7 +77,7 @@ pub(super) fn with_scalar(ty: &Type, scalar: Scalar) -> Option<Type> {
     }
 }
 
-/// Whether GLSL converts a value of type `from` to `to` unasked: int to uint to float, in
+/// True if GLSL converts a value of type `from` to `to` implicitly: int to uint to float, in
 /// vectors too. A type does not convert to itself.
 pub(super) fn converts(from: &Type, to: &Type) -> bool {
     match (from, to) {
@@ -96,8 +96,8 @@ fn scalar_converts(from: Scalar, to: Scalar) -> bool {
     )
 }
 
-/// The registry's type in the checker's terms. `reference` has no counterpart; calls that take
-/// one are resolved by hand.
+/// Converts a type of the registry. `reference` has no equivalent; calls with such a parameter are
+/// resolved separately.
 pub(super) fn from_spec(ty: SpecType) -> Type {
     match ty {
         SpecType::Void => Type::Void,
@@ -131,7 +131,7 @@ pub(super) fn from_state(ty: StateType) -> Type {
     }
 }
 
-/// The type that the language itself calls `name`.
+/// The built-in type called `name`.
 pub(super) fn builtin_type(name: &str) -> Option<Type> {
     if let Some(role) = Role::from_class(name) {
         return Some(Type::Reference(role));
@@ -142,7 +142,7 @@ pub(super) fn builtin_type(name: &str) -> Option<Type> {
     }
 }
 
-/// Whether values of the type are references, or hold some.
+/// True if values of the type are or contain references.
 fn holds_reference(ty: &Type) -> bool {
     match ty {
         Type::Reference(_) => true,
@@ -151,10 +151,10 @@ fn holds_reference(ty: &Type) -> bool {
     }
 }
 
-/// Where a type is written, which decides what it may be.
+/// The context of a type, which determines the types allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TypePlace {
-    /// A member: buffers and references are welcome.
+    /// A member: buffers and references are allowed.
     Member,
     /// A variable or constant: `[]` takes its size from the initializer.
     Variable,
@@ -162,14 +162,14 @@ pub(super) enum TypePlace {
     Parameter,
     /// A field of a struct.
     Field,
-    /// A result: `void` is welcome.
+    /// A result: `void` is allowed.
     Result,
-    /// The head of a constructor: `float[](...)`.
+    /// The type of an array constructor: `float[](...)`.
     Constructor,
 }
 
 impl Checker<'_> {
-    /// The type as the language writes it.
+    /// Formats the type as the language writes it.
     pub(super) fn show(&self, ty: &Type) -> String {
         let mut suffix = String::new();
         let mut ty = ty;
@@ -195,7 +195,7 @@ impl Checker<'_> {
         }
     }
 
-    /// How many scalars a value of the type has; references and buffers count as one.
+    /// The number of scalars in a value of the type; references and buffers count as one.
     pub(super) fn leaf_count(&self, ty: &Type) -> u32 {
         leaf_count(&self.struct_info, ty)
     }
@@ -208,7 +208,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Takes note of a struct that was just added to the module.
+    /// Records the size of a struct that was just added to the module.
     pub(super) fn measure_struct(&mut self, id: StructId, span: Span) {
         let fields = self.module.structs[id.0 as usize].fields.clone();
         let mut info = StructInfo { leaves: 0, depth: 0 };
@@ -242,8 +242,8 @@ impl Checker<'_> {
         );
     }
 
-    /// The type that `written` means in this place; [`Type::Error`] where there is none, which
-    /// has been reported. Unsized dimensions give [`Type::Buffer`].
+    /// Resolves `written` in this context; returns [`Type::Error`] after reporting an error.
+    /// Unsized dimensions give [`Type::Buffer`].
     pub(super) fn resolve_type(&mut self, written: &ast::TypeName, place: TypePlace) -> Type {
         let element = self.resolve_type_name(&written.name, place);
         let Some(sizes) = self.check_sizes(&written.sizes) else { return Type::Error };
@@ -356,9 +356,9 @@ impl Checker<'_> {
             return ty;
         }
         self.report(
-            Diagnostic::new(codes::MISPLACED_BUFFER, "an array without a size cannot stand here")
+            Diagnostic::new(codes::MISPLACED_BUFFER, "an array without a size is not allowed here")
                 .at(span, "the size is missing")
-                .note("only members may be buffers, and only their first dimension is open"),
+                .note("only members may be buffers, and only their first dimension may be open"),
         );
         Type::Error
     }
@@ -375,7 +375,7 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(
                 codes::REFERENCE_AS_VALUE,
-                format!("`{shown}` cannot stand here: only members refer to shaders"),
+                format!("`{shown}` is not allowed here: only members can refer to shaders"),
             )
             .at(span, "not a value")
             .note("a member may be a reference, or an array of references with a size"),
@@ -384,7 +384,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether an array without a size is anywhere inside.
+/// True if the type contains an array without a size.
 fn holds_buffer(ty: &Type) -> bool {
     match ty {
         Type::Buffer(_) => true,
@@ -393,7 +393,7 @@ fn holds_buffer(ty: &Type) -> bool {
     }
 }
 
-/// How many scalars a value of the type has; references and buffers count as one.
+/// The number of scalars in a value of the type; references and buffers count as one.
 pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
     match ty {
         Type::Void | Type::Error => 0,
@@ -407,7 +407,7 @@ pub(super) fn leaf_count(structs: &[StructInfo], ty: &Type) -> u32 {
     }
 }
 
-/// The name of a type that has no struct in it; arrays and structs are the caller's business.
+/// The name of a type that contains no struct. The caller formats arrays and structs.
 pub(crate) fn plain_type_name(ty: &Type) -> String {
     match ty {
         Type::Void => "void".into(),
@@ -440,7 +440,7 @@ fn scalar_name(scalar: Scalar) -> &'static str {
     }
 }
 
-/// The names of all types that the language itself has, for suggestions.
+/// The names of all built-in types, for suggestions.
 pub(super) fn builtin_type_names() -> Vec<String> {
     let scalars = [Scalar::F32, Scalar::I32, Scalar::U32, Scalar::Bool];
     let mut types = vec![Type::Void, Type::Color];

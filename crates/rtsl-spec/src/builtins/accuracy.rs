@@ -1,44 +1,45 @@
-//! How exact the mathematics is: what is promised of each function, and what was found
+//! The accuracy of the mathematical functions: promised bounds and measured errors.
 //!
-//! Errors are in units in the last place (ulp) of the exact result. The manual is printed from this
-//! table and the tests of the prelude read their bounds from it.
+//! Errors are in units in the last place (ulp) of the exact result. The manual is generated from
+//! this table, and the tests of the prelude read their bounds from it.
 
-/// The error of one function
+/// The error of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
-    /// The function
+    /// The function.
     pub name: &'static str,
-    /// How many arguments this is said of
+    /// The number of arguments of the form that the entry is about.
     pub arguments: usize,
-    /// The greatest error that is promised, in ulp
+    /// The greatest error that is promised, in ulp.
     pub bound: f64,
-    /// For what arguments
+    /// The arguments for which the bound holds.
     pub domain: AccuracyDomain,
-    /// The greatest error over all arguments, found by trying them all
+    /// The greatest error over all arguments, found by an exhaustive test; `None` where there was
+    /// none.
     pub greatest: Option<GreatestError>,
 }
 
-/// The arguments that a bound holds for
+/// The arguments that a bound holds for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AccuracyDomain {
-    /// All floats
+    /// All floats.
     Everywhere,
-    /// |x| at most this, and no infinity
+    /// |x| at most this, and no infinity.
     UpTo(f32),
-    /// x > 0
+    /// x > 0.
     Positive,
 }
 
-/// Where a function is least exact
+/// The argument with the greatest error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GreatestError {
-    /// In ulp, rounded up
+    /// The error in ulp, rounded up.
     pub ulp: f64,
-    /// The argument
+    /// The argument.
     pub at: f32,
 }
 
-/// Every function that has a bound
+/// Every function that has a bound.
 pub static ACCURACY: &[Accuracy] = &[
     tried("sin", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.67, 931_878.1)),
     tried("cos", 2.0, AccuracyDomain::UpTo(1_048_576.0), (1.81, 993_335.5)),
@@ -61,13 +62,13 @@ pub static ACCURACY: &[Accuracy] = &[
     tried("inversesqrt", 2.0, AccuracyDomain::Everywhere, (1.5, 1.1827658e-38)),
 ];
 
-/// What is promised of the function of that name with that many arguments
+/// The bound for the function `name` with this many arguments.
 pub fn accuracy(name: &str, arguments: usize) -> Option<&'static Accuracy> {
     ACCURACY.iter().find(|each| each.name == name && each.arguments == arguments)
 }
 
 impl AccuracyDomain {
-    /// Whether the bound holds for this argument; NaN gives NaN everywhere
+    /// True if the bound holds for this argument. NaN belongs to every domain but `Positive`.
     pub fn contains(self, x: f32) -> bool {
         match self {
             AccuracyDomain::Everywhere => true,

@@ -1,8 +1,8 @@
-//! The registry of built-in functions: one entry a function
+//! The registry of built-in functions, with one entry for each.
 //!
-//! The checker resolves calls with it, the lowering reads what to make of them, and the manual's
-//! chapter on built-in functions is printed from it. To add a function, add an entry to the table
-//! of its chapter and, where the lowering says so, the text to the prelude.
+//! The checker resolves calls with it, the lowering reads how to lower each call, and the manual's
+//! chapter on built-in functions is generated from it. To add a function, add an entry to the table
+//! of its chapter and, if its lowering is [`Lowering::Prelude`], its source to the prelude.
 
 mod accuracy;
 mod lowering;
@@ -22,69 +22,69 @@ pub use reference_methods::{REFERENCE_METHODS, ReferenceMethod, reference_method
 pub use signature::{Overload, Parameter};
 pub use spec_type::{Scalar, SpecType};
 
-/// A built-in function: all that the compiler and the manual know of it
+/// A built-in function, with all data that the compiler and the manual need.
 #[derive(Debug)]
 pub struct Builtin {
-    /// The name that shaders call
+    /// The name that shaders call.
     pub name: &'static str,
-    /// The chapter of the manual that describes it
+    /// The chapter of the manual that describes it.
     pub chapter: Chapter,
-    /// Its forms, in the notation of GLSL's specification with generic types (`genF`, ...)
+    /// Its forms, in the notation of GLSL's specification with generic types (`genF`, ...).
     pub signatures: &'static [&'static str],
-    /// One sentence or two: meaning, units, edges of the domain
+    /// One or two sentences: meaning, units, edges of the domain.
     pub doc: &'static str,
-    /// What a call becomes
+    /// The lowering of a call.
     pub lowering: Lowering,
-    /// Where it may be called
+    /// The places where it may be called.
     pub usable: Usable,
 }
 
-/// Where a built-in function may be called
+/// The places where a built-in function may be called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usable {
-    /// In every method and function
+    /// Every method and function.
     Anywhere,
-    /// In these interface methods, and in functions that only these call
+    /// These interface methods, and functions that only these call.
     Methods(&'static [Method]),
-    /// In the prelude only: the name starts with `rt_`
+    /// The prelude only: the name starts with `rt_`.
     Prelude,
 }
 
-/// The chapters of the registry, in the order of the manual
+/// The chapters of the registry, in the order of the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Chapter {
-    /// Angles and trigonometry
+    /// Angles and trigonometry.
     Trigonometry,
-    /// Powers, exponentials, logarithms and roots
+    /// Powers, exponentials, logarithms and roots.
     Exponential,
-    /// Rounding, interpolation, bits of floats
+    /// Rounding, interpolation, and bit casts of floats.
     Common,
-    /// Several small numbers in one uint
+    /// Packing of several small numbers into one uint.
     Packing,
-    /// Vectors as geometry
+    /// Geometric functions of vectors.
     Geometric,
-    /// Matrices
+    /// Matrices.
     Matrix,
-    /// Comparisons of vectors
+    /// Component-wise comparisons of vectors.
     Relational,
-    /// Bits and wide products of integers
+    /// Bit operations and wide products of integers.
     Integer,
-    /// Colors
+    /// Colors.
     Color,
-    /// What a ray tracer adds: hits, rays, light, the sampler
+    /// Functions of the ray tracer: hits, rays, light, the sampler.
     RayTracing,
-    /// Noise and patterns
+    /// Noise and patterns.
     Noise,
-    /// From uniform numbers to directions
+    /// Maps from uniform random numbers to points and directions.
     Sampling,
-    /// What materials are made of
+    /// Building blocks of materials: microfacets, Fresnel reflectance.
     Scattering,
-    /// What only the prelude may call
+    /// Functions that only the prelude may call.
     Intrinsic,
 }
 
 impl Chapter {
-    /// The heading in the manual
+    /// The heading in the manual.
     pub const fn title(self) -> &'static str {
         match self {
             Chapter::Trigonometry => "Angles and trigonometry",
@@ -106,7 +106,7 @@ impl Chapter {
 }
 
 impl Builtin {
-    /// Written in RTSL, usable anywhere
+    /// An entry for a function written in RTSL that is usable anywhere.
     const fn prelude(
         chapter: Chapter,
         name: &'static str,
@@ -123,7 +123,7 @@ impl Builtin {
         }
     }
 
-    /// One operation of the IR per component, usable anywhere
+    /// An entry for one operation of the IR per component that is usable anywhere.
     const fn operation(
         chapter: Chapter,
         name: &'static str,
@@ -135,7 +135,7 @@ impl Builtin {
         Builtin { name, chapter, signatures, doc, lowering, usable: Usable::Anywhere }
     }
 
-    /// Made by hand in the lowering
+    /// An entry for a function with a lowering specific to it.
     const fn special(
         chapter: Chapter,
         name: &'static str,
@@ -149,17 +149,17 @@ impl Builtin {
     }
 }
 
-/// Every built-in function, chapter by chapter
+/// Every built-in function, chapter by chapter.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
     table::CHAPTERS.iter().copied().flatten()
 }
 
-/// The built-in function of that name
+/// The built-in function called `name`.
 pub fn find(name: &str) -> Option<&'static Builtin> {
     REGISTRY.get(name).map(|entry| entry.builtin)
 }
 
-/// The concrete forms of the built-in function of that name, empty if there is none
+/// The overloads of the built-in function called `name`; empty if there is none.
 pub fn overloads(name: &str) -> &'static [Overload] {
     REGISTRY.get(name).map_or(&[], |entry| &entry.overloads)
 }

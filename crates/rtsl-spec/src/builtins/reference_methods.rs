@@ -1,32 +1,32 @@
-//! The methods that shaders call on references to other shaders: `kd.lookup()`
+//! The methods that shaders call on references to other shaders, as in `kd.lookup()`.
 
 use super::SpecType;
 use super::SpecType::{Color, Float, Vec};
 use super::spec_type::Scalar;
 use crate::{Method, Role};
 
-/// A method of a reference
+/// A method of a reference.
 #[derive(Debug)]
 pub struct ReferenceMethod {
-    /// The role of the reference
+    /// The role of the reference.
     pub role: Role,
-    /// The name that shaders call
+    /// The name that shaders call.
     pub name: &'static str,
-    /// The parameters, each with name and type
+    /// The parameters, each with name and type.
     pub parameters: &'static [(&'static str, SpecType)],
-    /// The type of the result
+    /// The type of the result.
     pub result: SpecType,
-    /// The interface method of the referred class that runs
+    /// The interface method of the referenced class that runs.
     pub runs: Method,
-    /// The state variable of the callee that is the result
+    /// The state variable of the callee that holds the result.
     pub returns: &'static str,
-    /// State variables that the call also sets in the caller
+    /// State variables that the call also sets in the caller.
     pub also_sets: &'static [&'static str],
-    /// What it does
+    /// A description for the manual.
     pub doc: &'static str,
 }
 
-/// The method of that name with that many parameters of these types
+/// The method called `name` whose parameters have these types.
 pub fn reference_method(
     role: Role,
     name: &str,
@@ -42,17 +42,17 @@ pub fn reference_method(
 const UV: (&str, SpecType) = ("uv", Vec(Scalar::Float, 2));
 const UVW: (&str, SpecType) = ("uvw", Vec(Scalar::Float, 3));
 
-/// Every method of every reference
+/// Every method of every reference.
 ///
-/// The callee sees the caller's ray and hit; a parameter takes the place of the state variable
-/// `rt_TextureUV` or `rt_TextureUVW`.
+/// The callee sees the caller's ray and hit; a parameter replaces the state variable `rt_TextureUV`
+/// or `rt_TextureUVW`.
 pub static REFERENCE_METHODS: &[ReferenceMethod] = &[
-    lookup("lookup", &[], Color, "The texture's color where the caller's hit is."),
+    lookup("lookup", &[], Color, "The texture's color at the caller's hit."),
     lookup("lookup", &[UV], Color, "The texture's color at these surface coordinates."),
-    lookup("lookup", &[UVW], Color, "The texture's color at this place."),
-    lookup("lookupFloat", &[], Float, "The texture's float where the caller's hit is."),
+    lookup("lookup", &[UVW], Color, "The texture's color at this position."),
+    lookup("lookupFloat", &[], Float, "The texture's float at the caller's hit."),
     lookup("lookupFloat", &[UV], Float, "The texture's float at these surface coordinates."),
-    lookup("lookupFloat", &[UVW], Float, "The texture's float at this place."),
+    lookup("lookupFloat", &[UVW], Float, "The texture's float at this position."),
     material(
         Method::Shade,
         Color,

@@ -1,43 +1,43 @@
-//! Signatures: from GLSL's notation with generic types to overloads with concrete ones
+//! Expands signatures in GLSL's notation with generic types to concrete overloads.
 //!
-//! Notation: `result name(parameter, ...)`, a parameter being `[out|inout] type name`. Beside
-//! concrete types there are generic ones. Within one signature all of them have one size:
+//! Notation: `result name(parameter, ...)`, a parameter being `[out|inout] type name`. Types may be
+//! concrete or generic. Within one signature all generic types have one size:
 //!
 //! | written | stands for |
 //! |---|---|
 //! | `genF genI genU genB` | a scalar or a vector of 2 to 4 |
 //! | `vec ivec uvec bvec` | a vector of 2 to 4 |
 //! | `mat` | any of the nine matrices, the same one throughout |
-//! | `genC` | `color` or `float`, each parameter on its own |
+//! | `genC` | `color` or `float`, chosen for each parameter independently |
 
 use super::{Builtin, Scalar, SpecType};
 use crate::Direction;
 
-/// One concrete form of a built-in function
+/// One concrete form of a built-in function.
 #[derive(Clone, Debug)]
 pub struct Overload {
-    /// The entry it comes from
+    /// The registry entry of the function.
     pub builtin: &'static Builtin,
-    /// The parameters in order
+    /// The parameters in order.
     pub parameters: Vec<Parameter>,
-    /// The type of the result, `Void` for none
+    /// The type of the result, `Void` for none.
     pub result: SpecType,
 }
 
-/// A parameter of a built-in function
+/// A parameter of a built-in function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name, for documentation and messages
+    /// Its name, for documentation and messages.
     pub name: &'static str,
-    /// Its type
+    /// Its type.
     pub ty: SpecType,
-    /// Which way the value goes between caller and function
+    /// The direction in which the value passes between caller and function.
     pub direction: Direction,
 }
 
-/// All concrete forms of one signature, small ones first
+/// Returns all concrete forms of one signature, small sizes first.
 ///
-/// `None` if the text is no signature of this function in the notation above.
+/// `None` if the text is not a signature of this function in the notation above.
 pub(super) fn expand(builtin: &'static Builtin, signature: &'static str) -> Option<Vec<Overload>> {
     let pattern = Pattern::parse(signature).filter(|pattern| pattern.name == builtin.name)?;
     let mut overloads = Vec::new();
@@ -54,7 +54,7 @@ pub(super) fn expand(builtin: &'static Builtin, signature: &'static str) -> Opti
     Some(overloads)
 }
 
-/// Index that `genC` never has: a result is never generic in that way
+/// The index given for the result, which is never `genC`.
 const RESULT: usize = usize::MAX;
 
 struct Pattern {
@@ -78,12 +78,12 @@ enum TypePattern {
     ColorOrFloat,
 }
 
-/// One choice for the generic types of a signature
+/// One choice of concrete types for the generic types of a signature.
 #[derive(Clone, Copy)]
 struct Instance {
     size: u8,
     matrix: (u8, u8),
-    /// Bit i is set where parameter i, a `genC`, is a float
+    /// Bit i is set if parameter i, a `genC`, is a float.
     floats: u32,
 }
 

@@ -1,45 +1,46 @@
-//! The types that signatures and state variables are written in
+//! The types that signatures and state variables use.
 
 use std::fmt;
 
-/// A type of the language without names of users: everything but structs, arrays and buffers
+/// A type of the language that is not declared by the user: everything but structs, arrays and
+/// buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SpecType {
-    /// No value: what a function without a result returns
+    /// No value: the result type of a function that returns nothing.
     Void,
-    /// A truth value
+    /// A truth value.
     Bool,
-    /// A 32-bit integer in two's complement
+    /// A 32-bit integer in two's complement.
     Int,
-    /// A 32-bit integer without sign
+    /// An unsigned 32-bit integer.
     Uint,
-    /// IEEE 754 binary32
+    /// IEEE 754 binary32.
     Float,
-    /// A vector of 2, 3 or 4 scalars
+    /// A vector of 2, 3 or 4 scalars.
     Vec(Scalar, u8),
-    /// A matrix of floats with this many columns and rows, 2 to 4 each
+    /// A matrix of floats with this many columns and rows, 2 to 4 each.
     Mat(u8, u8),
-    /// A colour, whose number of components is the host's business
+    /// A colour, whose number of components the host defines.
     Color,
-    /// A reference to a shader of any role (`rt_Texture`, `rt_Material`, ...)
+    /// A reference to a shader of any role (`rt_Texture`, `rt_Material`, ...).
     Reference,
 }
 
-/// What vectors are made of
+/// The component type of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Scalar {
-    /// `bvecN`
+    /// `bvecN`.
     Bool,
-    /// `ivecN`
+    /// `ivecN`.
     Int,
-    /// `uvecN`
+    /// `uvecN`.
     Uint,
-    /// `vecN`
+    /// `vecN`.
     Float,
 }
 
 impl Scalar {
-    /// The scalar as a type of its own
+    /// The scalar as a [`SpecType`].
     pub const fn as_type(self) -> SpecType {
         match self {
             Scalar::Bool => SpecType::Bool,
@@ -49,7 +50,7 @@ impl Scalar {
         }
     }
 
-    /// What stands before `vec` in the name of a vector of these
+    /// The prefix before `vec` in the name of a vector of these.
     const fn vector_prefix(self) -> &'static str {
         match self {
             Scalar::Bool => "b",
@@ -61,7 +62,7 @@ impl Scalar {
 }
 
 impl SpecType {
-    /// The type of that name as the language writes it, `mat3` and `mat3x3` alike
+    /// The type called `name` in the language; `mat3` and `mat3x3` are the same type.
     pub fn from_name(name: &str) -> Option<SpecType> {
         Some(match name {
             "void" => SpecType::Void,
@@ -75,7 +76,7 @@ impl SpecType {
         })
     }
 
-    /// A vector of `size` of these, or the scalar itself where `size` is 1
+    /// A vector of `size` of these, or the scalar itself if `size` is 1.
     pub const fn scalar_or_vector(scalar: Scalar, size: u8) -> SpecType {
         if size == 1 { scalar.as_type() } else { SpecType::Vec(scalar, size) }
     }
@@ -130,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_name_reads_back() {
+    fn every_type_parses_from_its_name() {
         for name in [
             "void", "bool", "int", "uint", "float", "color", "vec2", "ivec3", "uvec4", "bvec2",
             "mat2", "mat3x4", "mat4x2",

@@ -9,8 +9,8 @@ use crate::token::Punctuator;
 use crate::word::Word;
 
 impl Parser<'_> {
-    /// Reads declarators, the first one's name having been read, up to what is no `,`.
-    /// `copied` is how many tokens each further one copies.
+    /// Parses declarators after the first one's name, up to a token other than `,`. `copied` is the
+    /// number of tokens that each further declarator copies.
     pub(super) fn parse_declarators(
         &mut self,
         annotations: Vec<Annotation>,
@@ -46,8 +46,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads `= value` if it is there. One that can't be read gives an error in its place, so
-    /// that the variable is declared all the same.
+    /// Parses `= value` if it is present. A value that cannot be parsed becomes an error
+    /// expression, so that the variable is declared nevertheless.
     pub(super) fn parse_optional_initializer(
         &mut self,
     ) -> (Option<Initializer>, Option<super::Reported>) {
@@ -81,7 +81,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Reads a struct and the variables declared along with it, `;` included.
+    /// Parses a struct and the variables declared along with it, including the `;`.
     pub(super) fn parse_struct_declaration(
         &mut self,
         annotations: Vec<Annotation>,
@@ -104,8 +104,8 @@ impl Parser<'_> {
         Ok((structure, variables))
     }
 
-    /// Whether a variable of the struct that was read begins here. On the next line a name may be the type of the
-    /// next declaration instead, where the struct lacks its `;`.
+    /// True if a declarator of the struct just parsed begins here. A name on the next line may
+    /// instead be the type of the next declaration, if the struct's `;` is missing.
     fn at_declarator_of_struct(&self) -> bool {
         if !self.peek().starts_line {
             return self.at_type_name();

@@ -1,10 +1,11 @@
-//! The comment just before a declaration.
+//! Documentation comments: the comment just before a declaration.
 
-/// How far back a comment may begin, in bytes, so that many classes cost no more than their text.
+/// The maximum distance in bytes at which a comment may begin. It keeps the cost of many classes
+/// proportional to the length of the text.
 const MAX_BYTES: usize = 1 << 14;
 
-/// The comment that ends on the line before `offset` (or on its line), without its marks:
-/// one `/* */` or a run of `//` lines. `None` where there is none or it is blank.
+/// Returns the comment that ends on the line before `offset` (or on its line), without comment
+/// marks: one `/* */` or a run of `//` lines. `None` if there is none or it is blank.
 pub(super) fn comment_before(text: &str, offset: usize) -> Option<String> {
     let window = text.floor_char_boundary(offset.saturating_sub(MAX_BYTES));
     let before = text.get(window..offset)?.trim_end_matches([' ', '\t']);

@@ -10,12 +10,12 @@ use crate::number::{Number, NumberError, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Reading, Word};
 
-/// An expression being built.
+/// An expression that is being built.
 struct Built {
     expression: Expression,
-    /// The height of its tree, chains of binary operators counted as one level.
+    /// The height of the tree; a chain of binary operators counts as one level.
     height: usize,
-    /// Where it stands, parentheses included.
+    /// The span, including enclosing parentheses.
     extent: Span,
 }
 
@@ -30,23 +30,23 @@ impl Built {
 }
 
 impl Parser<'_> {
-    /// Reads an expression, the comma operator included.
+    /// Parses an expression, including the comma operator.
     pub(super) fn parse_expression(&mut self) -> Parse<Expression> {
         Ok(self.parse_binding(SEQUENCE)?.expression)
     }
 
-    /// Reads an expression that a comma ends.
+    /// Parses an expression that a comma ends.
     pub(super) fn parse_argument(&mut self) -> Parse<Expression> {
         Ok(self.parse_binding(ASSIGNMENT)?.expression)
     }
 
-    /// Reads operators that bind at least as tightly as `binding`.
+    /// Parses operators that bind at least as tightly as `binding`.
     fn parse_binding(&mut self, binding: Binding) -> Parse<Built> {
         self.nested(|this| this.parse_chain(binding))
     }
 
-    /// The same at the depth of what is around it: as the right operand of a link, whose operators bind more tightly,
-    /// so that this goes no deeper than there are precedences.
+    /// Like `parse_binding`, without counting a level. Used for the right operand of a link: its
+    /// operators bind more tightly, so the recursion is no deeper than the number of precedences.
     fn parse_chain(&mut self, binding: Binding) -> Parse<Built> {
         let mut left = self.parse_prefix()?;
         while let TokenKind::Punctuator(punctuator) = self.peek().kind {
@@ -58,7 +58,8 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// Joins `left` with what follows, if `punctuator` is an operator that binds tightly enough.
+    /// Joins `left` with the operand that follows, if `punctuator` is an operator that binds
+    /// tightly enough.
     fn parse_infix(
         &mut self,
         left: Built,
@@ -110,7 +111,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Adds a link to a chain, whose length does not count.
+    /// Adds a link to a chain, whose length does not count as depth.
     fn link(
         &mut self,
         left: Built,
@@ -237,7 +238,7 @@ impl Parser<'_> {
         Built { expression: Expression { kind, span: extent }, height, extent }
     }
 
-    /// Reads `( ... )`. Gives the arguments and the greatest of their heights.
+    /// Parses `( ... )`. Returns the arguments and the greatest of their heights.
     fn parse_arguments(&mut self) -> Parse<(Vec<Expression>, usize)> {
         let open = self.bump();
         let mut arguments = Vec::new();
@@ -263,7 +264,7 @@ impl Parser<'_> {
         Ok((arguments, height))
     }
 
-    /// Reads arguments, or nothing where no parenthesis follows.
+    /// Parses arguments, or none if no parenthesis follows.
     pub(super) fn parse_optional_arguments(&mut self) -> Parse<Vec<Expression>> {
         if self.at(Punctuator::LeftParenthesis) {
             Ok(self.parse_arguments()?.0)
@@ -346,15 +347,16 @@ impl Parser<'_> {
         match error {
             NumberError::Suffix(at) => {
                 let suffix = shorten(&text[at..]);
-                invalid(format!("number with the unknown suffix `{suffix}`"), "not a number")
-                    .note("numbers end in nothing, `u` or `f`; names do not begin with a digit")
+                invalid(format!("number with the unknown suffix `{suffix}`"), "not a number").note(
+                    "numbers have the suffix `u`, `f` or none; names do not begin with a digit",
+                )
             }
             NumberError::Digit(digit) => {
                 invalid(format!("digit `{digit}` in an octal number"), "not a number")
                     .note("as in C, whole numbers that begin with 0 are octal")
             }
             NumberError::Malformed => {
-                invalid(format!("`{shown}` is no number"), "digits are missing or points too many")
+                invalid(format!("`{shown}` is not a number"), "missing digits or too many points")
             }
             NumberError::Double => {
                 invalid(format!("`{shown}` has double precision"), "RTSL has 32-bit floats only")
@@ -368,9 +370,9 @@ impl Parser<'_> {
     }
 }
 
-/// What became of an operand and the operator after it.
+/// The result of parsing the operator after an operand.
 enum Infix {
     Joined(Built),
-    /// The operator belongs to somebody else.
+    /// The operator binds less tightly and is left to the caller.
     Done(Built),
 }

@@ -1,4 +1,4 @@
-//! Classes, structs, functions and members: what stands at file scope and in classes.
+//! Items at file scope and in classes: classes, structs, functions and members.
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
@@ -11,7 +11,7 @@ use crate::ast::{
 use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Word};
 
-/// Where the parser stops reading items.
+/// The scope whose items are parsed; it determines where parsing stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
     File,
@@ -81,7 +81,7 @@ impl Parser<'_> {
         let mut bases = Vec::new();
         if self.maybe(Punctuator::Colon).is_some() {
             loop {
-                // C++ habits: `class A : public B`.
+                // C++ syntax: `class A : public B`.
                 if self.maybe_keyword(Keyword::Public).is_some() {
                     let place = self.previous_span();
                     self.complain(
@@ -138,13 +138,13 @@ impl Parser<'_> {
                 }
                 let place = self.peek().span;
                 self.report(
-                    Diagnostic::new(codes::UNCLOSED_DELIMITER, "a `}` that closes nothing")
-                        .at(place, "no `{` before it is open"),
+                    Diagnostic::new(codes::UNCLOSED_DELIMITER, "unmatched `}`")
+                        .at(place, "there is no open `{` before it"),
                 );
                 self.bump();
             } else if self.parse_item(items).is_err() {
                 self.recover_statement();
-                // What is left of a body whose head could not be read.
+                // The remainder of a body whose head could not be parsed.
                 if self.position == before {
                     self.bump();
                 }
@@ -153,7 +153,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a declaration at file scope or in a class.
+    /// Parses a declaration at file scope or in a class.
     fn parse_item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         if self.maybe(Punctuator::Semicolon).is_some() {
             return Ok(());
@@ -217,7 +217,7 @@ impl Parser<'_> {
             && self.peek_at(1).is(Punctuator::LeftParenthesis)
     }
 
-    /// The name after the type of a declaration.
+    /// Expects the name after the type of a declaration.
     fn expect_declared_name(&mut self, ty: &TypeName) -> Parse<Identifier> {
         let next = self.peek();
         if next.is(Punctuator::LeftParenthesis) {
@@ -226,9 +226,13 @@ impl Parser<'_> {
                 format!("function `{}` has no result type", crate::message::shorten(&ty.name.name)),
             )
             .at(ty.span, "expected a type before the name");
-            // What C++ takes for a constructor.
+            // C++ syntax: a constructor named like the class.
             let diagnostic = if self.class.as_ref() == Some(&ty.name.name) {
-                diagnostic.suggest("what makes an instance ready is called", ty.span, "constructor")
+                diagnostic.suggest(
+                    "the function that initializes an instance is called",
+                    ty.span,
+                    "constructor",
+                )
             } else {
                 diagnostic.suggest("for a function without result", ty.span.before(), "void ")
             };
@@ -237,7 +241,8 @@ impl Parser<'_> {
         self.expect_identifier("the declaration's name")
     }
 
-    /// GLSL's declarations that RTSL has no use for: interface blocks and redeclarations.
+    /// Reports declarations of GLSL that RTSL does not support: interface blocks and
+    /// redeclarations.
     fn refuse_other_declarations(&mut self, qualifiers: &Qualifiers) -> Parse<()> {
         if self.word_of(self.peek()) != Some(Word::Plain) || qualifiers.list.is_empty() {
             return Ok(());
@@ -260,7 +265,7 @@ impl Parser<'_> {
         Err(self.report(diagnostic))
     }
 
-    /// Reads parameters and body, the name having been read.
+    /// Parses parameters and body; the name has been parsed.
     pub(super) fn parse_function(
         &mut self,
         qualifiers: Qualifiers,
@@ -271,7 +276,7 @@ impl Parser<'_> {
         let open = self.expect(Punctuator::LeftParenthesis)?;
         let parameters = match self.parse_parameters(open) {
             Ok(parameters) => parameters,
-            // The body is worth reading: its errors are its own.
+            // The body is parsed all the same, to report its errors.
             Err(_) => {
                 self.recover_parenthesis();
                 Vec::new()
@@ -328,7 +333,7 @@ impl Parser<'_> {
         Ok(Parameter { annotations, qualifiers, ty, name, default, span })
     }
 
-    /// Reads `struct Name { fields }` up to the closing brace.
+    /// Parses `struct Name { fields }` up to the closing brace.
     pub(super) fn parse_struct(&mut self) -> Parse<Struct> {
         let keyword = self.bump();
         let name = if self.at(Punctuator::LeftBrace) {
@@ -396,7 +401,7 @@ impl Parser<'_> {
         self.expect_semicolon("the field")
     }
 
-    /// Reads any number of `[[key value, ...]]`.
+    /// Parses any number of `[[key value, ...]]`.
     fn parse_annotations(&mut self) -> Parse<Vec<Annotation>> {
         let mut annotations = Vec::new();
         while self.at(Punctuator::LeftBracket) && self.peek_at(1).is(Punctuator::LeftBracket) {
@@ -432,7 +437,7 @@ impl Parser<'_> {
         Ok(Annotation { key, value })
     }
 
-    /// Reads double-quoted text; texts that follow each other are one.
+    /// Parses double-quoted text; adjacent texts are concatenated.
     fn parse_text(&mut self) -> AnnotationValue {
         let mut text = String::new();
         let mut span = self.peek().span;

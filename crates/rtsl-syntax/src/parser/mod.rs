@@ -1,11 +1,11 @@
-//! Tokens to tree, with recovery.
+//! The parser: tokens to tree, with error recovery.
 //!
-//! A `parse_x` function reads an `x` and fails with [`Reported`] where it can't: the error is
-//! reported by then, and the caller either passes it on or recovers at a place that text after an
-//! error most likely reaches: the next `;`, the closing brace, the next class. Depth is counted
-//! on the way down and, for what follows an operand, on the way up, so that no tree is deeper than
-//! [`deep_stack::depth`] says and no text makes the parser's own recursion deeper. Chains of binary operators are read by
-//! a loop, and their length does not count.
+//! A `parse_x` function parses an `x` or fails with [`Reported`]. The error has been reported by
+//! then, and the caller either passes it on or recovers at a token where parsing can most likely
+//! continue: the next `;`, the closing brace, the next class. Depth is counted on the way down and,
+//! for operators that follow an operand, on the way up, so that no tree is deeper than
+//! [`deep_stack::depth`] allows and the parser's recursion is bounded too. Chains of binary
+//! operators are parsed by a loop; their length does not count as depth.
 
 mod declarations;
 mod documentation;
@@ -25,10 +25,10 @@ use crate::symbol::Interner;
 use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Reading, Reserved, Word};
 
-/// How many tokens may be copied where one type or annotation serves several declarators.
+/// The limit on tokens copied because one type or annotation serves several declarators.
 const MAX_COPIED_TOKENS: usize = 1 << 20;
 
-/// The tree of `tokens`, the last of which is the end.
+/// Parses `tokens`, the last of which is the end token.
 pub(crate) fn parse_tokens(
     tokens: Vec<Token>,
     map: &SourceMap,
@@ -63,17 +63,17 @@ struct Parser<'a> {
     map: &'a SourceMap,
     symbols: &'a Interner,
     diagnostics: &'a mut Diagnostics,
-    /// How deep the parser stands in the tree.
+    /// The current depth in the tree.
     depth: usize,
-    /// How deep it may stand there.
+    /// The limit for `depth`.
     max_depth: usize,
-    /// The place of the last error; a second one there would say the same in other words. All
-    /// that a macro made has one place.
+    /// The span of the last error. A second error with the same span is dropped, since it would
+    /// only repeat the first. All tokens of a macro's expansion share one span.
     reported_at: Option<Span>,
-    /// Tokens copied so far, see [`MAX_COPIED_TOKENS`].
+    /// The number of tokens copied so far, see [`MAX_COPIED_TOKENS`].
     copied: usize,
     unnamed_structs: u32,
-    /// The name of the class being read.
+    /// The name of the class that is being parsed.
     class: Option<String>,
 }
 
@@ -129,7 +129,7 @@ impl<'a> Parser<'a> {
         self.symbols.text(token.spelling)
     }
 
-    /// The place of the token read last.
+    /// The span of the last token that was consumed.
     fn previous_span(&self) -> Span {
         self.tokens[self.position.saturating_sub(1)].span
     }
@@ -158,7 +158,7 @@ impl<'a> Parser<'a> {
         self.tokens.len() - 1
     }
 
-    /// Asserts that a loop which began an item at `before` has read something.
+    /// Asserts that a loop that began an item at `before` has consumed a token.
     fn ensure_progress(&mut self, before: usize) {
         debug_assert!(self.position > before || self.at_end(), "no progress at {before}");
         if self.position == before {
@@ -178,7 +178,8 @@ impl Parser<'_> {
         Reported
     }
 
-    /// Reports without regard to earlier errors: for what is read on as if it were right.
+    /// Reports an error regardless of earlier ones, for text that is then parsed as if it were
+    /// valid.
     fn complain(&mut self, code: Code, message: impl Into<String>, place: Span, label: &str) {
         self.diagnostics.push(Diagnostic::new(code, message).at(place, label));
     }
@@ -199,8 +200,9 @@ impl Parser<'_> {
         let mut diagnostic = Diagnostic::new(code, format!("expected {expected}, found {found}"))
             .at(token.span, format!("expected {expected}"));
         if token.kind == TokenKind::Text {
-            diagnostic = diagnostic
-                .note("shaders have no texts; they stand in directives and annotations alone");
+            diagnostic = diagnostic.note(
+                "RTSL has no type for text; text is allowed in annotations and directives only",
+            );
             if self.begins_arguments_of(&["printf", "print", "fprintf"]) {
                 diagnostic = diagnostic.help(
                     "shaders print nothing; `rtsl eval` shows what a method computes for chosen rays",
@@ -210,7 +212,7 @@ impl Parser<'_> {
         self.report(diagnostic)
     }
 
-    /// Whether the next token is the first argument of a call of one of these functions.
+    /// True if the next token is the first argument of a call of one of these functions.
     fn begins_arguments_of(&self, functions: &[&str]) -> bool {
         let [.., name, parenthesis] = &self.tokens[..self.position] else { return false };
         parenthesis.is(Punctuator::LeftParenthesis)
@@ -258,7 +260,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads the bracket that closes `open`.
+    /// Parses the bracket that closes `open`.
     fn expect_closing(&mut self, open: Token, closing: Punctuator) -> Parse<Token> {
         if let Some(token) = self.maybe(closing) {
             return Ok(token);
@@ -273,7 +275,8 @@ impl Parser<'_> {
         Err(self.report(diagnostic))
     }
 
-    /// Reads a `;`. One that is missing at the end of a line is taken as read.
+    /// Parses a `;`. If it is missing at the end of a line, the error is reported and parsing
+    /// continues as if it were there.
     fn expect_semicolon(&mut self, after: &str) -> Parse<()> {
         if self.maybe(Punctuator::Semicolon).is_some() {
             return Ok(());
@@ -294,7 +297,7 @@ impl Parser<'_> {
         if next.starts_line || next.is(Punctuator::RightBrace) { Ok(()) } else { Err(reported) }
     }
 
-    /// Reads a name that a declaration may give.
+    /// Parses a name that a declaration may introduce.
     fn expect_identifier(&mut self, what: &str) -> Parse<Identifier> {
         let token = self.peek();
         match self.word_of(token) {
@@ -305,7 +308,7 @@ impl Parser<'_> {
                     codes::KEYWORD_AS_NAME,
                     format!("expected {what}, found {}", self.describe(token)),
                 )
-                .at(token.span, "the language has this word for itself")
+                .at(token.span, "this is a keyword")
                 .help("choose another name");
                 return Err(self.report(diagnostic));
             }
@@ -331,8 +334,8 @@ impl Parser<'_> {
         result
     }
 
-    /// Fails where a tree of this height would be too deep here. The rest of the text is given
-    /// up, since every way out of the nesting would be another error.
+    /// Fails if a tree of this height would be too deep here. The rest of the text is skipped,
+    /// since every way out of the nesting would be another error.
     fn check_depth(&mut self, height: usize) -> Parse<()> {
         if self.depth + height <= self.max_depth {
             return Ok(());
@@ -342,7 +345,7 @@ impl Parser<'_> {
         let diagnostic = Diagnostic::new(codes::NESTED_TOO_DEEPLY, message)
             .at(place, "too deep here; the rest is not read")
             .note("parentheses, prefix operators, `?:`, blocks and `else if` count together")
-            .help("name parts in variables or functions of their own; loop over an array");
+            .help("move parts into variables or functions, or loop over an array");
         let reported = self.report(diagnostic);
         self.position = self.tokens.len() - 1;
         self.reported_at = Some(self.peek().span);
@@ -368,8 +371,8 @@ impl Parser<'_> {
 
 // Recovery.
 impl Parser<'_> {
-    /// Skips to where the next statement or member begins: past a `;` or a block, or before
-    /// a `}`, a class or the end.
+    /// Skips to the beginning of the next statement or member: past a `;` or a block, or before a
+    /// `}`, a class or the end.
     fn recover_statement(&mut self) {
         while !self.at_end() {
             match self.peek().kind {
@@ -391,7 +394,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips to the parenthesis that closes a header, past it; stops before braces.
+    /// Skips past the parenthesis that closes a header; stops before braces.
     fn recover_parenthesis(&mut self) {
         let mut nesting = 0_usize;
         while !self.at_end() && !self.at_class() {

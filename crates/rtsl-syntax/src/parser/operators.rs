@@ -1,9 +1,9 @@
-//! Which tokens are operators, and how tightly they bind.
+//! Operators and their precedences.
 
 use crate::ast::{BinaryOperator, StepOperator, UnaryOperator};
 use crate::token::Punctuator;
 
-/// How tightly operators bind; a greater number binds more tightly.
+/// The precedence of an operator; a greater number binds more tightly.
 pub(super) type Binding = u8;
 
 pub(super) const SEQUENCE: Binding = 1;
@@ -11,7 +11,7 @@ pub(super) const ASSIGNMENT: Binding = 2;
 pub(super) const CONDITIONAL: Binding = 3;
 pub(super) const UNARY: Binding = 15;
 
-/// The binary operator that `punctuator` is.
+/// The binary operator that `punctuator` denotes.
 pub(super) fn binary(punctuator: Punctuator) -> Option<(BinaryOperator, Binding)> {
     Some(match punctuator {
         Punctuator::OrOr => (BinaryOperator::Or, 4),
@@ -37,7 +37,7 @@ pub(super) fn binary(punctuator: Punctuator) -> Option<(BinaryOperator, Binding)
     })
 }
 
-/// The assignment that `punctuator` is, with its operator if it has one.
+/// The assignment that `punctuator` denotes, with its operator if it is a compound one.
 pub(super) fn assignment(punctuator: Punctuator) -> Option<Option<BinaryOperator>> {
     Some(match punctuator {
         Punctuator::Assign => None,
@@ -55,7 +55,7 @@ pub(super) fn assignment(punctuator: Punctuator) -> Option<Option<BinaryOperator
     })
 }
 
-/// The prefix operator that `punctuator` is, `++` and `--` excepted.
+/// The prefix operator that `punctuator` denotes, except `++` and `--`.
 pub(super) fn unary(punctuator: Punctuator) -> Option<UnaryOperator> {
     Some(match punctuator {
         Punctuator::Minus => UnaryOperator::Negate,

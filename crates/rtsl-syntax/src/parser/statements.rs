@@ -11,7 +11,7 @@ use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Reading, Word};
 
 impl Parser<'_> {
-    /// Reads `{ ... }`; the brace is there.
+    /// Parses `{ ... }`. The next token is the brace.
     pub(super) fn parse_block(&mut self) -> Parse<Block> {
         let open = self.bump();
         let mut statements = Vec::new();
@@ -20,7 +20,7 @@ impl Parser<'_> {
         Ok(Block { statements, span: open.span.to(close.span) })
     }
 
-    /// Reads statements up to a `}`, a class or the end, and where `in_switch` up to a label.
+    /// Parses statements up to a `}`, a class or the end, and, if `in_switch`, up to a label.
     fn parse_statements(&mut self, statements: &mut Vec<Statement>, in_switch: bool) {
         while !self.at_end() && !self.at(Punctuator::RightBrace) && !self.at_class() {
             if in_switch && self.at_label() {
@@ -36,7 +36,7 @@ impl Parser<'_> {
         matches!(self.peek_keyword(), Some(Keyword::Case | Keyword::Default))
     }
 
-    /// Reads a statement. What can't be read is skipped and becomes the empty statement.
+    /// Parses a statement. Text that cannot be parsed is skipped and becomes the empty statement.
     fn parse_statement(&mut self) -> Statement {
         let first = self.peek();
         let before = self.position;
@@ -45,7 +45,7 @@ impl Parser<'_> {
             Err(_) => {
                 self.recover_statement();
                 if self.position == before && self.at(Punctuator::RightBrace) {
-                    // The caller stops here.
+                    // The caller's loop ends at this token.
                     return Statement { kind: StatementKind::Empty, span: first.span };
                 }
                 StatementKind::Empty
@@ -54,8 +54,8 @@ impl Parser<'_> {
         Statement { kind, span: first.span.to(self.previous_span()) }
     }
 
-    /// Reads a statement that something before it governs: a brace or a class in its place is
-    /// an error here, since the caller has nothing to stop for.
+    /// Parses the body of a loop, an `if` or similar. A closing brace or a class instead of it is
+    /// an error here, since the caller has no list to end.
     fn parse_body(&mut self) -> Parse<Box<Statement>> {
         if self.at(Punctuator::RightBrace) || self.at_end() || self.at_class() {
             return Err(self.unexpected("a statement"));
@@ -114,7 +114,7 @@ impl Parser<'_> {
             Keyword::Case | Keyword::Default => {
                 let message = format!("label `{}` outside a `switch`", self.text(token));
                 let diagnostic = Diagnostic::new(codes::MISPLACED_LABEL, message)
-                    .at(token.span, "labels stand directly in the braces of a `switch`");
+                    .at(token.span, "labels must be directly inside the braces of a `switch`");
                 self.report(diagnostic);
                 self.bump();
                 self.skip_label();
@@ -126,7 +126,7 @@ impl Parser<'_> {
                     .help("an `if` whose body is several statements needs braces");
                 self.report(diagnostic);
                 self.bump();
-                // What it governs is read as a statement of its own.
+                // The statement after it is parsed as an ordinary statement.
                 self.parse_body().map(|body| body.kind)
             }
             Keyword::True | Keyword::False => self.parse_expression_statement(),
@@ -148,7 +148,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a declaration or an expression with its `;`.
+    /// Parses a declaration or an expression with its `;`.
     fn parse_simple_statement(&mut self) -> Parse<StatementKind> {
         if self.at_declaration() {
             self.parse_declaration_statement()
@@ -163,8 +163,8 @@ impl Parser<'_> {
         Ok(StatementKind::Expression(expression))
     }
 
-    /// Whether a declaration begins here: a qualifier, or a type and a name. No expression has
-    /// two words side by side.
+    /// True if a declaration begins here: a qualifier, or a type and a name. No expression has two
+    /// adjacent words.
     fn at_declaration(&self) -> bool {
         match self.word_of(self.peek()) {
             Some(Word::Keyword(Keyword::True | Keyword::False)) => return false,
@@ -186,8 +186,8 @@ impl Parser<'_> {
         }
     }
 
-    /// The index just past the `[...]` from `start` on. A look ahead: it ends with the statement,
-    /// so that broken text costs no more than its length.
+    /// The index just past the `[...]` from `start` on. This lookahead ends with the statement, so
+    /// that its cost on malformed text stays linear.
     pub(super) fn after_array_sizes(&self, start: usize) -> usize {
         let mut nesting = 0_usize;
         let mut next = start;
@@ -234,13 +234,13 @@ impl Parser<'_> {
             self.parse_declarators(Vec::new(), qualifiers, ty, name, copied, &mut variables);
         match result {
             Ok(()) => self.expect_semicolon("the declaration")?,
-            // What was declared stays declared, so that its uses give no further errors.
+            // The variables parsed so far stay declared, so that their uses give no further errors.
             Err(_) => self.recover_statement(),
         }
         Ok(StatementKind::Variables(variables))
     }
 
-    /// Reads `( condition )`. One that can't be read becomes an error expression.
+    /// Parses `( condition )`. A condition that cannot be parsed becomes an error expression.
     fn parse_parenthesized(&mut self) -> Parse<Expression> {
         let open = self.expect(Punctuator::LeftParenthesis)?;
         let result = self.parse_expression().and_then(|expression| {
@@ -281,7 +281,7 @@ impl Parser<'_> {
         Ok(StatementKind::Switch { selector, cases })
     }
 
-    /// Reads and drops statements before the first label.
+    /// Parses and drops statements before the first label.
     fn refuse_unlabelled(&mut self) {
         let place = self.peek().span;
         let mut unlabelled = Vec::new();
@@ -296,7 +296,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Reports a last label, read whole, with nothing between it and the end of the `switch`.
+    /// Reports a last label that parsed without errors and has no statement before the end of the
+    /// `switch`.
     fn require_statement(&mut self, cases: &[SwitchCase]) {
         let Some(last) = cases.last() else { return };
         let whole = self.tokens[self.position - 1].is(Punctuator::Colon);
@@ -307,7 +308,7 @@ impl Parser<'_> {
             codes::LABEL_WITHOUT_STATEMENT,
             "no statement between this label and the end of the `switch`",
         )
-        .at(last.span, "expected a statement behind this")
+        .at(last.span, "expected a statement after this")
         .suggest("write", last.span.after(), " break;");
         self.diagnostics.push(diagnostic);
     }
@@ -321,7 +322,7 @@ impl Parser<'_> {
         SwitchCase { label, span, statements }
     }
 
-    /// Reads `case value:` or `default:`, giving the value.
+    /// Parses `case value:` or `default:` and returns the value.
     fn parse_label(&mut self) -> Option<Expression> {
         let keyword = self.bump();
         if self.word_of(keyword) == Some(Word::Keyword(Keyword::Default)) {
@@ -405,7 +406,7 @@ impl Parser<'_> {
         Ok(StatementKind::Variables(variables))
     }
 
-    /// Reads the condition of a loop: an expression, or a variable with its value.
+    /// Parses the condition of a loop: an expression, or a variable with its value.
     fn parse_condition(&mut self) -> Parse<Condition> {
         if !self.at_declaration() {
             return Ok(Condition::Expression(self.parse_expression()?));
@@ -469,5 +470,5 @@ impl Parser<'_> {
     }
 }
 
-/// What stands in the parentheses of a `for`.
+/// The parts of the parentheses of a `for`.
 type ForHeader = (Box<Statement>, Option<Condition>, Option<Expression>);

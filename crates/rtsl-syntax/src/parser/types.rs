@@ -8,8 +8,8 @@ use crate::token::{Punctuator, Token, TokenKind};
 use crate::word::{Keyword, Reading, Word};
 
 impl Parser<'_> {
-    /// Reads qualifiers in any order. Those of precision are dropped; those that GLSL alone has
-    /// are complained of and dropped.
+    /// Parses qualifiers in any order. Precision qualifiers are dropped; qualifiers that only GLSL
+    /// has are reported and dropped.
     pub(super) fn parse_qualifiers(&mut self) -> Qualifiers {
         let mut qualifiers = Qualifiers::default();
         loop {
@@ -52,7 +52,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads `precision highp float;`, which has no effect.
+    /// Parses `precision highp float;`, which has no effect.
     pub(super) fn parse_precision(&mut self) -> Parse<()> {
         self.bump();
         if !matches!(self.peek_keyword(), Some(Keyword::Lowp | Keyword::Mediump | Keyword::Highp)) {
@@ -66,7 +66,7 @@ impl Parser<'_> {
         self.expect_semicolon("the precision statement")
     }
 
-    /// Whether the next token can name a type.
+    /// True if the next token can name a type.
     pub(super) fn at_type_name(&self) -> bool {
         match self.word_of(self.peek()) {
             Some(Word::Plain | Word::Type) => true,
@@ -75,7 +75,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a type with its array sizes. `what` is what the type belongs to, for messages.
+    /// Parses a type with its array sizes. `what` names the declaration that the type belongs to,
+    /// for messages.
     pub(super) fn parse_type(&mut self, what: &str) -> Parse<TypeName> {
         if !self.at_type_name() {
             return Err(self.unexpected(&format!("the type of {what}")));
@@ -100,7 +101,7 @@ impl Parser<'_> {
         self.identifier(token)
     }
 
-    /// Reads the sizes after a declarator's name; they are the outer dimensions.
+    /// Parses the sizes after a declarator's name; they are the outer dimensions.
     pub(super) fn parse_declarator_sizes(&mut self, ty: &mut TypeName) -> Parse<()> {
         let mut sizes = self.parse_sizes()?;
         if !sizes.is_empty() {

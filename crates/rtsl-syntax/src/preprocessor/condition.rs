@@ -7,11 +7,11 @@ use crate::message::shorten;
 use crate::number::{Number, parse_number};
 use crate::token::{Punctuator, Token, TokenKind};
 
-/// How deep parentheses and unary operators may nest.
+/// The maximum nesting of parentheses and unary operators.
 const MAX_DEPTH: usize = 128;
 
 impl Preprocessor<'_> {
-    /// Whether the condition after `directive` holds; `None` where it is no condition.
+    /// Evaluates the condition after `directive`; `None` if it is malformed.
     pub(super) fn condition_holds(&mut self, directive: Token, line: &[Token]) -> Option<bool> {
         let resolved = self.resolve_defined(line)?;
         let tokens = self.expand_list(resolved, 0);
@@ -85,8 +85,8 @@ struct Evaluator<'a, 'p> {
 }
 
 impl Evaluator<'_, '_> {
-    /// Reads operators that bind at least as tightly as `binding`. What `live` says is not
-    /// evaluated, as behind `0 &&`, may hold unknown names and divide by zero.
+    /// Parses operators that bind at least as tightly as `binding`. Unless `live`, the operands are
+    /// not evaluated, as after `0 &&`; they may contain unknown names and divide by zero.
     fn parse_expression(&mut self, binding: u8, live: bool) -> Evaluated {
         self.depth += 1;
         if self.depth > MAX_DEPTH {

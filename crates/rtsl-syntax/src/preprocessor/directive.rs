@@ -1,4 +1,4 @@
-//! Directives: one line that begins with `#`.
+//! Directives: lines that begin with `#`.
 
 use rtsl_source::{Diagnostic, Span, diagnostic_codes as codes, most_similar};
 
@@ -26,7 +26,7 @@ const DIRECTIVES: [&str; 14] = [
 ];
 
 impl Preprocessor<'_> {
-    /// Obeys the directive that the tokens of `line` make, the first being `#`.
+    /// Executes the directive on `line`, whose first token is `#`.
     pub(super) fn obey(&mut self, line: &[Token]) {
         let Some(name) = line.get(1).copied() else { return };
         let rest = &line[2..];
@@ -72,7 +72,7 @@ impl Preprocessor<'_> {
             match condition(self) {
                 Some(true) => GroupState::Reading,
                 Some(false) => GroupState::Seeking,
-                // Reported; neither branch is right, so neither gives further errors.
+                // The error is reported; skipping both branches avoids further errors.
                 None => GroupState::Finished,
             }
         };
@@ -81,7 +81,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `#elif`: its condition matters only if no group was read.
+    /// Executes `#elif`, whose condition matters only if no group was read.
     fn continue_conditional(&mut self, name: Token, rest: &[Token]) {
         let Some(state) = self.check_continues(name, "elif") else { return };
         let next = match state {
@@ -118,7 +118,8 @@ impl Preprocessor<'_> {
         self.expect_end_of_conditional(rest, name, outer);
     }
 
-    /// Reports what follows `#else` or `#endif`, unless the first `outer` conditionals skip this one as a whole.
+    /// Reports tokens after `#else` or `#endif`, unless the first `outer` conditionals skip this
+    /// one as a whole.
     fn expect_end_of_conditional(&mut self, rest: &[Token], name: Token, outer: usize) {
         let innermost = outer.checked_sub(1);
         let around = innermost.and_then(|index| self.open.last()?.conditions.get(index));
@@ -156,7 +157,7 @@ impl Preprocessor<'_> {
         let message = format!("`#{directive}` without `#if`");
         self.report(
             Diagnostic::new(codes::UNBALANCED_CONDITIONAL, message)
-                .at(name.span, "belongs to nothing"),
+                .at(name.span, "no `#if` is open"),
         );
     }
 
@@ -170,7 +171,8 @@ impl Preprocessor<'_> {
         let text = self.line_text(rest);
         let message = if text.is_empty() { "`#error`".to_string() } else { text };
         self.report(
-            Diagnostic::new(codes::ERROR_DIRECTIVE, message).at(name.span, "the text says so"),
+            Diagnostic::new(codes::ERROR_DIRECTIVE, message)
+                .at(name.span, "reported by this directive"),
         );
     }
 
@@ -184,7 +186,7 @@ impl Preprocessor<'_> {
         text.chars().take(LIMIT).map(|c| if c.is_control() { ' ' } else { c }).collect()
     }
 
-    /// `#pragma once`, `#pragma once(off)`, and those that GLSL knows.
+    /// Executes `#pragma once`, `#pragma once(off)`, and the pragmas of GLSL.
     fn obey_pragma(&mut self, name: Token, rest: &[Token]) {
         let words: Vec<String> =
             rest.iter().take(5).map(|token| self.text(*token).to_string()).collect();
@@ -244,8 +246,8 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `#line 12`, and `#line 12 3` with the number that `__FILE__` gives from there on. C's name of a file in
-    /// its place has no effect.
+    /// Executes `#line 12`, or `#line 12 3` with the value that `__FILE__` has from there on. A
+    /// file name as in C instead of that value has no effect.
     fn obey_line(&mut self, name: Token, rest: &[Token]) {
         let expanded = self.expand_list(rest.to_vec(), 0);
         let numbers = match expanded[..] {
@@ -267,7 +269,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// The integer that a token is.
+    /// The value of an integer token.
     fn number(&self, token: Token) -> Option<i64> {
         if token.kind != TokenKind::Number {
             return None;
@@ -279,7 +281,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `#include "file"`, also where a macro gives the text.
+    /// Executes `#include "file"`; a macro may supply the text.
     fn obey_include(&mut self, name: Token, rest: &[Token]) {
         let line = match rest.first() {
             Some(first) if first.kind == TokenKind::Name => self.expand_list(rest.to_vec(), 0),
@@ -309,7 +311,7 @@ impl Preprocessor<'_> {
         self.report(Diagnostic::new(codes::MALFORMED_DIRECTIVE, message).at(place, expected));
     }
 
-    /// The name that must follow `directive`.
+    /// Expects a name after `directive`.
     pub(super) fn expect_name(&mut self, directive: Token, rest: &[Token]) -> Option<Token> {
         match rest.first() {
             Some(name) if name.kind == TokenKind::Name => Some(*name),
@@ -320,7 +322,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Reports what follows a complete directive.
+    /// Reports tokens after a complete directive.
     pub(super) fn expect_line_end(&mut self, rest: &[Token], directive: Token) {
         if let (Some(first), Some(last)) = (rest.first(), rest.last()) {
             let message = format!("text after `#{}`", self.text(directive));

@@ -12,31 +12,31 @@ use crate::message::shorten;
 use crate::symbol::Symbol;
 use crate::token::{Punctuator, Token, TokenKind};
 
-/// How deep macro calls may stand in the arguments of macro calls.
+/// The maximum nesting of macro calls in the arguments of macro calls.
 const MAX_ARGUMENT_DEPTH: usize = 64;
 
-/// Where tokens come from: expansions being read, then the files or nothing.
+/// A source of tokens: expansions in progress, then the open files if `files` is set.
 pub(super) struct Input {
     expansions: Vec<Expansion>,
     files: bool,
     depth: usize,
 }
 
-/// The tokens that replace a macro, being read.
+/// The replacement tokens of a macro, and the position of the next one to read.
 struct Expansion {
     tokens: Vec<Token>,
     position: usize,
-    /// The macro, which is not expanded again meanwhile.
+    /// The macro, which is not expanded again inside its own expansion.
     of: Option<Symbol>,
 }
 
 impl Input {
-    /// The files, from where they stand.
+    /// Reads from the open files, from their current positions on.
     pub fn files() -> Self {
         Input { expansions: Vec::new(), files: true, depth: 0 }
     }
 
-    /// These tokens and no others.
+    /// Reads these tokens only.
     fn list(tokens: Vec<Token>, depth: usize) -> Self {
         Input { expansions: vec![Expansion { tokens, position: 0, of: None }], files: false, depth }
     }
@@ -50,7 +50,7 @@ struct Argument {
 }
 
 impl Preprocessor<'_> {
-    /// The next token with macros expanded.
+    /// Returns the next token with macros expanded.
     pub(super) fn next_expanded(&mut self, input: &mut Input) -> Option<Token> {
         loop {
             let token = self.next_raw(input)?;
@@ -69,7 +69,7 @@ impl Preprocessor<'_> {
                 Expanded::Tokens(tokens) => self.push_expansion(input, token, tokens),
                 Expanded::NotACall => return Some(token),
                 Expanded::Failed => {
-                    // A number in its place keeps the parser from a second error.
+                    // A number instead of it keeps the parser from a second error.
                     self.after_invalid = true;
                     let spelling = self.symbols.intern("0");
                     return Some(Token { kind: TokenKind::Number, spelling, ..token });
@@ -78,7 +78,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `tokens` with macros expanded.
+    /// Returns `tokens` with macros expanded.
     pub(super) fn expand_list(&mut self, tokens: Vec<Token>, depth: usize) -> Vec<Token> {
         let mut input = Input::list(tokens, depth);
         let mut expanded = Vec::new();
@@ -97,7 +97,7 @@ impl Preprocessor<'_> {
         input.expansions.push(Expansion { tokens, position: 0, of: Some(name.spelling) });
     }
 
-    /// The next token as it stands.
+    /// Returns the next token without expanding macros.
     fn next_raw(&mut self, input: &mut Input) -> Option<Token> {
         while let Some(innermost) = input.expansions.last_mut() {
             if self.exhausted {
@@ -147,7 +147,7 @@ impl Preprocessor<'_> {
             .map_or(Expanded::Failed, Expanded::Tokens)
     }
 
-    /// Reads `( ... )`. Gives the arguments and the place of the closing parenthesis.
+    /// Reads `( ... )`. Returns the arguments and the span of the closing parenthesis.
     fn collect_arguments(
         &mut self,
         name: Token,
@@ -210,7 +210,7 @@ impl Preprocessor<'_> {
         false
     }
 
-    /// The body of `definition` with its parameters replaced.
+    /// Returns the body of `definition` with its parameters replaced.
     fn substitute(
         &mut self,
         definition: &Macro,
@@ -221,7 +221,7 @@ impl Preprocessor<'_> {
     ) -> Option<Vec<Token>> {
         let body: &Rc<[Token]> = &definition.body;
         let mut result: Vec<Token> = Vec::new();
-        // Where the operand left of a `##` begins in `result`.
+        // The index in `result` at which the left operand of a `##` begins.
         let mut operand = 0;
         for (index, token) in body.iter().enumerate() {
             let after_paste = index > 0 && body[index - 1].is(Punctuator::HashHash);
@@ -234,7 +234,8 @@ impl Preprocessor<'_> {
             let mut piece = match place.flatten() {
                 Some(place) if after_paste || before_paste => arguments[*place].raw.clone(),
                 Some(place) => self.expanded_argument(&mut arguments[*place], invocation, depth)?,
-                // What is no token is shown where the macro's author wrote it.
+                // An invalid token keeps the span of the macro's definition, where its author can
+                // fix it.
                 None if matches!(token.kind, TokenKind::Invalid(_)) => vec![*token],
                 None => vec![Token { span: invocation, ..*token }],
             };
@@ -286,7 +287,7 @@ impl Preprocessor<'_> {
         argument.expanded.clone()
     }
 
-    /// The one token that `left ## right` makes.
+    /// Returns the token that `left ## right` forms.
     fn paste(&mut self, left: Token, right: Token, invocation: Span) -> Option<Token> {
         let text = format!("{}{}", self.text(left), self.text(right));
         if !self.spend(text.len() / 16, invocation) {
@@ -298,7 +299,7 @@ impl Preprocessor<'_> {
                 Some(Token { span: invocation, spaced: left.spaced, starts_line: false, ..token })
             }
             _ => {
-                let message = format!("`##` makes `{}`, which is no token", shorten(&text));
+                let message = format!("`##` makes `{}`, which is not a token", shorten(&text));
                 self.report(
                     Diagnostic::new(codes::INVALID_PASTE, message).at(invocation, "expanded here"),
                 );
@@ -308,11 +309,11 @@ impl Preprocessor<'_> {
     }
 }
 
-/// What became of a macro's name.
+/// The result of expanding a macro's name.
 enum Expanded {
     Tokens(Vec<Token>),
-    /// A function macro without parentheses: an ordinary name.
+    /// A function-like macro without parentheses is an ordinary name.
     NotACall,
-    /// Reported.
+    /// An error, already reported.
     Failed,
 }

@@ -1,4 +1,4 @@
-//! The files being read, their conditional groups, and `#include`.
+//! The open files, their conditional groups, and `#include`.
 
 use std::rc::Rc;
 
@@ -10,58 +10,58 @@ use crate::lexer::lex;
 use crate::message::shorten;
 use crate::token::{Punctuator, Token};
 
-/// The greatest depth of includes.
+/// The maximum depth of includes.
 const MAX_INCLUDE_DEPTH: usize = 64;
-/// The greatest size in bytes of all included files together.
+/// The maximum size in bytes of all included files together.
 const MAX_INCLUDED_BYTES: usize = 64 << 20;
-/// How many tokens of a file that is read again cost as much as one that it gives: those that its guards skip
-/// are looked at only.
+/// The number of skipped tokens that cost as much as one token passed on, when a file is read
+/// again. Include guards make skipped tokens common, and they are cheap.
 const SKIPPED_FOR_ONE: usize = 16;
 
-/// A file's tokens, read once.
+/// The tokens of a file, which is lexed once.
 pub(super) struct LexedFile {
     pub file: FileId,
     pub tokens: Rc<[Token]>,
 }
 
-/// A file being read.
+/// A file that is being read.
 pub(super) struct OpenFile {
     pub file: FileId,
     pub tokens: Rc<[Token]>,
     pub position: usize,
     pub conditions: Vec<Conditional>,
-    /// What `#line` adds to line numbers.
+    /// The offset that `#line` adds to line numbers.
     pub line_offset: i64,
-    /// What `__FILE__` gives.
+    /// The value of `__FILE__`.
     pub number: i64,
-    /// Whether it was read before, so that what it gives counts as expansion.
+    /// True if the file was read before, so that its tokens count as expansion.
     pub repeated: bool,
-    /// The directive that included it.
+    /// The span of the directive that included it.
     pub included_at: Option<Span>,
 }
 
-/// An `#if` whose `#endif` is to come.
+/// An `#if` whose `#endif` has not been read yet.
 pub(super) struct Conditional {
-    /// The `#if`.
+    /// The span of the `#if`.
     pub span: Span,
     pub state: GroupState,
-    /// The `#else`, once met.
+    /// The span of the `#else`, once read.
     pub otherwise: Option<Span>,
 }
 
-/// Where a conditional stands.
+/// The state of a conditional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum GroupState {
-    /// This group is read.
+    /// The current group is read.
     Reading,
-    /// No group was read yet.
+    /// No group has been read yet.
     Seeking,
     /// A group was read, or the whole conditional is skipped.
     Finished,
 }
 
 impl OpenFile {
-    /// Whether the text here belongs to a group that is not read.
+    /// True if the current text belongs to a group that is skipped.
     pub fn skips(&self) -> bool {
         self.conditions.last().is_some_and(|innermost| innermost.state != GroupState::Reading)
     }
@@ -74,7 +74,7 @@ impl OpenFile {
 }
 
 impl Preprocessor<'_> {
-    /// Starts to read `file`.
+    /// Opens `file`.
     pub(super) fn open(&mut self, file: FileId, included_at: Option<Span>) {
         let known = self.lexed.iter().position(|lexed| lexed.file == file);
         let number = known.unwrap_or_else(|| {
@@ -100,7 +100,7 @@ impl Preprocessor<'_> {
         });
     }
 
-    /// The next token of the files, directives obeyed.
+    /// Returns the next token of the files and executes the directives before it.
     pub(super) fn next_file_token(&mut self) -> Option<Token> {
         loop {
             if self.exhausted {
@@ -151,7 +151,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Obeys an `#include` of `path`, which stands at `place`.
+    /// Executes an `#include` of `path` at the span `place`.
     pub(super) fn include(&mut self, path: &str, place: Span) {
         let Some(including) = self.open.last().map(|file| file.file) else { return };
         let key = (including, path.to_string());
@@ -208,7 +208,7 @@ impl Preprocessor<'_> {
                     Diagnostic::new(codes::INCLUDE_NOT_FOUND, format!("no file `{shown}`"))
                         .at(place, "not found");
                 if searched.is_empty() {
-                    diagnostic.note("this text comes from no file, so nothing stands beside it")
+                    diagnostic.note("this text does not come from a file, so no folder is searched")
                 } else {
                     diagnostic.note(format!("looked for {}", searched.join(", ")))
                 }
@@ -228,8 +228,8 @@ impl Preprocessor<'_> {
         None
     }
 
-    /// The error for a cycle of includes: `file` is included at `place` in the last of the first `depth` open
-    /// files, one of which it is.
+    /// The error for a cycle of includes: the last of the first `depth` open files includes `file`
+    /// at `place`, and `file` is one of them.
     fn cycle(&self, depth: usize, file: FileId, place: Span) -> Option<Diagnostic> {
         let start = self.open[..depth].iter().rposition(|open| open.file == file)?;
         let name = shorten(&self.map.file(file).name);

@@ -1,4 +1,4 @@
-//! `#define`, `#undef` and the macros that are always there.
+//! `#define`, `#undef` and the built-in macros.
 
 use std::rc::Rc;
 
@@ -12,10 +12,10 @@ use crate::token::{LexicalError, Punctuator, Token, TokenKind};
 /// A macro's definition.
 #[derive(Clone)]
 pub(super) struct Macro {
-    /// `None` for a macro without parentheses.
+    /// The parameters; `None` for an object-like macro.
     pub parameters: Option<Rc<[Symbol]>>,
     pub body: Rc<[Token]>,
-    /// The name in the `#define`.
+    /// The span of the name in the `#define`.
     pub span: Span,
 }
 
@@ -36,7 +36,7 @@ impl Macro {
 }
 
 impl Preprocessor<'_> {
-    /// Obeys `#define`, given the tokens after it.
+    /// Executes `#define`, given the tokens after it.
     pub(super) fn define(&mut self, directive: Token, line: &[Token]) {
         let Some(name) = self.macro_name(directive, line) else { return };
         let mut rest = &line[1..];
@@ -49,7 +49,7 @@ impl Preprocessor<'_> {
             parameters = Some(list.into());
             rest = after;
         }
-        // Anything else that is no token is an error where the macro is expanded.
+        // Any other invalid token is reported where the macro is expanded.
         let unterminated = TokenKind::Invalid(LexicalError::UnterminatedComment);
         if let Some(token) = rest.iter().find(|token| token.kind == unterminated) {
             self.report_invalid(*token, LexicalError::UnterminatedComment);
@@ -81,7 +81,7 @@ impl Preprocessor<'_> {
         self.macros.insert(name.spelling, definition);
     }
 
-    /// Obeys `#undef`.
+    /// Executes `#undef`.
     pub(super) fn undefine(&mut self, directive: Token, line: &[Token]) {
         if let Some(name) = self.macro_name(directive, line) {
             self.macros.remove(&name.spelling);
@@ -89,7 +89,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// The name after `#define`, `#undef`, if it is one that programs may define.
+    /// The name after `#define` or `#undef`, if it is one that programs may define.
     fn macro_name(&mut self, directive: Token, line: &[Token]) -> Option<Token> {
         let name = self.expect_name(directive, line)?;
         let text = self.text(name);
@@ -109,7 +109,7 @@ impl Preprocessor<'_> {
         Some(name)
     }
 
-    /// The parameters of a function macro, and what follows them.
+    /// The parameters of a function-like macro, and the tokens after them.
     fn macro_parameters<'t>(
         &mut self,
         name: Token,
@@ -149,18 +149,18 @@ impl Preprocessor<'_> {
         None
     }
 
-    /// Whether `name` is `__LINE__` or one of its kind.
+    /// True if `name` is a built-in macro such as `__LINE__`.
     pub(super) fn is_built_in(&self, name: Symbol) -> bool {
         let names = &self.names;
         [names.line, names.file, names.version, names.rtsl].contains(&name)
     }
 
-    /// Whether `#ifdef name` holds.
+    /// True if `#ifdef name` holds.
     pub(super) fn is_defined(&self, name: Symbol) -> bool {
         self.is_built_in(name) || self.macros.contains_key(&name)
     }
 
-    /// The number that the built-in macro `token` stands for.
+    /// The value of the built-in macro `token`, as a number token.
     pub(super) fn built_in_value(&mut self, token: Token) -> Token {
         let open = self.open.last();
         let value = if token.spelling == self.names.line {
@@ -173,7 +173,7 @@ impl Preprocessor<'_> {
         } else {
             1
         };
-        // GLSL has no literal for a negative number; `#line` can't make one.
+        // GLSL has no literal for a negative number; `#line` cannot make one.
         let spelling = self.symbols.intern(&value.max(0).to_string());
         Token { kind: TokenKind::Number, spelling, ..token }
     }

@@ -1,9 +1,9 @@
-//! GLSL's preprocessor, and `#include`: files in, one list of tokens out.
+//! GLSL's preprocessor with `#include`: reads files and produces one list of tokens.
 //!
-//! A stack of open files feeds a stack of macro expansions; what leaves the top is the
-//! translation unit. Recursion occurs only where a macro's argument is expanded by itself, to a
-//! bounded depth; everything else is stacks on the heap. One budget bounds the work of
-//! expansions and repeated inclusions.
+//! Tokens pass from a stack of open files through a stack of macro expansions to the output. The
+//! only recursion is the separate expansion of a macro's argument, to a bounded depth; all other
+//! nesting uses stacks on the heap. One budget bounds the work of expansions and repeated
+//! inclusions.
 
 mod condition;
 mod directive;
@@ -23,12 +23,12 @@ use expansion::Input;
 use files::{LexedFile, OpenFile};
 use macros::Macro;
 
-/// How many tokens macros and repeated includes may make in all.
+/// The number of tokens that macros and repeated includes may produce in all.
 const BUDGET: usize = 1 << 20;
 /// The longest name, in bytes, as in GLSL.
 const MAX_NAME: usize = 1024;
 
-/// The tokens of the translation unit that starts with `file`; the last is the end.
+/// Returns the tokens of the translation unit that starts with `file`. The last is the end token.
 pub(crate) fn preprocess(
     map: &mut SourceMap,
     file: FileId,
@@ -39,7 +39,7 @@ pub(crate) fn preprocess(
     let mut preprocessor = Preprocessor::new(map, loader, symbols, diagnostics);
     preprocessor.open(file, None);
     preprocessor.run();
-    // A text cut short by a limit would give errors that its author can't mend.
+    // A text cut short by a limit would give errors that its author cannot fix.
     let mut tokens = if preprocessor.exhausted { Vec::new() } else { preprocessor.output };
     let after_invalid = preprocessor.after_invalid;
     let end = map.file(file).text.len() as u32;
@@ -55,34 +55,34 @@ pub(crate) fn preprocess(
     tokens
 }
 
-/// The state of one translation unit.
+/// The state of the preprocessor for one translation unit.
 struct Preprocessor<'a> {
     map: &'a mut SourceMap,
     loader: &'a mut dyn IncludeLoader,
     symbols: &'a mut Interner,
     diagnostics: &'a mut Diagnostics,
     macros: HashMap<Symbol, Macro>,
-    /// How many expansions of each macro are being read.
+    /// The number of expansions of each macro in progress.
     active: HashMap<Symbol, usize>,
-    /// The files being read, the innermost last.
+    /// The open files, the innermost last.
     open: Vec<OpenFile>,
-    /// Every file met, with its number for `__FILE__` being its place here.
+    /// Every file read so far; its index here is its number for `__FILE__`.
     lexed: Vec<LexedFile>,
-    /// What an include meant, by including file and path as written.
+    /// The results of includes, by including file and path as written.
     includes: BTreeMap<(FileId, String), Option<FileId>>,
-    /// Files that said `#pragma once`.
+    /// The files with `#pragma once`.
     once: HashSet<FileId>,
-    /// What was reported as no token, by where it stands: macros may hand it on several times.
+    /// The positions of reported invalid tokens. Macros may produce a token several times.
     reported: HashSet<(FileId, u32)>,
     output: Vec<Token>,
-    /// Whether the token before was reported as none.
+    /// True if the token before was invalid, and reported.
     after_invalid: bool,
     budget: usize,
     exhausted: bool,
     names: Names,
 }
 
-/// Spellings that the preprocessor itself looks for.
+/// The spellings that the preprocessor itself looks for.
 struct Names {
     defined: Symbol,
     line: Symbol,
@@ -138,7 +138,7 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
-    /// Hands a token to the parser, or reports that it is none.
+    /// Passes a token to the parser, or reports that it is invalid.
     fn emit(&mut self, token: Token) {
         match token.kind {
             TokenKind::Invalid(error) => {
@@ -167,13 +167,13 @@ impl<'a> Preprocessor<'a> {
             }
             TokenKind::Name if self.text(token).len() > MAX_NAME => {
                 let message = format!(
-                    "a name of {} characters, where {MAX_NAME} are the limit",
+                    "a name of {} characters, but the limit is {MAX_NAME}",
                     self.text(token).len()
                 );
                 self.report(
                     Diagnostic::new(codes::NAME_TOO_LONG, message).at(token.span, "this name"),
                 );
-                // The rest of the compiler gets a name within the limit.
+                // Later stages get a name within the limit.
                 let short = self.text(token)[..MAX_NAME].to_string();
                 let spelling = self.symbols.intern(&short);
                 self.push(Token { spelling, ..token });
@@ -202,7 +202,7 @@ impl<'a> Preprocessor<'a> {
                 .at(token.span, "no token begins with this"),
             LexicalError::NonAsciiCharacter | LexicalError::NonAsciiName => {
                 new(format!("`{shown}` is not ASCII")).at(token.span, "outside a comment").note(
-                    "names are ASCII as in GLSL; other characters may stand in comments and in \
+                    "names are ASCII as in GLSL; other characters may appear in comments and in \
                      the text of annotations",
                 )
             }
@@ -221,7 +221,8 @@ impl<'a> Preprocessor<'a> {
         self.report(diagnostic);
     }
 
-    /// Takes `amount` from the budget; false, with an error the first time, where it is spent.
+    /// Takes `amount` from the budget. Returns false if it is exhausted, and reports that the first
+    /// time.
     fn spend(&mut self, amount: usize, place: Span) -> bool {
         if self.exhausted {
             return false;

@@ -1,4 +1,4 @@
-//! Colors; their forms of `pow`, `mix` and so on stand with those of floats
+//! Colors. The forms of `pow`, `mix` and so on for colors are entered with those for floats.
 
 use crate::builtins::{Builtin, Chapter, Special, Usable};
 

@@ -1,4 +1,4 @@
-//! Common functions and packing: sections 8.3 and 8.4 of GLSL 4.60
+//! Common functions and packing: sections 8.3 and 8.4 of GLSL 4.60.
 
 use crate::builtins::{Builtin, Chapter, Operation};
 
@@ -7,7 +7,7 @@ pub(super) static COMMON: &[Builtin] = &[
         "abs",
         Operation::Abs,
         &["genF abs(genF x)", "genI abs(genI x)", "color abs(color x)"],
-        "The magnitude; the least int stays as it is.",
+        "The absolute value; the least int is returned unchanged.",
     ),
     function(
         "sign",
@@ -15,23 +15,18 @@ pub(super) static COMMON: &[Builtin] = &[
         "1 where x > 0, -1 where x < 0, else 0 (for NaN too).",
     ),
     operation("floor", Operation::Floor, &["genF floor(genF x)"], "The greatest integer <= x."),
-    operation(
-        "trunc",
-        Operation::Trunc,
-        &["genF trunc(genF x)"],
-        "The integer part, towards zero.",
-    ),
+    operation("trunc", Operation::Trunc, &["genF trunc(genF x)"], "x rounded towards zero."),
     operation(
         "round",
         Operation::RoundEven,
         &["genF round(genF x)"],
-        "The nearest integer, the even one at half way: the same as roundEven.",
+        "The nearest integer, with ties to even: the same as roundEven.",
     ),
     operation(
         "roundEven",
         Operation::RoundEven,
         &["genF roundEven(genF x)"],
-        "The nearest integer, the even one at half way.",
+        "The nearest integer, with ties to even.",
     ),
     operation("ceil", Operation::Ceil, &["genF ceil(genF x)"], "The least integer >= x."),
     function("fract", &["genF fract(genF x)"], "x - floor(x)."),
@@ -119,8 +114,8 @@ pub(super) static COMMON: &[Builtin] = &[
         ],
         "t * t * (3 - 2 * t) where t = clamp((x - edge0) / (edge1 - edge0), 0, 1).",
     ),
-    function("isnan", &["genB isnan(genF x)"], "Whether x is NaN."),
-    function("isinf", &["genB isinf(genF x)"], "Whether x is an infinity of either sign."),
+    function("isnan", &["genB isnan(genF x)"], "True if x is NaN."),
+    function("isinf", &["genB isinf(genF x)"], "True if x is an infinity of either sign."),
     function(
         "floatBitsToInt",
         &["genI floatBitsToInt(genF x)"],
@@ -142,7 +137,7 @@ pub(super) static COMMON: &[Builtin] = &[
     function(
         "frexp",
         &["genF frexp(genF x, out genI exponent)"],
-        "The significand in [0.5, 1), with the sign of x, such that x is it times 2^exponent. \
+        "The significand in [0.5, 1), with the sign of x, such that x is the result times 2^exponent. \
          Zeros, infinities and NaN are returned with exponent 0.",
     ),
     function(

@@ -1,4 +1,4 @@
-//! Powers, exponentials, logarithms and roots: section 8.2 of GLSL 4.60
+//! Powers, exponentials, logarithms and roots: section 8.2 of GLSL 4.60.
 
 use crate::builtins::{Builtin, Chapter, Operation};
 

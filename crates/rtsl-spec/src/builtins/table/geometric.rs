@@ -1,4 +1,4 @@
-//! Vectors as geometry, and matrices: sections 8.5 and 8.6 of GLSL 4.60
+//! Vectors as geometry, and matrices: sections 8.5 and 8.6 of GLSL 4.60.
 
 use crate::builtins::{Builtin, Chapter, Special, Usable};
 
@@ -81,7 +81,7 @@ pub(super) static MATRIX: &[Builtin] = &[
             "mat3x4 transpose(mat4x3 m)",
             "mat4 transpose(mat4 m)",
         ],
-        "Rows for columns.",
+        "The transpose, with rows and columns exchanged.",
     ),
     matrix(
         "determinant",

@@ -1,4 +1,5 @@
-//! Comparisons of vectors, integers (sections 8.7 and 8.8 of GLSL 4.60) and the bits beneath
+//! Comparisons of vectors, integers (sections 8.7 and 8.8 of GLSL 4.60) and the intrinsics that
+//! they use.
 
 use crate::builtins::{Builtin, Chapter, Lowering, Operation, Special, Usable};
 
@@ -71,7 +72,7 @@ pub(super) static RELATIONAL: &[Builtin] = &[
         Special::Any,
         Usable::Anywhere,
         &["bool any(bvec x)"],
-        "Whether at least one component is true.",
+        "True if at least one component is true.",
     ),
     Builtin::special(
         Chapter::Relational,
@@ -79,7 +80,7 @@ pub(super) static RELATIONAL: &[Builtin] = &[
         Special::All,
         Usable::Anywhere,
         &["bool all(bvec x)"],
-        "Whether every component is true.",
+        "True if every component is true.",
     ),
     relational("not", Operation::Not, &["bvec not(bvec x)"], "The opposite of each component."),
 ];
@@ -111,8 +112,8 @@ pub(super) static INTEGER: &[Builtin] = &[
             "genI bitfieldExtract(genI value, int offset, int bits)",
             "genU bitfieldExtract(genU value, int offset, int bits)",
         ],
-        "The bits from offset to offset + bits - 1 at the lowest place, an int's with the sign of \
-         the topmost. Bits beyond the 32 of the value are 0 (of an int: its sign); offset is \
+        "The bits from offset to offset + bits - 1, shifted to the lowest bits, and sign-extended \
+         for an int. Bits beyond the 32 of the value are 0 (of an int: its sign); offset is \
          clamped to [0, 31] and bits to [0, 32].",
     ),
     function(
@@ -137,12 +138,12 @@ pub(super) static INTEGER: &[Builtin] = &[
     function(
         "findLSB",
         &["genI findLSB(genI value)", "genI findLSB(genU value)"],
-        "The number of the lowest bit that is 1; -1 for 0.",
+        "The index of the lowest bit that is 1; -1 for 0.",
     ),
     function(
         "findMSB",
         &["genI findMSB(genI value)", "genI findMSB(genU value)"],
-        "The number of the highest bit that is 1, of a negative int the highest that is 0; -1 for \
+        "The index of the highest bit that is 1, of a negative int the highest that is 0; -1 for \
          0 and for the int -1.",
     ),
 ];
@@ -152,7 +153,7 @@ pub(super) static INTRINSIC: &[Builtin] = &[
         "rt_rawBits",
         Operation::BitcastToUint,
         &["uint rt_rawBits(float x)"],
-        "The bits of x, those of a NaN as they are.",
+        "The bits of x; a NaN keeps its bits.",
     ),
     intrinsic(
         "rt_fromRawBits",
@@ -170,8 +171,8 @@ pub(super) static INTRINSIC: &[Builtin] = &[
         "rt_seldom",
         Operation::Seldom,
         &["bool rt_seldom(bool condition)"],
-        "The condition, which is seldom true: an `if` on it is a branch for all lanes together, however \
-         short.",
+        "The condition, with the hint that it is seldom true: an `if` on it stays a branch that all lanes \
+         take together, however short.",
     ),
 ];
 

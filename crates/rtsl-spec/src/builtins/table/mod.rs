@@ -1,4 +1,4 @@
-//! The entries, one file a chapter or two
+//! The entries, one file for a chapter or two.
 
 mod color;
 mod common;
@@ -13,7 +13,7 @@ mod trigonometry;
 
 use super::Builtin;
 
-/// The chapters in the order of the manual
+/// The chapters in the order of the manual.
 pub(super) static CHAPTERS: &[&[Builtin]] = &[
     trigonometry::TRIGONOMETRY,
     exponential::EXPONENTIAL,

@@ -1,4 +1,4 @@
-//! Noise and patterns
+//! Noise and patterns.
 
 use crate::builtins::{Builtin, Chapter};
 
@@ -33,8 +33,8 @@ pub(super) static NOISE: &[Builtin] = &[
             "vec2 voronoi(vec p, out uint cell)",
             "vec2 voronoi(vec p, vec period, out uint cell)",
         ],
-        "The distances from p to the nearest and the second nearest of the points strewn one to a \
-         unit cell, among those of the cell of p and of the cells that touch it; cell is set to \
+        "The distances from p to the nearest and the second nearest of random points, of which each \
+         unit cell has one, among those of the cell of p and of the cells that touch it; cell is set to \
          a hash of the nearest one's. Repeats along each axis where a period is given.",
     ),
     function(

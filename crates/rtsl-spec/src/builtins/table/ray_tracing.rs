@@ -1,4 +1,4 @@
-//! What a ray tracer adds; `illuminance` is a statement, not a function
+//! Functions of the ray tracer. `illuminance` is a statement, not a function.
 
 use crate::Method;
 use crate::builtins::{Builtin, Chapter, Special, Usable};
@@ -28,7 +28,7 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
         Special::Occluded,
         SHADE,
         &["bool occluded(vec3 origin, vec3 direction, float tMax)"],
-        "Whether anything lies on a new ray nearer than tMax lengths of the direction.",
+        "True if a new ray is blocked closer than tMax lengths of the direction.",
     ),
     function(
         "ambient",
@@ -42,14 +42,14 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
         Special::Inside,
         MATERIAL,
         &["bool inside()"],
-        "Whether the ray meets the surface from inside: dot(rt_RayDirection, rt_GeometricNormal) > 0.",
+        "True if the ray hits the surface from inside: dot(rt_RayDirection, rt_GeometricNormal) > 0.",
     ),
     function(
         "isSet",
         Special::IsSet,
         Usable::Anywhere,
         &["bool isSet(reference shader)"],
-        "Whether the host has set this member that refers to another shader.",
+        "True if the host has set this reference member.",
     ),
     function(
         "rand",
@@ -60,10 +60,10 @@ pub(super) static RAY_TRACING: &[Builtin] = &[
     ),
 ];
 
-/// Where rays may be traced and light gathered
+/// The methods that may trace rays and gather light.
 const SHADE: Usable = Usable::Methods(&[Method::Shade]);
 
-/// The methods that know the ray and the normal of a hit
+/// The methods that know the ray and the normal of a hit.
 const MATERIAL: Usable = Usable::Methods(&[
     Method::Shade,
     Method::Bsdf,

@@ -1,4 +1,4 @@
-//! From uniform numbers to points and directions
+//! Maps from uniform random numbers to points and directions.
 
 use crate::builtins::{Builtin, Chapter};
 
@@ -6,8 +6,8 @@ pub(super) static SAMPLING: &[Builtin] = &[
     function(
         "sampleConcentricDisk",
         &["vec2 sampleConcentricDisk(vec2 u)"],
-        "A point in the unit disk, uniform by area, from u uniform in [0, 1)^2; keeps \
-         neighbours neighbours.",
+        "A point in the unit disk, uniform by area, from u uniform in [0, 1)^2; neighbouring \
+         points stay neighbours.",
     ),
     function(
         "sampleCosineHemisphere",
@@ -28,7 +28,7 @@ pub(super) static SAMPLING: &[Builtin] = &[
         "sampleUniformCone",
         &["vec3 sampleUniformCone(vec2 u, float cosine)"],
         "A unit vector with z >= cosine and density 1 / (2 pi (1 - cosine)) per solid angle. A cosine \
-         near 1 has few digits for the angle: cones of less than a degree want \
+         near 1 has few digits for the angle: for cones of less than a degree use \
          sampleUniformConeByHeight.",
     ),
     function(

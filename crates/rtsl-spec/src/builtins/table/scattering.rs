@@ -1,4 +1,4 @@
-//! What materials are made of: facets of rough surfaces, boundaries of clear media
+//! Building blocks of materials: microfacets, dielectric boundaries.
 
 use crate::builtins::{Builtin, Chapter};
 
@@ -12,20 +12,21 @@ pub(super) static SCATTERING: &[Builtin] = &[
     function(
         "smithLambda",
         &["float smithLambda(vec3 v, vec2 alpha)"],
-        "Smith's function for that density: how many facets are hidden from the direction v for \
-         each that is seen. Of a view and a light, 1 / (1 + smithLambda(view) + smithLambda(light)) see both.",
+        "Smith's function for that density: the ratio of the facets hidden from the direction v to those \
+         visible from it. The fraction visible from both a view and a light is \
+         1 / (1 + smithLambda(view) + smithLambda(light)).",
     ),
     function(
         "fresnelDielectric",
         &["float fresnelDielectric(float cosine, float eta)"],
-        "What part of unpolarised light a smooth boundary of clear media reflects that meets it \
+        "The Fresnel reflectance of a smooth dielectric boundary for unpolarised light that arrives \
          at this cosine > 0; eta is the index of refraction beyond the boundary over that before it.",
     ),
     function(
         "ggxAlbedo",
         &["float ggxAlbedo(float cosine, float alpha, float eta)"],
-        "What part of the light that meets a rough boundary of clear media at this cosine > 0 its facets reflect \
-         once, with alpha and eta as above. A sum over 64 facets, for constructors.",
+        "The fraction of light arriving at a rough dielectric boundary at this cosine > 0 that its facets reflect \
+         once, with alpha and eta as above. Computed as a sum over 64 facets, so call it in constructors.",
     ),
 ];
 

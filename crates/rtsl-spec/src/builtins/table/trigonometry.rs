@@ -1,4 +1,4 @@
-//! Angles and trigonometry: section 8.1 of GLSL 4.60
+//! Angles and trigonometry: section 8.1 of GLSL 4.60.
 
 use crate::builtins::{Builtin, Chapter};
 
