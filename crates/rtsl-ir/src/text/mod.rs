@@ -1,5 +1,4 @@
-//! The text form, for tests and for people: what [`print`](Function)ing a function writes and
-//! [`parse`] reads.
+//! The text form, for tests and debugging: [`print`](Function)ing a function writes it and [`parse`] reads it.
 //!
 //! ```text
 //! function Sphere.intersect
@@ -24,10 +23,10 @@
 //! }
 //! ```
 //!
-//! First the name and the places, then the body. Each definition gives the types of its
-//! results. `kind:name@index` is one scalar of a place. `//` starts a comment that ends with the
-//! line. Values have any names; the reader numbers them in the order of the text, so that it gives
-//! back what was printed up to the numbers of values.
+//! The name and the variables come first, then the body. Each definition gives the types of its results.
+//! `kind:name@index` is one scalar of a variable. `//` starts a comment that ends with the line. Values may have any
+//! names. The parser numbers them in the order of the text, so that parsing the printed form of a function restores it
+//! up to the numbers of values.
 
 mod lexer;
 mod parser;
@@ -53,7 +52,7 @@ mod tests {
 
     use super::parse;
 
-    /// Every operation once.
+    /// A function with every operation.
     const EVERYTHING: &str = "\
 function Class.method
 state rt_RayOrigin: f32[3]
