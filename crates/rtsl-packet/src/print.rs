@@ -1,7 +1,7 @@
-//! The text form of kernels, for people and tests.
+//! The text form of kernels, for debugging and tests.
 //!
-//! Types are `f32` for a uniform value, `f32xW` for lanes and `mask` for lanes of bool. An
-//! operation stands on one line, `results = name operands : types`; regions are indented.
+//! Types are `f32` for a uniform value, `f32xW` for lanes and `mask` for lanes of bool. An operation is one line,
+//! `results = name operands : types`; regions are indented.
 
 use std::fmt::{self, Display, Formatter};
 

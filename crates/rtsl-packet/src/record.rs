@@ -1,4 +1,4 @@
-//! The kernels that a [record](RayRecord) of a host suffices for.
+//! Checks that a kernel can be called with a [record](RayRecord) of a host.
 
 use std::collections::BTreeSet;
 
@@ -7,25 +7,25 @@ use rtsl_ir::{VariableId, VariableKind};
 
 use crate::kernel::{Kernel, OpKind, Region};
 
-/// Why a kernel can't be called for a record.
+/// The reason a kernel cannot be called with a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
-    /// It is of another shape, or of a method that accepts no hits.
+    /// The kernel has another call mode, or its method accepts no hits.
     #[error("records are for packets of rays that may hit something")]
     CallMode,
-    /// It reads or sets what the record has no row for.
+    /// It reads or stores state for which the record has no row.
     #[error("the record has no row for a component of `{0}`")]
     NoRow(String),
-    /// It reads or sets scratch, or takes members of objects.
+    /// It reads or stores scratch, or takes members of objects.
     #[error("records have no variable for `{0}`")]
     NoPlace(String),
-    /// It asks for rays, light or random numbers.
+    /// It requests rays, light or random numbers from the host.
     #[error("it asks its host for something, and a record says nothing of a host")]
     AsksHost,
 }
 
 impl Kernel {
-    /// Checks that a record has all that the kernel reads and sets.
+    /// Checks that a record has every row that the kernel reads and stores.
     ///
     /// # Errors
     /// See [`RecordError`].

@@ -1,21 +1,18 @@
-//! Checks a kernel against the rules that code generation relies on:
+//! Checks a kernel against the invariants on which code generation relies:
 //!
-//! 1. Every value is defined once, before its uses, and is visible where it is used: in the
-//!    region that defines it and those inside; values of the prologue everywhere.
-//! 2. The prologue and what it holds define uniform values only, and change nothing.
+//! 1. Every value is defined once, before its uses, and is visible where it is used: in the region that defines it and
+//!    those nested in it; values of the prologue everywhere.
+//! 2. The prologue and its regions define uniform values only, and have no effects.
 //! 3. The result of a pure operation is uniform if all its operands are, else lanes.
-//! 4. Operands have the scalar types that the operation wants; the two of a binary
-//!    operation the same.
-//! 5. Conditions of `if` and "again" of `loop` are uniform bools.
-//! 6. Regions yield as many values as are wanted. A uniform result or carried value never
-//!    gets lanes.
+//! 4. Operands have the scalar types that the operation takes; the two of a binary operation the same.
+//! 5. Conditions of `if` and `loop` are uniform bools.
+//! 6. Regions yield as many values as required. A uniform result or carried value is never given lanes.
 //! 7. Masks are lanes of bool. A request to the host has one; its light index is uniform.
-//! 8. Places that are named exist and have a kind that the operation may use. Constant
-//!    indices lie inside. A uniform slot never gets lanes, nor a mask, nor an index of lanes.
-//!    A place other than a slot varies if the shape says so; state is in the one table. Slots, all
-//!    together, are within [`MAX_SLOT_WORDS`].
-//! 9. There is one yield of the body for each output, and the outputs are of state, scratch
-//!    and accepted places.
+//! 8. Variables used by operations exist and have a kind that the operation may use. Constant indices are in range. A
+//!    uniform local is never stored lanes, nor under a mask, nor at an index of lanes. A variable other than a local
+//!    varies as the call mode gives it; state is a state variable of the language. All locals together are within
+//!    [`MAX_LOCAL_WORDS`].
+//! 9. There is one yield of the body for each output, and the outputs are state, scratch and accepted variables.
 
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_ir::{BinaryOp, CompareOp, Index, Scalar, UnaryOp, Value, VariableId, VariableKind};
@@ -25,20 +22,20 @@ use crate::Kernel;
 use crate::kernel::{KernelVariable, Op, OpKind, Region, Type};
 use crate::lower::{MAX_SLOT_WORDS, local_words};
 
-/// A broken rule: a mistake in the compiler, never in a shader.
+/// A violated invariant: a bug in the compiler, never in a shader.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{kernel}: {what}")]
 pub struct VerifyError {
     /// The kernel's name.
     pub kernel: String,
-    /// Which value or operation breaks which rule.
+    /// The violation: the value or operation and the invariant.
     pub what: String,
 }
 
-/// Checks `kernel` against the rules above.
+/// Checks `kernel` against the invariants above.
 ///
 /// # Errors
-/// The first broken rule.
+/// The first violated invariant.
 pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
     let mut verifier =
         Verifier { kernel, visible: vec![false; kernel.values.len()], pure_only: false };
@@ -48,7 +45,7 @@ pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
 struct Verifier<'a> {
     kernel: &'a Kernel,
     visible: Vec<bool>,
-    /// In the prologue.
+    /// True in the prologue.
     pure_only: bool,
 }
 
@@ -72,7 +69,7 @@ impl Verifier<'_> {
         ensure(body.params.len() == 1, || "the body has one parameter".to_owned())?;
         self.region(body)?;
         ensure(body.yields.len() == outputs.len(), || "outputs and yields differ".to_owned())?;
-        // The body's values went out of scope with it; its yields were checked there.
+        // The body's values are out of scope here; its yields were checked in the body.
         for (output, value) in outputs.iter().zip(&body.yields) {
             let variable = &self.variable(output.variable)?.variable;
             let kind = matches!(
@@ -333,7 +330,7 @@ impl Verifier<'_> {
         self.check_scalars(floats, Scalar::F32)
     }
 
-    /// Values handed on as `types`: the same scalars; uniform ones may become lanes.
+    /// Checks that values passed on as `types` have the same scalar types; uniform ones may become lanes.
     fn check_passed(&self, values: &[Value], types: &[Type]) -> Checked {
         ensure(values.len() == types.len(), || "number of values".to_owned())?;
         for (value, ty) in values.iter().zip(types) {
@@ -345,7 +342,7 @@ impl Verifier<'_> {
         Ok(())
     }
 
-    /// Whether the element differs from ray to ray.
+    /// Checks an access and returns true if the element differs from ray to ray.
     fn check_element(&self, id: VariableId, index: Index) -> Result<bool, String> {
         let variable = self.variable(id)?;
         match index {
@@ -365,7 +362,7 @@ fn unary_takes(op: UnaryOp, scalar: Scalar) -> bool {
     match op {
         UnaryOp::Negate | UnaryOp::Abs => scalar != Scalar::Bool,
         UnaryOp::Not => scalar != Scalar::F32,
-        // The lowering has made a branch of it.
+        // The lowering has replaced it by a branch.
         UnaryOp::Seldom => false,
         UnaryOp::Sqrt
         | UnaryOp::Floor

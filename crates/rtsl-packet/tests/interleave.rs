@@ -1,4 +1,4 @@
-//! Which kernels do several full chunks at a time.
+//! Tests of the choice of interleaving.
 
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, VariableKind};
@@ -52,7 +52,7 @@ fn short_code_is_interleaved_for_the_sake_of_its_loop() {
     assert_eq!(choose(&lower(&accepting, CallMode::Packet, 8), None), Some(2), "stores if any hit");
 }
 
-/// Sums that do not wait for one another, and a chain of short operations.
+/// Independent sums, and a chain of short operations.
 fn wide(sums: u32) -> String {
     let terms: Vec<String> = (0..sums)
         .map(|it| format!("%a{it}: f32 = constant {it}.5 %b{it}: f32 = add %x, %a{it}"))

@@ -1,5 +1,5 @@
-//! Packet code against the single-ray interpreter: the same bits for every shape and width, under
-//! random masks. And what its runs are counted as.
+//! Packet code against the single-ray interpreter: the same bits for every call mode and width, under random masks.
+//! Also tests the counts of runs.
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ use rtsl_packet::Kernel;
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
 
-/// Full chunks and a part of one at every width.
+/// Full chunks and a partial one at every width.
 const RAYS: u32 = 37;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
@@ -25,7 +25,7 @@ fn lower(function: &Function, shape: CallMode, width: u32) -> Kernel {
     kernel
 }
 
-/// The memory of all rays. A place that does not vary is that of ray 0.
+/// The memory of all rays. A uniform variable is that of ray 0.
 #[derive(Clone)]
 struct RayMemories<'a> {
     kernel: &'a Kernel,
@@ -160,7 +160,7 @@ fn check_call(
     }
 }
 
-/// By what hits are compared.
+/// The key by which hits are compared.
 fn distance(function: &Function, memory: &Memory) -> f32 {
     let mut variables = function.variables.iter();
     let variable = variables.position(|variable| variable.name == "rt_HitDistance").unwrap();
@@ -265,7 +265,7 @@ fn one_ray_at_a_time_wastes_no_lane() {
     );
 }
 
-/// A branch that is taken from ray 3 on, with a loop that ray `i` goes round `2 i` times.
+/// A branch taken from ray 3 on, with a loop that makes `2 i` iterations for ray `i`.
 const BRANCH: &str = "function f state rt_du: f32[1] {
     %x: f32 = load state:rt_du@0
     %step: f32 = constant 0.125

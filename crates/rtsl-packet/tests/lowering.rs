@@ -1,4 +1,4 @@
-//! Single-ray text in, packet text out.
+//! Tests of the lowering: single-ray text in, packet text out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, ObjectForm};
@@ -71,7 +71,7 @@ fn what_rays_share_is_done_once() {
 
 #[test]
 fn branches_and_loops_that_rays_share_are_run_once() {
-    // The loop under the condition might not end, and no ray might come there: it stays.
+    // The loop under the condition might not end, and no ray might reach it: it is not hoisted.
     check(
         "function f member count: i32[1] member flag: bool[1] state rt_HitDistance: f32[1] {
             %t: f32 = load state:rt_HitDistance@0
@@ -177,7 +177,7 @@ fn in_the_stream_shape_members_are_lanes() {
     .assert_eq(&kernel.to_string());
 }
 
-/// Only what stands for each object varies, and where one object is called for nothing of it does.
+/// Only per-object values vary; in modes with one object none of them does.
 #[test]
 fn what_objects_share_is_uniform() {
     let radius = Some(ObjectForm::new([0]));
@@ -204,7 +204,7 @@ fn what_objects_share_is_uniform() {
     let kernel = lower_for(SHARED_WORK, CallMode::Packet, 8, radius).unwrap();
     let variables = kernel.variables.iter().map(|it| (it.of_objects, it.varies, it.location));
     assert_eq!(variables.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
-    // A part of the table.
+    // Only a part of the table is per object.
     let part = lower_for(SHARED_WORK, CallMode::Leaf, 8, Some(ObjectForm::new(3..5)));
     assert_eq!(part, Err(LowerError::NoLocation(VariableKind::Member, "table".to_owned())));
 }
@@ -251,7 +251,7 @@ fn short_sides_are_selected() {
     );
 }
 
-/// A side that is too long to be done in vain.
+/// A side that is too long to be speculated.
 const LONG: &str = "%q: f32 = divide %t, %t %a: f32 = sqrt %q %b: f32 = sqrt %a
     %c: f32 = sqrt %b %e: f32 = sqrt %c %f: f32 = sqrt %e %d: f32 = divide %f, %b";
 const LONG_TOO: &str = "%k: f32 = divide %0, %t %l: f32 = sqrt %k %m: f32 = sqrt %l
@@ -351,7 +351,7 @@ fn long_sides_are_branched_over() {
 
 #[test]
 fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
-    // An early out whose rest costs 42 units, with another in it whose rest costs 20.
+    // An early out whose remainder costs 42 units, and in it another whose remainder costs 20.
     let text = "function f state rt_HitDistance: f32[1] {
         %t: f32 = load state:rt_HitDistance@0
         %0: f32 = constant 0.0
@@ -400,7 +400,7 @@ fn to_what_is_loaded_the_opposite_is_added() {
         }
     "#]]
     .assert_eq(&lowered(CallMode::Packet));
-    // There the opposite would be work of its own.
+    // Here the negation would be an additional operation.
     expect![[r#"
           prologue {
           }

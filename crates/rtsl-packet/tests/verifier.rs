@@ -1,4 +1,4 @@
-//! Kernels that break one rule each.
+//! Kernels that violate one invariant each.
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
