@@ -1,4 +1,4 @@
-//! Single-ray text in, LLVM text out.
+//! Tests of the emitted text: single-ray text in, LLVM text out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, Mark, MarkWord, RayRecord};
@@ -664,7 +664,7 @@ fn nothing_lets_llvm_change_results() {
     }
 }
 
-/// Regions nested as deep as a function may have them, in a thread with a small stack.
+/// Regions nested to the greatest depth of functions, in a thread with a small stack.
 #[test]
 fn the_deepest_nesting_is_no_trouble() {
     let depth = rtsl_ir::MAX_NESTING - 1;
