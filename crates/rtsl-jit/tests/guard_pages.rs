@@ -1,4 +1,4 @@
-//! Calls with a host's own arrays touch no byte past them: each array ends at a page that nobody may touch.
+//! Calls with a host's arrays access no byte past them: each array ends at an inaccessible page.
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 
@@ -16,14 +16,14 @@ use rtsl_testing::functions::HashHost;
 /// The largest page of any machine.
 const PAGE: usize = 64 << 10;
 
-/// A page, and behind it one that nobody may touch.
+/// A page followed by an inaccessible one.
 struct Guarded {
     start: *mut u8,
 }
 
 impl Guarded {
     fn new() -> Guarded {
-        // Safety: a fresh mapping at an address of the system's choice, whose second half loses its rights.
+        // Safety: a new mapping at an address of the system's choice, whose second half becomes inaccessible.
         let start = unsafe {
             let (access, flags) =
                 (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
@@ -35,7 +35,7 @@ impl Guarded {
         Guarded { start: start.cast() }
     }
 
-    /// The last `count` words before the guard.
+    /// Returns the last `count` words before the guard page.
     fn words(&self, count: usize) -> *mut f32 {
         assert!(count * 4 <= PAGE);
         // Safety: within the first page, or at its end.
@@ -43,7 +43,8 @@ impl Guarded {
     }
 
     fn integers(&mut self, count: usize) -> &mut [i32] {
-        // Safety: so many words lie before the guard; any bits are a number, and they are borrowed mutably along with this.
+        // Safety: that many words are before the guard page; any bits are a number, and they are borrowed mutably along
+        // with this.
         unsafe { std::slice::from_raw_parts_mut(self.words(count).cast(), count) }
     }
 }
@@ -55,7 +56,7 @@ impl Drop for Guarded {
     }
 }
 
-/// Reads state, scratch and a member, sets state and scratch, and may accept a hit.
+/// Reads state, scratch and a member, stores state and scratch, and with `accepts` accepts a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Guarded.intersect");
     let mut variable = |kind, name: &str, len| {
@@ -113,7 +114,7 @@ fn call(
     for (lane, word) in mask.integers(lanes).iter_mut().enumerate() {
         *word = -i32::from(lane % 3 != 1);
     }
-    // Safety: each array has so many lanes, and is used by nobody else.
+    // Safety: each array has that many lanes, and is not used otherwise.
     let (mut state, mut scratch) =
         unsafe { (HostLanes::from_table(&state, lanes), HostLanes::from_table(&scratch, lanes)) };
     kernel.call_host(HostArguments {

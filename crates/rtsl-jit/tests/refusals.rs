@@ -1,5 +1,5 @@
-//! What would make machine code touch memory that is not its own is refused: calls whose arguments do
-//! not fit, and packet code that breaks the rules.
+//! Calls and packet code that would make machine code access foreign memory are refused: arguments that do not fit, and
+//! packet code that violates invariants.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -16,8 +16,7 @@ use rtsl_testing::functions::HashHost;
 
 const RAYS: usize = 4;
 
-/// Reads a member and the second element of a buffer of pairs into scratch; so may a method that accepts
-/// a hit.
+/// Reads a member and the second element of a buffer of pairs into scratch; with `accepts` also accepts a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Reads.lookup");
     let mut variable = |kind, name: &str, len| {
@@ -53,7 +52,7 @@ fn lowered(function: &Function, shape: CallMode) -> Kernel {
     rtsl_packet::lower(function, &layout, shape, 4).unwrap()
 }
 
-/// With names of a target that would spoil the text.
+/// Compiles with target names that would break the text.
 fn compile(kernels: &[Kernel]) -> Result<Vec<CompiledKernel>, JitError> {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("none", "\" ptr", "");
@@ -65,7 +64,7 @@ fn block(element_words: u32) -> InstanceBlock {
     InstanceBlock::new(&[0, 0, 0, 0, 1], vec![BoundBuffer { offset: 0, words, element_words }])
 }
 
-/// What the call leaves of the buffer's element, or that it was refused.
+/// Returns the element of the buffer that the call stores, or the error.
 fn call(
     shape: CallMode,
     block: &InstanceBlock,
