@@ -1,4 +1,4 @@
-//! Functions in, C++ out.
+//! Tests of the generated text: functions in, C++ out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
@@ -67,7 +67,7 @@ fn text(body: &str) -> String {
     emit(&library, &[code])
 }
 
-/// The statements of the method.
+/// Checks the statements of a method.
 fn check(body: &str, expected: Expect) {
     let text = text(body);
     let start = text.find(" shade(").expect("there is the method");
@@ -248,7 +248,7 @@ fn branches_and_loops() {
     );
 }
 
-/// What begins with `%i` and sums up while it is asked of the next `%i`.
+/// A loop that starts with `%i` and computes a sum while the condition holds for the next `%i`.
 fn sum_while(guard: &str, rest: &str) -> String {
     format!(
         "%zero: i32 = constant 0 %one: i32 = constant 1 %ten: i32 = constant 10 %f: f32 = constant 0
@@ -268,7 +268,7 @@ fn loops_ask_first_where_the_source_did() {
         let text = sum_while(&format!("{guard} %u: f32 = if %c {{"), again);
         format!("{text} yield %sum }} else {{ yield {initial} }} return scratch:kept@0 = %u")
     };
-    // The same from either side.
+    // The same comparison with exchanged operands.
     for guard in ["%c: bool = less %zero, %n", "%c: bool = greater %n, %zero"] {
         check(
             &guarded(guard, "%again: bool = less %next, %n", "%f"),
@@ -283,7 +283,7 @@ fn loops_ask_first_where_the_source_did() {
             "#]],
         );
     }
-    // A larger question.
+    // A larger condition.
     check(
         &guarded(
             "%m: i32 = multiply %zero, %n %b: i32 = subtract %m, %ten %c: bool = less_equal %b, %n",
@@ -300,7 +300,7 @@ fn loops_ask_first_where_the_source_did() {
             scratch.kept[0] = result2;
         "#]],
     );
-    // Another question, or another value where there is no round.
+    // Another condition, or another value if there is no iteration.
     check(
         &guarded("%c: bool = less_equal %zero, %n", "%again: bool = less %next, %n", "%f"),
         expect![[r#"
