@@ -12,16 +12,16 @@ pub enum CallError {
     #[error("scratch has no array {0}")]
     MissingScratch(u32),
     /// A call of `intersect` has no array for the accepted rays.
-    #[error("`intersect` reports which rays it found a hit for, and there is no variable for that")]
+    #[error("`intersect` stores a mask of the rays with a hit, but the call has no array for it")]
     MissingAccepted,
     /// The single mode is called with more than one ray, with none, or with a mask.
-    #[error("a kernel of the single shape takes one ray and no mask")]
+    #[error("a kernel in the single mode takes one ray and no mask")]
     NotOneRay,
-    /// The ray count does not fit in 32 bits.
-    #[error("{0} rays are more than a call may have, 2^31 - 1")]
+    /// The number of rays exceeds 2^31 - 1.
+    #[error("{0} rays exceed the greatest number of a call, 2^31 - 1")]
     TooManyRays(usize),
     /// The arrays have too few lanes for the rays.
-    #[error("{rays} rays take {needed} lanes, and there are {given}")]
+    #[error("{rays} rays need {needed} lanes, but the arrays have {given}")]
     TooFewLanes {
         /// The number of rays of the call.
         rays: usize,
@@ -31,19 +31,19 @@ pub enum CallError {
         given: usize,
     },
     /// The call mode requires another form of instances.
-    #[error("a kernel of the {0} shape takes its instances in another form")]
+    #[error("a kernel in the {0} mode takes its instances in another form")]
     InstanceForm(&'static str),
     /// The instance or the objects are not of the kernel's class.
     #[error("the instance is not one of the kernel's class")]
     ForeignInstance,
     /// An object index is out of range.
-    #[error("there is no object of that number")]
+    #[error("an object index is out of range")]
     NoSuchObject,
     /// The first object of a leaf is not at the start of a block.
-    #[error("the objects of a leaf begin at a multiple of {OBJECTS_IN_BLOCK}, and {0} is none")]
+    #[error("the first object of a leaf must be a multiple of {OBJECTS_IN_BLOCK}, but is {0}")]
     NoBlockStart(u32),
     /// The kernel needs a large stack while its host answers, and the system has no memory for one.
-    #[error("the system gives no memory for the stack that the kernel needs")]
+    #[error("out of memory for the stack that the kernel needs")]
     NoStack,
 }
 

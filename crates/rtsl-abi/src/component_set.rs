@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn holds_what_was_put_in() {
+    fn contains_the_inserted_components() {
         let set = ComponentSet::from_iter([0, 63, 64, 200]);
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 63, 64, 200]);
         assert!(set.contains_all(&ComponentSet::from_iter([64, 0])));

@@ -133,7 +133,7 @@ pub struct KernelDescription {
     /// The method.
     pub method: Method,
     /// The call mode.
-    pub shape: CallMode,
+    pub mode: CallMode,
     /// The width: the number of rays per chunk.
     pub width: u32,
     /// The symbol, `void symbol(RtslCall *call)`.

@@ -72,9 +72,9 @@ impl Layout {
     }
 
     /// Returns the words in blocks of objects in calls of this mode; `None` if they have one instance's block.
-    pub fn object_form(&self, shape: CallMode) -> Option<ObjectForm> {
+    pub fn object_form(&self, mode: CallMode) -> Option<ObjectForm> {
         let all = || ObjectForm::new(0..self.block_words);
-        self.objects.clone().or_else(|| shape.has_many_objects().then(all))
+        self.objects.clone().or_else(|| mode.has_many_objects().then(all))
     }
 
     /// Returns the location of a member or buffer for objects of this form; `None` for other variables, those missing

@@ -11,6 +11,7 @@
 
 mod call;
 mod call_error;
+mod call_mode;
 mod component_set;
 pub mod description;
 mod host_lanes;
@@ -25,11 +26,11 @@ mod objects;
 pub mod offsets;
 mod prefetch;
 mod record;
-mod shape;
 mod signature;
 
 pub use call::{CallArguments, CallStatus, Instances, RawCall};
 pub use call_error::CallError;
+pub use call_mode::CallMode;
 pub use component_set::ComponentSet;
 pub use host_lanes::{HostArguments, HostLanes};
 pub use host_table::{Color, HOST_TABLE, HostCalls, HostTable};
@@ -42,5 +43,4 @@ pub use object_form::ObjectForm;
 pub use objects::{ObjectRow, Objects};
 pub use prefetch::prefetch;
 pub use record::{Mark, MarkWord, RayRecord};
-pub use shape::CallMode;
 pub use signature::Signature;

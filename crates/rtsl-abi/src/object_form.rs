@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_in_a_form_as_a_whole() {
+    fn a_form_has_all_words_of_a_variable_or_none() {
         let form = ObjectForm::new([9, 2, 3, 4, 3]);
         assert_eq!(form.words(), [2, 3, 4, 9]);
         assert_eq!((form.position(2, 3), form.position(9, 1)), (Some(0), Some(3)));

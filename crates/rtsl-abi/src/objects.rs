@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_a_block_stand_in_rows() {
+    fn words_of_a_block_are_in_rows() {
         let instances: Vec<_> = (0..20).map(|number| instance(10 * number)).collect();
         let objects = Objects::of_instances(ObjectForm::new(0..2), &instances);
         assert_eq!(objects.rows[5].0, [161, 171, 181, 191, 0, 0, 0, 0]);

@@ -118,8 +118,8 @@ pub const METHOD_WRITES_SCRATCH: u32 = 2;
 pub const METHOD_LEAVES_ZEROS: u32 = 4;
 
 /// Returns the number of a call mode in libraries.
-pub const fn shape_number(shape: CallMode) -> u32 {
-    match shape {
+pub const fn call_mode_number(mode: CallMode) -> u32 {
+    match mode {
         CallMode::Single => 0,
         CallMode::Packet => 1,
         CallMode::CommonOrigin => 2,
@@ -129,8 +129,8 @@ pub const fn shape_number(shape: CallMode) -> u32 {
 }
 
 /// Returns the call mode with this number.
-pub fn shape_of_number(number: u32) -> Option<CallMode> {
-    CallMode::ALL.into_iter().find(|shape| shape_number(*shape) == number)
+pub fn call_mode_of_number(number: u32) -> Option<CallMode> {
+    CallMode::ALL.into_iter().find(|mode| call_mode_number(*mode) == number)
 }
 
 /// Returns the number of a scalar type in libraries.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::call::{CallArguments, Instances};
 use crate::call_error::CallError;
+use crate::call_mode::CallMode;
 use crate::component_set::ComponentSet;
 use crate::host_lanes::HostArguments;
 use crate::instance::{BufferEntry, InstanceBlock};
@@ -11,7 +12,6 @@ use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 use crate::offsets;
-use crate::shape::CallMode;
 
 /// The requirements of a kernel on a call, against which calls are checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct Signature {
     /// The buffers that it needs in each object, by words of the object.
     pub object_buffers: Arc<[BufferEntry]>,
     /// The call mode.
-    pub shape: CallMode,
+    pub mode: CallMode,
     /// True if it stores the rays with a hit.
     pub accepts: bool,
     /// The number of rays in a chunk, if a call may begin at any chunk.
@@ -61,8 +61,8 @@ impl Signature {
     /// # Errors
     /// If they do not fit.
     pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
-        if self.shape == CallMode::Leaf {
-            return Err(CallError::InstanceForm(self.shape.name()));
+        if self.mode == CallMode::Leaf {
+            return Err(CallError::InstanceForm(self.mode.name()));
         }
         self.check_sizes(&CallSizes {
             state: &*call.state,
@@ -80,12 +80,12 @@ impl Signature {
     fn check_sizes<L: LaneArrays>(&self, call: &CallSizes<'_, L>) -> Result<(), CallError> {
         let CallSizes { state, scratch, count, mask, accepted, instances, vector } = *call;
         self.check_instances(instances, count)?;
-        if self.shape == CallMode::Single && (count != 1 || mask.is_some()) {
+        if self.mode == CallMode::Single && (count != 1 || mask.is_some()) {
             return Err(CallError::NotOneRay);
         }
         let needed = needed_lanes(count, vector)?;
         let room = |given: usize| has_room(count, needed, given);
-        match self.shape {
+        match self.mode {
             // The lane of the ray, to which the outputs of the nearest hit are also stored.
             CallMode::Leaf if self.accepts => self.check_arrays(state, scratch, 1, 1)?,
             // The lane of the ray and those of the objects.
@@ -107,8 +107,8 @@ impl Signature {
     /// # Panics
     /// If it does not; likewise for [`Signature::check_leaf`].
     pub fn check_leaf_objects(&self, objects: &Objects) {
-        let is_test = self.shape == CallMode::Leaf && self.accepts;
-        assert!(is_test, "the kernel is `intersect` in the leaf shape");
+        let is_test = self.mode == CallMode::Leaf && self.accepts;
+        assert!(is_test, "the kernel is not `intersect` in the leaf mode");
         let fit = self.fits_objects(objects) && self.fits_block(objects.shared());
         assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
     }
@@ -158,7 +158,7 @@ impl Signature {
     #[inline(always)]
     fn check_instances(&self, instances: Instances<'_>, count: usize) -> Result<(), CallError> {
         let takes_objects = self.object_words.is_some();
-        let form_fits = match (self.shape, instances) {
+        let form_fits = match (self.mode, instances) {
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Instances::One(_)) => {
                 !takes_objects
             }
@@ -181,7 +181,7 @@ impl Signature {
             }
         };
         if !form_fits {
-            return Err(CallError::InstanceForm(self.shape.name()));
+            return Err(CallError::InstanceForm(self.mode.name()));
         }
         let objects_fit = instances.objects().is_none_or(|objects| self.fits_objects(objects));
         if !(objects_fit && self.fits_block(instances.block())) {

@@ -146,7 +146,7 @@ impl ExportWriter<'_> {
     fn class(&mut self) {
         let class = self.class;
         let kernels: Vec<&KernelDescription> =
-            class.description.kernels.iter().filter(|it| it.shape == CallMode::Single).collect();
+            class.description.kernels.iter().filter(|it| it.mode == CallMode::Single).collect();
         for kernel in &kernels {
             let method = class.methods.iter().find(|it| it.method == kernel.method);
             if let Some(method) = method {

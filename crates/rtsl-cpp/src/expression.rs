@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn parentheses_stand_where_they_are_needed() {
+    fn parentheses_are_written_where_needed() {
         let sum = Expression::binary(ADD, name("a"), name("b"));
         let difference = Expression::binary(SUBTRACT, name("c"), sum.clone());
         assert_eq!(difference.flat(), "c - (a + b)");

@@ -143,10 +143,10 @@ impl<'a> Writer<'a> {
             };
             self.variables.push(text);
         }
-        self.define_slots(out);
+        self.define_locals(out);
     }
 
-    fn define_slots(&mut self, out: &mut Vec<Statement>) {
+    fn define_locals(&mut self, out: &mut Vec<Statement>) {
         let mut used = vec![false; self.function.variables.len()];
         self.function.body.for_each_op(&mut |op| {
             if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
@@ -184,10 +184,10 @@ impl<'a> Writer<'a> {
             OpKind::Loop { initial, body } => self.repeat(op.results, initial, body, out),
             OpKind::Load(variable, index) => {
                 let value = self.load(*variable, *index, out);
-                let is_slot = self.function.variable(*variable).kind == VariableKind::Local;
+                let is_local = self.function.variable(*variable).kind == VariableKind::Local;
                 let result = op.results.get(0);
                 // A later store must not affect the value.
-                if is_slot || self.is_output[variable.0 as usize] {
+                if is_local || self.is_output[variable.0 as usize] {
                     self.define_now(result, value, out);
                 } else {
                     self.define(result, value, out);
@@ -653,7 +653,7 @@ impl<'a> Writer<'a> {
         self.scope.name(hint.as_deref().unwrap_or(name))
     }
 
-    pub fn place_text(&self, variable: VariableId) -> &str {
+    pub fn variable_text(&self, variable: VariableId) -> &str {
         &self.variables[variable.0 as usize]
     }
 }

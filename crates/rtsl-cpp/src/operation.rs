@@ -56,7 +56,7 @@ impl Writer<'_> {
                 self.bitcast(from, to, value)
             }
             OpKind::Length(variable) => {
-                Expression::atom(format!("{}.length()", self.place_text(variable)))
+                Expression::atom(format!("{}.length()", self.variable_text(variable)))
             }
             OpKind::Constant(_)
             | OpKind::Load(..)
@@ -99,7 +99,7 @@ impl Writer<'_> {
         out: &mut Vec<Statement>,
     ) -> Expression {
         let info = self.function.variable(variable);
-        let name = self.place_text(variable).to_owned();
+        let name = self.variable_text(variable).to_owned();
         match (index, info.kind) {
             // A buffer of one scalar is indexed, too.
             (Index::Constant(index), VariableKind::Buffer | VariableKind::Local) => {

@@ -6,7 +6,7 @@ use rtsl_cpp::{ClassCode, emit};
 use rtsl_ir::Function;
 use rtsl_spec::Method;
 
-const PLACES: &str = "
+const VARIABLES: &str = "
 state rt_RayOrigin: f32[3]
 state rt_HitDistance: f32[1]
 member radius: f32[1]
@@ -61,7 +61,8 @@ fn class() -> ClassDescription {
 }
 
 fn text(body: &str) -> String {
-    let function: Function = format!("function Thing.shade\n{PLACES}{{{body}}}").parse().unwrap();
+    let function: Function =
+        format!("function Thing.shade\n{VARIABLES}{{{body}}}").parse().unwrap();
     let library = LibraryDescription { prefix: "test".to_owned(), classes: vec![class()] };
     let code = ClassCode { constructors: Vec::new(), methods: vec![(Method::Shade, &function)] };
     emit(&library, &[code])
@@ -171,7 +172,7 @@ fn conversions_and_bits() {
 }
 
 #[test]
-fn places_and_indices() {
+fn variables_and_indices() {
     check(
         "
         %i: i32 = load member:count@0 %four: i32 = constant 4 %zero: i32 = constant 0 %last: i32 = constant 3

@@ -28,7 +28,7 @@ pub struct Builder {
     /// A map, because a class may have tens of thousands of members and a method name them all.
     variables: HashMap<(VariableKind, String), VariableId>,
     /// The last number tried to make a local's name unique, by name.
-    slot_numbers: HashMap<String, u32>,
+    local_numbers: HashMap<String, u32>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -49,7 +49,7 @@ impl Builder {
             precise: false,
             texts: HashMap::new(),
             variables: HashMap::new(),
-            slot_numbers: HashMap::new(),
+            local_numbers: HashMap::new(),
         }
     }
 
@@ -118,7 +118,7 @@ impl Builder {
     pub fn local(&mut self, name: &str, scalar: Scalar, len: u32) -> VariableId {
         let mut key = (VariableKind::Local, name.to_owned());
         if self.variables.contains_key(&key) {
-            let number = self.slot_numbers.entry(name.to_owned()).or_insert(1);
+            let number = self.local_numbers.entry(name.to_owned()).or_insert(1);
             while self.variables.contains_key(&key) {
                 *number += 1;
                 key.1 = format!("{name}.{number}");

@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_say_something() {
+    fn intervals_are_narrow() {
         let positive = FloatInterval::between(0.0, f32::INFINITY);
         let sum = FloatInterval::binary(BinaryOp::Add, positive, FloatInterval::of(1.0));
         assert_eq!((sum.low, sum.high, sum.nan), (1.0, f32::INFINITY, false));

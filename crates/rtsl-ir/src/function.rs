@@ -105,7 +105,7 @@ impl Function {
     }
 
     /// Returns the variable equal to `variable`, which is added if it is missing.
-    pub fn intern_place(&mut self, variable: Variable) -> VariableId {
+    pub fn intern_variable(&mut self, variable: Variable) -> VariableId {
         if let Some(id) = self.find_variable(variable.kind, &variable.name) {
             debug_assert_eq!(*self.variable(id), variable);
             return id;

@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_say_something() {
+    fn intervals_are_narrow() {
         let up_to = |high| Interval { low: 0, high };
         let of = |op, a, b| Interval::binary(op, Scalar::U32, a, b).unwrap();
         let all = Interval::all(Scalar::U32).unwrap();

@@ -41,10 +41,10 @@ use crate::{
 };
 
 /// The greatest number of scalars of a variable other than a member or buffer.
-pub const MAX_PLACE_SCALARS: u32 = 1 << 16;
+pub const MAX_VARIABLE_SCALARS: u32 = 1 << 16;
 
 /// The greatest number of scalars of all locals of a function together.
-pub const MAX_SLOT_SCALARS: u32 = 1 << 16;
+pub const MAX_LOCAL_SCALARS: u32 = 1 << 16;
 
 /// Checks all invariants. The error names the first violation in the order of the text form.
 pub fn verify(function: &Function) -> Result<(), VerifyError> {
@@ -127,20 +127,20 @@ impl<'a> Verifier<'a> {
 
     fn check_places(&self) -> Result {
         let mut names = BTreeSet::new();
-        let mut slot_scalars = 0;
+        let mut local_scalars = 0;
         for variable in &self.function.variables {
-            check_place(variable)?;
+            check_variable(variable)?;
             if !names.insert((variable.kind, &variable.name)) {
                 let (kind, name) = (variable.kind.name(), &variable.name);
-                return Err(format!("{kind} `{name}` is there twice"));
+                return Err(format!("{kind} `{name}` is declared twice"));
             }
             if variable.kind == VariableKind::Local {
-                slot_scalars += u64::from(variable.len);
+                local_scalars += u64::from(variable.len);
             }
         }
-        if slot_scalars > u64::from(MAX_SLOT_SCALARS) {
+        if local_scalars > u64::from(MAX_LOCAL_SCALARS) {
             return Err(format!(
-                "locals have {slot_scalars} scalars, more than {MAX_SLOT_SCALARS}"
+                "locals have {local_scalars} scalars, more than {MAX_LOCAL_SCALARS}"
             ));
         }
         Ok(())
@@ -171,7 +171,7 @@ impl<'a> Verifier<'a> {
                 return Err(format!("{name} is beyond the variable's length {}", variable.len));
             }
             if !seen.insert((output.variable, output.component)) {
-                return Err(format!("{name} is there twice"));
+                return Err(format!("{name} occurs twice"));
             }
             self.check_use(*value, Some(variable.scalar))
                 .map_err(|error| format!("{name}: {error}"))?;
@@ -416,7 +416,7 @@ impl<'a> Verifier<'a> {
     }
 }
 
-fn check_place(variable: &Variable) -> Result {
+fn check_variable(variable: &Variable) -> Result {
     let Variable { kind, name, scalar, len } = variable;
     let (kind_name, scalar_name) = (kind.name(), scalar.name());
     check_word("the name of a variable", name)?;
@@ -428,7 +428,7 @@ fn check_place(variable: &Variable) -> Result {
         }
         VariableKind::Accepted => *scalar == Scalar::Bool && *len == 1,
         VariableKind::Parameter | VariableKind::Scratch | VariableKind::Local => {
-            (1..=MAX_PLACE_SCALARS).contains(len)
+            (1..=MAX_VARIABLE_SCALARS).contains(len)
         }
         VariableKind::Member | VariableKind::Buffer => *len >= 1,
     };
@@ -512,7 +512,7 @@ mod tests {
             ),
             (
                 "%a: f32 = constant 1 return state:rt_RayOrigin@0 = %a, state:rt_RayOrigin@0 = %a",
-                "output state:rt_RayOrigin@0 is there twice",
+                "output state:rt_RayOrigin@0 occurs twice",
             ),
         ];
         for (body, expected) in table {
@@ -522,7 +522,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_checked() {
+    fn variables_are_checked() {
         let table = [
             ("state rt_Nothing: f32[3]", "there is no state `rt_Nothing`"),
             ("state rt_RayOrigin: f32[2]", "state `rt_RayOrigin` cannot be f32[2]"),

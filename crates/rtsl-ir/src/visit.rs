@@ -93,9 +93,9 @@ pub enum Effect {
     /// None: the operation may be removed, repeated, moved and speculated.
     None,
     /// The result depends on previous stores to this local.
-    ReadsSlot(VariableId),
+    ReadsLocal(VariableId),
     /// Stores to this local.
-    WritesSlot(VariableId),
+    WritesLocal(VariableId),
     /// Queries the host, which may advance samplers and count calls: neither removed nor reordered.
     Host,
 }
@@ -134,11 +134,11 @@ impl OpKind {
 
     /// Returns the side effect of the operation itself, in a function with these variables.
     pub fn effect(&self, variables: &[Variable]) -> Effect {
-        let is_slot =
+        let is_local =
             |variable: &VariableId| variables[variable.0 as usize].kind == VariableKind::Local;
         match self {
-            OpKind::Load(variable, _) if is_slot(variable) => Effect::ReadsSlot(*variable),
-            OpKind::Store(variable, ..) => Effect::WritesSlot(*variable),
+            OpKind::Load(variable, _) if is_local(variable) => Effect::ReadsLocal(*variable),
+            OpKind::Store(variable, ..) => Effect::WritesLocal(*variable),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }

@@ -72,7 +72,7 @@ fn a_loop_may_end_by_a_carried_bool() {
 }
 
 #[test]
-fn slots_start_at_zero_and_indices_are_clamped() {
+fn locals_start_at_zero_and_indices_are_clamped() {
     let text = "function f scratch s: i32[3] local t: i32[4] {
         %i: i32 = load scratch:s@0
         %before: i32 = load local:t@%i

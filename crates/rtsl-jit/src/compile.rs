@@ -274,7 +274,7 @@ impl Machine {
             )
         };
         if raw.is_null() {
-            return Err(unknown("LLVM makes no code for it".to_owned()));
+            return Err(unknown("LLVM cannot generate code for it".to_owned()));
         }
         Ok(Machine { llvm, target: target.clone(), level, raw })
     }

@@ -102,8 +102,8 @@ pub(crate) unsafe fn call_in_coroutines(
             let take = || if has_own_stack { ChunkStack::take(frame_bytes) } else { None };
             let mut stack = first.take().or_else(take);
             if is_large && stack.is_none() {
-                // The previous chunks end and free their stacks. Small frames fit on the caller's stack. Safety: the
-                // chunks are suspended.
+                // The previous chunks end and free their stacks. Small frames fit on the caller's stack.
+                // Safety: the chunks are suspended.
                 unsafe { answer_all(raw, &mut waiting) };
                 stack = take();
             }

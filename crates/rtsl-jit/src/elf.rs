@@ -229,7 +229,8 @@ impl<'a> Object<'a> {
             }
             section => {
                 let place = layout.sections.get(usize::from(section)).copied().flatten();
-                let place = place.ok_or_else(|| bad("a relocation to what is not loaded"))?;
+                let place =
+                    place.ok_or_else(|| bad("a relocation to a section that is not loaded"))?;
                 base.wrapping_add(place as u64).wrapping_add(symbol.value)
             }
         };
@@ -312,7 +313,7 @@ fn u64_at(bytes: &[u8], at: usize) -> Result<u64, JitError> {
     array_at(bytes, at).map(u64::from_le_bytes)
 }
 
-/// Returns an offset or a size, clamped to a value beyond any file with which arithmetic does not overflow.
+/// Reads an offset or a size. Values above 2^32 - 1 are errors, so that arithmetic with them does not overflow.
 fn usize_at(bytes: &[u8], at: usize) -> Result<usize, JitError> {
     let value = u64_at(bytes, at)?;
     if value > u64::from(u32::MAX) { Err(truncated()) } else { Ok(value as usize) }

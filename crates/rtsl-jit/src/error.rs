@@ -88,7 +88,7 @@ pub enum JitError {
         bytes: usize,
     },
     /// The code calls a function that is not part of the runtime.
-    #[error("the compiled code calls `{0}`, which is no function of the runtime")]
+    #[error("the compiled code calls `{0}`, which is not a function of the runtime")]
     UndefinedSymbol(String),
     /// The object file contains a feature that the loader does not support.
     #[error("the object file can't be loaded: {0}")]

@@ -38,7 +38,7 @@ impl Frames {
         if !warning.contains("stack") {
             return Ok(false);
         }
-        let unknown = || format!("it reports a stack frame in unknown words: {warning}");
+        let unknown = || format!("it reports a stack frame in an unknown format: {warning}");
         let size = between(warning, "size (", ')').and_then(|size| size.parse().ok());
         let function = between(warning, "function '", '\'');
         let (size, function) = size.zip(function).ok_or_else(unknown)?;

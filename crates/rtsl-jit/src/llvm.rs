@@ -73,7 +73,7 @@ impl Llvm {
         let library = library::open(path)?;
         let version = supported_version(&library)?;
         let api = Api::resolve(&library)
-            .map_err(|name| format!("LLVM {version} without the function {name}"))?;
+            .map_err(|name| format!("LLVM {version} lacks the function {name}"))?;
         ffi::initialize_targets(&library);
         worker::install_fatal_error_handler(&api);
         ending::note_loaded();
@@ -117,7 +117,7 @@ fn check_named_version(path: &Path) -> Result<(), String> {
         return Err("there is no such file".to_owned());
     }
     if path.is_dir() {
-        return Err("no LLVM library lies in this folder".to_owned());
+        return Err("this folder contains no LLVM library".to_owned());
     }
     match search::major_by_name(path) {
         Some(major) if major < OLDEST_MAJOR => Err(too_old(&major.to_string())),
@@ -136,7 +136,7 @@ fn supported_version(library: &Library) -> Result<LlvmVersion, String> {
 }
 
 fn too_old(version: &str) -> String {
-    format!("version {version} is too old, {OLDEST_MAJOR} is the oldest that serves")
+    format!("version {version} is too old, LLVM {OLDEST_MAJOR} or newer is required")
 }
 
 fn host_target(api: &Api) -> Target {

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_follow_what_the_library_accepts() {
+    fn parameters_follow_the_accepted_spellings() {
         let gvn =
             |text: &str| text[text.find("gvn").unwrap()..].split(',').next().unwrap().to_owned();
         assert_eq!(

@@ -34,7 +34,7 @@ fn every_llvm_of_this_machine() {
 #[test]
 fn an_unusable_choice_is_an_error_that_says_why() {
     for (path, reason) in
-        [("/nonexistent/libLLVM.so", "no such file"), ("/proc", "no LLVM library lies")]
+        [("/nonexistent/libLLVM.so", "no such file"), ("/proc", "contains no LLVM library")]
     {
         let (passed, text) = with_llvm("one_llvm", std::path::Path::new(path));
         assert!(!passed && text.contains(reason) && text.contains("RTSL_LLVM"), "{text}");

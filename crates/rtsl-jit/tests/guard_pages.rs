@@ -82,14 +82,14 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn lowered(function: &Function, shape: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
+fn lowered(function: &Function, mode: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let mut kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
+    let mut kernel = rtsl_packet::lower(function, &layout, mode, width).unwrap();
     kernel.interleave = interleave::choose(&kernel, interleave);
     kernel
 }
@@ -134,9 +134,8 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
     let features = TargetFeatures::new("", "", "");
     let block = InstanceBlock::new(&[2.0_f32.to_bits()], Vec::new());
     for (width, interleave) in [(1, None), (4, None), (4, Some(4)), (8, Some(2)), (16, Some(2))] {
-        for shape in [CallMode::Single, CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream]
-        {
-            let kernels = [true, false].map(|it| lowered(&function(it), shape, width, interleave));
+        for mode in [CallMode::Single, CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream] {
+            let kernels = [true, false].map(|it| lowered(&function(it), mode, width, interleave));
             let kernels = CompiledKernel::compile(&llvm, &kernels, &features, OptLevel::O2);
             for kernel in kernels.unwrap() {
                 let width = kernel.width();
@@ -145,20 +144,20 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
                 for count in [0, 1, 2, width - 1, width, width + 1, 4 * width, 67] {
                     let mut indices = LaneIndices::new(count);
                     indices.as_mut_slice().fill(2);
-                    let instances = match shape {
+                    let instances = match mode {
                         CallMode::Stream => Instances::Many(&objects, &indices),
                         _ => Instances::One(&block),
                     };
                     let lanes = count.next_multiple_of(width);
                     for masked in [false, true] {
                         let status = call(&kernel, (count, lanes), masked, instances);
-                        let expected = match shape {
+                        let expected = match mode {
                             CallMode::Single if count != 1 || masked => Err(CallError::NotOneRay),
                             _ => Ok(CallStatus::default()),
                         };
-                        assert_eq!(status, expected, "{shape:?}, width {width}, {count} rays");
+                        assert_eq!(status, expected, "{mode:?}, width {width}, {count} rays");
                     }
-                    if lanes > 0 && shape != CallMode::Single {
+                    if lanes > 0 && mode != CallMode::Single {
                         let status = call(&kernel, (count, lanes - 1), false, instances);
                         let given = lanes - 1;
                         let error = CallError::TooFewLanes { rays: count, needed: lanes, given };

@@ -278,7 +278,7 @@ fn hits(gives_distance: bool) -> Function {
 }
 
 #[test]
-fn the_leaf_shape_keeps_the_nearest_hit() {
+fn the_leaf_mode_keeps_the_nearest_hit() {
     for seed in 0..scaled(12) {
         for gives_distance in [false, true] {
             let function = hits(gives_distance);
@@ -292,7 +292,7 @@ fn the_leaf_shape_keeps_the_nearest_hit() {
 
 /// Reads arrays of scratch at an index that depends on the object, and writes them.
 #[test]
-fn the_leaf_shape_reads_scratch_from_before_the_call() {
+fn the_leaf_mode_reads_scratch_from_before_the_call() {
     for (scalar, is_member) in [(Scalar::F32, true), (Scalar::Bool, true), (Scalar::I32, false)] {
         let mut builder = Builder::new("Shift.lookup");
         let mut variable = |kind, name: &str, scalar, len| {

@@ -38,18 +38,18 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn kernel(shape: CallMode) -> Kernel {
-    lowered(&function(false), shape)
+fn kernel(mode: CallMode) -> Kernel {
+    lowered(&function(false), mode)
 }
 
-fn lowered(function: &Function, shape: CallMode) -> Kernel {
+fn lowered(function: &Function, mode: CallMode) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    rtsl_packet::lower(function, &layout, shape, 4).unwrap()
+    rtsl_packet::lower(function, &layout, mode, 4).unwrap()
 }
 
 /// Compiles with target names that would break the text.
@@ -65,13 +65,8 @@ fn block(element_words: u32) -> InstanceBlock {
 }
 
 /// Returns the element of the buffer that the call stores, or the error.
-fn call(
-    shape: CallMode,
-    block: &InstanceBlock,
-    scratch_arrays: usize,
-    count: usize,
-) -> Option<f32> {
-    let kernel = compile(&[kernel(shape)]).unwrap().remove(0);
+fn call(mode: CallMode, block: &InstanceBlock, scratch_arrays: usize, count: usize) -> Option<f32> {
+    let kernel = compile(&[kernel(mode)]).unwrap().remove(0);
     call_for(&kernel, Instances::One(block), scratch_arrays, count)
 }
 
@@ -178,7 +173,7 @@ fn packet_code_that_breaks_the_rules_is_refused() {
         matches!(compile(&[kernel]), Err(JitError::InvalidKernel(_)))
     };
     assert!(!break_rule(|_| {}));
-    assert!(break_rule(|kernel| kernel.shape = CallMode::Packet));
+    assert!(break_rule(|kernel| kernel.mode = CallMode::Packet));
     assert!(break_rule(|kernel| kernel.variables[0].varies = false));
     assert!(break_rule(|kernel| kernel.width = 3));
     assert!(break_rule(|kernel| kernel.outputs[0].component = 7));

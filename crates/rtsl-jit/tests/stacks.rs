@@ -21,7 +21,7 @@ const KEPT: usize = 1_000;
 const RAYS: usize = 16 * 16 * 2 + 5;
 
 /// Keeps values during a request for a ray, and returns their sum with the answer.
-fn kernel(shape: CallMode) -> Kernel {
+fn kernel(mode: CallMode) -> Kernel {
     let mut builder = Builder::new("Keeps.shade");
     let (kind, name) = (VariableKind::Scratch, "kept".to_owned());
     let variable = builder.variable(Variable { kind, name, scalar: Scalar::F32, len: 2 });
@@ -37,7 +37,7 @@ fn kernel(shape: CallMode) -> Kernel {
     builder.output(variable, 1, sum);
     let function = builder.finish();
     let layout = Layout::new([], [], &function.variables);
-    rtsl_packet::lower(&function, &layout, shape, 16).unwrap()
+    rtsl_packet::lower(&function, &layout, mode, 16).unwrap()
 }
 
 fn call(kernel: &CompiledKernel, rays: usize) -> Result<(CallStatus, Vec<u32>), CallError> {
@@ -89,8 +89,8 @@ fn stacks_run_out() {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("", "", "");
     // The packet's chunks are separate; those of the leaf mode are not.
-    for (shape, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
-        let compile = || CompiledKernel::compile(&llvm, &[kernel(shape)], &features, OptLevel::O1);
+    for (mode, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
+        let compile = || CompiledKernel::compile(&llvm, &[kernel(mode)], &features, OptLevel::O1);
         let kernel = compile().unwrap().remove(0);
         let work = move || {
             limit_memory(true);
@@ -106,11 +106,11 @@ fn stacks_run_out() {
         };
         // A thread that has no stacks yet.
         let (without, with_one, with_all) = std::thread::spawn(work).join().unwrap();
-        match shape {
+        match mode {
             CallMode::Single => assert!(without.is_ok(), "its frame is small"),
-            _ => assert_eq!(without, Err(CallError::NoStack), "{shape:?}"),
+            _ => assert_eq!(without, Err(CallError::NoStack), "{mode:?}"),
         }
         assert!(with_all.is_ok());
-        assert_eq!(with_one, with_all, "{shape:?}");
+        assert_eq!(with_one, with_all, "{mode:?}");
     }
 }

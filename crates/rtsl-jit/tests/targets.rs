@@ -43,8 +43,8 @@ fn no_target_calls_a_library() {
                 variables(VariableKind::Scratch),
             );
             let width = [1, 4, 8, 16][seed as usize % 4];
-            let shape = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];
-            let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
+            let mode = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];
+            let kernel = rtsl_packet::lower(&function, &layout, mode, width).unwrap();
             kernels.push((format!("kernel.{seed}"), kernel));
         }
         let kernels = kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel));

@@ -189,7 +189,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Returns a divisor that is valid for LLVM: 1 instead of 0, and instead of -1 for the least i32, where the
-    /// quotient by 1 is the wrapped one. Also returns true lanes where it was 0.
+    /// quotient by 1 is the wrapped one. Also returns the mask of the lanes where it was 0.
     fn safe_divisor(
         &mut self,
         ty: LlvmType,

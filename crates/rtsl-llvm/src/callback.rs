@@ -7,7 +7,7 @@ use rtsl_packet::Kernel;
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{Label, LlvmType, Operand};
 
-/// A kernel to be called with a record, which [fits](RayRecord::check) it.
+/// A kernel to be called with a record, which [fits](Kernel::check_record) it.
 #[derive(Clone, Copy)]
 pub struct Callback<'a> {
     /// The kernel.

@@ -53,7 +53,7 @@ impl Emitter<'_, '_> {
         if self.callback.is_some() {
             return self.emit_packet(done);
         }
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
             }
@@ -97,7 +97,7 @@ impl Emitter<'_, '_> {
 
     /// Emits the body of a chunk whose mask is defined.
     pub fn emit_chunk_body(&mut self) {
-        self.emit_slots();
+        self.emit_locals();
         self.emit_instances();
         self.emit_ops(&self.kernel.body.ops);
         self.emit_outputs();

@@ -146,7 +146,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         self.emit_chunks(done);
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
-        let single = self.kernel.shape == CallMode::Single;
+        let single = self.kernel.mode == CallMode::Single;
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),

@@ -126,7 +126,7 @@ impl Data {
             kernel.symbol,
             kernel.reads.len(),
             kernel.writes.len(),
-            offsets::shape_number(kernel.shape),
+            offsets::call_mode_number(kernel.mode),
             kernel.width,
             kernel.flags(),
         )

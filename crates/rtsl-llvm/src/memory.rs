@@ -71,7 +71,7 @@ impl Emitter<'_, '_> {
                 self.load_member(id, index)
             }
             VariableKind::Buffer => self.load_buffer(id, variable, index),
-            VariableKind::Local => self.load_slot(id, variable, index),
+            VariableKind::Local => self.load_local(id, variable, index),
         };
         self.define_loaded(result, loaded);
     }
@@ -257,7 +257,7 @@ impl Emitter<'_, '_> {
     /// True if a chunk's outputs may overwrite a uniform value that a later chunk reads.
     fn is_overwritten(&self, variable: &KernelVariable) -> bool {
         let mut outputs = self.kernel.outputs.iter();
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf => {
                 !self.kernel.keeps_nearest()
                     && outputs.any(|output| self.kernel.variable(output.variable) == variable)
@@ -415,15 +415,15 @@ impl Emitter<'_, '_> {
         self.define(result, buffer.count);
     }
 
-    // Slots.
+    // Locals.
 
     /// Allocates and zeroes each local.
-    pub fn emit_slots(&mut self) {
+    pub fn emit_locals(&mut self) {
         for (number, variable) in self.kernel.variables.iter().enumerate() {
             if variable.variable.kind != VariableKind::Local {
                 continue;
             }
-            let (ty, len) = (self.slot_type(variable), variable.variable.len);
+            let (ty, len) = (self.local_type(variable), variable.variable.len);
             let local = self.alloca(&format!("[{len} x {ty}]"), 64);
             self.local_memory[number] = Some(local);
             self.module.declare(
@@ -436,12 +436,12 @@ impl Emitter<'_, '_> {
         }
     }
 
-    fn slot_type(&self, variable: &KernelVariable) -> LlvmType {
+    fn local_type(&self, variable: &KernelVariable) -> LlvmType {
         self.vector(memory_element(variable.variable.scalar), variable.varies)
     }
 
     /// Returns the address of an element of a local, or those of its lanes, and true for the latter.
-    fn slot_address(
+    fn local_address(
         &mut self,
         id: VariableId,
         variable: &KernelVariable,
@@ -449,7 +449,7 @@ impl Emitter<'_, '_> {
     ) -> (Operand, bool) {
         let local =
             self.local_memory[id.0 as usize].expect("locals have memory from the chunk's start");
-        let ty = self.slot_type(variable);
+        let ty = self.local_type(variable);
         let (index, by_lane) = match index {
             Index::Constant(0) => return (local, false),
             Index::Constant(index) => {
@@ -475,9 +475,9 @@ impl Emitter<'_, '_> {
         (self.instruction(text), true)
     }
 
-    fn load_slot(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
-        let ty = self.slot_type(variable);
-        let (at, by_lane) = self.slot_address(id, variable, index);
+    fn load_local(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
+        let ty = self.local_type(variable);
+        let (at, by_lane) = self.local_address(id, variable, index);
         if by_lane {
             return self.gather(self.lanes(ty.element), at);
         }
@@ -486,9 +486,9 @@ impl Emitter<'_, '_> {
 
     pub fn emit_store(&mut self, id: VariableId, index: Index, value: Value, mask: Option<Value>) {
         let variable = &self.kernel.variables[id.0 as usize];
-        let ty = self.slot_type(variable);
+        let ty = self.local_type(variable);
         let new = self.memory_operand(value, variable.varies);
-        let (at, by_lane) = self.slot_address(id, variable, index);
+        let (at, by_lane) = self.local_address(id, variable, index);
         let align = ty.count * 4;
         let merged = match mask {
             None => new,

@@ -24,7 +24,7 @@ impl Emitter<'_, '_> {
         if !self.kernel.variables.iter().any(|variable| variable.varies && variable.of_objects) {
             return;
         }
-        self.objects = match self.kernel.shape {
+        self.objects = match self.kernel.mode {
             CallMode::Stream => Some(self.objects_of_lanes()),
             CallMode::Leaf => Some(self.objects_of_chunk()),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => return,
@@ -101,7 +101,7 @@ impl Emitter<'_, '_> {
 
     /// Returns the address of a word of the objects: of one, of each lane's, or of the chunk's first.
     fn object_word(&mut self, word: u32) -> (Operand, LlvmType) {
-        let (objects, ty) = match self.kernel.shape {
+        let (objects, ty) = match self.kernel.mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
                 let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
                 (object, self.vector("ptr", false))
@@ -123,7 +123,7 @@ impl Emitter<'_, '_> {
     /// Loads a word of the objects in its memory form.
     fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
         let (at, pointers) = self.object_word(word);
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf => self.load_row(element, at),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.gather(pointers.of(element), at)
@@ -173,7 +173,7 @@ impl Emitter<'_, '_> {
         let words = self.vector("i32", by_lane);
         let shift = self.same(words, offsets::OBJECTS_IN_BLOCK.trailing_zeros());
         let rows = self.instruction(format_args!("shl {words} {index}, {shift}"));
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf if !by_lane => {
                 let at = self.instruction(format_args!("getelementptr i32, ptr {at}, i32 {rows}"));
                 self.load_row(element, at)

@@ -5,7 +5,7 @@ use rtsl_abi::{CallMode, Layout, Mark, MarkWord, RayRecord};
 use rtsl_ir::{Function, VariableKind};
 use rtsl_llvm::{Callback, TargetFeatures};
 
-fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
+fn emit(text: &str, target: &str, mode: CallMode, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
@@ -14,7 +14,7 @@ fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
+    let kernel = rtsl_packet::lower(&function, &layout, mode, width).unwrap();
     let target = TargetFeatures::new("x86_64-unknown-linux-gnu", target, "");
     rtsl_llvm::emit([("kernel", &kernel)], &target)
 }

@@ -46,7 +46,7 @@ struct Bit {
     /// The integer.
     word: Value,
     /// The position of the bit, from the lowest.
-    variable: u32,
+    position: u32,
 }
 
 impl Choices<'_> {
@@ -145,7 +145,7 @@ impl Choices<'_> {
                 };
                 match other {
                     0 => Some((bit, !is_set)),
-                    _ if other == 1 << bit.variable => Some((bit, is_set)),
+                    _ if other == 1 << bit.position => Some((bit, is_set)),
                     _ => None,
                 }
             }
@@ -161,7 +161,7 @@ impl Choices<'_> {
             (Some(mask), None) => (b, mask),
             _ => return None,
         };
-        mask.is_power_of_two().then(|| Bit { word, variable: mask.trailing_zeros() })
+        mask.is_power_of_two().then(|| Bit { word, position: mask.trailing_zeros() })
     }
 
     /// Returns the bits of an integer constant.
@@ -180,9 +180,9 @@ impl Choices<'_> {
             Scalar::I32 => self.push(OpKind::Convert(Scalar::U32, bit.word), before),
             Scalar::U32 | Scalar::F32 | Scalar::Bool => bit.word,
         };
-        let distance = self.literal(31 - bit.variable);
+        let distance = self.literal(31 - bit.position);
         let shifted = self.push(OpKind::Binary(BinaryOp::ShiftLeft, word, distance), before);
-        if bit.variable == 0 {
+        if bit.position == 0 {
             return shifted;
         }
         let sign = self.literal(1 << 31);

@@ -23,7 +23,7 @@ pub fn run(function: &mut Function, budget: u32) {
     if !has_loop(&function.body) {
         return;
     }
-    let counter = function.intern_place(Variable {
+    let counter = function.intern_variable(Variable {
         kind: VariableKind::Local,
         name: "#budget".to_owned(),
         scalar: Scalar::I32,

@@ -19,7 +19,7 @@ pub fn run(function: &mut Function) {
     sweep.region(&mut body, 0);
     sweep.substitution.keep_names(&mut sweep.function.names);
     function.body = body;
-    remove_unused_slots(function);
+    remove_unused_locals(function);
 }
 
 /// The source of a value.
@@ -48,7 +48,7 @@ struct Liveness<'a> {
     stores: Vec<Vec<u32>>,
     needed_values: Vec<bool>,
     needed_ops: Vec<bool>,
-    needed_slots: Vec<bool>,
+    needed_locals: Vec<bool>,
     /// Needed values whose definitions have not been visited.
     worklist: Vec<Value>,
 }
@@ -65,7 +65,7 @@ impl<'a> Liveness<'a> {
             stores: vec![Vec::new(); function.variables.len()],
             needed_values: vec![false; values],
             needed_ops: Vec::new(),
-            needed_slots: vec![false; function.variables.len()],
+            needed_locals: vec![false; function.variables.len()],
             worklist: Vec::new(),
         };
         liveness.index(&function.body, None);
@@ -91,7 +91,7 @@ impl<'a> Liveness<'a> {
                     self.set_source(*value, number, Source::Carried(position));
                 }
             }
-            if let Effect::WritesSlot(local) = op.kind.effect(self.variables) {
+            if let Effect::WritesLocal(local) = op.kind.effect(self.variables) {
                 self.stores[local.0 as usize].push(number);
             }
             for region in op.kind.regions() {
@@ -161,15 +161,15 @@ impl<'a> Liveness<'a> {
                 OpKind::Loop { body, .. } => self.need(body.yields[0]),
                 kind => kind.for_each_operand(|value| self.need(value)),
             }
-            if let Effect::ReadsSlot(local) = op.kind.effect(self.variables) {
-                self.need_slot(local);
+            if let Effect::ReadsLocal(local) = op.kind.effect(self.variables) {
+                self.need_local(local);
             }
             next = self.parents[number as usize];
         }
     }
 
-    fn need_slot(&mut self, local: VariableId) {
-        if !std::mem::replace(&mut self.needed_slots[local.0 as usize], true) {
+    fn need_local(&mut self, local: VariableId) {
+        if !std::mem::replace(&mut self.needed_locals[local.0 as usize], true) {
             for store in std::mem::take(&mut self.stores[local.0 as usize]) {
                 self.need_op(store);
             }
@@ -268,7 +268,7 @@ fn count_inside(kind: &OpKind) -> usize {
 }
 
 /// Removes locals that no operation uses; other variables are the interface and remain.
-fn remove_unused_slots(function: &mut Function) {
+fn remove_unused_locals(function: &mut Function) {
     let mut used: Vec<bool> =
         function.variables.iter().map(|variable| variable.kind != VariableKind::Local).collect();
     function.body.for_each_op(&mut |op| {
@@ -293,16 +293,16 @@ fn remove_unused_slots(function: &mut Function) {
     for output in &mut function.outputs {
         output.variable = new_ids[output.variable.0 as usize];
     }
-    rename_places(&mut function.body, &new_ids);
+    rename_variables(&mut function.body, &new_ids);
 }
 
-fn rename_places(region: &mut Region, new_ids: &[VariableId]) {
+fn rename_variables(region: &mut Region, new_ids: &[VariableId]) {
     for op in &mut region.ops {
         match &mut op.kind {
             OpKind::Load(variable, _) | OpKind::Store(variable, ..) | OpKind::Length(variable) => {
                 *variable = new_ids[variable.0 as usize];
             }
-            kind => kind.regions_mut().for_each(|region| rename_places(region, new_ids)),
+            kind => kind.regions_mut().for_each(|region| rename_variables(region, new_ids)),
         }
     }
 }
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn effects_stay_and_what_encloses_them() {
+    fn effects_and_the_operations_around_them_are_kept() {
         let text = "
             %c: bool = load scratch:b@0
             if %c { %r: f32 = rand yield } else { %x: f32 = load scratch:f@0 yield }
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn stores_that_nobody_reads_go_with_the_slot() {
+    fn unread_stores_are_removed_with_the_local() {
         let text = "
             %x: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
             store local:s@0, %x

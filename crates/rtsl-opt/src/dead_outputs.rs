@@ -22,7 +22,7 @@ mod tests {
     use crate::testing::transformed;
 
     #[test]
-    fn what_only_an_unread_output_needs_goes() {
+    fn operations_only_for_unread_outputs_are_removed() {
         let text = "
             %a: f32 = load member:m@0
             %b: f32 = sqrt %a

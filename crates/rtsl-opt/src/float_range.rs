@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_tell_signs() {
+    fn conditions_determine_signs() {
         let text = "
             %x: f32 = load scratch:f@0 %0: f32 = constant 0 %1: f32 = constant 1
             %c: bool = greater %x, %0

@@ -176,7 +176,7 @@ mod tests {
     use crate::testing::{check_preserves, transformed};
 
     #[test]
-    fn regions_see_what_is_around_them_and_not_beside() {
+    fn values_are_visible_in_nested_but_not_in_sibling_regions() {
         let text = "
             %c: bool = load scratch:b@0 %x: f32 = load member:m@0
             %a: f32 = if %c {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn precise_tells_only_arithmetic_apart() {
+    fn precise_distinguishes_only_arithmetic() {
         let text = "
             %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
             %a: f32 = multiply %x, %y %b: f32 = precise multiply %x, %y
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_of_slots_are_not_the_same_after_a_store() {
+    fn loads_of_locals_are_not_the_same_after_a_store() {
         let text = "
             %i: i32 = load scratch:i@0
             %a: i32 = load local:r@%i

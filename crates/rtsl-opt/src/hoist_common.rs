@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_computed_inside_and_what_has_effects_stays() {
+    fn operations_with_inner_operands_or_effects_are_not_hoisted() {
         let text = "
             %c: bool = load scratch:b@0 %a: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
             %r: f32 = if %c {

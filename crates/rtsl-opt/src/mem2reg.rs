@@ -15,7 +15,7 @@ use rtsl_ir::{
 use crate::substitution::Substitution;
 
 /// The greatest length of a promoted local; longer ones are lookup tables.
-const MAX_SLOT_LEN: u32 = 64;
+const MAX_LOCAL_LEN: u32 = 64;
 
 /// The greatest number of promoted scalars in a function, so that regions do not yield hundreds of values.
 const MAX_SCALARS: u32 = 512;
@@ -25,7 +25,7 @@ pub fn run(function: &mut Function) {
     let mut is_candidate: Vec<bool> = function
         .variables
         .iter()
-        .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_SLOT_LEN)
+        .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_LOCAL_LEN)
         .collect();
     function.body.for_each_op(&mut |op| match op.kind {
         OpKind::Load(variable, Index::Dynamic(_))
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dynamic_index_keeps_the_slot() {
+    fn a_dynamic_index_keeps_the_local() {
         let text = "
             %i: i32 = load scratch:i@0
             store local:r@1, %i

@@ -52,7 +52,7 @@ struct Mapping<'a> {
 impl Mapping<'_> {
     /// Returns the vectors of those variables that the function has.
     fn ray(&mut self, variables: &[Option<VariableId>; 3]) -> Vec<[Value; 3]> {
-        let placement = self.function.intern_place(Variable {
+        let placement = self.function.intern_variable(Variable {
             kind: VariableKind::Member,
             name: PLACEMENT.to_owned(),
             scalar: Scalar::F32,
@@ -77,7 +77,7 @@ impl Mapping<'_> {
     }
 
     fn direction(&mut self) -> VariableId {
-        self.function.intern_place(Variable {
+        self.function.intern_variable(Variable {
             kind: VariableKind::State,
             name: RAY[1].to_owned(),
             scalar: Scalar::F32,
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn who_reads_no_ray_has_no_placement() {
+    fn a_method_that_reads_no_ray_has_no_placement() {
         let text =
             "function f scratch f: f32[1] { %a: f32 = load scratch:f@0 return scratch:f@0 = %a }";
         assert!(!placed(text, true).contains("rt_Placement"));

@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_branch_yields_counts_by_its_uses() {
+    fn a_branch_result_counts_by_its_uses() {
         expect![[r#"
             %4: f32 = constant 1.0
             %5: f32 = abs %1
@@ -522,7 +522,7 @@ mod tests {
         }
     }
 
-    /// Neither the running time nor the stack grows with the number of uses.
+    /// A long chain takes neither much time nor much of the stack.
     #[test]
     fn a_long_chain_has_no_bound() {
         let mut rest = String::from("%x0: f32 = multiply %red, %b %m0: f32 = sqrt %a");

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_selected_by_a_condition_is_one_side_where_that_is_known() {
+    fn a_select_is_one_side_where_its_condition_is_known() {
         let text = "
             %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
             %s: f32 = select %c, %x, %y %n: bool = not %c
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_loop_never_changes_is_not_carried() {
+    fn unchanged_carried_values_are_removed() {
         let text = "
             %x: f32 = load scratch:f@0 %c: bool = load scratch:b@0
             %r: f32, %s: f32, %q: f32 = loop (%p: f32 = %x, %k: f32 = %x, %m: f32 = %x) {

@@ -4,14 +4,14 @@ use rtsl_ir::{Constant, Function, Interpreter, Outcome, verify::verify};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function};
 
 /// The variables that the bodies of tests may use.
-const PLACES: &str = "
+const VARIABLES: &str = "
     scratch f: f32[4] scratch i: i32[4] scratch u: u32[4] scratch b: bool[4]
     member m: f32[3] member n: i32[3] buffer t: f32[3] local s: f32[4] local q: f32[4] local r: i32[4]
     accepted hit: bool[1]";
 
 /// Parses a function with these variables and this body.
 pub(crate) fn function_of(body: &str) -> Function {
-    let function: Function = match format!("function f {PLACES} {{ {body} }}").parse() {
+    let function: Function = match format!("function f {VARIABLES} {{ {body} }}").parse() {
         Ok(function) => function,
         Err(error) => panic!("{error}\n{body}"),
     };

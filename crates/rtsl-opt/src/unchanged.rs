@@ -23,7 +23,7 @@ pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'
     let mut loads = Vec::new();
     for (variable, component) in scalars {
         let (scalar, component) = (variable.scalar, *component);
-        let variable = function.intern_place(variable.clone());
+        let variable = function.intern_variable(variable.clone());
         let load = OpKind::Load(variable, Index::Constant(component));
         let value = function.push(&mut loads, scalar, load);
         function.outputs.push(Output { variable, component });
@@ -62,7 +62,7 @@ mod tests {
     use crate::testing::{check_preserves, transformed};
 
     #[test]
-    fn only_what_stays_in_its_place_goes() {
+    fn only_unchanged_outputs_are_removed() {
         let text = "
             %a: f32 = load scratch:f@0 %b: f32 = load scratch:f@1 %m: f32 = load member:m@0
             return scratch:f@0 = %a, scratch:f@1 = %a, scratch:f@2 = %b, member:m@0 = %m";
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn what_went_is_restored() {
+    fn removed_outputs_are_restored() {
         let text = "
             %a: f32 = load scratch:f@0 %m: f32 = load member:m@0
             return scratch:f@0 = %a, scratch:f@1 = %m";

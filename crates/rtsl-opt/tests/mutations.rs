@@ -36,7 +36,7 @@ fn outcome(function: &Function) -> (Vec<Vec<Constant>>, Outcome) {
 }
 
 #[test]
-fn what_verifies_can_be_optimized_and_run() {
+fn verified_functions_can_be_optimized_and_run() {
     let mut verified = 0;
     for seed in 0..1500 {
         let Ok(mut function) = mutated_text(seed).parse::<Function>() else { continue };

@@ -58,7 +58,7 @@ const MAX_OPERATIONS: u32 = 700;
 const MAX_ALONE: u32 = 100;
 
 /// The greatest number of bytes of the locals of all interleaved chunks: a part of the L1 cache.
-const MAX_SLOT_BYTES: u32 = 8192;
+const MAX_LOCAL_BYTES: u32 = 8192;
 
 /// Returns the number of full chunks that `kernel` processes together: `forced` if that is possible, else a choice by
 /// its code; `None` to process them like all others.
@@ -105,12 +105,12 @@ fn wanted(kernel: &Kernel, estimate: &Estimate) -> u32 {
 fn is_possible(kernel: &Kernel, factor: u32) -> bool {
     // The lane sets that hosts receive hold one chunk.
     let fits =
-        !asks_host(&kernel.body) && slot_bytes(kernel).saturating_mul(factor) <= MAX_SLOT_BYTES;
+        !asks_host(&kernel.body) && local_bytes(kernel).saturating_mul(factor) <= MAX_LOCAL_BYTES;
     // Values shared by all lanes are read from the first lane before anything is stored, which would be too late for
     // the remaining chunks.
     let overwrites_shared =
         kernel.outputs.iter().any(|output| !kernel.variable(output.variable).varies);
-    let many_rays = match kernel.shape {
+    let many_rays = match kernel.mode {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => kernel.width > 1,
         CallMode::Leaf | CallMode::Single => false,
     };
@@ -121,7 +121,7 @@ fn is_possible(kernel: &Kernel, factor: u32) -> bool {
 }
 
 /// Returns the stack size of the locals of a chunk, in bytes.
-fn slot_bytes(kernel: &Kernel) -> u32 {
+fn local_bytes(kernel: &Kernel) -> u32 {
     let locals = kernel.variables.iter().filter(|it| it.variable.kind == VariableKind::Local);
     let lanes = |it: &KernelVariable| if it.varies { kernel.width } else { 1 };
     locals.map(|it| it.variable.len.saturating_mul(4 * lanes(it))).fold(0, u32::saturating_add)

@@ -112,7 +112,7 @@ pub struct Kernel {
     /// `Class.method`.
     pub name: String,
     /// The call mode.
-    pub shape: CallMode,
+    pub mode: CallMode,
     /// The number of rays in a chunk: a power of two, at most [`rtsl_ir::host::MAX_LANES`].
     pub width: u32,
     /// The number of full chunks (in which all rays take part) that one execution of the body processes together: if
@@ -142,7 +142,7 @@ impl Kernel {
     /// True if a call may begin with any of its chunks. This holds if the body requests rays or light: chunks can then
     /// be run as coroutines, and their requests answered together.
     pub fn begins_at_any_chunk(&self) -> bool {
-        match self.shape {
+        match self.mode {
             // Kernels that accept hits also write for chunks without rays.
             CallMode::Packet | CallMode::Stream => {
                 self.width > 1 && self.accepted_output().is_none() && self.asks_for_rays()
@@ -181,7 +181,7 @@ impl Kernel {
 
     /// True if only the outputs of the nearest hit of all lanes are stored.
     pub fn keeps_nearest(&self) -> bool {
-        self.shape == CallMode::Leaf && self.accepted_output().is_some()
+        self.mode == CallMode::Leaf && self.accepted_output().is_some()
     }
 }
 

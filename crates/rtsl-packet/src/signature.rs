@@ -31,7 +31,7 @@ impl Kernel {
             buffers,
             object_words: self.object_words,
             object_buffers,
-            shape: self.shape,
+            mode: self.mode,
             accepts: self.accepted_output().is_some(),
             separate_chunks: self.begins_at_any_chunk().then_some(self.width),
         }

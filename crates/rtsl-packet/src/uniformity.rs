@@ -43,7 +43,7 @@ impl Uniformity {
     }
 
     /// True if the content of the variable may differ from ray to ray.
-    pub fn place_varies(&self, variable: VariableId) -> bool {
+    pub fn variable_varies(&self, variable: VariableId) -> bool {
         self.variables[variable.0 as usize]
     }
 }
@@ -120,9 +120,9 @@ impl Analysis {
             OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => self.any(&[*a, *b]),
             OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => self.any(&[*a, *b, *c]),
             OpKind::Load(variable, index) => {
-                self.result.place_varies(*variable) || self.index_varies(*index)
+                self.result.variable_varies(*variable) || self.index_varies(*index)
             }
-            OpKind::Length(variable) => self.result.place_varies(*variable),
+            OpKind::Length(variable) => self.result.variable_varies(*variable),
             OpKind::IsSet(_, ReferencePath::Single) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }

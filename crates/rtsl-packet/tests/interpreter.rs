@@ -13,14 +13,14 @@ use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_functi
 const RAYS: u32 = 37;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
-fn lower(function: &Function, shape: CallMode, width: u32) -> Kernel {
+fn lower(function: &Function, mode: CallMode, width: u32) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
+    let kernel = rtsl_packet::lower(function, &layout, mode, width).unwrap();
     rtsl_packet::verify(&kernel).unwrap();
     kernel
 }
@@ -81,9 +81,9 @@ impl rtsl_ir::Storage for OneRay<'_> {
 }
 
 fn check(function: &Function, seed: u64) {
-    for shape in CallMode::ALL {
+    for mode in CallMode::ALL {
         for width in WIDTHS {
-            let kernel = lower(function, shape, width);
+            let kernel = lower(function, mode, width);
             let before = RayMemories::random(&kernel, function, seed);
             for masked in [false, true] {
                 let is_on = |ray: u32| !masked || (seed ^ u64::from(ray)).is_multiple_of(3);
@@ -108,7 +108,7 @@ fn check_call(
         .iter()
         .find(|output| function.variable(output.variable).kind == VariableKind::Accepted);
     let mut budget_exceeded = false;
-    let count = if kernel.shape == CallMode::Single { 1 } else { RAYS };
+    let count = if kernel.mode == CallMode::Single { 1 } else { RAYS };
     let mut nearest: Option<(u32, Memory)> = None;
     for ray in 0..count {
         if kernel.keeps_nearest() {
@@ -155,8 +155,8 @@ fn check_call(
     }
     for ray in 0..count as usize {
         let (expected, found) = (expected.rays[ray].snapshot(), found.rays[ray].snapshot());
-        let (shape, width) = (kernel.shape.name(), kernel.width);
-        assert_eq!(found, expected, "seed {seed}, {shape} {width}, ray {ray}\n{function}{kernel}");
+        let (mode, width) = (kernel.mode.name(), kernel.width);
+        assert_eq!(found, expected, "seed {seed}, {mode} {width}, ray {ray}\n{function}{kernel}");
     }
 }
 

@@ -5,13 +5,13 @@ use rtsl_abi::{CallMode, Layout, ObjectForm};
 use rtsl_ir::{Function, VariableKind};
 use rtsl_packet::{Kernel, LowerError};
 
-fn lower(text: &str, shape: CallMode, width: u32) -> Result<Kernel, LowerError> {
-    lower_for(text, shape, width, None)
+fn lower(text: &str, mode: CallMode, width: u32) -> Result<Kernel, LowerError> {
+    lower_for(text, mode, width, None)
 }
 
 fn lower_for(
     text: &str,
-    shape: CallMode,
+    mode: CallMode,
     width: u32,
     objects: Option<ObjectForm>,
 ) -> Result<Kernel, LowerError> {
@@ -24,7 +24,7 @@ fn lower_for(
         variables(VariableKind::Scratch),
     );
     let layout = Layout { objects, ..layout };
-    let kernel = rtsl_packet::lower(&function, &layout, shape, width)?;
+    let kernel = rtsl_packet::lower(&function, &layout, mode, width)?;
     rtsl_packet::verify(&kernel).unwrap_or_else(|error| panic!("{error}"));
     Ok(kernel)
 }
@@ -45,7 +45,7 @@ const SHARED_WORK: &str = "function f member radius: f32[1] member table: f32[8]
     }";
 
 #[test]
-fn what_rays_share_is_done_once() {
+fn uniform_work_is_hoisted_to_the_prologue() {
     check(
         SHARED_WORK,
         expect![[r#"
@@ -153,7 +153,7 @@ fn branches_and_loops_that_rays_share_are_run_once() {
 }
 
 #[test]
-fn in_the_stream_shape_members_are_lanes() {
+fn in_the_stream_mode_members_are_lanes() {
     let kernel = lower(SHARED_WORK, CallMode::Stream, 8).unwrap();
     assert!(kernel.prologue.ops.is_empty());
     expect![[r#"
@@ -179,7 +179,7 @@ fn in_the_stream_shape_members_are_lanes() {
 
 /// Only per-object values vary; in modes with one object none of them does.
 #[test]
-fn what_objects_share_is_uniform() {
+fn data_shared_by_objects_is_uniform() {
     let radius = Some(ObjectForm::new([0]));
     let kernel = lower_for(SHARED_WORK, CallMode::Leaf, 8, radius.clone()).unwrap();
     expect![[r#"
@@ -350,7 +350,7 @@ fn long_sides_are_branched_over() {
 }
 
 #[test]
-fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
+fn the_speculation_limit_grows_with_the_width() {
     // An early out whose remainder costs 42 units, and in it another whose remainder costs 20.
     let text = "function f state rt_HitDistance: f32[1] {
         %t: f32 = load state:rt_HitDistance@0
@@ -370,7 +370,7 @@ fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
 }
 
 #[test]
-fn to_what_is_loaded_the_opposite_is_added() {
+fn the_negation_is_added_to_loaded_lanes() {
     let text = "function f state rt_HitDistance: f32[1] member m: f32[1] {
         %t: f32 = load state:rt_HitDistance@0
         %m: f32 = load member:m@0
@@ -380,8 +380,8 @@ fn to_what_is_loaded_the_opposite_is_added() {
         %d: f32 = subtract %c, %t
         return state:rt_HitDistance@0 = %d
     }";
-    let lowered = |shape| {
-        let text = lower(text, shape, 8).unwrap().to_string();
+    let lowered = |mode| {
+        let text = lower(text, mode, 8).unwrap().to_string();
         text[text.find("  prologue").unwrap()..].to_owned()
     };
     expect![[r#"
@@ -694,12 +694,12 @@ fn errors_say_why() {
     let linked = "function f { %1: bool = is_set kd return }";
     for (text, width, message) in [
         (local, 8, "local arrays take 144000 words for 16 rays, more than 65536"),
-        (parameter, 8, "the parameter `p` has no variable in a call"),
+        (parameter, 8, "a call has no storage for the parameter `p`"),
         (member, 8, "kernels do not store the member `m`"),
         (linked, 8, "the reference `kd` is not linked"),
-        ("function f { return }", 5, "no packets have 5 rays"),
-        ("function f { return }", 32, "no packets have 32 rays"),
-        ("function f { return }", 0, "no packets have 0 rays"),
+        ("function f { return }", 5, "packets cannot have 5 rays"),
+        ("function f { return }", 32, "packets cannot have 32 rays"),
+        ("function f { return }", 0, "packets cannot have 0 rays"),
     ] {
         assert_eq!(lower(text, CallMode::Packet, width).unwrap_err().to_string(), message);
     }

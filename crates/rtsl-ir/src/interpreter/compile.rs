@@ -19,7 +19,7 @@ pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
         instructions: compiler.instructions,
         operands: compiler.operands,
         registers: compiler.initial,
-        slot_scalars: compiler.slot_scalars,
+        local_scalars: compiler.local_scalars,
         outputs,
         accepted: accepted.first().map(|(_, register)| *register),
     })
@@ -34,17 +34,17 @@ struct Compiler<'a> {
     /// The register of each value.
     registers: Vec<Register>,
     /// The first scalar of each variable that is a local.
-    slot_bases: Vec<u32>,
-    slot_scalars: u32,
+    local_bases: Vec<u32>,
+    local_scalars: u32,
 }
 
 impl<'a> Compiler<'a> {
     fn new(function: &'a Function) -> Self {
-        let mut slot_scalars = 0;
-        let slot_bases = function.variables.iter().map(|variable| {
-            let base = slot_scalars;
+        let mut local_scalars = 0;
+        let local_bases = function.variables.iter().map(|variable| {
+            let base = local_scalars;
             if variable.kind == VariableKind::Local {
-                slot_scalars += variable.len;
+                local_scalars += variable.len;
             }
             base
         });
@@ -54,8 +54,8 @@ impl<'a> Compiler<'a> {
             operands: Vec::new(),
             initial: Vec::new(),
             registers: vec![Register::MAX; function.values.len()],
-            slot_bases: slot_bases.collect(),
-            slot_scalars,
+            local_bases: local_bases.collect(),
+            local_scalars,
         }
     }
 
@@ -189,13 +189,13 @@ impl<'a> Compiler<'a> {
 
     fn load(&self, to: Register, variable: VariableId, index: Index) -> Instruction {
         let len = self.function.variable(variable).len;
-        let base = self.slot_bases[variable.0 as usize];
+        let base = self.local_bases[variable.0 as usize];
         match (self.function.variable(variable).kind, index) {
             (VariableKind::Local, Index::Constant(index)) => {
-                Instruction::LoadSlot { to, address: base + index }
+                Instruction::LoadLocal { to, address: base + index }
             }
             (VariableKind::Local, Index::Dynamic(index)) => {
-                Instruction::LoadSlotAt { to, index: self.register(index), base, len }
+                Instruction::LoadLocalAt { to, index: self.register(index), base, len }
             }
             (VariableKind::Buffer, Index::Constant(index)) => {
                 Instruction::LoadBuffer { to, variable, index }
@@ -211,13 +211,13 @@ impl<'a> Compiler<'a> {
     }
 
     fn store(&self, variable: VariableId, index: Index, value: Value) -> Instruction {
-        let base = self.slot_bases[variable.0 as usize];
+        let base = self.local_bases[variable.0 as usize];
         let value = self.register(value);
         match index {
-            Index::Constant(index) => Instruction::StoreSlot { address: base + index, value },
+            Index::Constant(index) => Instruction::StoreLocal { address: base + index, value },
             Index::Dynamic(index) => {
                 let len = self.function.variable(variable).len;
-                Instruction::StoreSlotAt { value, index: self.register(index), base, len }
+                Instruction::StoreLocalAt { value, index: self.register(index), base, len }
             }
         }
     }

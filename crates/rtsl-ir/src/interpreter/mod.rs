@@ -68,7 +68,7 @@ impl Interpreter {
         let program = compile::compile(function)?;
         Ok(Interpreter {
             registers: program.registers.clone(),
-            locals: vec![0; program.slot_scalars as usize],
+            locals: vec![0; program.local_scalars as usize],
             program: Arc::new(program),
             lanes: Box::default(),
         })
@@ -178,17 +178,17 @@ impl Run<'_> {
                     let index = clamp_index(self.get(index), scalars);
                     self.set(to, if scalars == 0 { 0 } else { storage.load(variable, index) });
                 }
-                Instruction::LoadSlot { to, address } => {
+                Instruction::LoadLocal { to, address } => {
                     self.set(to, self.locals[address as usize]);
                 }
-                Instruction::LoadSlotAt { to, index, base, len } => {
+                Instruction::LoadLocalAt { to, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
                     self.set(to, self.locals[address as usize]);
                 }
-                Instruction::StoreSlot { address, value } => {
+                Instruction::StoreLocal { address, value } => {
                     self.locals[address as usize] = self.get(value);
                 }
-                Instruction::StoreSlotAt { value, index, base, len } => {
+                Instruction::StoreLocalAt { value, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
                     self.locals[address as usize] = self.get(value);
                 }

@@ -16,7 +16,7 @@ pub(super) struct Program {
     /// The content of the registers before the first run.
     pub registers: Vec<u32>,
     /// The size of all locals together.
-    pub slot_scalars: u32,
+    pub local_scalars: u32,
     /// The outputs except the accepted one.
     pub outputs: Vec<(Output, Register)>,
     /// The register of the accepted output.
@@ -36,10 +36,10 @@ pub(super) enum Instruction {
     LoadAt { to: Register, variable: VariableId, index: Register, len: u32 },
     LoadBuffer { to: Register, variable: VariableId, index: u32 },
     LoadBufferAt { to: Register, variable: VariableId, index: Register, len: u32 },
-    LoadSlot { to: Register, address: u32 },
-    LoadSlotAt { to: Register, index: Register, base: u32, len: u32 },
-    StoreSlot { address: u32, value: Register },
-    StoreSlotAt { value: Register, index: Register, base: u32, len: u32 },
+    LoadLocal { to: Register, address: u32 },
+    LoadLocalAt { to: Register, index: Register, base: u32, len: u32 },
+    StoreLocal { address: u32, value: Register },
+    StoreLocalAt { value: Register, index: Register, base: u32, len: u32 },
     Length { to: Register, variable: VariableId },
     Jump { target: u32 },
     JumpIf { condition: Register, target: u32 },

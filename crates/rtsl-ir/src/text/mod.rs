@@ -142,7 +142,7 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
     }
 
     #[test]
-    fn errors_say_where_and_what() {
+    fn errors_have_a_position_and_a_message() {
         let table = [
             ("", "1:1: expected `function`, found the end of the text"),
             ("function f {\n %a: i32 = constant x }", "2:21: `x` is not a constant of type i32"),
@@ -152,7 +152,7 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
             ("function f { %a: x = rand }", "1:18: `x` is not a type"),
             (
                 "function f local s: f32 { }",
-                "1:20: `f32` is not a type of a variable like `f32[3]`",
+                "1:21: `f32` is not a type of a variable like `f32[3]`",
             ),
             ("function f { ä }", "1:14: expected an operation, found `ä`"),
             ("function f { return } x", "1:23: expected the end of the text, found `x`"),

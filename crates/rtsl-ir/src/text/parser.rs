@@ -71,7 +71,7 @@ impl<'a> Parser<'a> {
         self.expect_keyword("function")?;
         self.function.name = self.expect_word("the function's name")?.to_owned();
         while let Token::Word(_) = self.token {
-            self.parse_place_declaration()?;
+            self.parse_variable_declaration()?;
         }
         self.expect('{')?;
         let mut body = Region { ops: self.parse_ops()?, ..Region::default() };
@@ -98,12 +98,12 @@ impl<'a> Parser<'a> {
         Ok(self.function)
     }
 
-    fn parse_place_declaration(&mut self) -> Result<()> {
-        let kind = self.parse_place_kind()?;
+    fn parse_variable_declaration(&mut self) -> Result<()> {
+        let kind = self.parse_variable_kind()?;
         let name = self.expect_word("the variable's name")?;
         self.expect(':')?;
         let (offset, element) = (self.offset, self.expect_word("a type like `f32[3]`")?);
-        let Some((scalar, len)) = parse_place_type(element) else {
+        let Some((scalar, len)) = parse_variable_type(element) else {
             let message = format!("`{element}` is not a type of a variable like `f32[3]`");
             return Err(self.error_at(offset, message));
         };
@@ -115,7 +115,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn parse_place_kind(&mut self) -> Result<VariableKind> {
+    fn parse_variable_kind(&mut self) -> Result<VariableKind> {
         let Token::Word(word) = self.token else { return Err(self.expected("a kind of variable")) };
         let Some(kind) = VariableKind::from_name(word) else {
             return Err(self.expected("a kind of variable or `{`"));
@@ -211,7 +211,7 @@ impl<'a> Parser<'a> {
                 self.expect(',')?;
                 OpKind::Store(variable, index, self.parse_value()?)
             }
-            "length" => OpKind::Length(self.parse_place()?),
+            "length" => OpKind::Length(self.parse_variable()?),
             "trace" => {
                 let [a, b, c, d, e, f, limit, weight] = self.parse_values()?;
                 OpKind::Trace { origin: [a, b, c], direction: [d, e, f], limit, weight }
@@ -350,9 +350,9 @@ impl<'a> Parser<'a> {
     }
 
     /// Parses `kind:name`.
-    fn parse_place(&mut self) -> Result<VariableId> {
+    fn parse_variable(&mut self) -> Result<VariableId> {
         let offset = self.offset;
-        let kind = self.parse_place_kind()?;
+        let kind = self.parse_variable_kind()?;
         self.expect(':')?;
         let name = self.expect_word("the variable's name")?;
         self.variables.get(&(kind, name)).copied().ok_or_else(|| {
@@ -362,7 +362,7 @@ impl<'a> Parser<'a> {
 
     /// Parses `kind:name@index`.
     fn parse_element(&mut self) -> Result<(VariableId, Index)> {
-        let variable = self.parse_place()?;
+        let variable = self.parse_variable()?;
         self.expect('@')?;
         let index = match self.at_value() {
             true => Index::Dynamic(self.parse_value()?),
@@ -471,7 +471,7 @@ impl<'a> Parser<'a> {
 }
 
 /// Parses `f32[3]`.
-fn parse_place_type(word: &str) -> Option<(Scalar, u32)> {
+fn parse_variable_type(word: &str) -> Option<(Scalar, u32)> {
     let (scalar, rest) = word.split_once('[')?;
     let len = rest.strip_suffix(']')?.parse().ok()?;
     Some((Scalar::from_name(scalar)?, len))

@@ -124,10 +124,10 @@ impl Case {
         let of_objects = [CallMode::Packet, CallMode::Stream, CallMode::Leaf];
         let all =
             [(&self.layout, CallMode::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
-        for (layout, shapes) in all {
+        for (layout, modes) in all {
             let mut kernels = Vec::new();
-            for (shape, width) in shapes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
-                let mut kernel = rtsl_packet::lower(&self.function, layout, shape, width)
+            for (mode, width) in modes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
+                let mut kernel = rtsl_packet::lower(&self.function, layout, mode, width)
                     .map_err(|error| error.to_string())?;
                 rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
                 // The greatest interleaving for the number of rays.
@@ -149,9 +149,9 @@ impl Case {
             .map_err(|error| error.to_string())?;
         for mask in [None, Some(&self.mask)] {
             for (kernel, compiled) in kernels.iter().zip(&compiled) {
-                let mask = mask.filter(|_| kernel.shape != CallMode::Single);
-                let expected = self.interpret(kernel.shape, layout, mask);
-                let found = self.call(compiled, kernel.shape, layout, mask);
+                let mask = mask.filter(|_| kernel.mode != CallMode::Single);
+                let expected = self.interpret(kernel.mode, layout, mask);
+                let found = self.call(compiled, kernel.mode, layout, mask);
                 self.compare(&expected, &found).map_err(|difference| {
                     format!("masked: {}: {difference}\n{kernel}", mask.is_some())
                 })?;
@@ -163,16 +163,16 @@ impl Case {
     fn call(
         &self,
         kernel: &CompiledKernel,
-        shape: CallMode,
+        mode: CallMode,
         layout: &Layout,
         mask: Option<&LaneMask>,
     ) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
         let mut accepted =
-            LaneMask::from_fn(RAYS, |ray| shape != CallMode::Leaf && ray < count(shape));
-        let form = layout.object_form(shape);
+            LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
+        let form = layout.object_form(mode);
         let objects = form.map(|form| Objects::of_instances(form, &self.instances));
-        let instances = match (shape, &objects) {
+        let instances = match (mode, &objects) {
             (_, None) => Instances::One(&self.instances[0]),
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Some(objects)) => {
                 Instances::Object(objects, OBJECT as u32)
@@ -183,7 +183,7 @@ impl Case {
         let status = kernel.call(CallArguments {
             state: &mut state,
             scratch: &mut scratch,
-            count: count(shape),
+            count: count(mode),
             mask,
             accepted: Some(&mut accepted),
             instances,
@@ -193,22 +193,22 @@ impl Case {
         Outcome { state, scratch, accepted, nearest, budget }
     }
 
-    fn interpret(&self, shape: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
+    fn interpret(&self, mode: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
         let accepts = |output: &Output| {
             self.function.variable(output.variable).kind == VariableKind::Accepted
         };
-        let keeps_nearest = shape == CallMode::Leaf && self.function.outputs.iter().any(accepts);
+        let keeps_nearest = mode == CallMode::Leaf && self.function.outputs.iter().any(accepts);
         let mut nearest: Option<(f32, Outcome)> = None;
-        for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+        for ray in (0..count(mode)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
             if keeps_nearest {
                 // Initially the outputs of the ray itself, as if this were the only object.
                 let mut alone = self.untouched();
                 let result = self.interpret_ray(
                     &mut interpreter,
-                    (shape, layout),
+                    (mode, layout),
                     FIRST + ray,
                     (ray, 0),
                     &mut alone,
@@ -222,14 +222,14 @@ impl Case {
                 }
                 continue;
             }
-            let object = match shape {
+            let object = match mode {
                 CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
                 CallMode::Stream => self.indices.as_slice()[ray] as usize,
                 CallMode::Leaf => FIRST + ray,
             };
             let result = self.interpret_ray(
                 &mut interpreter,
-                (shape, layout),
+                (mode, layout),
                 object,
                 (ray, ray),
                 &mut outcome,
@@ -258,15 +258,15 @@ impl Case {
     fn interpret_ray(
         &self,
         interpreter: &mut Interpreter,
-        (shape, layout): (CallMode, &Layout),
+        (mode, layout): (CallMode, &Layout),
         object: usize,
         (ray, output): (usize, usize),
         outcome: &mut Outcome,
     ) -> rtsl_ir::Outcome {
         let mut storage = RayStorage {
             case: self,
-            shape,
-            form: layout.object_form(shape),
+            mode,
+            form: layout.object_form(mode),
             object: &self.instances[object],
             ray,
             output,
@@ -384,8 +384,8 @@ fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> Obje
 }
 
 /// Returns the number of rays of a call.
-fn count(shape: CallMode) -> usize {
-    match shape {
+fn count(mode: CallMode) -> usize {
+    match mode {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => RAYS,
         CallMode::Single => 1,
     }
@@ -394,7 +394,7 @@ fn count(shape: CallMode) -> usize {
 /// One ray's view of the data.
 struct RayStorage<'a> {
     case: &'a Case,
-    shape: CallMode,
+    mode: CallMode,
     form: Option<ObjectForm>,
     object: &'a InstanceBlock,
     ray: usize,
@@ -426,8 +426,7 @@ impl Storage for RayStorage<'_> {
     fn load(&self, id: VariableId, index: u32) -> u32 {
         let variable = self.case.function.variable(id);
         // Uniform variables have the value of the first ray before the call.
-        let (state, scratch, ray) = match self.shape.varies(variable, self.is_of_objects(variable))
-        {
+        let (state, scratch, ray) = match self.mode.varies(variable, self.is_of_objects(variable)) {
             true => (&*self.state, &*self.scratch, self.ray),
             false => (&self.case.state, &self.case.scratch, 0),
         };

@@ -15,7 +15,7 @@ pub(super) fn locals(kernel: &Kernel) -> Vec<Vec<Lanes>> {
 }
 
 impl Execution<'_> {
-    pub(super) fn clear_slots(&mut self) {
+    pub(super) fn clear_locals(&mut self) {
         self.locals.iter_mut().for_each(|local| local.fill([0; MAX_LANES]));
     }
 
@@ -24,10 +24,10 @@ impl Execution<'_> {
     }
 
     fn element(&self, id: VariableId, index: Index, lane: usize) -> u32 {
-        let kernel_place = self.kernel.variable(id);
-        let variable = &kernel_place.variable;
-        let ray = if kernel_place.varies { self.base + lane as u32 } else { 0 };
-        if kernel_place.varies
+        let kernel_variable = self.kernel.variable(id);
+        let variable = &kernel_variable.variable;
+        let ray = if kernel_variable.varies { self.base + lane as u32 } else { 0 };
+        if kernel_variable.varies
             && variable.kind != VariableKind::Local
             && self.chunk >> lane & 1 == 0
         {

@@ -133,7 +133,7 @@ impl<'a> Execution<'a> {
             let chunk = self.chunk;
             self.values[kernel.body.params[0].0 as usize] =
                 std::array::from_fn(|lane| chunk >> lane & 1);
-            self.clear_slots();
+            self.clear_locals();
             self.ops(&kernel.body);
             if self.outcome.cut_short {
                 return;

@@ -78,7 +78,7 @@ impl Lowering<'_> {
                 let in_lanes = match variable.variable.kind {
                     VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
                     VariableKind::Member | VariableKind::Parameter => {
-                        variable.of_objects && self.kernel.shape == CallMode::Leaf
+                        variable.of_objects && self.kernel.mode == CallMode::Leaf
                     }
                     VariableKind::Buffer | VariableKind::Accepted => false,
                 };

@@ -16,7 +16,7 @@ impl Lowering<'_> {
     /// have skipped them. The same holds for rarely taken branches, unless they move as a whole. Constants are always
     /// hoisted.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
-        match self.kernel.shape {
+        match self.kernel.mode {
             _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn comparisons_of_what_is_computed_of_a_root_imply_that_it_exists() {
+    fn comparisons_of_values_derived_from_a_root_imply_that_it_exists() {
         let near = "%e: f32 = subtract %1, %a %near: bool = less %e, %t";
         let chosen = "%b: f32 = add %a, %1 %far: bool = greater %b, %1
             %e: f32 = select %far, %b, %a %near: bool = less %e, %t";
@@ -213,14 +213,14 @@ mod tests {
 
     /// Uniform or lanes, depending on the call mode.
     #[test]
-    fn what_remains_is_valid_in_every_shape() {
+    fn the_result_is_valid_in_every_call_mode() {
         let rest = "%e: f32 = subtract %1, %a %far: bool = less %x, %e %close: bool = less %e, %t
             %open: bool = less %x, %1 %both: bool = and %far, %close
             %near: bool = and %both, %open";
         let function = function("greater_equal %x, %0", rest);
-        for shape in CallMode::ALL {
+        for mode in CallMode::ALL {
             for width in [1, 4, 8] {
-                let kernel = crate::lower(&function, &Layout::default(), shape, width).unwrap();
+                let kernel = crate::lower(&function, &Layout::default(), mode, width).unwrap();
                 assert_eq!(crate::verify(&kernel), Ok(()), "{kernel}");
             }
         }

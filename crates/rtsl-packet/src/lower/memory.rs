@@ -23,7 +23,7 @@ impl Lowering<'_> {
         let chain = match kind {
             VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
             // A vector of each member's scalars is one load, like a state variable in other modes.
-            VariableKind::Member if variable.of_objects && self.kernel.shape == CallMode::Leaf => {
+            VariableKind::Member if variable.of_objects && self.kernel.mode == CallMode::Leaf => {
                 true
             }
             // A gather of members in lanes also takes an index in lanes.

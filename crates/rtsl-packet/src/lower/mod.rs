@@ -30,7 +30,7 @@ use crate::work::MAX_WORK;
 
 /// The greatest size of the locals of a kernel of the greatest width, in words: they are on the stack, and kernels call
 /// hosts that call kernels. The limit is the same for every width, so that a shader compiles for all or for none.
-pub const MAX_SLOT_WORDS: u64 = 1 << 16;
+pub const MAX_LOCAL_WORDS: u64 = 1 << 16;
 
 /// The reason a function cannot be lowered.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,19 +39,19 @@ pub enum LowerError {
     #[error("the reference `{0}` is not linked")]
     Unlinked(String),
     /// The function has a variable that the layout or the call lacks.
-    #[error("the {kind} `{name}` has no variable in a call", kind = .0.name(), name = .1)]
+    #[error("a call has no storage for the {kind} `{name}`", kind = .0.name(), name = .1)]
     NoLocation(VariableKind, String),
     /// The function has an output to a variable that kernels do not store.
     #[error("kernels do not store the {kind} `{name}`", kind = .0.name(), name = .1)]
     NotAnOutput(VariableKind, String),
     /// The locals are too large.
-    #[error("local arrays take {0} words for {MAX_LANES} rays, more than {MAX_SLOT_WORDS}")]
+    #[error("local arrays take {0} words for {MAX_LANES} rays, more than {MAX_LOCAL_WORDS}")]
     TooMuchMemory(u64),
     /// The function is too much work for a code generator.
     #[error("it has {0} operations, more than {MAX_WORK}")]
     TooMuchCode(u64),
     /// A width that is not a power of two up to [`MAX_LANES`].
-    #[error("no packets have {0} rays")]
+    #[error("packets cannot have {0} rays")]
     Width(u32),
 }
 
@@ -63,10 +63,10 @@ pub enum LowerError {
 pub fn lower(
     function: &Function,
     layout: &Layout,
-    shape: CallMode,
+    mode: CallMode,
     width: u32,
 ) -> Result<Kernel, LowerError> {
-    lower_for(function, layout, shape, width, Calls::Large)
+    lower_for(function, layout, mode, width, Calls::Large)
 }
 
 /// Like [`lower`], for calls of one packet, as with [records](rtsl_abi::RayRecord).
@@ -93,23 +93,23 @@ enum Calls {
 fn lower_for(
     function: &Function,
     layout: &Layout,
-    shape: CallMode,
+    mode: CallMode,
     width: u32,
     calls: Calls,
 ) -> Result<Kernel, LowerError> {
     if !width.is_power_of_two() || width as usize > MAX_LANES {
         return Err(LowerError::Width(width));
     }
-    let width = shape.width(width);
-    let form = layout.object_form(shape);
-    let mut variables = locate_places(function, layout, shape, form.as_ref())?;
+    let width = mode.width(width);
+    let form = layout.object_form(mode);
+    let mut variables = locate_variables(function, layout, mode, form.as_ref())?;
     let uniformity = Uniformity::new(function, &variables);
     for (index, variable) in variables.iter_mut().enumerate() {
-        variable.varies = uniformity.place_varies(VariableId(index as u32));
+        variable.varies = uniformity.variable_varies(VariableId(index as u32));
     }
     let kernel = Kernel {
         name: function.name.clone(),
-        shape,
+        mode,
         width,
         interleave: None,
         object_words: form.map(|form| form.words().len() as u32),
@@ -119,7 +119,7 @@ fn lower_for(
         body: Region::default(),
         outputs: locate_outputs(function)?,
     };
-    check_slots(&kernel)?;
+    check_locals(&kernel)?;
     let mut lowering = Lowering::new(function, uniformity, kernel, calls);
     lowering.run()?;
     let mut kernel = lowering.kernel;
@@ -133,10 +133,10 @@ fn lower_for(
     Ok(kernel)
 }
 
-fn locate_places(
+fn locate_variables(
     function: &Function,
     layout: &Layout,
-    shape: CallMode,
+    mode: CallMode,
     form: Option<&ObjectForm>,
 ) -> Result<Vec<KernelVariable>, LowerError> {
     let locate = |variable: &rtsl_ir::Variable| {
@@ -156,7 +156,7 @@ fn locate_places(
         };
         let location =
             location.ok_or_else(|| LowerError::NoLocation(variable.kind, name.into()))?;
-        let varies = shape.varies(variable, of_objects);
+        let varies = mode.varies(variable, of_objects);
         Ok(KernelVariable { variable: variable.clone(), varies, location, of_objects })
     };
     function.variables.iter().map(locate).collect()
@@ -180,9 +180,9 @@ fn locate_outputs(function: &Function) -> Result<Vec<KernelOutput>, LowerError> 
     function.outputs.iter().map(locate).collect()
 }
 
-fn check_slots(kernel: &Kernel) -> Result<(), LowerError> {
+fn check_locals(kernel: &Kernel) -> Result<(), LowerError> {
     match local_words(kernel) {
-        0..=MAX_SLOT_WORDS => Ok(()),
+        0..=MAX_LOCAL_WORDS => Ok(()),
         words => Err(LowerError::TooMuchMemory(words)),
     }
 }
@@ -192,7 +192,7 @@ pub(crate) fn local_words(kernel: &Kernel) -> u64 {
     // In the leaf mode scratch arrays are uniform and copied to the stack.
     let is_local = |variable: &&KernelVariable| match variable.variable.kind {
         VariableKind::Local => true,
-        VariableKind::Scratch => kernel.shape == CallMode::Leaf,
+        VariableKind::Scratch => kernel.mode == CallMode::Leaf,
         VariableKind::State
         | VariableKind::Member
         | VariableKind::Parameter
@@ -411,7 +411,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn gives_lanes(&self, kind: &OpKind) -> bool {
-        let from_place = match kind {
+        let from_variable = match kind {
             OpKind::Load(variable, _) | OpKind::Length(variable) => {
                 self.kernel.variable(*variable).varies
             }
@@ -420,7 +420,7 @@ impl<'a> Lowering<'a> {
         };
         let mut from_operand = false;
         kind.for_each_operand(|operand| from_operand |= self.ty(operand).lanes);
-        from_place || from_operand
+        from_variable || from_operand
     }
 
     fn push(&mut self, kind: OpKind, types: &[Type], hoist: bool) -> Values {

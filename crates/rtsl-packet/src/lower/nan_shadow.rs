@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaves_or_steers_shows() {
+    fn outputs_and_conditions_are_observable() {
         let bits = "%b: u32 = bitcast %a %c: u32 = shift_left %b, %23 %s: f32 = bitcast %c";
         for rest in [
             "return scratch:n@0 = %c",
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_carry_nothing_that_tells() {
+    fn carried_values_must_not_depend_on_the_payload() {
         for (carried, hidden) in [("%a", true), ("%s", false)] {
             let text = format!(
                 "%b: u32 = bitcast %a %c: u32 = shift_left %b, %23 %s: f32 = bitcast %c

@@ -38,7 +38,7 @@ const MAX_DEPTH: usize = 4;
 const MAX_ROUNDS: usize = 4;
 
 /// The variables of every function: kind, name, type, length.
-const PLACES: [(VariableKind, &str, Scalar, u32); 14] = [
+const VARIABLES: [(VariableKind, &str, Scalar, u32); 14] = [
     (VariableKind::State, "rt_RayOrigin", Scalar::F32, 3),
     (VariableKind::State, "rt_RayDirection", Scalar::F32, 3),
     (VariableKind::State, "rt_HitDistance", Scalar::F32, 1),
@@ -58,7 +58,7 @@ const PLACES: [(VariableKind, &str, Scalar, u32); 14] = [
 /// The positions of the buffers in [`VARIABLES`].
 const BUFFERS: std::ops::Range<usize> = 9..11;
 /// The positions of the locals; the last is only accessed at constant indices.
-const SLOTS: std::ops::Range<usize> = 11..14;
+const LOCALS: std::ops::Range<usize> = 11..14;
 
 struct Generator<'a> {
     entropy: Entropy<'a>,
@@ -75,7 +75,7 @@ impl<'a> Generator<'a> {
         let variable = |&(kind, name, scalar, len): &(VariableKind, &str, Scalar, u32)| {
             builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
         };
-        let variables = PLACES.iter().map(variable).collect();
+        let variables = VARIABLES.iter().map(variable).collect();
         Generator { entropy, builder, variables, available: Vec::new(), operations: 0 }
     }
 
@@ -216,7 +216,7 @@ impl<'a> Generator<'a> {
     }
 
     fn store(&mut self) {
-        let local = self.entropy.choose(&self.variables[SLOTS]);
+        let local = self.entropy.choose(&self.variables[LOCALS]);
         let scalar = self.builder.function().variable(local).scalar;
         let value = self.pick(scalar);
         let index = self.pick(Scalar::I32);
@@ -322,7 +322,7 @@ impl<'a> Generator<'a> {
     /// Generates outputs to the state, some scratch, and perhaps the accepted variable.
     fn outputs(&mut self, accepts: bool) {
         for variable in [2, 0, 1, 7, 8] {
-            let (_, _, scalar, len) = PLACES[variable];
+            let (_, _, scalar, len) = VARIABLES[variable];
             for component in 0..len {
                 let value = self.pick(scalar);
                 self.builder.output(self.variables[variable], component, value);
@@ -369,7 +369,7 @@ impl<'a> Generator<'a> {
     }
 
     fn is_local(&self, variable: VariableId) -> bool {
-        variable == self.variables[PLACES.len() - 1]
+        variable == self.variables[VARIABLES.len() - 1]
     }
 
     /// True if `index` is not a constant, or is one in range.

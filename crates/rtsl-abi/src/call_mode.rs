@@ -44,7 +44,7 @@ impl CallMode {
 
     /// Returns the call mode with this name.
     pub fn from_name(name: &str) -> Option<CallMode> {
-        CallMode::ALL.into_iter().find(|shape| shape.name() == name)
+        CallMode::ALL.into_iter().find(|mode| mode.name() == name)
     }
 
     /// True if the content of `variable` before a call differs from lane to lane; otherwise kernels read it from lane
@@ -79,8 +79,8 @@ impl CallMode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
                 self.varies(variable, false)
             }
-            // The ray's lane for methods that accept hits; the lanes of the objects for other methods in the leaf mode.
             CallMode::Single => true,
+            // Outputs of methods that accept hits go to the ray's lane, those of other methods to the objects' lanes.
             CallMode::Leaf => accepts,
         }
     }
