@@ -1,5 +1,5 @@
-//! Records where the Rust toolchain that built this lies: its libLLVM is one that the
-//! program can load later, and a path that is known spares it running `rustc`.
+//! Records the path of the Rust toolchain used for the build: its libLLVM is one that the program can load later, and a
+//! known path avoids running `rustc`.
 
 use std::process::Command;
 

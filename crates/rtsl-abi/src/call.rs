@@ -1,4 +1,4 @@
-//! The arguments of a call, for those who call and as machine code reads them.
+//! The arguments of a call, for callers and in the form that machine code reads.
 
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
@@ -13,45 +13,44 @@ use crate::objects::Objects;
 
 /// The arguments of a call of a kernel for `count` rays.
 pub struct CallArguments<'a> {
-    /// Arrays for the state components, by the index of the one table; the kernel's
-    /// [signature](crate::Signature::state) says which it needs.
+    /// The arrays of the state components, by component index; the kernel's [signature](crate::Signature::state) lists
+    /// those that it needs.
     pub state: &'a mut LaneBlock,
-    /// One array for each scalar of the class's scratch.
+    /// The arrays of scratch, one for each scalar of the class's scratch.
     pub scratch: &'a mut LaneBlock,
-    /// How many rays, at most the lanes of the blocks; 1 for the single shape, the number of
-    /// objects for the leaf shape.
+    /// The number of rays, at most the lanes of the blocks; 1 for the single mode, the number of objects for the leaf
+    /// mode.
     pub count: usize,
-    /// Which rays take part; all where `None`. The others' state does not change. The single shape
+    /// The mask of the rays; all are active if `None`. The state of inactive rays does not change. The single mode
     /// takes none.
     pub mask: Option<&'a LaneMask>,
-    /// For `intersect`: the kernel sets which rays it found a hit for; false for those
-    /// that took no part. The leaf shape says it in [`CallStatus::nearest`] instead.
+    /// For `intersect`: the kernel stores the mask of rays with a hit, with false for inactive rays. The leaf mode
+    /// returns [`CallStatus::nearest`] instead.
     pub accepted: Option<&'a mut LaneMask>,
-    /// The objects, in the form that the kernel's shape takes.
+    /// The objects, in the form that the kernel's call mode requires.
     pub instances: Instances<'a>,
-    /// Answers the shader's questions.
+    /// The host, which answers the shader's requests.
     pub host: &'a mut dyn Host,
 }
 
-/// Whose method is called.
+/// The instance or objects whose method is called.
 #[derive(Clone, Copy)]
 pub enum Instances<'a> {
-    /// One instance for all rays: for kernels of the shapes packet, common origin and single that take no
-    /// objects.
+    /// One instance for all rays: for kernels of the modes packet, common origin and single without objects.
     One(&'a InstanceBlock),
-    /// The object of this number for all rays: for kernels of these shapes that take objects.
+    /// The object with this index for all rays: for kernels of the same modes with objects.
     Object(&'a Objects, u32),
-    /// An object for each ray, by its number: for the stream shape.
+    /// An object for each ray, by its index: for the stream mode.
     Many(&'a Objects, &'a LaneIndices),
-    /// Objects in a row, the first with this number, a multiple of
-    /// [`OBJECTS_IN_BLOCK`](crate::offsets::OBJECTS_IN_BLOCK): for the leaf shape. The ray is lane 0 of state and scratch. `intersect` leaves there what it gave for the object with the nearest hit;
-    /// other methods leave in lane `i` what they gave for the `i`th object: all that their text sets, also where that is
-    /// what the ray's lane had.
+    /// A range of objects whose first index is a multiple of [`OBJECTS_IN_BLOCK`](crate::offsets::OBJECTS_IN_BLOCK):
+    /// for the leaf mode. The ray is lane 0 of state and scratch. `intersect` stores the results for the object with
+    /// the nearest hit there. Other methods store the results for the `i`th object in lane `i`: all variables that they
+    /// assign, including those with the value of the ray's lane.
     Range(&'a Objects, u32),
 }
 
 impl<'a> Instances<'a> {
-    /// The block of the one instance, or of what the objects share.
+    /// Returns the block of the one instance, or the one that the objects share.
     #[inline(always)]
     pub fn block(self) -> &'a InstanceBlock {
         match self {
@@ -62,7 +61,7 @@ impl<'a> Instances<'a> {
         }
     }
 
-    /// The objects; `None` for one instance.
+    /// Returns the objects; `None` for one instance.
     #[inline(always)]
     pub fn objects(self) -> Option<&'a Objects> {
         match self {
@@ -73,7 +72,7 @@ impl<'a> Instances<'a> {
         }
     }
 
-    /// The number of a lane's object; `None` for one instance.
+    /// Returns the index of a lane's object; `None` for one instance.
     ///
     /// # Panics
     /// If there is no such lane.
@@ -87,48 +86,47 @@ impl<'a> Instances<'a> {
     }
 }
 
-/// How a call ended.
+/// The result of a call, apart from the stored values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[must_use]
 pub struct CallStatus {
-    /// A ray used up its budget of loop iterations; its results are those of the loop cut short.
+    /// True if a ray used up its budget of loop iterations; its results are those of the truncated loop.
     pub budget_exhausted: bool,
-    /// The number of the object with the nearest hit, in the leaf shape; of equally near ones the
-    /// lowest.
+    /// The index of the object with the nearest hit, in the leaf mode; of equally near ones the lowest.
     pub nearest: Option<u32>,
 }
 
-/// The call as machine code reads it; see [`offsets`](crate::offsets). Fields that only some shapes read are not
-/// written for the others.
+/// The call as machine code reads it; see [`offsets`](crate::offsets). Fields that only some call modes read are left
+/// uninitialised for the others.
 #[repr(C)]
 pub struct RawCall {
-    /// The lane arrays of the state, by component; null where code touches none.
+    /// The lane arrays of the state, by component; null for components that code does not access.
     pub state: *const *mut u32,
     /// The lane arrays of scratch.
     pub scratch: *const *mut u32,
-    /// 0 or -1 a ray; null for all rays.
+    /// The mask, 0 or -1 per ray; null if all rays are active.
     pub mask: *const i32,
-    /// Receives 0 or -1 a ray from `intersect`.
+    /// The accepted rays of `intersect`, 0 or -1 per ray; written by code.
     pub accepted: *mut i32,
-    /// The block of the instance, or of what objects share.
+    /// The block of the instance, or the one that objects share.
     pub instance: *const u8,
-    /// Objects, for shapes that take them.
+    /// The objects, for the call modes that take them.
     pub objects: MaybeUninit<*const u8>,
-    /// The number of each ray's object, in the stream shape.
+    /// The index of each ray's object, in the stream mode.
     pub index: MaybeUninit<*const u32>,
-    /// The functions that code calls with requests.
+    /// The functions that code calls for requests.
     pub host: *const HostTable,
     /// The first argument of those functions.
     pub user: *mut c_void,
-    /// Rays, or objects in the leaf shape.
+    /// The number of rays, or of objects in the leaf mode.
     pub count: u32,
-    /// Bits that code sets, such as [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET).
+    /// Status bits stored by code, such as [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET).
     pub status: u32,
-    /// The ray that the first chunk starts with, where code may begin at any chunk.
+    /// The first ray of the first chunk, for code that may begin at any chunk.
     pub begin: MaybeUninit<u32>,
-    /// How many tests, for `intersect` in the leaf shape.
+    /// The number of tests, for `intersect` in the leaf mode.
     pub test_count: MaybeUninit<u32>,
-    /// The tests, for `intersect` in the leaf shape.
+    /// The tests, for `intersect` in the leaf mode.
     pub tests: MaybeUninit<*mut LeafTest>,
 }
 

@@ -1,54 +1,54 @@
-//! Why a kernel can't be called.
+//! Errors of kernel calls.
 
 use crate::offsets::OBJECTS_IN_BLOCK;
 
-/// Why a call can't be made: its arguments do not fit the kernel, or there is no memory for it. Nothing was called.
+/// The reason a call is refused: its arguments do not fit the kernel, or there is no memory for it. Nothing was called.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
-    /// A component of the state that the kernel touches has no array.
+    /// The state lacks the array of a component that the kernel accesses.
     #[error("the state has no array for component {0}")]
     MissingState(u32),
-    /// An array of scratch is missing.
+    /// Scratch lacks an array that the kernel accesses.
     #[error("scratch has no array {0}")]
     MissingScratch(u32),
-    /// `intersect` reports hits.
-    #[error("`intersect` reports which rays it found a hit for, and there is no variable for that")]
+    /// A call of `intersect` has no array for the accepted rays.
+    #[error("`intersect` stores a mask of the rays with a hit, but the call has no array for it")]
     MissingAccepted,
-    /// The single shape is called for more rays than one, for none, or with a mask.
-    #[error("a kernel of the single shape takes one ray and no mask")]
+    /// The single mode is called with more than one ray, with none, or with a mask.
+    #[error("a kernel in the single mode takes one ray and no mask")]
     NotOneRay,
-    /// Counts are numbers of 32 bits.
-    #[error("{0} rays are more than a call may have, 2^31 - 1")]
+    /// The number of rays exceeds 2^31 - 1.
+    #[error("{0} rays exceed the greatest number of a call, 2^31 - 1")]
     TooManyRays(usize),
-    /// There are more rays than lanes.
-    #[error("{rays} rays take {needed} lanes, and there are {given}")]
+    /// The arrays have too few lanes for the rays.
+    #[error("{rays} rays need {needed} lanes, but the arrays have {given}")]
     TooFewLanes {
-        /// Rays of the call.
+        /// The number of rays of the call.
         rays: usize,
         /// That number rounded up to the kernel's width.
         needed: usize,
-        /// The lanes that the arrays have room for.
+        /// The number of lanes of the arrays.
         given: usize,
     },
-    /// The kernel takes instances in another form.
-    #[error("a kernel of the {0} shape takes its instances in another form")]
+    /// The call mode requires another form of instances.
+    #[error("a kernel in the {0} mode takes its instances in another form")]
     InstanceForm(&'static str),
-    /// The instance or objects are not of the kernel's class.
+    /// The instance or the objects are not of the kernel's class.
     #[error("the instance is not one of the kernel's class")]
     ForeignInstance,
-    /// A number of an object is that of none.
-    #[error("there is no object of that number")]
+    /// An object index is out of range.
+    #[error("an object index is out of range")]
     NoSuchObject,
-    /// The objects of a leaf begin inside a block.
-    #[error("the objects of a leaf begin at a multiple of {OBJECTS_IN_BLOCK}, and {0} is none")]
+    /// The first object of a leaf is not at the start of a block.
+    #[error("the first object of a leaf must be a multiple of {OBJECTS_IN_BLOCK}, but is {0}")]
     NoBlockStart(u32),
-    /// The kernel needs a large stack while its host answers, and the system gives no memory for one.
-    #[error("the system gives no memory for the stack that the kernel needs")]
+    /// The kernel needs a large stack while its host answers, and the system has no memory for one.
+    #[error("out of memory for the stack that the kernel needs")]
     NoStack,
 }
 
 impl CallError {
-    /// Panics with the error: of calls that must be possible.
+    /// Panics with the error, for calls that the caller guarantees to be valid.
     #[cold]
     #[inline(never)]
     pub fn refuse(&self) -> ! {

@@ -2,14 +2,14 @@
 
 const WORDS: usize = 4;
 
-/// A set of state components, by the index of the one table.
+/// A set of state components, by component index.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ComponentSet {
     bits: [u64; WORDS],
 }
 
 impl ComponentSet {
-    /// It can hold the components below this one: more than there are.
+    /// The bound of the component indices in a set, which exceeds the number of components.
     pub const CAPACITY: u32 = u64::BITS * WORDS as u32;
 
     /// Adds a component.
@@ -21,20 +21,20 @@ impl ComponentSet {
         self.bits[(component / u64::BITS) as usize] |= 1 << (component % u64::BITS);
     }
 
-    /// Whether the component is in it.
+    /// True if the component is in the set.
     pub fn contains(&self, component: u32) -> bool {
         component < ComponentSet::CAPACITY
             && self.bits[(component / u64::BITS) as usize] >> (component % u64::BITS) & 1 != 0
     }
 
-    /// Whether all of another set's components are in it.
+    /// True if the set contains all components of another.
     #[inline]
     pub fn contains_all(&self, others: &ComponentSet) -> bool {
         let missing = self.bits.iter().zip(others.bits).map(|(own, other)| other & !own);
         missing.fold(0, |all, word| all | word) == 0
     }
 
-    /// The components, in ascending order.
+    /// Returns the components, in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = u32> {
         let words = self.bits.into_iter().zip((0..).step_by(u64::BITS as usize));
         words.flat_map(|(mut bits, first)| {
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn holds_what_was_put_in() {
+    fn contains_the_inserted_components() {
         let set = ComponentSet::from_iter([0, 63, 64, 200]);
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 63, 64, 200]);
         assert!(set.contains_all(&ComponentSet::from_iter([64, 0])));

@@ -1,10 +1,10 @@
-//! What a compiled class tells hosts that have no compiler: its parameters, where its data lies, which kernels it has.
+//! The description of a compiled class for hosts without a compiler: its parameters, data layout and kernels.
 //!
-//! The same description stands as data in object files, as declarations in C headers, as text for scripts, and tells
-//! the writer of C++ how a class is laid out. A host makes an instance in four steps: it copies
-//! [`initial`](ClassDescription::initial) to memory, sets parameters at their offsets, calls the constructor, if
-//! there is one, and keeps the first [`block_words`](ClassDescription::block_words) words. Other values of parameters
-//! are the same steps again.
+//! The description is stored as data in object files, and printed as declarations in C headers and as text for scripts;
+//! the writer of C++ also takes the layout of a class from it. A host makes an instance in four steps: it copies
+//! [`initial`](ClassDescription::initial) to memory, sets parameters at their offsets, calls the constructor, if there
+//! is one, and keeps the first [`block_words`](ClassDescription::block_words) words. To change parameters it repeats
+//! these steps.
 
 use std::collections::BTreeMap;
 
@@ -16,74 +16,76 @@ use crate::{CallMode, offsets};
 /// Classes that were compiled together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LibraryDescription {
-    /// What all names of symbols begin with.
+    /// The prefix of all symbols.
     pub prefix: String,
-    /// The classes, in the order of the text.
+    /// The classes, in the order of the source.
     pub classes: Vec<ClassDescription>,
 }
 
-/// A class with those that its references are bound to.
+/// A class with those to which its references are bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClassDescription {
-    /// Its name, by which hosts find it.
+    /// The name by which hosts find it.
     pub name: String,
-    /// Its documentation comment.
+    /// The documentation comment.
     pub documentation: Option<String>,
-    /// Its roles.
+    /// The roles.
     pub roles: Vec<Role>,
-    /// What hosts may set, leaf by leaf.
+    /// The parameters that hosts may set, leaf by leaf.
     pub parameters: Vec<ParameterDescription>,
-    /// The parameter that counts objects, where there is one.
+    /// The parameter that counts objects, if there is one.
     pub element: Option<ElementDescription>,
-    /// What stands in the block while an instance is made, in the order of its words: buffers, members, parameters
-    /// of constructors.
+    /// The content of the block while an instance is made, in the order of its words: buffers, members, parameters of
+    /// constructors.
     pub fields: Vec<Field>,
-    /// Words of an instance's block, even.
+    /// The number of words of an instance's block, even.
     pub block_words: u32,
-    /// Words of the block while an instance is made, even: the constructor's parameters stand behind.
+    /// The number of words of the block while an instance is made, even: the constructor's parameters follow the
+    /// instance.
     pub construct_words: u32,
-    /// The block before anything is set: defaults, and zeros where there are none.
+    /// The block before parameters are set: defaults, and zeros without a default.
     pub initial: Vec<u32>,
-    /// Scratch, by its arrays.
+    /// The scratch fields, by their arrays.
     pub scratch: Vec<Field>,
     /// The number of scratch arrays.
     pub scratch_arrays: u32,
-    /// The symbol of the constructor, `uint32_t symbol(uint32_t *block)`, where there is one. It gives
+    /// The symbol of the constructor, `uint32_t symbol(uint32_t *block)`, if there is one. It returns
     /// [`STATUS_BUDGET`](crate::offsets::STATUS_BUDGET) or 0.
     pub constructor: Option<String>,
-    /// The comments just before its methods.
+    /// The comments that precede its methods.
     pub method_documentation: BTreeMap<Method, String>,
-    /// Its kernels.
+    /// The kernels.
     pub kernels: Vec<KernelDescription>,
 }
 
-/// What tells apart the many objects that hosts make of one instance, such as the triangles of a mesh.
+/// The parameter that distinguishes the objects that hosts make of one instance, such as the triangles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ElementDescription {
-    /// Which parameter counts them, from 0.
+    /// The index of the parameter that counts them, from 0.
     pub parameter: u32,
-    /// Which parameter is the buffer whose length says how many there are.
+    /// The index of the buffer parameter whose length gives the number of objects.
     pub buffer: u32,
-    /// Entries of the buffer for each object.
+    /// The number of entries of the buffer per object.
     pub stride: u32,
 }
 
 /// A run of scalars of one type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Its name: `center`, `s.a` for a field of a struct, `kd.scale` for a member of what the reference `kd` is bound to.
+    /// The name: `center`, `s.a` for a field of a struct, `kd.scale` for a member of the class to which the reference
+    /// `kd` is bound.
     pub name: String,
-    /// What it is.
+    /// The kind of data.
     pub kind: FieldKind,
     /// The type of each scalar; bools are words of 0 and 1.
     pub scalar: Scalar,
-    /// How many scalars; of a buffer, in one element.
+    /// The number of scalars; for a buffer, per element.
     pub len: u32,
     /// The first word; for scratch, the first array.
     pub offset: u32,
 }
 
-/// What a field is.
+/// The kinds of data of fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FieldKind {
     /// Data of the instance.
@@ -92,36 +94,36 @@ pub enum FieldKind {
     Buffer,
     /// A parameter of a constructor.
     Parameter,
-    /// Per ray.
+    /// Scratch, per ray.
     Scratch,
 }
 
-/// What hosts may set.
+/// A parameter that hosts may set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterDescription {
-    /// Its name, as that of its field.
+    /// The name, equal to that of its field.
     pub name: String,
-    /// Its type as RTSL writes it: `float`, `vec3`, `color`, `float[4]`, `vec3[]`.
+    /// The type in RTSL syntax: `float`, `vec3`, `color`, `float[4]`, `vec3[]`.
     pub type_name: String,
     /// The type of each scalar.
     pub scalar: Scalar,
-    /// How many scalars; of a buffer, in one element.
+    /// The number of scalars; for a buffer, per element.
     pub len: u32,
-    /// Its first word in the block.
+    /// The index of its first word in the block.
     pub offset: u32,
-    /// The host must set it.
+    /// True if the host must set it.
     pub is_required: bool,
-    /// A buffer.
+    /// True for a buffer.
     pub is_buffer: bool,
-    /// Linear RGB.
+    /// True for a colour, which is linear RGB.
     pub is_color: bool,
-    /// The least number that is allowed.
+    /// The least permitted value.
     pub minimum: Option<f32>,
-    /// The greatest.
+    /// The greatest permitted value.
     pub maximum: Option<f32>,
-    /// A name for people.
+    /// A display name.
     pub label: Option<String>,
-    /// What it is, for people.
+    /// A description for users.
     pub documentation: Option<String>,
 }
 
@@ -130,27 +132,27 @@ pub struct ParameterDescription {
 pub struct KernelDescription {
     /// The method.
     pub method: Method,
-    /// What its lanes have in common.
-    pub shape: CallMode,
-    /// Rays at a time.
+    /// The call mode.
+    pub mode: CallMode,
+    /// The width: the number of rays per chunk.
     pub width: u32,
     /// The symbol, `void symbol(RtslCall *call)`.
     pub symbol: String,
     /// The state components that it reads, ascending.
     pub reads: Vec<u32>,
-    /// The state components that it sets, ascending.
+    /// The state components that it stores, ascending.
     pub writes: Vec<u32>,
-    /// Whether it reads scratch.
+    /// True if it reads scratch.
     pub reads_scratch: bool,
-    /// Whether it sets scratch.
+    /// True if it stores scratch.
     pub writes_scratch: bool,
-    /// Whether it leaves zeros in all that it sets, whatever it is called for.
+    /// True if it stores zeros only, for any input.
     pub leaves_zeros: bool,
 }
 
 impl ClassDescription {
-    /// The numbers of the element parameter and its buffer and the stride, as libraries have them:
-    /// [`NO_OBJECT`](offsets::NO_OBJECT) twice and 0 where there is none.
+    /// Returns the indices of the element parameter and its buffer and the stride, in the encoding of libraries:
+    /// [`NO_OBJECT`](offsets::NO_OBJECT) twice and 0 if there is none.
     pub fn element_numbers(&self) -> (u32, u32, u32) {
         self.element.map_or((offsets::NO_OBJECT, offsets::NO_OBJECT, 0), |element| {
             (element.parameter, element.buffer, element.stride)
@@ -159,7 +161,7 @@ impl ClassDescription {
 }
 
 impl ParameterDescription {
-    /// The `PARAMETER_` bits of [`offsets`].
+    /// Returns the `PARAMETER_` bits of [`offsets`].
     pub fn flags(&self) -> u32 {
         let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
         bit(self.is_required, offsets::PARAMETER_REQUIRED)
@@ -169,7 +171,7 @@ impl ParameterDescription {
 }
 
 impl KernelDescription {
-    /// The `METHOD_` bits of [`offsets`].
+    /// Returns the `METHOD_` bits of [`offsets`].
     pub fn flags(&self) -> u32 {
         let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
         bit(self.reads_scratch, offsets::METHOD_READS_SCRATCH)
@@ -179,12 +181,12 @@ impl KernelDescription {
 }
 
 impl LibraryDescription {
-    /// The symbol of the library's own entry.
+    /// Returns the symbol of the library's entry.
     pub fn symbol(&self) -> String {
         format!("{}_library", self.prefix)
     }
 
-    /// The symbol of a class's entry.
+    /// Returns the symbol of a class's entry.
     pub fn class_symbol(&self, class: &ClassDescription) -> String {
         format!("{}_{}", self.prefix, class.name)
     }

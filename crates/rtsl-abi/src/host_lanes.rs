@@ -1,4 +1,4 @@
-//! Lane arrays that belong to a host, and calls with them: nothing is copied on the way to machine code.
+//! Lane arrays owned by the host, and calls that pass them to machine code without a copy.
 
 use std::marker::PhantomData;
 
@@ -9,11 +9,11 @@ use crate::component_set::ComponentSet;
 use crate::lanes::LaneBlock;
 use crate::signature::LaneArrays;
 
-/// Lane arrays of a host's own: one for each component of the state or of scratch, one word for each lane.
+/// Lane arrays owned by the host: one for each component of the state or of scratch, one word for each lane.
 pub struct HostLanes<'a> {
     arrays: Arrays<'a>,
     lanes: usize,
-    /// What is bound is borrowed as if it stood here.
+    /// The bound arrays are borrowed as if they were stored here.
     borrowed: PhantomData<&'a mut [f32]>,
 }
 
@@ -23,24 +23,24 @@ enum Arrays<'a> {
 }
 
 impl<'a> HostLanes<'a> {
-    /// No arrays yet, for `components` of them with room for so many lanes.
+    /// Returns a table without arrays, for `components` of them with so many lanes.
     pub fn new(components: usize, lanes: usize) -> HostLanes<'a> {
         let arrays = Arrays::Own(vec![std::ptr::null_mut(); components]);
         HostLanes { arrays, lanes, borrowed: PhantomData }
     }
 
-    /// Arrays by a table of pointers, null for components that have none.
+    /// Returns the arrays of a table of pointers, null for components that have none.
     ///
     /// # Safety
-    /// Each pointer that is not null is aligned to 4 bytes and leads to `lanes` words that may be read and written as
-    /// long as this lives, by nobody else meanwhile; no two arrays overlap.
+    /// Each pointer that is not null is aligned to 4 bytes and points to `lanes` words that may be read and written as
+    /// long as this lives, and are not accessed otherwise meanwhile; no two arrays overlap.
     pub unsafe fn from_table(table: &'a [*mut f32], lanes: usize) -> HostLanes<'a> {
-        // Safety: pointers to f32 and to u32 have one form.
+        // Safety: pointers to f32 and to u32 have the same representation.
         let table = unsafe { std::slice::from_raw_parts(table.as_ptr().cast(), table.len()) };
         HostLanes { arrays: Arrays::Foreign(table), lanes, borrowed: PhantomData }
     }
 
-    /// Gives a component its array.
+    /// Sets the array of a component.
     ///
     /// # Panics
     /// If there is no such component, or the array has too few lanes.
@@ -56,12 +56,12 @@ impl<'a> HostLanes<'a> {
         }
     }
 
-    /// The lanes there is room for.
+    /// Returns the number of lanes.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Whether the component has an array.
+    /// True if the component has an array.
     pub fn has(&self, component: u32) -> bool {
         self.table().get(component as usize).is_some_and(|array| !array.is_null())
     }
@@ -86,7 +86,7 @@ impl<'a> HostLanes<'a> {
         }
     }
 
-    /// The components that have arrays here and there, with the arrays here.
+    /// Returns the components that have arrays in both, with the arrays here.
     fn arrays_in(&self, block: &LaneBlock) -> Vec<(usize, *mut u32)> {
         let arrays = self.table().iter().copied().enumerate();
         let has = |component: usize| {
@@ -96,7 +96,7 @@ impl<'a> HostLanes<'a> {
         arrays.filter(|(component, array)| !array.is_null() && has(*component)).collect()
     }
 
-    /// The arrays by component, null for those that are not there.
+    /// Returns the arrays by component, null for missing ones.
     pub fn table(&self) -> &[*mut u32] {
         match &self.arrays {
             Arrays::Own(table) => table,
@@ -125,22 +125,22 @@ impl std::fmt::Debug for HostLanes<'_> {
     }
 }
 
-/// The arguments of a call with lane arrays of the host's own; see [`CallArguments`](crate::CallArguments).
+/// The arguments of a call with lane arrays owned by the host; see [`CallArguments`](crate::CallArguments).
 pub struct HostArguments<'a, 'lanes> {
     /// The state.
     pub state: &'a mut HostLanes<'lanes>,
-    /// Scratch: an array for each of the class's.
+    /// Scratch: one array for each of the class's scratch scalars.
     pub scratch: &'a mut HostLanes<'lanes>,
-    /// How many rays; the arrays have room for as many, rounded up to a multiple of the kernel's width. 1 for the single
-    /// shape.
+    /// The number of rays, which the arrays hold, rounded up to a multiple of the kernel's width. 1 for the single
+    /// mode.
     pub count: usize,
-    /// 0 or -1 for each ray, with as much room; all rays where `None`. The single shape takes none.
+    /// The mask, 0 or -1 for each lane; all rays are active if `None`. The single mode takes none.
     pub mask: Option<&'a [i32]>,
-    /// For `intersect`: 0 or -1 is written for each ray, with as much room.
+    /// For `intersect`: the kernel stores 0 or -1 for each lane.
     pub accepted: Option<&'a mut [i32]>,
-    /// The objects, in the form that the kernel's shape takes. The leaf shape takes
+    /// The objects, in the form that the kernel's call mode requires. The leaf mode takes
     /// [`LeafArguments`](crate::LeafArguments) instead.
     pub instances: Instances<'a>,
-    /// Answers the shader's questions.
+    /// The host, which answers the shader's requests.
     pub host: &'a mut dyn Host,
 }

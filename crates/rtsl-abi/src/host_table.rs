@@ -1,8 +1,7 @@
 //! The host's functions as machine code calls them.
 //!
-//! A panic of the host must not unwind through machine code, which has no tables for that.
-//! It is caught and kept; from then on the host is not asked again and answers are zeros;
-//! when the kernel has returned, the panic goes on.
+//! A panic of the host must not unwind through machine code, which has no unwind tables. It is caught and stored; from
+//! then on the host is not called again and answers are zeros; the panic resumes when the kernel has returned.
 
 use std::any::Any;
 use std::ffi::c_void;
@@ -11,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use rtsl_spec::COLOR_COMPONENTS;
 
-/// A color as kernels get it from the host.
+/// A colour as kernels receive it from the host.
 pub type Color = [f32; COLOR_COMPONENTS as usize];
 
 /// Pointers to the functions, in the order of the `HOST_` constants of [`offsets`](crate::offsets).
@@ -19,7 +18,7 @@ pub type Color = [f32; COLOR_COMPONENTS as usize];
 pub struct HostTable {
     /// Computes the radiance along rays.
     pub trace: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes, *mut LaneColors),
-    /// Returns the set of lanes whose rays meet something.
+    /// Returns the set of lanes whose rays hit anything.
     pub occluded: unsafe extern "C" fn(*mut c_void, u32, u32, *const RayLanes) -> u32,
     /// Returns the number of lights.
     pub light_count: unsafe extern "C" fn(*mut c_void) -> u32,
@@ -32,26 +31,26 @@ pub struct HostTable {
         *const LightQueryLanes,
         *mut LightLanes,
     ) -> u32,
-    /// Gives the ambient light.
+    /// Returns the ambient light.
     pub ambient: unsafe extern "C" fn(*mut c_void, *mut Color),
-    /// Gives each lane its next random number.
+    /// Returns the next random number of each lane.
     pub rand: unsafe extern "C" fn(*mut c_void, u32, u32, *mut LaneFloats),
 }
 
-/// The functions that ask the host of the [`HostCalls`] behind the user pointer at once.
+/// Functions that answer each request immediately from the [`HostCalls`] behind the user pointer.
 pub static HOST_TABLE: HostTable =
     HostTable { trace, occluded, light_count, light_sample, ambient, rand };
 
-/// The host of a call, and its panic; the user pointer of [`HOST_TABLE`] leads here.
+/// The host of a call and its panic, if any; the user pointer of [`HOST_TABLE`] points to it.
 pub struct HostCalls<'a> {
-    /// Answers requests.
+    /// The host, which answers requests.
     pub host: &'a mut dyn Host,
-    /// The panic that ended its answers, to be resumed once the kernel has returned.
+    /// The panic of the host, to be resumed once the kernel has returned.
     pub panic: Option<Box<dyn Any + Send>>,
 }
 
 impl HostCalls<'_> {
-    /// Asks the host; zeros once it has panicked.
+    /// Queries the host; returns zeros once it has panicked.
     pub fn ask<T: Default>(&mut self, question: impl FnOnce(&mut dyn Host) -> T) -> T {
         if self.panic.is_some() {
             return T::default();
@@ -66,7 +65,7 @@ impl HostCalls<'_> {
     }
 }
 
-/// The calls behind the user pointer.
+/// Returns the calls behind the user pointer.
 ///
 /// # Safety
 /// `user` is the pointer of the running call, and nothing else uses the calls meanwhile.

@@ -1,18 +1,18 @@
-//! Large tables in large pages.
+//! Huge pages for large tables.
 //!
-//! Rays read the tables of a scene at random: in pages of 4 KiB nearly every access to tables of tens of
-//! megabytes has its address looked up in memory, too. Linux backs memory with pages of 2 MiB where
-//! it is asked to: random rays on a million triangles take a quarter less time.
+//! Rays access the tables of a scene at random: with pages of 4 KiB nearly every access to tables of tens of megabytes
+//! also misses the TLB. Linux backs memory with pages of 2 MiB on request: random rays on a million triangles take a
+//! quarter less time.
 
 use std::ops::Range;
 
-/// The largest size of the pages that systems for this processor use.
+/// The largest base page size of systems for this processor.
 pub const PAGE_BYTES: usize = if cfg!(target_arch = "x86_64") { 4 << 10 } else { 64 << 10 };
 
-/// Smaller tables stay as they are.
+/// The least size of a table for which huge pages are requested.
 const MIN_BYTES: usize = 4 << 20;
 
-/// An empty vector whose memory is of large pages, if it is large and the system has such.
+/// Returns an empty vector in huge pages, if it is large and the system supports them.
 pub fn with_capacity_in_huge_pages<T>(capacity: usize) -> Vec<T> {
     let mut vector = Vec::with_capacity(capacity);
     if capacity.saturating_mul(size_of::<T>()) >= MIN_BYTES {
@@ -21,23 +21,23 @@ pub fn with_capacity_in_huge_pages<T>(capacity: usize) -> Vec<T> {
     vector
 }
 
-/// The same elements in memory as [`with_capacity_in_huge_pages`] has it.
+/// Moves the elements to memory as of [`with_capacity_in_huge_pages`].
 pub fn in_huge_pages<T>(elements: Vec<T>) -> Vec<T> {
     if size_of_val(elements.as_slice()) < MIN_BYTES {
         return elements;
     }
     let mut moved = with_capacity_in_huge_pages(elements.len());
     moved.extend(elements);
-    // The allocator may have handed out memory that was in use before, in small pages.
+    // The allocator may have reused memory that is already backed by small pages.
     advise(moved.as_ptr_range(), Advice::Collapse);
     moved
 }
 
 #[derive(Clone, Copy)]
 enum Advice {
-    /// What is used from now on shall be in large pages.
+    /// Use huge pages for memory not yet backed.
     HugePage = 14,
-    /// What is in small pages shall be moved into large ones now; since Linux 6.1.
+    /// Replace small pages by huge ones now; since Linux 6.1.
     Collapse = 25,
 }
 
@@ -46,8 +46,8 @@ fn advise<T>(memory: Range<*const T>, advice: Advice) {
     let start = memory.start.addr().next_multiple_of(PAGE_BYTES);
     let end = memory.end.addr() / PAGE_BYTES * PAGE_BYTES;
     let address = memory.start.with_addr(start).cast_mut().cast();
-    // Safety: whole pages within the memory. The advice changes nothing of what they hold, so it does no
-    // harm that it is refused, or that pages outlive the memory's use.
+    // Safety: whole pages within the memory. The advice does not change their content, so it is harmless if it is
+    // refused, or if pages outlive the memory's use.
     unsafe { libc::madvise(address, end.saturating_sub(start), advice as libc::c_int) };
 }
 

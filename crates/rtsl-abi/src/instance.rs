@@ -1,4 +1,4 @@
-//! The data of instances as kernels read it.
+//! The data of instances in the form that kernels read.
 
 use std::sync::Arc;
 
@@ -9,38 +9,38 @@ use crate::offsets::BUFFER_WORDS;
 /// buffers, which the block keeps alive.
 #[derive(Clone, Default)]
 pub struct InstanceBlock {
-    /// Two words each, because entries of buffers hold 64-bit addresses.
+    /// Pairs of words, because entries of buffers hold 64-bit addresses.
     words: Vec<[u32; 2]>,
     buffers: Vec<BoundBuffer>,
     entries: BufferEntries,
 }
 
-/// A buffer bound at a place in a block.
+/// A buffer bound to an entry in a block.
 #[derive(Clone, Debug)]
 pub struct BoundBuffer {
     /// The first word of its entry in the block, even.
     pub offset: u32,
     /// Its scalars, element by element.
     pub words: Arc<[u32]>,
-    /// Scalars of one element, at least 1.
+    /// The number of scalars of one element, at least 1.
     pub element_words: u32,
 }
 
-/// Where a buffer is bound, and how large its elements are.
+/// The entry of a buffer, and the size of its elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferEntry {
     /// The first word of its entry in the block.
     pub offset: u32,
-    /// Scalars of one element.
+    /// The number of scalars of one element.
     pub element_words: u32,
 }
 
-/// The entries of a block, or those that all of several objects have.
+/// The buffer entries of a block, or those common to several objects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BufferEntries(Vec<BufferEntry>);
 
 impl BufferEntries {
-    /// Those that objects of the form have, by words of the objects.
+    /// Returns the entries in objects of the form, by words of the objects.
     pub fn in_objects(&self, form: &ObjectForm) -> BufferEntries {
         let entries = self.0.iter().filter_map(|entry| {
             let offset = form.position(entry.offset, BUFFER_WORDS)?;
@@ -64,20 +64,20 @@ impl BufferEntries {
 }
 
 impl BoundBuffer {
-    /// The number of whole elements.
+    /// Returns the number of whole elements.
     pub fn elements(&self) -> u32 {
         let elements = self.words.len() as u64 / u64::from(self.element_words.max(1));
-        // Indices are i32, so no more could be reached.
+        // Indices are i32, so further elements could not be accessed.
         u32::try_from(elements).unwrap_or(u32::MAX).min(i32::MAX as u32)
     }
 }
 
 impl InstanceBlock {
-    /// A block of `members`, the entries of buffers left out (zero), rounded up to an even number
-    /// of words, with `buffers` bound.
+    /// Returns a block of `members`, with zeros in the entries of buffers, rounded up to an even number of words, with
+    /// `buffers` bound.
     ///
     /// # Panics
-    /// If a buffer's entry is at an odd offset, outside the block, or laps over another.
+    /// If a buffer's entry is at an odd offset, outside the block, or overlaps another.
     pub fn new(members: &[u32], buffers: Vec<BoundBuffer>) -> InstanceBlock {
         let pairs = members.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or(0)]);
         let mut offsets: Vec<u32> = buffers.iter().map(|buffer| buffer.offset).collect();
@@ -104,13 +104,13 @@ impl InstanceBlock {
         block
     }
 
-    /// The members, with the entries of buffers as kernels see them.
+    /// Returns the members, with the entries of buffers as kernels read them.
     #[inline]
     pub fn words(&self) -> &[u32] {
         self.words.as_flattened()
     }
 
-    /// The buffers.
+    /// Returns the buffers.
     pub fn buffers(&self) -> &[BoundBuffer] {
         &self.buffers
     }
@@ -120,7 +120,7 @@ impl InstanceBlock {
         &self.entries
     }
 
-    /// The first byte of the block.
+    /// Returns the address of the first byte of the block.
     #[inline]
     pub fn pointer(&self) -> *const u8 {
         self.words.as_ptr().cast()

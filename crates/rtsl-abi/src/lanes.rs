@@ -8,20 +8,22 @@ use crate::signature::LaneArrays;
 
 const PADDING: usize = LANE_PADDING as usize;
 
-/// As many words as the widest vector has, aligned for it.
+/// As many words as the widest vector, with its alignment.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 pub(crate) struct Chunk([u32; PADDING]);
 
-/// Zeroed chunks on the heap, reached by one pointer only, so that kernels may keep copies of it.
+/// Zeroed chunks on the heap, accessed through one pointer only, so that kernels may keep copies of it.
 pub(crate) struct Chunks {
     start: *mut Chunk,
     count: usize,
 }
 
 impl Chunks {
+    /// Allocates zeroed chunks.
+    ///
     /// # Panics
-    /// If no address space has room for so many.
+    /// If the size exceeds the address space.
     pub(crate) fn new(count: usize) -> Chunks {
         let chunks = vec![Chunk([0; PADDING]); count].into_boxed_slice();
         Chunks { start: Box::into_raw(chunks).cast(), count }
@@ -53,11 +55,11 @@ impl Drop for Chunks {
     }
 }
 
-/// Memory for `arrays` arrays of `lanes` words each, one after another, and the words from one to the next: the lanes
+/// Allocates `arrays` contiguous arrays of `lanes` words each; returns the memory and the stride in words: the lanes
 /// rounded up to whole chunks.
 ///
 /// # Panics
-/// If no address space has room for so many words.
+/// If the size exceeds the address space.
 fn arrays_of_zeros(arrays: usize, lanes: usize) -> (Chunks, usize) {
     let chunks = lanes.div_ceil(PADDING);
     let sizes = chunks.checked_mul(PADDING).zip(chunks.checked_mul(arrays));
@@ -67,33 +69,32 @@ fn arrays_of_zeros(arrays: usize, lanes: usize) -> (Chunks, usize) {
     (Chunks::new(all_chunks), stride)
 }
 
-/// Arrays of 32-bit words, one for each component of the state or of scratch, one word for
-/// each lane (ray). Every array is aligned to 64 bytes and as long as the number of lanes rounded
-/// up to a multiple of [`LANE_PADDING`], so that a kernel of any width may read and write whole
-/// vectors.
+/// Arrays of 32-bit words, one for each component of the state or of scratch, with one word for each lane (ray). Every
+/// array is aligned to 64 bytes and its length is the number of lanes rounded up to a multiple of [`LANE_PADDING`], so
+/// that a kernel of any width may read and write whole vectors.
 pub struct LaneBlock {
     memory: Chunks,
-    /// Where each component's array starts, for kernels; null where it has none.
+    /// The address of each component's array, for kernels; null if it has none.
     table: Vec<*mut u32>,
-    /// The components that have arrays, as far as a set can hold them.
+    /// The components with an array, as far as a set can hold them.
     present: ComponentSet,
-    /// Whether some have none.
+    /// True if some components have no array.
     sparse: bool,
     lanes: usize,
-    /// Lanes of an array with its padding.
+    /// The number of lanes of an array, including padding.
     stride: usize,
 }
 
-// Safety: the pointers are to the block's own heap memory, which is nobody else's.
+// Safety: the pointers are to the block's heap memory, which is not shared.
 unsafe impl Send for LaneBlock {}
 // Safety: through a shared reference memory is only read.
 unsafe impl Sync for LaneBlock {}
 
 impl LaneBlock {
-    /// Zeros: `components` arrays for `lanes` rays.
+    /// Returns zeroed arrays: `components` arrays for `lanes` rays.
     ///
     /// # Panics
-    /// If no address space has room for so many words.
+    /// If the size exceeds the address space.
     pub fn new(components: usize, lanes: usize) -> LaneBlock {
         let (memory, stride) = arrays_of_zeros(components, lanes);
         // Safety: `index` is below `components`, and the memory has `components * stride` words, a number that did not
@@ -104,12 +105,12 @@ impl LaneBlock {
         LaneBlock { memory, table, present, sparse: false, lanes, stride }
     }
 
-    /// Zeros: arrays for some of `components` only, one after another in the order of `present`.
-    /// It serves kernels that touch no others.
+    /// Returns zeroed arrays for some of `components` only, contiguous in the order of `present`, for kernels that do
+    /// not access the others.
     ///
     /// # Panics
-    /// If `present` names a component twice, or one that is not below `components` and
-    /// [`ComponentSet::CAPACITY`], or no address space has room for so many words.
+    /// If `present` contains a component twice, or one that is not below `components` and [`ComponentSet::CAPACITY`],
+    /// or the size exceeds the address space.
     pub fn sparse(components: usize, present: &[u32], lanes: usize) -> LaneBlock {
         let (memory, stride) = arrays_of_zeros(present.len(), lanes);
         let mut table = vec![std::ptr::null_mut::<u32>(); components];
@@ -124,48 +125,48 @@ impl LaneBlock {
         LaneBlock { memory, table, present, sparse: true, lanes, stride }
     }
 
-    /// The number of components, those without an array too.
+    /// Returns the number of components, including those without an array.
     #[inline]
     pub fn components(&self) -> usize {
         self.table.len()
     }
 
-    /// Whether some components have no array.
+    /// True if some components have no array.
     #[inline]
     pub fn is_sparse(&self) -> bool {
         self.sparse
     }
 
-    /// Whether each of these components has an array.
+    /// True if each of these components has an array.
     #[inline]
     pub fn has_all(&self, components: &ComponentSet) -> bool {
         self.present.contains_all(components)
     }
 
-    /// The number of rays there is room for.
+    /// Returns the number of rays for which there is room.
     #[inline]
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// The array of a component, without its padding.
+    /// Returns the array of a component, without its padding.
     ///
     /// # Panics
-    /// If there is no such component, or it has no array; so for all methods here.
+    /// If there is no such component, or it has no array; likewise for the methods below.
     #[inline]
     pub fn words(&self, component: usize) -> &[u32] {
         let start = self.start_of(component);
         &self.memory()[start..start + self.lanes]
     }
 
-    /// The array of a component, to write.
+    /// Returns the array of a component, with mutable access.
     #[inline]
     pub fn words_mut(&mut self, component: usize) -> &mut [u32] {
         let (start, lanes) = (self.start_of(component), self.lanes);
         &mut self.memory_mut()[start..start + lanes]
     }
 
-    /// The array of a component of type f32.
+    /// Returns the array of a component of type f32.
     #[inline]
     pub fn floats(&self, component: usize) -> &[f32] {
         let words = self.words(component);
@@ -173,7 +174,7 @@ impl LaneBlock {
         unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), words.len()) }
     }
 
-    /// The array of a component of type f32, to write.
+    /// Returns the array of a component of type f32, with mutable access.
     #[inline]
     pub fn floats_mut(&mut self, component: usize) -> &mut [f32] {
         let words = self.words_mut(component);
@@ -181,15 +182,15 @@ impl LaneBlock {
         unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
     }
 
-    /// `N` lanes of a component of type f32, from `start` on; padding may be among them.
+    /// Returns `N` lanes of a component of type f32, from `start` on; padding may be among them.
     #[inline]
     pub fn floats_at<const N: usize>(&self, component: usize, start: usize) -> &[f32; N] {
         let array = self.lanes_at::<N>(component, start);
-        // Safety: the lanes are there, as was checked; f32 has the size and alignment of u32.
+        // Safety: the range of lanes was checked; f32 has the size and alignment of u32.
         unsafe { &*array }
     }
 
-    /// The same, to write.
+    /// Like [`LaneBlock::floats_at`], with mutable access.
     #[inline]
     pub fn floats_mut_at<const N: usize>(
         &mut self,
@@ -201,7 +202,7 @@ impl LaneBlock {
         unsafe { &mut *array }
     }
 
-    /// `LANES` lanes of `N` components that follow one another, such as those of a vector, from `start` on.
+    /// Returns `LANES` lanes of `N` consecutive components, such as those of a vector, from `start` on.
     #[inline]
     pub fn vectors_at<const N: usize, const LANES: usize>(
         &self,
@@ -209,11 +210,11 @@ impl LaneBlock {
         start: usize,
     ) -> [&[f32; LANES]; N] {
         self.check_lanes(start, LANES);
-        // Safety: the lanes are there, as was checked; f32 has the size and alignment of u32.
+        // Safety: the range of lanes was checked; f32 has the size and alignment of u32.
         self.arrays(first).map(|array| unsafe { &*array.add(start).cast() })
     }
 
-    /// The same, to write.
+    /// Like [`LaneBlock::vectors_at`], with mutable access.
     #[inline]
     pub fn vectors_mut_at<const N: usize, const LANES: usize>(
         &mut self,
@@ -225,7 +226,7 @@ impl LaneBlock {
         self.arrays(first).map(|array| unsafe { &mut *array.add(start).cast() })
     }
 
-    /// Where `N` lanes of a component are, all of which exist.
+    /// Returns the address of `N` lanes of a component, all of which exist.
     #[inline]
     fn lanes_at<const N: usize>(&self, component: usize, start: usize) -> *mut [f32; N] {
         self.check_lanes(start, N);
@@ -233,8 +234,7 @@ impl LaneBlock {
         unsafe { self.array(component).add(start).cast() }
     }
 
-    /// The arrays of `N` components that follow one another, such as those of a vector, to
-    /// write at the same time.
+    /// Returns the arrays of `N` consecutive components, such as those of a vector, with simultaneous mutable access.
     #[inline]
     pub fn vectors_mut<const N: usize>(&mut self, first: usize) -> [&mut [f32]; N] {
         let lanes = self.lanes;
@@ -244,19 +244,19 @@ impl LaneBlock {
             .map(|start| unsafe { std::slice::from_raw_parts_mut(start.cast::<f32>(), lanes) })
     }
 
-    /// All arrays with their padding, one after another.
+    /// Returns all arrays with their padding, contiguously.
     #[inline]
     pub fn memory(&self) -> &[u32] {
         self.memory.all()
     }
 
-    /// All arrays with their padding, to write.
+    /// Returns all arrays with their padding, with mutable access.
     #[inline]
     pub fn memory_mut(&mut self) -> &mut [u32] {
         self.memory.all_mut()
     }
 
-    /// All arrays with their padding as floats, to write.
+    /// Returns all arrays with their padding as floats, with mutable access.
     #[inline]
     pub fn float_memory_mut(&mut self) -> &mut [f32] {
         let words = self.memory_mut();
@@ -264,7 +264,7 @@ impl LaneBlock {
         unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
     }
 
-    /// The table of arrays for a kernel, which may read and write each up to the padding's end.
+    /// Returns the table of arrays for a kernel, which may read and write each up to the padding's end.
     #[inline]
     pub fn table_mut(&mut self) -> *const *mut u32 {
         self.table.as_ptr()
@@ -284,7 +284,7 @@ impl LaneBlock {
         assert!(end.is_some_and(|end| end <= self.stride), "lanes from {start} on");
     }
 
-    /// The arrays of components that follow one another. One check for all, where a vector takes three otherwise.
+    /// Returns the arrays of consecutive components, with a single check for all of them.
     #[inline]
     fn arrays<const N: usize>(&self, first: usize) -> [*mut u32; N] {
         let arrays = self.table.get(first..).and_then(|rest| rest.first_chunk::<N>());
@@ -297,7 +297,7 @@ impl LaneBlock {
         *arrays
     }
 
-    /// The word of the memory at which a component's array starts.
+    /// Returns the offset in the memory of a component's array, in words.
     #[inline]
     fn start_of(&self, component: usize) -> usize {
         (self.array(component).addr() - self.memory.words().addr()) / size_of::<u32>()
@@ -334,7 +334,7 @@ impl Clone for LaneBlock {
         memory.all_mut().copy_from_slice(self.memory());
         let moved = |array: &*mut u32| match array.is_null() {
             true => std::ptr::null_mut(),
-            // Safety: as far from the start as in the original, which is as long.
+            // Safety: the same offset from the start as in the original, which has the same size.
             false => unsafe { memory.words().byte_add(array.addr() - self.memory.words().addr()) },
         };
         let table = self.table.iter().map(moved).collect();
@@ -349,93 +349,93 @@ impl std::fmt::Debug for LaneBlock {
     }
 }
 
-/// A bool for each lane, as kernels hold them: words of 0 and -1.
+/// A bool for each lane, in the form of kernels: words of 0 and -1.
 pub struct LaneMask {
     words: Chunks,
     lanes: usize,
 }
 
 impl LaneMask {
-    /// All false.
+    /// Returns a mask with all lanes false.
     pub fn new(lanes: usize) -> LaneMask {
         LaneMask { words: Chunks::new(lanes.div_ceil(PADDING)), lanes }
     }
 
-    /// `is_on` says which lanes are true.
+    /// Returns the mask of the lanes for which `is_on` returns true.
     pub fn from_fn(lanes: usize, mut is_on: impl FnMut(usize) -> bool) -> LaneMask {
         let mut mask = LaneMask::new(lanes);
         (0..lanes).for_each(|lane| mask.set(lane, is_on(lane)));
         mask
     }
 
-    /// The number of lanes.
+    /// Returns the number of lanes.
     #[inline]
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Whether `lane` is true.
+    /// True if `lane` is on.
     ///
     /// # Panics
-    /// If there is no such lane; so for all methods here.
+    /// If there is no such lane; likewise for the methods below.
     #[inline]
     pub fn get(&self, lane: usize) -> bool {
         self.words.all()[..self.lanes][lane] != 0
     }
 
-    /// Changes a lane.
+    /// Sets a lane.
     #[inline]
     pub fn set(&mut self, lane: usize, is_on: bool) {
         let lanes = self.lanes;
         self.words.all_mut()[..lanes][lane] = if is_on { u32::MAX } else { 0 };
     }
 
-    /// Changes all lanes.
+    /// Sets all lanes.
     pub fn fill(&mut self, is_on: bool) {
         let lanes = self.lanes;
         self.words.all_mut()[..lanes].fill(if is_on { u32::MAX } else { 0 });
     }
 
-    /// The lanes as kernels hold them: 0 for false, all bits for true.
+    /// Returns the lanes in the form of kernels: 0 for false, all bits for true.
     #[inline]
     pub fn words(&self) -> &[u32] {
         &self.words.all()[..self.lanes]
     }
 
-    /// The same, to write.
+    /// Like [`LaneMask::words`], with mutable access.
     #[inline]
     pub fn words_mut(&mut self) -> &mut [u32] {
         let lanes = self.lanes;
         &mut self.words.all_mut()[..lanes]
     }
 
-    /// Whether any lane is true.
+    /// True if any lane is on.
     pub fn any(&self) -> bool {
         self.any_of(0..self.lanes)
     }
 
-    /// Whether any of these lanes is true.
+    /// True if any of these lanes is on.
     #[inline]
     pub fn any_of(&self, lanes: Range<usize>) -> bool {
         self.words.all()[..self.lanes][lanes].iter().any(|word| *word != 0)
     }
 
-    /// The lanes that are true, in order.
+    /// Returns the lanes that are on, in order.
     pub fn iter_on(&self) -> impl Iterator<Item = usize> {
         let words = self.words.all()[..self.lanes].iter().enumerate();
         words.filter(|(_, word)| **word != 0).map(|(lane, _)| lane)
     }
 
-    /// The first lane. Kernels write through it where they accept hits.
+    /// Returns the address of the first lane, through which kernels store accepted hits.
     #[inline]
     pub fn pointer(&self) -> *mut i32 {
         self.words.words().cast()
     }
 
-    /// The lanes as kernels read them.
+    /// Returns the lanes in the form that kernels read.
     #[inline]
     pub fn signed_words(&self) -> &[i32] {
-        // Safety: there are so many words, and i32 has the size and alignment of u32.
+        // Safety: the memory has that many words, and i32 has the size and alignment of u32.
         unsafe { std::slice::from_raw_parts(self.pointer(), self.lanes) }
     }
 }
@@ -445,32 +445,32 @@ unsafe impl Send for LaneMask {}
 // Safety: through a shared reference memory is only read.
 unsafe impl Sync for LaneMask {}
 
-/// The number of an instance for each lane; 0 at first.
+/// The object index of each lane; initially 0.
 pub struct LaneIndices {
     words: Chunks,
     lanes: usize,
 }
 
 impl LaneIndices {
-    /// All 0.
+    /// Returns indices of 0.
     pub fn new(lanes: usize) -> LaneIndices {
         LaneIndices { words: Chunks::new(lanes.div_ceil(PADDING)), lanes }
     }
 
-    /// The numbers.
+    /// Returns the indices.
     #[inline]
     pub fn as_slice(&self) -> &[u32] {
         &self.words.all()[..self.lanes]
     }
 
-    /// The numbers, to write.
+    /// Returns the indices, with mutable access.
     #[inline]
     pub fn as_mut_slice(&mut self) -> &mut [u32] {
         let lanes = self.lanes;
         &mut self.words.all_mut()[..lanes]
     }
 
-    /// The number of the first lane's object.
+    /// Returns the address of the first lane's index.
     #[inline]
     pub fn pointer(&self) -> *const u32 {
         self.words.words()

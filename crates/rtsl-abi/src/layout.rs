@@ -1,5 +1,5 @@
-//! Where a class's data lies in memory: members in the instance's block or in blocks of objects,
-//! scratch in lane arrays.
+//! The memory layout of a class's data: members in the instance's block or in blocks of objects, scratch in lane
+//! arrays.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,28 +16,28 @@ pub struct Layout {
     pub members: BTreeMap<String, u32>,
     /// The first word of each buffer's entry in the block.
     pub buffers: BTreeMap<String, u32>,
-    /// The first lane array of each scratch place.
+    /// The first lane array of each scratch variable.
     pub scratch: BTreeMap<String, u32>,
     /// The size of the block in words, even.
     pub block_words: u32,
     /// The number of scratch lane arrays.
     pub scratch_arrays: u32,
-    /// Which words of the block stand in blocks of objects. Where `None`, shapes with many objects have
-    /// all of them there, and others none.
+    /// The words of the block that are in blocks of objects. If `None`, call modes with many objects have all words
+    /// there, and the others none.
     pub objects: Option<ObjectForm>,
 }
 
-/// Where a member or buffer stands.
+/// The location of a member or buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataLocation {
-    /// At this word of the instance's block.
+    /// A word of the instance's block.
     Instance(u32),
-    /// At this word of each object.
+    /// A word of each object.
     Objects(u32),
 }
 
 impl Layout {
-    /// Lays the places out one after the other: members and buffers in the block, scratch in arrays.
+    /// Lays out variables consecutively: members and buffers in the block, scratch in arrays.
     pub fn new<'a>(
         members: impl IntoIterator<Item = &'a Variable>,
         buffers: impl IntoIterator<Item = &'a Variable>,
@@ -60,26 +60,25 @@ impl Layout {
         layout
     }
 
-    /// The words of each member and each buffer's entry, in their order, with what pads the last.
+    /// Returns the words of each member and each buffer's entry, in order, including their padding.
     pub fn variables(&self) -> impl Iterator<Item = Range<u32>> {
         let mut starts: Vec<u32> =
             self.members.values().chain(self.buffers.values()).copied().collect();
         starts.push(self.block_words);
         starts.sort_unstable();
-        // Members without scalars begin where the next does.
+        // Members without scalars have the same start as the next variable.
         starts.dedup();
         (1..starts.len()).map(move |next| starts[next - 1]..starts[next])
     }
 
-    /// The words that stand in blocks of objects in calls of this shape; `None` where they have one
-    /// instance's block.
-    pub fn object_form(&self, shape: CallMode) -> Option<ObjectForm> {
+    /// Returns the words in blocks of objects in calls of this mode; `None` if they have one instance's block.
+    pub fn object_form(&self, mode: CallMode) -> Option<ObjectForm> {
         let all = || ObjectForm::new(0..self.block_words);
-        self.objects.clone().or_else(|| shape.has_many_objects().then(all))
+        self.objects.clone().or_else(|| mode.has_many_objects().then(all))
     }
 
-    /// Where a member or buffer stands beside objects of this form; `None` for other places, those
-    /// that the layout lacks, and such of which only a part stands in the blocks.
+    /// Returns the location of a member or buffer for objects of this form; `None` for other variables, those missing
+    /// in the layout, and those with only some words in the blocks.
     pub fn locate(&self, variable: &Variable, form: Option<&ObjectForm>) -> Option<DataLocation> {
         let (first, words) = match variable.kind {
             VariableKind::Member => (*self.members.get(&variable.name)?, variable.len),

@@ -1,16 +1,17 @@
-//! The binary interface of kernels: what a call takes, as callers write it and as code reads it.
+//! The binary interface of kernels: the memory layout of a call and of its data.
 //!
-//! [`offsets`] describes the struct that a kernel is called with. A [`CallMode`] says which of its
-//! inputs differ from lane to lane, a [`Layout`] where a class's data lies, a [`Signature`] what a kernel needs of a call,
-//! and [`LaneBlock`], [`InstanceBlock`] and [`Objects`] are the memory that it is given. [`description`] tells hosts
-//! without a compiler the same about a class.
+//! [`offsets`] describes the struct with which a kernel is called. A [`CallMode`] determines the inputs that vary from
+//! lane to lane, a [`Layout`] the location of a class's data, and a [`Signature`] the requirements of a kernel on a
+//! call. [`LaneBlock`], [`InstanceBlock`] and [`Objects`] are the memory passed to kernels. [`description`] describes a
+//! class to hosts without a compiler.
 //!
-//! Machine code, the interpreter of packet code and the writers of object files and C++ share it. This crate knows no
-//! representation of code: no packet code, no LLVM.
+//! Machine code, the interpreter of packet code and the writers of object files and C++ share it. This crate does not
+//! depend on a representation of code: neither packet code nor LLVM.
 #![allow(unsafe_code, reason = "hands out the pointers that machine code follows")]
 
 mod call;
 mod call_error;
+mod call_mode;
 mod component_set;
 pub mod description;
 mod host_lanes;
@@ -25,11 +26,11 @@ mod objects;
 pub mod offsets;
 mod prefetch;
 mod record;
-mod shape;
 mod signature;
 
 pub use call::{CallArguments, CallStatus, Instances, RawCall};
 pub use call_error::CallError;
+pub use call_mode::CallMode;
 pub use component_set::ComponentSet;
 pub use host_lanes::{HostArguments, HostLanes};
 pub use host_table::{Color, HOST_TABLE, HostCalls, HostTable};
@@ -42,5 +43,4 @@ pub use object_form::ObjectForm;
 pub use objects::{ObjectRow, Objects};
 pub use prefetch::prefetch;
 pub use record::{Mark, MarkWord, RayRecord};
-pub use shape::CallMode;
 pub use signature::Signature;

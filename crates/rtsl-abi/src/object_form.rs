@@ -1,18 +1,17 @@
-//! Which data of many objects stands for each of them, and which once for all.
+//! The division of the data of many objects into per-object and shared words.
 
 use std::sync::Arc;
 
-/// The words of a class's [layout](crate::Layout) that differ from object to object, of many objects in
-/// blocks. The others are the same for all of them, as are the vertex buffers of a mesh's triangles.
-/// Cheap to clone.
+/// The words of a class's [layout](crate::Layout) that are per object, for many objects in blocks. The others are
+/// shared by all of them, such as the vertex buffers of a mesh's triangles. Cheap to clone.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObjectForm {
-    /// Sorted. Their order is that in blocks.
+    /// Sorted, in the order of the rows of blocks.
     words: Arc<[u32]>,
 }
 
 impl ObjectForm {
-    /// These words of the layout differ. A place is in it as a whole, or not at all.
+    /// Returns the form with these words of the layout. It contains all words of a variable, or none of them.
     pub fn new(words: impl IntoIterator<Item = u32>) -> ObjectForm {
         let mut words: Vec<u32> = words.into_iter().collect();
         words.sort_unstable();
@@ -20,14 +19,14 @@ impl ObjectForm {
         ObjectForm { words: words.into() }
     }
 
-    /// The words of the layout, in their order in blocks.
+    /// Returns the words of the layout, in their order in blocks.
     #[inline]
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Where the `len` words of the layout from `first` on stand in blocks; `None` where one of them
-    /// stands once for all objects.
+    /// Returns the position in blocks of the `len` words of the layout from `first`; `None` if one of them is shared by
+    /// all objects.
     pub fn position(&self, first: u32, len: u32) -> Option<u32> {
         let position = self.words.binary_search(&first).ok()?;
         let words = self.words[position..].iter().take(len as usize);
@@ -35,7 +34,7 @@ impl ObjectForm {
         (in_a_row.count() == len as usize).then_some(position as u32)
     }
 
-    /// Whether one of these words of the layout differs.
+    /// True if one of these words of the layout is per object.
     pub fn overlaps(&self, first: u32, len: u32) -> bool {
         let from = self.words.partition_point(|word| *word < first);
         self.words.get(from).is_some_and(|word| *word < first.saturating_add(len))
@@ -47,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_in_a_form_as_a_whole() {
+    fn a_form_has_all_words_of_a_variable_or_none() {
         let form = ObjectForm::new([9, 2, 3, 4, 3]);
         assert_eq!(form.words(), [2, 3, 4, 9]);
         assert_eq!((form.position(2, 3), form.position(9, 1)), (Some(0), Some(3)));

@@ -12,34 +12,34 @@ use crate::prefetch::prefetch_values;
 
 const IN_BLOCK: usize = OBJECTS_IN_BLOCK as usize;
 
-/// One word of the objects of a block.
+/// One word of each object of a block.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ObjectRow(pub [u32; IN_BLOCK]);
 
-/// Objects of one program by number: what differs from object to object in blocks, the rest once in
-/// [`Objects::shared`]. A [form](ObjectForm) says which is which; a kernel is made for one.
+/// Objects of one program by index. Words that differ from object to object are in blocks, the others once in
+/// [`Objects::shared`]. The [form](ObjectForm) determines the words in blocks; a kernel is compiled for one form.
 ///
-/// A block has a row for each word of the form, with that word of [`OBJECTS_IN_BLOCK`] objects. Objects have
-/// no memory of their own beside it, but the buffers that they bind are kept alive, each once.
+/// A block has a row for each word of the form, with that word of [`OBJECTS_IN_BLOCK`] objects. Objects have no other
+/// memory, but each buffer that they bind is kept alive.
 pub struct Objects {
     form: ObjectForm,
     shared: Arc<InstanceBlock>,
     count: usize,
-    /// Block by block, with as many more blocks of zeros as the widest vector reaches.
+    /// The rows block by block, followed by as many blocks of zeros as the widest vector reads past the end.
     rows: Vec<ObjectRow>,
-    /// Buffers whose entries are in blocks, by address.
+    /// The buffers whose entries are in blocks, by address.
     buffers: Arc<BTreeMap<usize, Arc<[u32]>>>,
     /// The entries that are in blocks of all objects, by words of the blocks.
     entries: BufferEntries,
 }
 
 impl Objects {
-    /// `count` objects of zeros that share what `shared` has, its buffers too. It has a place for every
-    /// word of the form, which nobody reads.
+    /// Returns `count` zeroed objects that share the data and buffers of `shared`. That block also contains the words
+    /// of the form, which are not read.
     ///
     /// # Panics
-    /// If a buffer's entry is among the words that differ, or there are [`NO_OBJECT`] objects or more.
+    /// If a buffer's entry is among the words of the form, or there are [`NO_OBJECT`] objects or more.
     pub fn new(form: ObjectForm, shared: Arc<InstanceBlock>, count: usize) -> Objects {
         let overlaps = |it: &BoundBuffer| form.overlaps(it.offset, BUFFER_WORDS);
         assert!(!shared.buffers().iter().any(overlaps), "buffers are shared");
@@ -55,7 +55,7 @@ impl Objects {
         Objects { form, shared, count, rows, buffers, entries }
     }
 
-    /// Instances of one layout, numbered from 0. What is not in the form they share with the first.
+    /// Returns instances of one layout as objects, indexed from 0. Words outside the form are shared with the first.
     ///
     /// # Panics
     /// If one lacks words of the form, or there are [`NO_OBJECT`] or more.
@@ -85,7 +85,7 @@ impl Objects {
         objects
     }
 
-    /// One more object of zeros; its number.
+    /// Appends a zeroed object and returns its index.
     fn push(&mut self) -> usize {
         let number = self.count;
         assert!(number + 1 < NO_OBJECT as usize, "objects have numbers");
@@ -95,11 +95,11 @@ impl Objects {
         number
     }
 
-    /// The objects in another order: object `i` is what `order[i]` was, or zeros where that is
-    /// [`NO_OBJECT`], such as in the gaps of an order in which groups begin with blocks.
+    /// Returns the objects in another order: object `i` is the former `order[i]`, or zeros if that is [`NO_OBJECT`], as
+    /// in the gaps of an order in which groups begin at blocks.
     ///
     /// # Panics
-    /// If the order names an object that there is not.
+    /// If the order contains the index of a missing object.
     pub fn in_order(&self, order: &[u32]) -> Objects {
         let Objects { form, shared, buffers, entries, .. } = self;
         let mut objects = Objects::zeros(form.clone(), shared.clone(), order.len());
@@ -119,40 +119,40 @@ impl Objects {
         Objects { buffers: buffers.clone(), entries: entries.clone(), ..objects }
     }
 
-    /// Has the processor fetch a block, that of the object with this number, before a kernel reads it.
+    /// Prefetches the block of the object with this index.
     #[inline(always)]
     pub fn prefetch(&self, number: u32) {
         let words = self.form.words().len();
         prefetch_values(self.rows.as_ptr().wrapping_add(number as usize / IN_BLOCK * words), words);
     }
 
-    /// Which words differ.
+    /// Returns the words that differ.
     pub fn form(&self) -> &ObjectForm {
         &self.form
     }
 
-    /// What all objects share: an instance of the layout in which the words of the form mean nothing.
+    /// Returns the data that all objects share: an instance of the layout in which the words of the form are unused.
     pub fn shared(&self) -> &Arc<InstanceBlock> {
         &self.shared
     }
 
-    /// The number of objects.
+    /// Returns the number of objects.
     #[inline]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Memory of the blocks, in bytes.
+    /// Returns the size of the blocks, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.rows.as_slice())
     }
 
-    /// The word of an object at a position of the form.
+    /// Returns the word of an object at a position of the form.
     ///
     /// # Panics
     /// If there is no such object or word.
@@ -160,24 +160,23 @@ impl Objects {
         self.rows[self.row(object, position)].0[object % IN_BLOCK]
     }
 
-    /// The words of objects block by block, a row for each word of the form, to write: those past the last
-    /// object too, which nobody reads the results of.
+    /// Returns the words of objects block by block, a row for each word of the form, including those past the last
+    /// object, which do not affect results.
     ///
     /// # Panics
-    /// If objects bind buffers of their own: what kernels take for addresses is not for hosts to
-    /// write.
+    /// If the form contains entries of buffers: hosts must not access words that kernels use as addresses.
     pub fn rows(&self) -> &[ObjectRow] {
         &self.rows
     }
 
-    /// The same, to write.
+    /// Like [`Objects::rows`], with mutable access.
     pub fn rows_mut(&mut self) -> &mut [ObjectRow] {
         assert!(self.entries.is_empty(), "objects with buffers of their own do not change");
         let blocks = self.count.div_ceil(IN_BLOCK) * self.form.words().len();
         &mut self.rows[..blocks]
     }
 
-    /// The scalars of an object's own buffer whose entry is at a position of the form.
+    /// Returns the scalars of the object's buffer whose entry is at a position of the form.
     pub fn buffer(&self, object: usize, position: usize) -> Option<&[u32]> {
         let [low, high] = [0, 1].map(|word| self.word(object, position + word).to_ne_bytes());
         let address = u64::from_ne_bytes([low, high].concat().try_into().ok()?);
@@ -200,7 +199,7 @@ impl Objects {
         &self.entries
     }
 
-    /// The first word of an object; the first object's place where there are none.
+    /// Returns the address of the first word of an object, or of the first object if there are none.
     #[inline]
     pub fn pointer(&self, object: usize) -> *const u8 {
         let words = self.form.words().len();
@@ -210,7 +209,7 @@ impl Objects {
     }
 }
 
-/// Blocks of so many objects, and those that vectors reach past them.
+/// Returns the number of blocks for so many objects, including those that vectors read past the end.
 fn blocks(count: usize) -> usize {
     count.div_ceil(IN_BLOCK) + LANE_PADDING as usize / IN_BLOCK - 1
 }
@@ -230,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_a_block_stand_in_rows() {
+    fn words_of_a_block_are_in_rows() {
         let instances: Vec<_> = (0..20).map(|number| instance(10 * number)).collect();
         let objects = Objects::of_instances(ObjectForm::new(0..2), &instances);
         assert_eq!(objects.rows[5].0, [161, 171, 181, 191, 0, 0, 0, 0]);
@@ -251,7 +250,7 @@ mod tests {
         let bound = || BoundBuffer { offset: 0, words: words.clone(), element_words: 1 };
         let instances = [0; 9].map(|_| InstanceBlock::new(&[0; 4], vec![bound()]));
         let objects = Objects::of_instances(ObjectForm::new(0..4), instances);
-        // The other one is that of the block that objects share.
+        // The other reference is that of the block that objects share.
         assert_eq!(Arc::strong_count(&words), 3);
         assert_eq!(objects.buffer(8, 0), Some([1, 2, 3].as_slice()));
         assert_eq!(objects.word(8, 2), 3);

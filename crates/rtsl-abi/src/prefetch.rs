@@ -1,16 +1,15 @@
-//! Asking for memory before it is read.
+//! Prefetching of memory.
 
-/// The bytes that a cache fetches at a time.
+/// The size of a cache line, in bytes.
 const LINE: usize = 64;
 
-/// Has the processor fetch a value into its caches while others are worked on. Where it does not know how,
-/// nothing happens.
+/// Prefetches a value into the processor's caches. Does nothing on processors without a known instruction for it.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
     prefetch_values(value, 1);
 }
 
-/// The same for some values in a row. Nothing needs to be there.
+/// Prefetches consecutive values. The memory need not be valid.
 #[inline(always)]
 pub(crate) fn prefetch_values<T>(first: *const T, count: usize) {
     let start: *const i8 = first.cast();

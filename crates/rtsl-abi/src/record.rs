@@ -1,52 +1,52 @@
-//! Rays as a host keeps them, for functions that a host's own code can call back.
+//! Rays in a host's data structures, for functions that the host calls back directly.
 //!
-//! A kernel for a record is a C function of one argument too, but the argument is a struct of the host's: the
-//! record says where in it the rays, their mask and the instance's data are found. It does one packet, of as many
-//! rays as the kernel is wide, and needs none of the tables that a [call](crate::offsets) leads to.
+//! A kernel for a record is also a C function of one argument, but the argument is a struct of the host: the record
+//! describes the offsets of the rays, their mask and the instance's data in it. It processes one packet, of as many
+//! rays as the kernel's width, and needs none of the tables of a [call](crate::offsets).
 
 use std::collections::BTreeMap;
 
-/// How a host keeps a packet of rays, and how it asks about them. Offsets are bytes of the function's argument.
+/// The layout of a packet of rays in a host's struct. Offsets are bytes of the function's argument.
 ///
-/// Rays are rows of one word a ray: row `r` of ray `i` is the word `r * width + i`, where `width` is the number of rays.
-/// Rows are 4-byte aligned; those of state components hold floats.
+/// Rays are rows of one word per ray: row `r` of ray `i` is the word `r * width + i`, where `width` is the number of
+/// rays. Rows are 4-byte aligned; those of state components hold floats.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RayRecord {
-    /// Where the address of the first row stands.
+    /// The offset of the address of the first row.
     pub rays: u32,
-    /// Where the address of the mask stands: a word a ray, 0 for those that are left out. All rays take part where `None`.
+    /// The offset of the address of the mask: a word per ray, 0 for inactive rays. All rays are active if `None`.
     pub mask: Option<u32>,
-    /// Where the address of the block of the first instance stands. Blocks are 8-byte aligned and lie one after the other.
+    /// The offset of the address of the block of the first instance. Blocks are 8-byte aligned and contiguous.
     pub instances: u32,
-    /// Where the number of the instance stands, a u32; the first one's where `None`.
+    /// The offset of the index of the instance, a u32; the first instance is used if `None`.
     pub number: Option<u32>,
     /// The row of each state component that the record has.
     pub rows: BTreeMap<u32, u32>,
-    /// What else is written for rays with a hit.
+    /// Additional words written for rays with a hit.
     pub marks: Vec<Mark>,
 }
 
-/// A word that is written to a row, for rays with a hit.
+/// A word written to a row for rays with a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Mark {
     /// The row.
     pub row: u32,
-    /// What is written.
+    /// The word.
     pub word: MarkWord,
 }
 
-/// A word that the caller gives.
+/// The source of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MarkWord {
-    /// Always these bits.
+    /// A constant.
     Constant(u32),
-    /// What stands there in the argument.
+    /// The word at this offset of the argument.
     Argument(u32),
-    /// What stands so many bytes behind the address that stands there in the argument.
+    /// The word at an offset behind an address in the argument.
     Behind {
-        /// Where the address stands.
+        /// The offset of the address in the argument.
         pointer: u32,
-        /// How many bytes.
+        /// The offset from that address, in bytes.
         offset: u32,
     },
 }

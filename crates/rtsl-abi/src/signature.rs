@@ -1,9 +1,10 @@
-//! What a kernel takes.
+//! Signatures of kernels.
 
 use std::sync::Arc;
 
 use crate::call::{CallArguments, Instances};
 use crate::call_error::CallError;
+use crate::call_mode::CallMode;
 use crate::component_set::ComponentSet;
 use crate::host_lanes::HostArguments;
 use crate::instance::{BufferEntry, InstanceBlock};
@@ -11,28 +12,27 @@ use crate::lanes::LaneMask;
 use crate::leaf::LeafArguments;
 use crate::objects::Objects;
 use crate::offsets;
-use crate::shape::CallMode;
 
-/// What a kernel takes; calls are checked against it.
+/// The requirements of a kernel on a call, against which calls are checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
     /// The components of the state that it reads or writes.
     pub state: ComponentSet,
-    /// Scratch arrays that it needs, counted from the first of the class's layout.
+    /// The number of scratch arrays that it needs, from the first of the class's layout.
     pub scratch_arrays: u32,
-    /// Words that it needs of the instance's block, or of the one that objects share.
+    /// The number of words that it needs of the instance's block, or of the one that objects share.
     pub block_words: u32,
-    /// The buffers that it needs there.
+    /// The buffers that it needs in that block.
     pub buffers: Arc<[BufferEntry]>,
-    /// Words of each object, where it takes objects.
+    /// The number of words of each object, if it takes objects.
     pub object_words: Option<u32>,
-    /// The buffers that it needs of each object, by words of the object.
+    /// The buffers that it needs in each object, by words of the object.
     pub object_buffers: Arc<[BufferEntry]>,
-    /// What the lanes of a call have in common.
-    pub shape: CallMode,
-    /// Whether it says which rays it found a hit for.
+    /// The call mode.
+    pub mode: CallMode,
+    /// True if it stores the rays with a hit.
     pub accepts: bool,
-    /// Rays in a chunk, where a call may begin at any of them.
+    /// The number of rays in a chunk, if a call may begin at any chunk.
     pub separate_chunks: Option<u32>,
 }
 
@@ -40,8 +40,8 @@ impl Signature {
     /// Checks that a call's arguments have the sizes that code relies on.
     ///
     /// # Errors
-    /// If they have not: the caller mixed up classes or shapes.
-    // Inlined, as is what it calls: see `CompiledKernel::call`.
+    /// If they do not, because the caller mixed up classes or call modes.
+    // Inlined, as are the functions it calls: see `CompiledKernel::call`.
     #[inline(always)]
     pub fn check(&self, call: &CallArguments<'_>) -> Result<(), CallError> {
         self.check_sizes(&CallSizes {
@@ -51,18 +51,18 @@ impl Signature {
             mask: call.mask.map(LaneMask::lanes),
             accepted: call.accepted.as_ref().map(|accepted| accepted.lanes()),
             instances: call.instances,
-            // Own arrays are padded for every width.
+            // The arrays of a `LaneBlock` are padded for every width.
             vector: 1,
         })
     }
 
-    /// Checks the arguments of a host's call of a kernel of so many rays at a time.
+    /// Checks the arguments of a host's call of a kernel with this width.
     ///
     /// # Errors
     /// If they do not fit.
     pub fn check_host(&self, call: &HostArguments<'_, '_>, width: usize) -> Result<(), CallError> {
-        if self.shape == CallMode::Leaf {
-            return Err(CallError::InstanceForm(self.shape.name()));
+        if self.mode == CallMode::Leaf {
+            return Err(CallError::InstanceForm(self.mode.name()));
         }
         self.check_sizes(&CallSizes {
             state: &*call.state,
@@ -75,20 +75,20 @@ impl Signature {
         })
     }
 
-    /// The one check of a call for rays, whoever owns its arrays.
+    /// Checks a call for rays, with either owner of the arrays.
     #[inline(always)]
     fn check_sizes<L: LaneArrays>(&self, call: &CallSizes<'_, L>) -> Result<(), CallError> {
         let CallSizes { state, scratch, count, mask, accepted, instances, vector } = *call;
         self.check_instances(instances, count)?;
-        if self.shape == CallMode::Single && (count != 1 || mask.is_some()) {
+        if self.mode == CallMode::Single && (count != 1 || mask.is_some()) {
             return Err(CallError::NotOneRay);
         }
         let needed = needed_lanes(count, vector)?;
         let room = |given: usize| has_room(count, needed, given);
-        match self.shape {
-            // The one ray's lane; what a kernel keeps of its hits is stored there, too.
+        match self.mode {
+            // The lane of the ray, to which the outputs of the nearest hit are also stored.
             CallMode::Leaf if self.accepts => self.check_arrays(state, scratch, 1, 1)?,
-            // The ray's lane and those of the objects.
+            // The lane of the ray and those of the objects.
             CallMode::Leaf => self.check_arrays(state, scratch, count, needed.max(1))?,
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.check_arrays(state, scratch, count, needed)?;
@@ -105,15 +105,15 @@ impl Signature {
     /// Checks that a leaf kernel fits objects.
     ///
     /// # Panics
-    /// If it does not; so for [`Signature::check_leaf`].
+    /// If it does not; likewise for [`Signature::check_leaf`].
     pub fn check_leaf_objects(&self, objects: &Objects) {
-        let is_test = self.shape == CallMode::Leaf && self.accepts;
-        assert!(is_test, "the kernel is `intersect` in the leaf shape");
+        let is_test = self.mode == CallMode::Leaf && self.accepts;
+        assert!(is_test, "the kernel is not `intersect` in the leaf mode");
         let fit = self.fits_objects(objects) && self.fits_block(objects.shared());
         assert!(fit, "objects have the form that the kernel is made for, and the class's buffers");
     }
 
-    /// Checks the arguments of a call for some of so many objects that fit.
+    /// Checks the arguments of a call for a range of these objects, which fit.
     #[inline(always)]
     pub fn check_leaf(&self, call: &LeafArguments<'_>, objects: usize) {
         if let Err(error) = self.check_tests(call, objects) {
@@ -132,7 +132,7 @@ impl Signature {
         tests.iter().try_for_each(|test| check_range(test.first, count, objects))
     }
 
-    /// Checks that state and scratch have the arrays that code touches, with `needed` lanes for so many rays.
+    /// Checks that state and scratch have the arrays that code accesses, with `needed` lanes for so many rays.
     #[inline(always)]
     fn check_arrays<L: LaneArrays>(
         &self,
@@ -154,11 +154,11 @@ impl Signature {
         has_room(rays, needed, scratch.lanes())
     }
 
-    /// Checks that the instances have the form that the kernel takes, and that those which rays name are there.
+    /// Checks that the instances have the form that the kernel requires, and that the object indices are in range.
     #[inline(always)]
     fn check_instances(&self, instances: Instances<'_>, count: usize) -> Result<(), CallError> {
         let takes_objects = self.object_words.is_some();
-        let form_fits = match (self.shape, instances) {
+        let form_fits = match (self.mode, instances) {
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Instances::One(_)) => {
                 !takes_objects
             }
@@ -181,7 +181,7 @@ impl Signature {
             }
         };
         if !form_fits {
-            return Err(CallError::InstanceForm(self.shape.name()));
+            return Err(CallError::InstanceForm(self.mode.name()));
         }
         let objects_fit = instances.objects().is_none_or(|objects| self.fits_objects(objects));
         if !(objects_fit && self.fits_block(instances.block())) {
@@ -197,14 +197,14 @@ impl Signature {
         }
     }
 
-    /// Whether a block, of the instance or of what objects share, has the words and buffers that code reads.
+    /// True if a block, of the instance or shared by objects, has the words and buffers that code reads.
     #[inline(always)]
     fn fits_block(&self, block: &InstanceBlock) -> bool {
         block.words().len() >= self.block_words as usize
             && self.buffers.iter().all(|buffer| block.entries().contains(buffer))
     }
 
-    /// Whether each object has the words and buffers that code reads.
+    /// True if each object has the words and buffers that code reads.
     #[inline(always)]
     fn fits_objects(&self, objects: &Objects) -> bool {
         let words = Some(objects.form().words().len() as u32);
@@ -213,15 +213,15 @@ impl Signature {
     }
 }
 
-/// Arrays of lanes, as far as a check of their sizes goes.
+/// The properties of lane arrays that the checks need.
 pub(crate) trait LaneArrays {
-    /// The lanes that each array has room for, padding left out.
+    /// Returns the number of lanes of each array, without padding.
     fn lanes(&self) -> usize;
 
-    /// The first of these components that has no array.
+    /// Returns the first of these components that has no array.
     fn missing_component(&self, components: &ComponentSet) -> Option<u32>;
 
-    /// The first of so many arrays, counted from 0, that is not there.
+    /// Returns the first missing array of the first `arrays`.
     fn missing_array(&self, arrays: u32) -> Option<u32>;
 }
 
@@ -229,18 +229,18 @@ pub(crate) trait LaneArrays {
 struct CallSizes<'a, L> {
     state: &'a L,
     scratch: &'a L,
-    /// Rays, or objects in the leaf shape.
+    /// The number of rays, or of objects in the leaf mode.
     count: usize,
-    /// The lanes of the mask.
+    /// The number of lanes of the mask.
     mask: Option<usize>,
-    /// Lanes for accepted hits.
+    /// The number of lanes for accepted hits.
     accepted: Option<usize>,
     instances: Instances<'a>,
-    /// Code touches whole vectors of so many lanes that the caller's arrays have room for.
+    /// The vector width in whose multiples code accesses the caller's arrays.
     vector: usize,
 }
 
-/// The lanes of so many rays in whole vectors.
+/// Returns the number of lanes of so many rays in whole vectors.
 #[inline(always)]
 fn needed_lanes(rays: usize, vector: usize) -> Result<usize, CallError> {
     if rays > i32::MAX as usize {
@@ -259,7 +259,7 @@ fn exists(all: bool) -> Result<(), CallError> {
     if all { Ok(()) } else { Err(CallError::NoSuchObject) }
 }
 
-/// Checks that a range of objects begins a block and is among so many.
+/// Checks that a range of objects begins at a block and is within the given number.
 #[inline(always)]
 fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError> {
     if !first.is_multiple_of(offsets::OBJECTS_IN_BLOCK) {
@@ -269,13 +269,13 @@ fn check_range(first: u32, count: usize, objects: usize) -> Result<(), CallError
     exists(end.is_some_and(|end| end <= objects))
 }
 
-/// Whether so many rays, and lanes that share a vector with them, have the number of one of `instances`.
+/// True if the indices of so many rays, and of lanes in the same vector, are below `instances`.
 #[inline(always)]
 fn are_numbers(indices: &[u32], rays: usize, instances: usize) -> bool {
-    // A number of rays that does not round up is more than there are indices.
+    // A number of rays that cannot be rounded up exceeds the number of indices.
     let padded = rays.checked_next_multiple_of(offsets::LANE_PADDING as usize).unwrap_or(rays);
     let read = padded.min(indices.len());
-    // Not `all`, which looks at one after another.
+    // Not `all`, which is not vectorised.
     let greatest = indices[..read].iter().fold(0, |greatest, index| greatest.max(*index));
     indices.len() >= rays && (greatest as usize) < instances
 }

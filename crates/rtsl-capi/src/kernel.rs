@@ -3,7 +3,7 @@
 use std::ffi::{CString, c_char, c_void};
 use std::sync::Arc;
 
-use rtsl::{CallMode, Kernel, Method, Program, Variant, most_similar, shape_of_number};
+use rtsl::{CallMode, Kernel, Method, Program, Variant, call_mode_of_number, most_similar};
 
 use crate::engine::EngineEntry;
 use crate::error::{Error, RtslResult, c_text, guard, place, text};
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn rtsl_kernel_of_objects(
 
 fn variant(shape: u32, width: u32) -> Result<Variant, Error> {
     let problem = || Error::new(RtslResult::Argument, format!("there is no shape {shape}"));
-    let variant = Variant::new(shape_of_number(shape).ok_or_else(problem)?);
+    let variant = Variant::new(call_mode_of_number(shape).ok_or_else(problem)?);
     Ok(if width == 0 { variant } else { variant.with_width(width) })
 }
 
@@ -165,7 +165,7 @@ pub unsafe extern "C" fn rtsl_kernel_info(
             writes: description.writes.as_ptr(),
             read_count: description.reads.len() as u32,
             write_count: description.writes.len() as u32,
-            shape: rtsl::shape_number(entry.shape),
+            shape: rtsl::call_mode_number(entry.shape),
             width: description.width,
             flags: description.flags(),
             unused: 0,

@@ -381,7 +381,7 @@ fn what_a_record_cant_do_is_told() {
     );
     assert_eq!(
         told(&engine, &good),
-        "E0702: `Random.hit` can't be compiled: it asks its host for something, and a record says nothing of a host"
+        "E0702: `Random.hit` can't be compiled: it makes requests to its host, but a record has no host"
     );
     assert_eq!(
         told(&engine, &Callback { width: 5, ..good.clone() }),

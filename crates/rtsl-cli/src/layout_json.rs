@@ -89,7 +89,7 @@ fn field(field: &Field) -> Json {
 fn kernel(kernel: &KernelDescription) -> Json {
     object([
         ("method", text(kernel.method.name())),
-        ("shape", text(kernel.shape.name())),
+        ("shape", text(kernel.mode.name())),
         ("width", number(kernel.width)),
         ("symbol", text(&kernel.symbol)),
         ("reads", components(&kernel.reads)),

@@ -1,4 +1,4 @@
-//! A class as a struct.
+//! Emission of a class as a struct.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::method::{Body, write_body};
 use crate::statement::{Statement, write_statements};
 use crate::support::Helper;
 
-/// Appends the struct of a class that is called `name` in C++.
+/// Appends the struct of a class, named `name` in C++.
 pub(crate) fn write_class<'a>(
     name: &str,
     description: &'a ClassDescription,
@@ -77,7 +77,7 @@ impl ClassWriter<'_> {
         write_documentation(documentation.unwrap_or_default(), indentation, self.text);
     }
 
-    /// The block's words, in their order.
+    /// Appends the block's words, in order.
     fn fields(&mut self) {
         let description = self.description;
         let mut next = 0;
@@ -121,7 +121,7 @@ impl ClassWriter<'_> {
         self.initialised(type_name, &name, field, true, INDENT);
     }
 
-    /// A field with its initial value.
+    /// Appends a field with its initial value.
     fn initialised(
         &mut self,
         type_name: &str,
@@ -154,7 +154,7 @@ impl ClassWriter<'_> {
         write_statements(&[statement], indentation, self.text);
     }
 
-    /// What hosts may set there.
+    /// Returns the parameter that sets the field, if any.
     fn parameter(&self, field: &Field) -> Option<&ParameterDescription> {
         self.description
             .parameters
@@ -162,7 +162,7 @@ impl ClassWriter<'_> {
             .find(|parameter| parameter.offset == field.offset && parameter.name == field.name)
     }
 
-    /// A struct of what is not in the block.
+    /// Appends a nested struct of variables that are not in the block.
     fn nested(&mut self, name: &str, kind: FieldKind, documentation: &str) {
         let fields = self.description.fields.iter().chain(&self.description.scratch);
         let fields: Vec<&Field> = fields.filter(|it| it.kind == kind && it.len > 0).collect();
@@ -187,7 +187,7 @@ impl ClassWriter<'_> {
         self.line(INDENT, "};");
     }
 
-    /// True if it says whether its budget of loops ran out.
+    /// Appends the constructor; returns true if it reports an exhausted budget of loop iterations.
     fn constructor(&mut self, code: &ClassCode<'_>) -> bool {
         let bodies: Vec<Body> = code
             .constructors
@@ -275,7 +275,7 @@ fn zero(scalar: Scalar) -> &'static str {
     }
 }
 
-/// What is said of a parameter.
+/// Returns the comment of a parameter.
 fn describe_parameter(parameter: &ParameterDescription) -> String {
     let text = parameter.documentation.as_ref().or(parameter.label.as_ref());
     let mut text = text.cloned().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What a class's data is called in C++.
+//! The C++ names of a class's data.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use rtsl_spec::Method;
 use crate::identifier::{Scope, identifier};
 use crate::support::Helper;
 
-/// Names that mean something within classes.
+/// Names with a meaning within classes.
 const RESERVED: &[&str] = &[
     "State",
     "Host",
@@ -27,7 +27,7 @@ const RESERVED: &[&str] = &[
     "memcpy",
 ];
 
-/// The names of a class's fields, and those that are taken beside them.
+/// The names of a class's fields, and other names that are used in its scope.
 #[derive(Debug)]
 pub(crate) struct ClassNames {
     fields: BTreeMap<(FieldKind, String), String>,
@@ -35,7 +35,7 @@ pub(crate) struct ClassNames {
 }
 
 impl ClassNames {
-    /// Names for the fields of a class that is called `class` in C++.
+    /// Assigns names to the fields of a class that is named `class` in C++.
     pub fn new(class: &str, description: &ClassDescription) -> ClassNames {
         let mut scope = reserved();
         scope.reserve([class]);
@@ -49,15 +49,15 @@ impl ClassNames {
         names
     }
 
-    /// The name of a field.
+    /// Returns the name of a field.
     pub fn of(&self, field: &Field) -> &str {
         &self.fields[&(field.kind, field.name.clone())]
     }
 
-    /// The name of the field that a place is.
+    /// Returns the name of the field of a variable.
     ///
     /// # Panics
-    /// If the class's description lacks the place.
+    /// If the class's description lacks the variable.
     pub fn field(&self, variable: &Variable) -> &str {
         let kind = match variable.kind {
             VariableKind::Member => FieldKind::Member,
@@ -72,18 +72,18 @@ impl ClassNames {
         name.unwrap_or_else(|| panic!("the description has {}", variable.name))
     }
 
-    /// The name of a state variable.
+    /// Returns the name of a state variable.
     pub fn state(&self, name: &str) -> String {
         identifier(name)
     }
 
-    /// The names that a method can't give to anything of its own.
+    /// Returns the scope of a method.
     pub fn scope(&self) -> &Scope {
         &self.scope
     }
 }
 
-/// A scope with what stands around classes.
+/// Returns a scope with the names around classes.
 pub(crate) fn reserved() -> Scope {
     let mut scope = Scope::default();
     scope.reserve(RESERVED.iter().copied().chain(Helper::names()));

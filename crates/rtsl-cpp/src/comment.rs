@@ -1,9 +1,9 @@
-//! Comments: text of shaders that must stay within them.
+//! Comments in generated text, which must contain the shader's text entirely.
 
 use crate::expression::LINE_LENGTH;
 
-/// Lines of a documentation comment, none for an empty text. They are those of the text where all of them fit; else its
-/// paragraphs are filled anew. Whatever the text says, each line ends where it should.
+/// Appends the lines of a documentation comment, none for an empty text. The line breaks are those of the text if all
+/// lines fit; otherwise its paragraphs are refilled. For any text, each line ends where the comment does.
 pub(crate) fn write_documentation(documentation: &str, indentation: usize, text: &mut String) {
     let margin = format!("{}/// ", " ".repeat(indentation));
     let width = LINE_LENGTH.saturating_sub(margin.len());
@@ -18,7 +18,7 @@ pub(crate) fn write_documentation(documentation: &str, indentation: usize, text:
     }
 }
 
-/// A phrase with the capital and the full stop of a sentence.
+/// Turns a phrase into a sentence with a capital letter and a full stop.
 pub(crate) fn sentence(phrase: &str) -> String {
     let mut characters = phrase.chars();
     match characters.next() {
@@ -29,7 +29,7 @@ pub(crate) fn sentence(phrase: &str) -> String {
     }
 }
 
-/// Lines of no more than `width` characters, where words allow that.
+/// Wraps a line to at most `width` characters, as far as the words allow.
 fn wrapped(line: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in line.split(' ') {
@@ -46,14 +46,14 @@ fn wrapped(line: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A line without what would continue or end a comment: backslashes at its end, trigraphs of them, other characters
-/// that end lines.
+/// Replaces characters in a line that would continue or end a comment: backslashes at its end, their trigraphs, and
+/// other line terminators.
 pub(crate) fn harmless(line: &str) -> String {
     let printable = |character: char| match character {
         '\t' => ' ',
         '\u{2028}' | '\u{2029}' | '\u{85}' => ' ',
         other if other.is_control() => ' ',
-        // Direction marks make a text look like another.
+        // Bidirectional control characters can disguise text.
         '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => ' ',
         other => other,
     };

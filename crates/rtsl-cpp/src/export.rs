@@ -1,4 +1,4 @@
-//! Kernels and tables of a library, for hosts that know classes by name: what object files have, as text.
+//! Kernels and tables of a library as text, equivalent to those in object files, for hosts that find classes by name.
 
 use rtsl_abi::CallMode;
 use rtsl_abi::description::{
@@ -12,14 +12,14 @@ use crate::identifier::identifier;
 use crate::literal::literal;
 use crate::method::{Needs, indexed};
 
-/// The kernels of the single shape that a class has, with what their methods take.
+/// The kernels of a class in the single mode, with the requirements of their methods.
 pub(crate) struct Exported<'a> {
     pub name: String,
     pub description: &'a ClassDescription,
     pub names: ClassNames,
-    /// By method, with whether it says if a hit was accepted, and whether its budget can run out.
+    /// The methods, with flags for accepted hits and a budget that can run out.
     pub methods: Vec<ExportedMethod>,
-    /// Whether it has a constructor that says if its budget ran out.
+    /// True if it has a constructor that reports an exhausted budget.
     pub constructor_may_fail: bool,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct ExportedMethod {
     pub accepts: bool,
 }
 
-/// Appends what stands under `#ifdef RTSL_EXPORT`.
+/// Appends the code under `#ifdef RTSL_EXPORT`.
 pub(crate) fn write_export(
     library: &LibraryDescription,
     classes: &[Exported<'_>],
@@ -146,7 +146,7 @@ impl ExportWriter<'_> {
     fn class(&mut self) {
         let class = self.class;
         let kernels: Vec<&KernelDescription> =
-            class.description.kernels.iter().filter(|it| it.shape == CallMode::Single).collect();
+            class.description.kernels.iter().filter(|it| it.mode == CallMode::Single).collect();
         for kernel in &kernels {
             let method = class.methods.iter().find(|it| it.method == kernel.method);
             if let Some(method) = method {
@@ -230,7 +230,7 @@ impl ExportWriter<'_> {
         }
     }
 
-    /// The block is copied, since the host knows it as words.
+    /// The block is copied, since the host accesses it as words.
     fn constructor(&mut self) {
         let (namespace, class) = (self.namespace, self.class);
         let Some(symbol) = &class.description.constructor else { return };
@@ -357,7 +357,7 @@ fn parameter(parameter: &ParameterDescription) -> String {
     )
 }
 
-/// A component of the state in the struct.
+/// Returns a component of the state in the struct.
 fn state_text(component: u32) -> String {
     let variable = state_variables().iter().rev().find(|it| it.first_component <= component);
     let variable = variable.expect("the first begins with component 0");
@@ -365,16 +365,16 @@ fn state_text(component: u32) -> String {
     format!("state.{}", indexed(&identifier(variable.name), index, variable.ty.components()))
 }
 
-/// A string literal, whatever the text.
+/// Returns a string literal with any content.
 fn string(text: &str) -> String {
     let mut result = "\"".to_owned();
     for byte in text.bytes() {
         match byte {
             b'"' | b'\\' => result.extend(['\\', char::from(byte)]),
-            // Two of them begin a trigraph.
+            // Two question marks begin a trigraph.
             b'?' => result.push_str("\\?"),
             b' '..=b'~' => result.push(char::from(byte)),
-            // Always three digits, so that no digit that follows belongs to it.
+            // Always three digits, so that a following digit is not part of the escape.
             other => result.push_str(&format!("\\{other:03o}")),
         }
     }

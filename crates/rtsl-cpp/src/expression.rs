@@ -1,16 +1,16 @@
-//! C++ expressions as trees, and how they are laid out.
+//! C++ expressions as trees, and their layout.
 
 use rtsl_ir::Value;
 
-/// Lines are no longer than this where they can be broken.
+/// The greatest line length, as far as lines can be broken.
 pub(crate) const LINE_LENGTH: usize = 100;
-/// Of blocks, and of the lines that continue one.
+/// The indentation of blocks and of continuation lines.
 pub(crate) const INDENT: usize = 4;
 
 /// An expression.
 #[derive(Clone, Debug)]
 pub(crate) enum Expression {
-    /// A name or a literal; for a variable that changes, the values it stands for.
+    /// A name or a literal; for a mutable variable with the value it holds.
     Atom { text: String, variable: Option<Value> },
     /// `-a`, `!a`, `~a`.
     Unary(&'static str, Box<Expression>),
@@ -26,12 +26,12 @@ pub(crate) enum Expression {
     Element(String, Box<Expression>),
 }
 
-/// A binary operator with its precedence, greater for those that bind more tightly.
+/// A binary operator with its precedence, greater for operators that bind more tightly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Operator {
     pub text: &'static str,
     pub precedence: u8,
-    /// `a op (b op c)` is `(a op b) op c`, so no parentheses are needed.
+    /// True if `a op (b op c)` equals `(a op b) op c`, so no parentheses are needed.
     pub associative: bool,
 }
 
@@ -65,7 +65,7 @@ const UNARY: u8 = 11;
 const PRIMARY: u8 = 12;
 
 impl Expression {
-    /// A name or literal.
+    /// Returns a name or literal.
     pub fn atom(text: impl Into<String>) -> Expression {
         Expression::Atom { text: text.into(), variable: None }
     }
@@ -86,7 +86,7 @@ impl Expression {
         Expression::Call(callee.to_owned(), arguments.into())
     }
 
-    /// Whether writing it twice is no longer than a name for it.
+    /// True if repeating it is no longer than a name for it.
     pub fn is_trivial(&self) -> bool {
         match self {
             Expression::Atom { .. } => true,
@@ -95,7 +95,7 @@ impl Expression {
         }
     }
 
-    /// The number of operators and calls in it.
+    /// Returns the number of operators and calls.
     pub fn size(&self) -> usize {
         match self {
             Expression::Atom { .. } => 0,
@@ -109,7 +109,7 @@ impl Expression {
         }
     }
 
-    /// Whether it names one of the variables that change.
+    /// True if it contains a variable of one of these values.
     pub fn reads(&self, wanted: &dyn Fn(Value) -> bool) -> bool {
         match self {
             Expression::Atom { variable, .. } => variable.is_some_and(wanted),
@@ -122,11 +122,11 @@ impl Expression {
         }
     }
 
-    /// The same where it is true and this is false, and the other way round.
+    /// Returns the logical negation.
     pub fn inverted(self) -> Expression {
         match self {
             Expression::Unary("!", operand) => *operand,
-            // Unlike orders, of which both can be false with a NaN.
+            // The negation of an order comparison is not the opposite comparison, since both are false for a NaN.
             Expression::Binary(EQUAL, a, b) => Expression::Binary(NOT_EQUAL, a, b),
             Expression::Binary(NOT_EQUAL, a, b) => Expression::Binary(EQUAL, a, b),
             other => Expression::unary("!", other),
@@ -146,13 +146,13 @@ impl Expression {
         }
     }
 
-    /// On one line.
+    /// Returns the expression on one line.
     pub fn flat(&self) -> String {
         match self {
             Expression::Atom { text, .. } => text.clone(),
             Expression::Unary(operator, operand) => {
                 let inner = operand.in_parentheses_below(UNARY).flat();
-                // Not the other operator `--`.
+                // Avoids the operator `--`.
                 match inner.starts_with('-') && *operator == "-" {
                     true => format!("{operator}({inner})"),
                     false => format!("{operator}{inner}"),
@@ -177,7 +177,7 @@ impl Expression {
         InParentheses { inner: self, needed: self.precedence() < precedence }
     }
 
-    /// On as many lines as are needed.
+    /// Returns the expression on as many lines as needed.
     pub fn lay_out(&self, room: Room) -> String {
         let flat = self.flat();
         if room.takes(&flat) {
@@ -216,7 +216,7 @@ impl Expression {
         }
     }
 
-    /// The first operand of operators of this precedence, whose other operands are added with them.
+    /// Returns the first operand of a chain of operators of this precedence; the other operands are appended.
     fn chain<'a>(
         &'a self,
         precedence: u8,
@@ -236,14 +236,14 @@ impl Expression {
     }
 }
 
-/// Where an expression is to stand.
+/// The position of an expression.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room {
-    /// Where it begins.
+    /// The column of its start.
     pub column: usize,
-    /// Of lines that continue the first.
+    /// The indentation of continuation lines.
     pub indentation: usize,
-    /// How many characters follow.
+    /// The number of characters that follow.
     pub after: usize,
 }
 
@@ -268,7 +268,7 @@ impl Room {
         Room { column: self.indentation, ..self }
     }
 
-    /// Behind text that may have several lines.
+    /// Returns the position after text that may have several lines.
     fn behind_lines(self, text: &str) -> Room {
         match text.rsplit_once('\n') {
             Some((_, last)) => Room { column: last.len(), ..self },
@@ -276,7 +276,7 @@ impl Room {
         }
     }
 
-    /// The end of a line and the margin of the next.
+    /// Returns a line break and the margin of the next line.
     fn margin(self) -> String {
         format!("\n{}", " ".repeat(self.indentation))
     }
@@ -313,7 +313,7 @@ fn needs_parentheses(operator: Operator, operand: &Expression, is_left: bool) ->
     if *inner == operator {
         return !is_left && !operator.associative;
     }
-    // What readers don't know by heart, and compilers warn of.
+    // Combinations whose precedence is little known, for which compilers warn.
     let is_arithmetic = |it: &Operator| it.precedence >= ADD.precedence;
     let is_comparison =
         |it: &Operator| (EQUAL.precedence..=LESS.precedence).contains(&it.precedence);
@@ -331,7 +331,7 @@ fn parenthesised(inner: &Expression, needed: bool, room: Room) -> String {
     }
 }
 
-/// As many operands on a line as fit, and a new one before the operator.
+/// Lays out as many operands per line as fit, with line breaks before operators.
 fn lay_out_chain(
     (outer, first): (Operator, &Expression),
     operands: &[(Operator, &Expression)],
@@ -362,7 +362,7 @@ fn lay_out_chain(
     text
 }
 
-/// As many on a line as fit.
+/// Lays out as many elements per line as fit.
 fn lay_out_list(all: &[Expression], room: Room) -> String {
     let mut text = String::new();
     let mut line = room;
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn parentheses_stand_where_they_are_needed() {
+    fn parentheses_are_written_where_needed() {
         let sum = Expression::binary(ADD, name("a"), name("b"));
         let difference = Expression::binary(SUBTRACT, name("c"), sum.clone());
         assert_eq!(difference.flat(), "c - (a + b)");

@@ -1,4 +1,4 @@
-//! Names that C++ takes.
+//! Identifiers that are valid in C++.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -126,8 +126,8 @@ const TAKEN: &[&str] = &[
     "xor_eq",
 ];
 
-/// `name` as an identifier: letters, digits and single underscores, not at its start, and neither a keyword nor what
-/// looks like a macro.
+/// Returns `name` as an identifier: letters, digits and single underscores, not at its start, and neither a keyword nor
+/// a name that looks like a macro.
 pub(crate) fn identifier(name: &str) -> String {
     let mut result = String::with_capacity(name.len());
     for character in name.chars() {
@@ -146,42 +146,42 @@ pub(crate) fn identifier(name: &str) -> String {
     result.to_owned()
 }
 
-/// More than one letter, none of them small; or the imaginary unit of <complex.h>.
+/// True for names of several letters, all upper-case; and for the imaginary unit of <complex.h>.
 fn looks_like_macro(name: &str) -> bool {
     let has_small = name.chars().any(|character| character.is_ascii_lowercase());
     name == "I" || (name.len() > 1 && !has_small)
 }
 
-/// The names that are taken where something is to be named.
+/// The names used in a scope.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scope {
     taken: BTreeSet<String>,
-    /// By identifier the last number that was tried for it: all below are taken.
+    /// The last number tried for each identifier: all lower ones are used.
     numbers: BTreeMap<String, u32>,
-    /// The names that were given, in their order.
+    /// The names that were assigned, in order.
     given: Vec<Given>,
 }
 
-/// A name that was given, and what it was made of.
+/// An assigned name, and the identifier it was made from.
 #[derive(Clone, Debug)]
 struct Given {
     name: String,
     base: String,
-    /// The last number that had been tried before.
+    /// The last number tried before.
     number: Option<u32>,
 }
 
-/// A point to which a scope can go back.
+/// A position to which a scope can be reverted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mark(usize);
 
 impl Scope {
-    /// Takes these names, whatever they are.
+    /// Reserves these names unchanged.
     pub fn reserve<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
         self.taken.extend(names.into_iter().map(str::to_owned));
     }
 
-    /// An identifier like `name` that nothing else has.
+    /// Returns an unused identifier similar to `name`.
     pub fn name(&mut self, name: &str) -> String {
         let base = identifier(name);
         let mut unique = base.clone();
@@ -197,12 +197,12 @@ impl Scope {
         unique
     }
 
-    /// Where a block begins.
+    /// Returns the position at the start of a block.
     pub fn mark(&self) -> Mark {
         Mark(self.given.len())
     }
 
-    /// Where it ends: its names can be given again.
+    /// Ends a block: its names can be assigned again.
     pub fn release(&mut self, mark: Mark) {
         for Given { name, base, number } in self.given.drain(mark.0..).rev() {
             self.taken.remove(&name);
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn many_names_alike_take_time_by_their_number() {
-        // By its square, this is a billion names looked up, and minutes.
+        // In quadratic time, this would take a billion look-ups, and minutes.
         const COUNT: u32 = 50_000;
         let (mut scope, start) = (Scope::default(), std::time::Instant::now());
         let last = (0..COUNT).map(|_| scope.name("p")).last();

@@ -1,4 +1,4 @@
-//! The C text of the kernel interface.
+//! The C header of the kernel interface.
 
 use std::fmt::Write;
 
@@ -8,8 +8,8 @@ use rtsl_spec::{
     state_component_count, state_variables,
 };
 
-/// What C and C++ hosts must know to call kernels: structs, constants, and some functions that most hosts would write
-/// themselves. The text is the same for all libraries of one version of the interface.
+/// Returns the declarations that C and C++ hosts need to call kernels: structs, constants, and some functions that most
+/// hosts would write themselves. The text is the same for all libraries of one version of the interface.
 pub fn kernel_header() -> String {
     let text = include_str!("rtsl_kernel.h");
     let numbers = [
@@ -22,7 +22,7 @@ pub fn kernel_header() -> String {
     numbers.iter().fold(text.to_owned(), |text, (name, value)| text.replace(name, value))
 }
 
-/// The enumerators of the state's components.
+/// Returns the enumerators of the state components.
 fn state_constants() -> String {
     let mut text = String::new();
     for variable in state_variables() {
@@ -35,17 +35,17 @@ fn state_constants() -> String {
     text
 }
 
-/// `RTSL_STATE_RayOrigin` of `rt_RayOrigin`.
+/// Returns `RTSL_STATE_RayOrigin` for `rt_RayOrigin`.
 fn constant_name(variable: &StateVariable) -> String {
     format!("RTSL_STATE_{}", variable.name.trim_start_matches("rt_"))
 }
 
-/// What the variable is to the first role that has it.
+/// Returns the variable's documentation for the first role that has it.
 fn documentation(variable: &StateVariable) -> &'static str {
     rows().iter().find(|row| row.name == variable.name).map_or("", |row| row.doc)
 }
 
-/// Initialisers of all components with what methods find where no host sets anything.
+/// Returns initialisers of all components with the defaults for hosts that do not set them.
 fn state_defaults() -> String {
     let mut text = String::new();
     for variable in state_variables() {
@@ -57,7 +57,7 @@ fn state_defaults() -> String {
     text
 }
 
-/// The constant default of a component: that of the first role in which methods read what hosts set.
+/// Returns the constant default of a component: that of the first role in which methods read it as an input.
 fn default(variable: &StateVariable, component: u32) -> f32 {
     let is_set = |row: &&Row| {
         let direction = |direction| matches!(direction, Direction::In | Direction::InOut);

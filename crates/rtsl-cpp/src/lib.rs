@@ -1,22 +1,22 @@
-//! C++ text from the single-ray representation: for people to read, and for hosts that have a compiler of their own; and C
-//! headers of what is compiled ahead of time.
+//! Generation of C++ from the single-ray representation, for reading and for hosts that have a compiler, and of C
+//! headers for libraries compiled ahead of time.
 //!
-//! [`emit`] writes a header of C++17 that stands alone. A class becomes a struct whose fields are the words of its
-//! block, and each of its methods a member function on the state of one ray. Names and comments of the shader are
-//! kept where they can be. The text computes the same bits as the interpreter, whatever compiler builds it, as long as
-//! nobody asks that compiler for fast mathematics: what C++ leaves open (overflow, conversions, contraction) is said.
+//! [`emit`] writes a self-contained header of C++17. A class becomes a struct whose fields are the words of its block,
+//! and each of its methods a member function on the state of one ray. Names and comments of the shader are preserved if
+//! possible. The text computes the same bits as the interpreter with any compiler, except with fast mathematics:
+//! behaviour that C++ leaves open (overflow, conversions, contraction) is specified.
 //!
-//! | file | what it does |
+//! | file | content |
 //! |---|---|
-//! | `class`, `state`, `support` | what stands around methods |
+//! | `class`, `state`, `support` | the code around methods |
 //! | `export` | kernels and tables, for hosts that find classes by name |
 //! | `method`, `operation`, `request`, `uses` | functions to statements |
 //! | `statement`, `expression` | statements to lines |
-//! | `kernel_header`, `library_header` | C headers of libraries of either kind |
-//! | `identifier`, `class_names`, `literal`, `comment` | what may stand in them |
+//! | `kernel_header`, `library_header` | C headers of both kinds of libraries |
+//! | `identifier`, `class_names`, `literal`, `comment` | valid identifiers, literals and comments |
 //!
-//! This crate knows the single-ray representation and how data is laid out, no packet code and no syntax. Shader text
-//! is not trusted: none of its names or comments can become anything else.
+//! This crate depends on the single-ray representation and the layout of data, but not on packet code or syntax. Shader
+//! text is untrusted: its names and comments cannot be interpreted as other code.
 
 mod class;
 mod class_names;
@@ -50,14 +50,14 @@ pub use library_header::library_header;
 /// The functions of a class, linked and optimised.
 #[derive(Clone, Debug, Default)]
 pub struct ClassCode<'a> {
-    /// The constructors of the classes behind it, then its own: they read parameters and members and give members, all
-    /// under the names of the description's fields.
+    /// The constructors of the referenced classes, then that of the class: they read parameters and members and store
+    /// members, all under the names of the description's fields.
     pub constructors: Vec<&'a Function>,
-    /// Its methods.
+    /// The methods.
     pub methods: Vec<(Method, &'a Function)>,
 }
 
-/// The text of a library, with the code of each of its classes in their order.
+/// Returns the text of a library, with the code of each of its classes in order.
 ///
 /// # Panics
 /// If a function has not been linked, or has data that its class's description lacks.
@@ -70,7 +70,7 @@ pub fn emit(library: &LibraryDescription, classes: &[ClassCode<'_>]) -> String {
         let name = scope.name(&description.name);
         exported.push(class::write_class(&name, description, code, &mut helpers, &mut structs));
     }
-    // Guarded by name, since the file is compiled by itself, too.
+    // An include guard by name, since the file is also compiled by itself.
     let guard = format!("{}_CLASSES_H", library.prefix.to_uppercase());
     let mut text = format!(
         "// Made by rtsl of shaders. Changes will be lost when it is made again.\n#ifndef {guard}\n#define {guard}\n"

@@ -10,8 +10,8 @@ use crate::comment::harmless;
 use crate::identifier::Scope;
 use crate::kernel_header;
 
-/// The C header of a library: the kernel interface, then for each class its block as a struct, and its symbols. C99 and
-/// C++11.
+/// Returns the C header of a library: the kernel interface, then for each class its block as a struct, and its symbols.
+/// C99 and C++11.
 pub fn library_header(library: &LibraryDescription) -> String {
     let guard = format!("{}_LIBRARY_H", library.prefix.to_uppercase());
     let mut text = format!(
@@ -43,7 +43,7 @@ fn write_class(text: &mut String, library: &LibraryDescription, class: &ClassDes
     }
 }
 
-/// The block as a struct.
+/// Appends the block as a struct.
 fn write_block(text: &mut String, symbol: &str, class: &ClassDescription) {
     if class.fields.is_empty() {
         return;
@@ -108,7 +108,7 @@ fn declaration(field: &Field, name: &str) -> String {
     }
 }
 
-/// The name of a field, as far as C has it.
+/// Returns the name of a field as a C identifier.
 fn field_name(field: &Field, scope: &mut Scope) -> String {
     match field.kind {
         FieldKind::Parameter => scope.name(&format!("parameter_{}", field.name)),
@@ -116,7 +116,7 @@ fn field_name(field: &Field, scope: &mut Scope) -> String {
     }
 }
 
-/// Text in one line that stays within a comment.
+/// Returns text on one line that cannot end the comment.
 fn comment(text: &str) -> String {
     harmless(&text.split_whitespace().collect::<Vec<_>>().join(" ")).replace("/*", "/ *")
 }

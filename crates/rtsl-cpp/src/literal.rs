@@ -1,8 +1,8 @@
-//! Constants as C++ writes them.
+//! Constants in C++ syntax.
 
 use rtsl_ir::{Constant, Scalar};
 
-/// The type of values.
+/// Returns the type of values.
 pub(crate) fn type_name(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::F32 => "float",
@@ -12,7 +12,7 @@ pub(crate) fn type_name(scalar: Scalar) -> &'static str {
     }
 }
 
-/// The type of words in a block: bools are words of 0 and 1.
+/// Returns the type of words in a block: bools are words of 0 and 1.
 pub(crate) fn stored_type_name(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::Bool => "uint32_t",
@@ -20,7 +20,7 @@ pub(crate) fn stored_type_name(scalar: Scalar) -> &'static str {
     }
 }
 
-/// A constant as a value.
+/// Returns a constant as a value.
 pub(crate) fn literal(constant: Constant) -> String {
     match constant {
         Constant::F32(value) => float(value),
@@ -32,7 +32,7 @@ pub(crate) fn literal(constant: Constant) -> String {
     }
 }
 
-/// A constant as a word of a block.
+/// Returns a constant as a word of a block.
 pub(crate) fn stored_literal(scalar: Scalar, bits: u32) -> String {
     match scalar {
         Scalar::Bool => format!("{}u", u32::from(bits != 0)),
@@ -40,10 +40,10 @@ pub(crate) fn stored_literal(scalar: Scalar, bits: u32) -> String {
     }
 }
 
-/// The shortest decimal that is read back as this number.
+/// Returns the shortest decimal that is read back as this number.
 fn float(value: f32) -> String {
     if value.is_nan() {
-        // Whatever its payload: that is nobody's business.
+        // NaN payloads are not preserved.
         return "NAN".to_owned();
     }
     if value.is_infinite() {

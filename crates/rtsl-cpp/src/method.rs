@@ -1,4 +1,4 @@
-//! The body of a method: the operations of a function as statements.
+//! Method bodies: translates the operations of a function to statements.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,10 +15,10 @@ use crate::support::Helper;
 use crate::uses::Uses;
 use crate::while_loop::{self, WhileForm, while_form};
 
-/// Expressions with more operators than this are taken apart.
+/// The greatest number of operators in an expression; larger ones are split.
 const LARGEST_EXPRESSION: usize = 8;
 
-/// What a body takes besides the instance.
+/// The parameters of a body besides the instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Needs {
     pub state: bool,
@@ -32,11 +32,11 @@ pub(crate) struct Needs {
 pub(crate) struct Body {
     pub statements: Vec<Statement>,
     pub needs: Needs,
-    /// Whether it says if a hit was accepted.
+    /// True if it returns whether a hit was accepted.
     pub accepts: bool,
 }
 
-/// Writes a linked function.
+/// Translates a linked function.
 pub(crate) fn write_body(
     function: &Function,
     class: &ClassNames,
@@ -58,7 +58,7 @@ pub(crate) fn write_body(
 #[derive(Clone, Debug)]
 pub(crate) struct Target {
     name: String,
-    /// For variables of loops, which can be read while they wait for their next value: the carried value.
+    /// For variables of loops, which can be read until their next value is assigned: the carried value.
     variable: Option<Value>,
 }
 
@@ -69,14 +69,14 @@ pub(crate) struct Writer<'a> {
     pub helpers: &'a mut BTreeSet<Helper>,
     pub needs: Needs,
     scope: Scope,
-    /// How each value is written that has been defined.
+    /// The expression of each value defined so far.
     values: Vec<Option<Expression>>,
-    /// Values that are to be written where they are used, and have not been.
+    /// Values to be written at their use, which has not been reached.
     pending: BTreeSet<Value>,
-    /// How each place is written, but for its index.
+    /// The expression of each variable, without its index.
     variables: Vec<String>,
     is_output: Vec<bool>,
-    /// Variables that results are to be put into.
+    /// Variables to which results are assigned.
     bound: BTreeMap<Value, Target>,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Names the places, and defines those that are the function's own.
+    /// Names the variables, and defines the locals.
     fn begin(&mut self, out: &mut Vec<Statement>) {
         for (id, variable) in (0..).map(VariableId).zip(&self.function.variables) {
             let (loads, is_output) = (self.uses.loads(id), self.is_output[id.0 as usize]);
@@ -143,10 +143,10 @@ impl<'a> Writer<'a> {
             };
             self.variables.push(text);
         }
-        self.define_slots(out);
+        self.define_locals(out);
     }
 
-    fn define_slots(&mut self, out: &mut Vec<Statement>) {
+    fn define_locals(&mut self, out: &mut Vec<Statement>) {
         let mut used = vec![false; self.function.variables.len()];
         self.function.body.for_each_op(&mut |op| {
             if let OpKind::Load(variable, _) | OpKind::Store(variable, ..) = op.kind {
@@ -184,10 +184,10 @@ impl<'a> Writer<'a> {
             OpKind::Loop { initial, body } => self.repeat(op.results, initial, body, out),
             OpKind::Load(variable, index) => {
                 let value = self.load(*variable, *index, out);
-                let is_slot = self.function.variable(*variable).kind == VariableKind::Local;
+                let is_local = self.function.variable(*variable).kind == VariableKind::Local;
                 let result = op.results.get(0);
-                // What is stored later must not be seen.
-                if is_slot || self.is_output[variable.0 as usize] {
+                // A later store must not affect the value.
+                if is_local || self.is_output[variable.0 as usize] {
                     self.define_now(result, value, out);
                 } else {
                     self.define(result, value, out);
@@ -225,7 +225,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Makes the expression the value's: where it is used, or as a variable.
+    /// Defines a value as an expression, written at its use or assigned to a variable.
     fn define(&mut self, result: Value, value: Expression, out: &mut Vec<Statement>) {
         if value.is_trivial() {
             self.values[result.0 as usize] = Some(value);
@@ -237,7 +237,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Makes the value a variable.
+    /// Defines a value as a variable.
     pub fn define_now(&mut self, result: Value, value: Expression, out: &mut Vec<Statement>) {
         self.pending.remove(&result);
         if self.uses.count(result) == 0 {
@@ -249,7 +249,7 @@ impl<'a> Writer<'a> {
         out.push(Statement::Define { is_constant: true, type_name, name, value: Some(value) });
     }
 
-    /// How a value is written where it is used.
+    /// Returns the expression of a value at its use.
     pub fn value(&mut self, value: Value) -> Expression {
         let index = value.0 as usize;
         let written = match self.pending.remove(&value) {
@@ -259,7 +259,7 @@ impl<'a> Writer<'a> {
         written.expect("values are defined before they are used, and pending ones used once")
     }
 
-    /// How values are written that one operation uses: no more of them than an expression may have are nested.
+    /// Returns the expressions of the operands of one operation, nested up to the greatest size of an expression.
     pub fn operands<const N: usize>(
         &mut self,
         operands: [Value; N],
@@ -277,18 +277,18 @@ impl<'a> Writer<'a> {
         operands.map(|value| self.value(value))
     }
 
-    /// A new name.
+    /// Returns a new name.
     pub fn new_name(&mut self, name: &str) -> String {
         self.scope.name(name)
     }
 
-    /// Whether a variable was declared for it, and there is not another that gets it.
+    /// True if the source declares a variable for the value, and no other value has that name.
     fn is_named(&self, value: Value) -> bool {
         !self.uses.is_assigned(value)
             && self.function.names.get(value).is_some_and(|name| name.rank < Name::DECLARED)
     }
 
-    /// What the source calls it.
+    /// Returns the value's name in the source.
     fn hint(&self, value: Value) -> Option<String> {
         let names = &self.function.names;
         names.get(value).map(|name| names.written(name))
@@ -370,7 +370,7 @@ impl<'a> Writer<'a> {
             out.push(Statement::Define { is_constant: true, type_name, name, value });
             return;
         }
-        // What stands in the second block alone are assignments: they can come first, unless variables of loops wait.
+        // If the second block contains only assignments they can come first, unless variables of loops are pending.
         let comes_first = blocks[1].is_empty();
         let [then_values, otherwise_values] = values;
         let mut left = Vec::new();
@@ -407,8 +407,8 @@ impl<'a> Writer<'a> {
         out.push(Statement::If { condition, then, otherwise });
     }
 
-    /// Lets results of the region's own operations be put where the region's yields go, where nothing
-    /// reads what is there any more.
+    /// Binds results of the region's own operations to the destinations of the region's yields, if the destination's
+    /// previous value is not read afterwards.
     fn bind(&mut self, region: &Region, yields: &[Value], targets: &[(Target, bool)]) {
         for (value, (target, _)) in yields.iter().zip(targets) {
             if self.uses.count(*value) != 1 {
@@ -428,7 +428,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Makes variables of what reads a variable that is about to change.
+    /// Assigns pending expressions that read a variable to variables, before it changes.
     fn flush(&mut self, target: &Target, out: &mut Vec<Statement>) {
         let Some(changing) = target.variable else { return };
         let reading: Vec<Value> = self
@@ -478,7 +478,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Rounds of a loop that asks before each.
+    /// Translates a loop that tests before each iteration.
     fn rounds_while(
         &mut self,
         form: &WhileForm<'_>,
@@ -504,7 +504,7 @@ impl<'a> Writer<'a> {
         });
     }
 
-    /// What variables of a loop become.
+    /// Assigns the next values of a loop's variables.
     fn next_values(
         &mut self,
         next: &[Value],
@@ -517,7 +517,7 @@ impl<'a> Writer<'a> {
             .collect()
     }
 
-    /// Rounds of a loop that asks after each.
+    /// Translates a loop that tests after each iteration.
     fn rounds(&mut self, body: &Region, targets: &[(Target, bool)], out: &mut Vec<Statement>) {
         let mut block = Vec::new();
         let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
@@ -544,11 +544,11 @@ impl<'a> Writer<'a> {
         out.push(Statement::Repeat(block));
     }
 
-    /// Assigns as if all at once.
+    /// Emits assignments with the effect of simultaneous ones.
     fn assign_all(&mut self, mut left: Vec<(Target, Expression)>, out: &mut Vec<Statement>) {
         left.retain(|(target, value)| !is_itself(target, value));
         while !left.is_empty() {
-            // One that no other still reads.
+            // One whose target no other assignment still reads.
             let free = (0..left.len()).find(|index| {
                 let Some(variable) = left[*index].0.variable else { return true };
                 let others = left.iter().enumerate().filter(|(other, _)| other != index);
@@ -582,7 +582,7 @@ impl<'a> Writer<'a> {
         self.scope.name(&name)
     }
 
-    /// What a value is called that is an output.
+    /// Returns the name of a value that is an output.
     fn output_name(&self, value: Value) -> Option<String> {
         let index = self.function.body.yields.iter().position(|it| *it == value)?;
         let output = self.function.outputs[index];
@@ -590,7 +590,7 @@ impl<'a> Writer<'a> {
         Some(component_name(&variable.name, output.component, variable.len))
     }
 
-    /// Stores what the function gives; true if it says whether a hit was accepted.
+    /// Stores the outputs; returns true if the method returns whether a hit was accepted.
     fn outputs(&mut self, out: &mut Vec<Statement>) -> bool {
         let kind = |variable: VariableId| self.function.variable(variable).kind;
         let outputs = self.function.outputs.iter().copied().zip(&self.function.body.yields);
@@ -642,18 +642,18 @@ impl<'a> Writer<'a> {
         true
     }
 
-    /// Sets how a value is written.
+    /// Sets the expression of a value.
     pub fn set_value(&mut self, value: Value, written: Expression) {
         self.values[value.0 as usize] = Some(written);
     }
 
-    /// A new name for what the host answers.
+    /// Returns a new name for an answer of the host.
     pub fn answer_name(&mut self, name: &str, result: Value) -> String {
         let hint = self.hint(result);
         self.scope.name(hint.as_deref().unwrap_or(name))
     }
 
-    pub fn place_text(&self, variable: VariableId) -> &str {
+    pub fn variable_text(&self, variable: VariableId) -> &str {
         &self.variables[variable.0 as usize]
     }
 }
@@ -668,7 +668,7 @@ fn is_itself(target: &Target, value: &Expression) -> bool {
     matches!(value, Expression::Atom { text, .. } if *text == target.name)
 }
 
-/// Whether anything in the region uses the value behind the operation at `position`.
+/// True if an operation of the region after `position` uses the value.
 fn is_used_after(region: &Region, position: usize, value: Value) -> bool {
     let mut used = region.yields.contains(&value);
     for op in &region.ops[position + 1..] {
@@ -680,12 +680,12 @@ fn is_used_after(region: &Region, position: usize, value: Value) -> bool {
     used
 }
 
-/// `name`, or an element of it.
+/// Returns `name`, or an element of it.
 pub(crate) fn indexed(name: &str, index: u32, len: u32) -> String {
     if len == 1 { name.to_owned() } else { format!("{name}[{index}]") }
 }
 
-/// What a component of something with this many is called.
+/// Returns the name of a component of a variable with `len` components.
 pub(crate) fn component_name(name: &str, component: u32, len: u32) -> String {
     match (len, component) {
         (1, _) => name.to_owned(),
@@ -694,7 +694,7 @@ pub(crate) fn component_name(name: &str, component: u32, len: u32) -> String {
     }
 }
 
-/// A name for what an expression computes.
+/// Returns a name for the result of an expression.
 fn describe(value: &Expression, scalar: Scalar) -> String {
     let name = match value {
         Expression::Atom { text, .. } => text.rsplit(['.', ' ']).next().unwrap_or("value"),

@@ -1,4 +1,4 @@
-//! Operations as expressions.
+//! Translation of operations to expressions.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Index, OpKind, Scalar, UnaryOp, Value, VariableId, VariableKind,
@@ -10,7 +10,7 @@ use crate::statement::Statement;
 use crate::support::Helper;
 
 impl Writer<'_> {
-    /// An operation that only computes.
+    /// Returns the expression of an operation without effects.
     pub fn expression(
         &mut self,
         result: Value,
@@ -56,7 +56,7 @@ impl Writer<'_> {
                 self.bitcast(from, to, value)
             }
             OpKind::Length(variable) => {
-                Expression::atom(format!("{}.length()", self.place_text(variable)))
+                Expression::atom(format!("{}.length()", self.variable_text(variable)))
             }
             OpKind::Constant(_)
             | OpKind::Load(..)
@@ -75,7 +75,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A scalar of a place, as a value.
+    /// Returns a scalar of a variable as a value.
     pub fn load(
         &mut self,
         variable: VariableId,
@@ -91,7 +91,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A scalar of a place, as it is stored.
+    /// Returns a scalar of a variable in its stored form.
     pub fn element(
         &mut self,
         variable: VariableId,
@@ -99,9 +99,9 @@ impl Writer<'_> {
         out: &mut Vec<Statement>,
     ) -> Expression {
         let info = self.function.variable(variable);
-        let name = self.place_text(variable).to_owned();
+        let name = self.variable_text(variable).to_owned();
         match (index, info.kind) {
-            // One scalar of a buffer is still an element of it.
+            // A buffer of one scalar is indexed, too.
             (Index::Constant(index), VariableKind::Buffer | VariableKind::Local) => {
                 Expression::atom(format!("{name}[{index}]"))
             }
@@ -114,7 +114,7 @@ impl Writer<'_> {
                 let is_in_range = self.uses.is_clamped(index, info.len as i32 - 1);
                 let [index] = self.operands([index], out);
                 let index = match kind {
-                    // It looks itself.
+                    // The buffer's operator clamps the index.
                     VariableKind::Buffer => index,
                     _ if is_in_range => index,
                     _ => {
@@ -240,7 +240,7 @@ impl Writer<'_> {
     }
 }
 
-/// `condition ? a : b`, or what is shorter where a value is true or false.
+/// Returns `condition ? a : b`, or a shorter form if a value is true or false.
 fn choice(condition: Expression, a: Expression, b: Expression) -> Expression {
     let known = |value: &Expression| match value {
         Expression::Atom { text, .. } => text.parse::<bool>().ok(),
@@ -257,7 +257,7 @@ fn choice(condition: Expression, a: Expression, b: Expression) -> Expression {
     }
 }
 
-/// The operator of C++ that does the same on unsigned numbers where the second operand is this.
+/// Returns the C++ operator that is equivalent on unsigned numbers for this second operand.
 fn unsigned_operator(op: BinaryOp, scalar: Scalar, b: &Expression) -> Option<Operator> {
     let Expression::Atom { text, .. } = b else { return None };
     if scalar != Scalar::U32 || !text.starts_with(|first: char| first.is_ascii_digit()) {

@@ -1,4 +1,4 @@
-//! What methods ask of the renderer.
+//! Requests of methods to the renderer.
 
 use rtsl_ir::{Op, OpKind, Value, Values};
 use rtsl_spec::COLOR_COMPONENTS;
@@ -7,7 +7,7 @@ use crate::expression::Expression;
 use crate::method::Writer;
 use crate::statement::Statement;
 
-/// The renderer's side, as the text declares it.
+/// The renderer's interface in the generated text.
 pub(crate) const HOST: &str = r#"
 /// A sample of a light.
 struct LightSample {
@@ -48,7 +48,7 @@ struct Host {
 "#;
 
 impl Writer<'_> {
-    /// An operation that asks the host.
+    /// Emits an operation that queries the host.
     pub fn request(&mut self, op: &Op, out: &mut Vec<Statement>) {
         self.needs.host |= !matches!(op.kind, OpKind::ReportBudget);
         match &op.kind {
@@ -116,7 +116,7 @@ impl Writer<'_> {
         let arguments = [index, point, normal, cosine, Expression::atom(light.clone())];
         let reached = self.answer_name("reaches", results.get(0));
         out.push(define("const bool", &reached, Expression::call("host.light_sample", arguments)));
-        // A light that does not reach the point is black, whatever the host has left.
+        // A light that does not reach the point is black, even if the host has written other values.
         out.push(Statement::If {
             condition: Expression::atom(reached.clone()).inverted(),
             then: vec![Statement::Assign {
@@ -132,7 +132,7 @@ impl Writer<'_> {
         self.components(results, 5 + COLOR_COMPONENTS, &format!("{light}.pdf"), 1);
     }
 
-    /// A constant array of three values.
+    /// Defines a constant array of three values.
     fn vector(&mut self, name: &str, values: [Value; 3], out: &mut Vec<Statement>) -> Expression {
         let values = self.operands(values, out);
         let name = self.new_name(name);
@@ -145,7 +145,7 @@ impl Writer<'_> {
         Expression::atom(name)
     }
 
-    /// A colour that the host sets.
+    /// Defines a colour that the host sets.
     fn array(&mut self, name: &str, out: &mut Vec<Statement>) -> String {
         let name = self.new_name(name);
         out.push(Statement::Define {
@@ -157,7 +157,7 @@ impl Writer<'_> {
         name
     }
 
-    /// Results that are the scalars of what the host has set.
+    /// Defines results as the scalars that the host has set.
     fn components(&mut self, results: Values, first: u32, name: &str, len: u32) {
         for index in 0..len {
             let text = crate::method::indexed(name, index, len);
@@ -165,7 +165,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A result that the host's function returns; it is asked even if nobody wants to know.
+    /// Defines a result that the host's function returns; the call is emitted even if the result is unused.
     fn answer(&mut self, name: &str, result: Value, call: Expression, out: &mut Vec<Statement>) {
         if self.uses.count(result) == 0 {
             out.push(Statement::Evaluate(call));

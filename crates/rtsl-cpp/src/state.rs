@@ -1,4 +1,4 @@
-//! The state of a ray, as far as the classes of a text use it.
+//! The ray state that the classes of a text use.
 
 use std::collections::BTreeSet;
 
@@ -48,7 +48,7 @@ pub(crate) fn write_state(
     text.push_str("};\n");
 }
 
-/// Whether a method asks the host for anything.
+/// True if a method requests anything from the host.
 pub(crate) fn asks_host(classes: &[ClassCode<'_>]) -> bool {
     let mut asks = false;
     for function in functions(classes) {
@@ -74,7 +74,7 @@ fn functions<'a>(classes: &'a [ClassCode<'a>]) -> impl Iterator<Item = &'a Funct
     })
 }
 
-/// Whether a method may use up a budget of loop iterations.
+/// True if a method may use up a budget of loop iterations.
 pub(crate) fn has_budget(classes: &[ClassCode<'_>]) -> bool {
     let mut has = false;
     for (_, function) in classes.iter().flat_map(|class| &class.methods) {
@@ -83,7 +83,7 @@ pub(crate) fn has_budget(classes: &[ClassCode<'_>]) -> bool {
     has
 }
 
-/// What the variable is to one of these roles, else to any.
+/// Returns the variable's table row for one of these roles, else for any.
 fn row(variable: &StateVariable, roles: &BTreeSet<Role>) -> Option<&'static Row> {
     let own = roles.iter().find_map(|role| role.row(variable.name));
     own.or_else(|| rows().iter().find(|row| row.name == variable.name))

@@ -1,14 +1,14 @@
-//! C++ statements as trees, and how they are laid out.
+//! C++ statements as trees, and their layout.
 
 use crate::expression::{Expression, INDENT, Room};
 
-/// Blocks that lie deeper are not indented further.
+/// The greatest indentation of nested blocks.
 const MAX_INDENT: usize = 40;
 
 /// A statement.
 #[derive(Clone, Debug)]
 pub(crate) enum Statement {
-    /// `const float name = value;`, or without `const` where it is assigned to later.
+    /// `const float name = value;`, without `const` if it is assigned later.
     Define {
         is_constant: bool,
         type_name: String,
@@ -31,14 +31,14 @@ pub(crate) enum Statement {
     While(Expression, Vec<Statement>),
     /// `for (;;) { ... }`
     Repeat(Vec<Statement>),
-    /// `break` out of the innermost loop where the condition holds.
+    /// `break` out of the innermost loop if the condition is true.
     BreakIf(Expression),
     /// `{ ... }`
     Block(Vec<Statement>),
     Return(Expression),
 }
 
-/// Appends the statements' lines.
+/// Appends the lines of the statements.
 pub(crate) fn write_statements(statements: &[Statement], indentation: usize, text: &mut String) {
     for statement in statements {
         write_statement(statement, indentation, text);
@@ -94,7 +94,7 @@ fn write_statement(statement: &Statement, indentation: usize, text: &mut String)
     }
 }
 
-/// `if (condition) { ... } else if ...`, from behind the margin.
+/// Appends `if (condition) { ... } else if ...`, after the margin.
 fn write_if(
     condition: &Expression,
     then: &[Statement],

@@ -1,5 +1,5 @@
-//! What the text needs besides the classes: the arithmetic that C++ does not define or not alike, and what keeps
-//! compilers from changing the rest.
+//! Support code for the classes: arithmetic that C++ leaves undefined or defines differently, and directives that
+//! prevent compilers from changing results.
 
 use std::collections::BTreeSet;
 
@@ -50,7 +50,7 @@ impl Helper {
         Helper::Buffer,
     ];
 
-    /// The names that helpers have.
+    /// Returns the names of the helpers.
     pub fn names() -> impl Iterator<Item = &'static str> {
         Helper::ALL.into_iter().map(Helper::name)
     }
@@ -104,7 +104,7 @@ impl Helper {
     }
 }
 
-/// What stands before everything else.
+/// The start of the text.
 pub(crate) const PREAMBLE: &str = r#"
 #include <float.h>
 #include <math.h>
@@ -133,7 +133,7 @@ static_assert(sizeof(void *) == 8, "addresses must have 64 bits");
 #endif
 "#;
 
-/// What stands behind everything else.
+/// The end of the text.
 pub(crate) const END: &str = r#"
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
@@ -308,7 +308,7 @@ struct Buffer {
 };
 "#;
 
-/// The texts of these helpers.
+/// Appends the texts of these helpers.
 pub(crate) fn write_helpers(used: &BTreeSet<Helper>, text: &mut String) {
     for helper in used {
         text.push_str(helper.text());

@@ -1,20 +1,20 @@
-//! How often and where values are used.
+//! Analysis of the uses of values.
 
 use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, UnaryOp, Value, VariableId};
 
-/// What is known of the uses of each value.
+/// Facts about the uses of each value.
 #[derive(Debug)]
 pub(crate) struct Uses {
     counts: Vec<u32>,
-    /// How many loops are around the definition, and around the last use.
+    /// The loop depths of the definition and of the last use.
     defined: Vec<u32>,
     used: Vec<u32>,
-    /// Products that may become part of a sum as they are.
+    /// True for products that may become an operand of a sum directly.
     into_sums: Vec<bool>,
-    /// Values whose last use is what a variable holds or begins with.
+    /// True for values whose last use initialises or assigns a variable.
     assigned: Vec<bool>,
     loads: Vec<u32>,
-    /// What integers are at most, where they have been clamped to be at least 0.
+    /// The upper bound of integers that have been clamped to a range from 0.
     clamped: Vec<Option<i32>>,
 }
 
@@ -40,28 +40,29 @@ impl Uses {
         self.counts[value.0 as usize]
     }
 
-    /// Whether the value can stand where it is used, and is computed no more often than where it is defined.
+    /// True if the value can be written at its use, where it is evaluated no more often than at its definition.
     pub fn nests(&self, value: Value) -> bool {
         let index = value.0 as usize;
         self.counts[index] == 1 && self.defined[index] == self.used[index]
     }
 
-    /// Whether the value is for a variable of its own.
+    /// True if the value is assigned to a variable.
     pub fn is_assigned(&self, value: Value) -> bool {
         self.assigned[value.0 as usize]
     }
 
-    /// Whether a sum gets the value as it is, so that compilers might join the operation that makes it with the sum.
+    /// True if the value is an operand of a sum directly, so that compilers might contract the operation that makes it
+    /// with the sum.
     pub fn goes_into_sum(&self, value: Value) -> bool {
         self.into_sums[value.0 as usize]
     }
 
-    /// Whether an integer is from 0 to `last` because it has been clamped so: `min(max(a, 0), last)`.
+    /// True if an integer is from 0 to `last` because it has been clamped to that range: `min(max(a, 0), last)`.
     pub fn is_clamped(&self, value: Value, last: i32) -> bool {
         self.clamped[value.0 as usize].is_some_and(|most| most <= last)
     }
 
-    /// Constants stand before what uses them, and values in the order of the text.
+    /// Finds clamped integers; constants precede their uses, and values are in the order of the text.
     fn find_clamped(&mut self, function: &Function) {
         let mut constants = vec![None; function.values.len()];
         function.body.for_each_op(&mut |op| {
@@ -86,7 +87,7 @@ impl Uses {
         });
     }
 
-    /// How many operations load from a place.
+    /// Returns the number of operations that load from a variable.
     pub fn loads(&self, variable: VariableId) -> u32 {
         self.loads[variable.0 as usize]
     }
@@ -116,7 +117,7 @@ impl Uses {
         self.used[value.0 as usize] = loops;
     }
 
-    /// One round from sums to what goes into them; true if anything is new.
+    /// Propagates once from sums to their operands; returns true if anything changed.
     fn spread(&mut self, function: &Function, region: &Region) -> bool {
         let mut found = false;
         for op in region.ops.iter().rev() {
@@ -139,7 +140,7 @@ impl Uses {
                     mark(*a, self);
                     mark(*b, self);
                 }
-                // Slots are memory, but compilers keep them in registers.
+                // Locals are memory, but compilers keep them in registers.
                 OpKind::Store(_, _, value) => mark(*value, self),
                 OpKind::If { then, otherwise, .. } => {
                     for (index, goes) in goes.iter().enumerate() {

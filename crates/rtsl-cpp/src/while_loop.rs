@@ -1,8 +1,8 @@
-//! Loops that ask before each round.
+//! Loops that test before each iteration.
 //!
-//! Loops of the representation ask after each round, and an `if` in front of them asks the same of what they begin with.
-//! That is a `while` of the source taken apart. Here it is put together again, for people to read: the loop's body
-//! becomes one `if`, whose condition says whether there is another round. What is computed stays the same.
+//! Loops of the representation test after each iteration, and an `if` in front of them tests the initial values: this
+//! is the lowering of a `while` in the source. This pass reverses it for readability: the loop's body becomes one `if`,
+//! whose condition is that of the next iteration. Results are unchanged.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,19 +10,19 @@ use rtsl_ir::{
     CompareOp, Constant, Effect, Function, Op, OpKind, Region, Scalar, Value, Values, Variable,
 };
 
-/// Conditions that are larger stay where they are.
+/// The greatest size of a condition that is moved.
 const MAX_CONDITION: usize = 12;
 
-/// A loop's body as `while` has it: `head`, then `round` as long as `condition` holds.
+/// A loop's body in `while` form: `head`, then `round` while `condition` is true.
 pub(crate) struct WhileForm<'a> {
     pub head: &'a [Op],
     pub condition: Value,
     pub round: &'a Region,
-    /// The next values of what is carried.
+    /// The next carried values.
     pub next: &'a [Value],
 }
 
-/// The form of a body that [`run`] has made.
+/// Returns the `while` form of a body rewritten by [`run`].
 pub(crate) fn while_form(body: &Region) -> Option<WhileForm<'_>> {
     let (last, head) = body.ops.split_last()?;
     let OpKind::If { condition, then, otherwise } = &last.kind else { return None };
@@ -41,7 +41,7 @@ fn is_constant(region: &Region, value: Value, is: bool) -> bool {
     region.ops.iter().any(|op| defines(op) && op.kind == OpKind::Constant(Constant::Bool(is)))
 }
 
-/// Puts together what it can in all of `function`.
+/// Rewrites the loops of `function` where possible.
 pub(crate) fn run(function: &mut Function) {
     let mut definitions = HashMap::new();
     function.body.for_each_op(&mut |op| {
@@ -67,12 +67,12 @@ fn is_pure(op: &Op, variables: &[Variable]) -> bool {
 
 struct Rotation<'a> {
     function: &'a mut Function,
-    /// What computes values, without effects and regions.
+    /// The definitions of values without effects and regions.
     definitions: HashMap<Value, OpKind>,
     substitutes: HashMap<Value, Value>,
 }
 
-/// A loop that asks after each round.
+/// A loop that tests after each iteration.
 struct Round<'a> {
     initial: &'a [Value],
     body: &'a Region,
@@ -110,7 +110,7 @@ impl Rotation<'_> {
         }
     }
 
-    /// An `if` around a loop that gives what the loop does, or what it would begin with.
+    /// Matches an `if` around a loop that yields the loop's results, or its initial values.
     fn guarded(
         &mut self,
         results: Values,
@@ -142,7 +142,7 @@ impl Rotation<'_> {
         Some(before.iter().chain(&otherwise.ops).cloned().chain([rotated]).collect())
     }
 
-    /// The body that asks first, where what it asks at the start is `start`, or is known to be true.
+    /// Returns the body that tests first, where the test of the initial values is `start`, or is known to be true.
     fn rotate(&mut self, round: &Round<'_>, start: Option<Value>) -> Option<Region> {
         let (again, next) = round.body.yields.split_first()?;
         let mut head = Vec::new();
@@ -168,7 +168,8 @@ impl Rotation<'_> {
         Some(Region { params, ops: head, yields: results.iter().collect() })
     }
 
-    /// What a loop asks, of what it carries; `None` if that is not what is asked at the start.
+    /// Returns the loop's condition in terms of its carried values; `None` if it differs from that of the initial
+    /// values.
     fn condition(
         &mut self,
         round: &Round<'_>,
@@ -206,7 +207,7 @@ impl Rotation<'_> {
         Some(self.function.push(to, self.function.scalar(again), kind))
     }
 
-    /// Whether a loop would go round if it were asked at the start: as far as comparisons of constants tell.
+    /// True if the condition holds for the initial values, as far as comparisons of constants determine it.
     fn begins(&self, round: &Round<'_>) -> bool {
         let first = |value: Value| {
             let carried = round.carried(value).next();
@@ -230,7 +231,7 @@ impl Rotation<'_> {
         }
     }
 
-    /// One value, or equal constants.
+    /// True for one value, or equal constants.
     fn is_same(&self, a: Value, b: Value) -> bool {
         let constant = |value: Value| match self.definitions.get(&value) {
             Some(OpKind::Constant(constant)) => Some(*constant),
@@ -247,14 +248,14 @@ impl<'a> Round<'a> {
         Round { initial, body, inside }
     }
 
-    /// Of which carried values this is the next one.
+    /// Returns the indices of the carried values whose next value this is.
     fn carried(&self, value: Value) -> impl Iterator<Item = usize> + '_ {
         let next = self.body.yields.iter().skip(1).enumerate();
         next.filter(move |(_, next)| **next == value).map(|(index, _)| index)
     }
 }
 
-/// A comparison from the other side; others as they are.
+/// Returns a comparison with exchanged operands; other operations unchanged.
 fn mirrored(kind: &OpKind) -> OpKind {
     match *kind {
         OpKind::Compare(op, a, b) => OpKind::Compare(op.mirrored(), b, a),
@@ -268,7 +269,7 @@ fn without_operands(kind: &OpKind) -> OpKind {
     kind
 }
 
-/// Removes what nothing in the region uses any more.
+/// Removes unused operations of the region.
 fn remove_unused(region: &mut Region, variables: &[Variable]) {
     let mut used: HashSet<Value> = region.yields.iter().copied().collect();
     let mut kept = Vec::with_capacity(region.ops.len());

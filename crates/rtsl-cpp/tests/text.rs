@@ -1,4 +1,4 @@
-//! Functions in, C++ out.
+//! Tests of the generated text: functions in, C++ out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::description::{ClassDescription, Field, FieldKind, LibraryDescription};
@@ -6,7 +6,7 @@ use rtsl_cpp::{ClassCode, emit};
 use rtsl_ir::Function;
 use rtsl_spec::Method;
 
-const PLACES: &str = "
+const VARIABLES: &str = "
 state rt_RayOrigin: f32[3]
 state rt_HitDistance: f32[1]
 member radius: f32[1]
@@ -61,13 +61,14 @@ fn class() -> ClassDescription {
 }
 
 fn text(body: &str) -> String {
-    let function: Function = format!("function Thing.shade\n{PLACES}{{{body}}}").parse().unwrap();
+    let function: Function =
+        format!("function Thing.shade\n{VARIABLES}{{{body}}}").parse().unwrap();
     let library = LibraryDescription { prefix: "test".to_owned(), classes: vec![class()] };
     let code = ClassCode { constructors: Vec::new(), methods: vec![(Method::Shade, &function)] };
     emit(&library, &[code])
 }
 
-/// The statements of the method.
+/// Checks the statements of a method.
 fn check(body: &str, expected: Expect) {
     let text = text(body);
     let start = text.find(" shade(").expect("there is the method");
@@ -171,7 +172,7 @@ fn conversions_and_bits() {
 }
 
 #[test]
-fn places_and_indices() {
+fn variables_and_indices() {
     check(
         "
         %i: i32 = load member:count@0 %four: i32 = constant 4 %zero: i32 = constant 0 %last: i32 = constant 3
@@ -248,7 +249,7 @@ fn branches_and_loops() {
     );
 }
 
-/// What begins with `%i` and sums up while it is asked of the next `%i`.
+/// A loop that starts with `%i` and computes a sum while the condition holds for the next `%i`.
 fn sum_while(guard: &str, rest: &str) -> String {
     format!(
         "%zero: i32 = constant 0 %one: i32 = constant 1 %ten: i32 = constant 10 %f: f32 = constant 0
@@ -268,7 +269,7 @@ fn loops_ask_first_where_the_source_did() {
         let text = sum_while(&format!("{guard} %u: f32 = if %c {{"), again);
         format!("{text} yield %sum }} else {{ yield {initial} }} return scratch:kept@0 = %u")
     };
-    // The same from either side.
+    // The same comparison with exchanged operands.
     for guard in ["%c: bool = less %zero, %n", "%c: bool = greater %n, %zero"] {
         check(
             &guarded(guard, "%again: bool = less %next, %n", "%f"),
@@ -283,7 +284,7 @@ fn loops_ask_first_where_the_source_did() {
             "#]],
         );
     }
-    // A larger question.
+    // A larger condition.
     check(
         &guarded(
             "%m: i32 = multiply %zero, %n %b: i32 = subtract %m, %ten %c: bool = less_equal %b, %n",
@@ -300,7 +301,7 @@ fn loops_ask_first_where_the_source_did() {
             scratch.kept[0] = result2;
         "#]],
     );
-    // Another question, or another value where there is no round.
+    // Another condition, or another value if there is no iteration.
     check(
         &guarded("%c: bool = less_equal %zero, %n", "%again: bool = less %next, %n", "%f"),
         expect![[r#"

@@ -1,4 +1,4 @@
-//! Makes functions, operation by operation.
+//! Builds functions operation by operation.
 
 use std::collections::HashMap;
 
@@ -9,39 +9,37 @@ use crate::{
 
 /// A function under construction: operations are added to the innermost open region.
 ///
-/// Operations on constants are computed at once, and equal constants are one value, defined at the
-/// start of the function.
+/// Operations on constants are folded at once, and equal constants are one value, defined at the start of the function.
 ///
 /// # Panics
-/// Its methods panic where the caller breaks the rules that the verifier checks on
-/// types and places, as far as they need to look: the builder is for code that has checked its
-/// input already.
+/// The methods may panic if the caller breaks the verifier's rules on types and variables, where they need to inspect
+/// them: the builder is for code that has checked its input already.
 #[derive(Clone, Debug)]
 pub struct Builder {
     function: Function,
     constants: ConstantPool,
-    /// For each value its constant, if it is one.
+    /// The constant of each value that is one.
     known: Vec<Option<Constant>>,
     /// The open regions, the body first.
     open: Vec<OpenRegion>,
     precise: bool,
-    /// Only looked up, so that its order does not matter; so for the others.
+    /// Used for lookup only, so the iteration order cannot affect results; likewise the next two maps.
     texts: HashMap<String, NameText>,
-    /// A class may have tens of thousands of members, and a method name them all.
+    /// A map, because a class may have tens of thousands of members and a method name them all.
     variables: HashMap<(VariableKind, String), VariableId>,
-    /// By a slot's name the last number that was tried for another of the name.
-    slot_numbers: HashMap<String, u32>,
+    /// The last number tried to make a local's name unique, by name.
+    local_numbers: HashMap<String, u32>,
 }
 
 #[derive(Clone, Debug, Default)]
 struct OpenRegion {
     region: Region,
-    /// For the body of a loop: what the carried values are at first.
+    /// For the body of a loop: the initial carried values.
     initial: Vec<Value>,
 }
 
 impl Builder {
-    /// An empty function of this name.
+    /// Returns a builder of an empty function of this name.
     pub fn new(name: impl Into<String>) -> Self {
         Builder {
             function: Function::new(name),
@@ -51,41 +49,41 @@ impl Builder {
             precise: false,
             texts: HashMap::new(),
             variables: HashMap::new(),
-            slot_numbers: HashMap::new(),
+            local_numbers: HashMap::new(),
         }
     }
 
-    /// The function so far: its places, outputs and types of values, without the open regions.
+    /// Returns the function so far: its variables, outputs and types of values, without the open regions.
     pub fn function(&self) -> &Function {
         &self.function
     }
 
-    /// The type of `value`.
+    /// Returns the type of `value`.
     pub fn scalar(&self, value: Value) -> Scalar {
         self.function.scalar(value)
     }
 
-    /// The constant that `value` is known to be.
+    /// Returns the constant that `value` is known to be.
     pub fn known(&self, value: Value) -> Option<Constant> {
         self.known.get(value.0 as usize).copied().flatten()
     }
 
-    /// How many regions are open, the body among them.
+    /// Returns the number of open regions, including the body.
     pub fn depth(&self) -> usize {
         self.open.len()
     }
 
-    /// The number of values so far: grows with every operation, so that callers can bound the size.
+    /// Returns the number of values so far. It grows with every operation, so callers can bound the size.
     pub fn value_count(&self) -> usize {
         self.function.values.len()
     }
 
-    /// Marks the operations that follow as precise or not; returns what was set before.
+    /// Marks the operations that follow as precise or not; returns the previous setting.
     pub fn set_precise(&mut self, precise: bool) -> bool {
         std::mem::replace(&mut self.precise, precise)
     }
 
-    /// A text for names.
+    /// Adds a text for names.
     pub fn name_text(&mut self, text: &str) -> NameText {
         if let Some(known) = self.texts.get(text) {
             return *known;
@@ -95,16 +93,16 @@ impl Builder {
         new
     }
 
-    /// Says what a value is called. Constants have no names: one stands for all that are equal.
+    /// Names a value. Constants have no names, since one value is shared by all equal constants.
     pub fn name(&mut self, value: Value, name: Name) {
         if self.known(value).is_none() {
             self.function.names.set(value, name);
         }
     }
 
-    // Places.
+    // Variables.
 
-    /// The place equal to `place`, added where it is missing.
+    /// Returns the variable equal to `variable`, which is added if it is missing.
     pub fn variable(&mut self, variable: Variable) -> VariableId {
         if let Some(known) = self.variables.get(&(variable.kind, variable.name.clone())) {
             debug_assert_eq!(*self.function.variable(*known), variable);
@@ -116,11 +114,11 @@ impl Builder {
         new
     }
 
-    /// A new slot; its name starts with `name` and gets a number where that is taken.
+    /// Adds a new local; its name starts with `name`, with a number appended if that is taken.
     pub fn local(&mut self, name: &str, scalar: Scalar, len: u32) -> VariableId {
         let mut key = (VariableKind::Local, name.to_owned());
         if self.variables.contains_key(&key) {
-            let number = self.slot_numbers.entry(name.to_owned()).or_insert(1);
+            let number = self.local_numbers.entry(name.to_owned()).or_insert(1);
             while self.variables.contains_key(&key) {
                 *number += 1;
                 key.1 = format!("{name}.{number}");
@@ -130,7 +128,7 @@ impl Builder {
         self.variable(Variable { kind, name, scalar, len })
     }
 
-    /// Makes `value` the output to this scalar of a place.
+    /// Makes `value` the output to this scalar of a variable.
     pub fn output(&mut self, variable: VariableId, component: u32, value: Value) {
         assert_eq!(self.open.len(), 1, "outputs belong to the function's body");
         self.function.outputs.push(Output { variable, component });
@@ -139,7 +137,7 @@ impl Builder {
 
     // Operations.
 
-    /// Adds an operation, whatever it is, and returns its results. Does not fold.
+    /// Adds an operation of any kind, without folding, and returns its results.
     pub fn push(&mut self, kind: OpKind) -> Values {
         let mut scalars = Vec::new();
         kind.result_scalars(&self.function, &mut scalars);
@@ -149,7 +147,7 @@ impl Builder {
         results
     }
 
-    /// Adds an operation with one result, or finds its value where that is a constant.
+    /// Adds an operation with one result, or folds it to a constant.
     pub fn emit(&mut self, kind: OpKind) -> Value {
         match evaluate::fold(&kind, |value| self.known(value)) {
             Some(constant) => self.constant(constant),
@@ -157,7 +155,7 @@ impl Builder {
         }
     }
 
-    /// A constant.
+    /// Returns the value of a constant.
     pub fn constant(&mut self, constant: Constant) -> Value {
         let value = self.constants.intern(&mut self.function.values, constant);
         let index = value.0 as usize;
@@ -168,22 +166,22 @@ impl Builder {
         value
     }
 
-    /// A constant of type f32.
+    /// Returns the value of a constant of type f32.
     pub fn f32(&mut self, constant: f32) -> Value {
         self.constant(Constant::F32(constant))
     }
 
-    /// A constant of type i32.
+    /// Returns the value of a constant of type i32.
     pub fn i32(&mut self, constant: i32) -> Value {
         self.constant(Constant::I32(constant))
     }
 
-    /// A constant of type u32.
+    /// Returns the value of a constant of type u32.
     pub fn u32(&mut self, constant: u32) -> Value {
         self.constant(Constant::U32(constant))
     }
 
-    /// A constant of type bool.
+    /// Returns the value of a constant of type bool.
     pub fn bool(&mut self, constant: bool) -> Value {
         self.constant(Constant::Bool(constant))
     }
@@ -238,7 +236,7 @@ impl Builder {
         self.emit(OpKind::Compare(op, a, b))
     }
 
-    /// [`OpKind::Select`]. With a known condition it is the chosen value.
+    /// [`OpKind::Select`]; the chosen value if the condition is known.
     pub fn select(&mut self, condition: Value, a: Value, b: Value) -> Value {
         match self.known(condition) {
             Some(known) => [b, a][known.bits() as usize],
@@ -252,33 +250,33 @@ impl Builder {
         self.emit(OpKind::Fma(a, b, c))
     }
 
-    /// [`OpKind::Convert`]; the value itself where it has that type.
+    /// [`OpKind::Convert`]; the value itself if it has that type.
     pub fn convert(&mut self, to: Scalar, a: Value) -> Value {
         if self.scalar(a) == to { a } else { self.emit(OpKind::Convert(to, a)) }
     }
 
-    /// [`OpKind::Bitcast`]; the value itself where it has that type.
+    /// [`OpKind::Bitcast`]; the value itself if it has that type.
     pub fn bitcast(&mut self, to: Scalar, a: Value) -> Value {
         if self.scalar(a) == to { a } else { self.emit(OpKind::Bitcast(to, a)) }
     }
 
-    /// The scalar of a place at a constant index.
+    /// Loads the scalar of a variable at a constant index.
     pub fn load(&mut self, variable: VariableId, index: u32) -> Value {
         self.push(OpKind::Load(variable, Index::Constant(index))).get(0)
     }
 
-    /// The scalar of a place at an i32, constant or not. The index must be in range if it is known.
+    /// Loads the scalar of a variable at an i32, constant or not. A known index must be in range.
     pub fn load_at(&mut self, variable: VariableId, index: Value) -> Value {
         let index = self.index(index);
         self.push(OpKind::Load(variable, index)).get(0)
     }
 
-    /// Stores to a slot at a constant index.
+    /// Stores to a local at a constant index.
     pub fn store(&mut self, local: VariableId, index: u32, value: Value) {
         self.push(OpKind::Store(local, Index::Constant(index), value));
     }
 
-    /// Stores to a slot at an i32, constant or not. The index must be in range if it is known.
+    /// Stores to a local at an i32, constant or not. A known index must be in range.
     pub fn store_at(&mut self, local: VariableId, index: Value, value: Value) {
         let index = self.index(index);
         self.push(OpKind::Store(local, index, value));
@@ -296,12 +294,12 @@ impl Builder {
 
     // Regions.
 
-    /// Opens a region; what is added goes there until [`Builder::end_region`].
+    /// Opens a region, to which operations are added until [`Builder::end_region`].
     pub fn begin_region(&mut self) {
         self.open.push(OpenRegion::default());
     }
 
-    /// Closes the region opened last by [`Builder::begin_region`].
+    /// Closes the innermost region opened by [`Builder::begin_region`].
     pub fn end_region(&mut self, yields: Vec<Value>) -> Region {
         let OpenRegion { mut region, initial } = self.close();
         assert!(initial.is_empty() && region.params.is_empty(), "the open region is a loop's");
@@ -309,12 +307,12 @@ impl Builder {
         region
     }
 
-    /// An `if` of two closed regions.
+    /// Adds an `if` of two closed regions.
     pub fn if_regions(&mut self, condition: Value, then: Region, otherwise: Region) -> Values {
         self.push(OpKind::If { condition, then, otherwise })
     }
 
-    /// An `if` whose regions the closures fill; they return the yields.
+    /// Adds an `if` whose regions the closures fill; they return the yields.
     pub fn if_(
         &mut self,
         condition: Value,
@@ -339,8 +337,8 @@ impl Builder {
         params
     }
 
-    /// Closes the body of the loop opened last, which runs `again` with the `next` carried values or
-    /// ends with them as its results.
+    /// Closes the body of the innermost loop. The loop repeats with the `next` carried values while `again` is true,
+    /// and ends with them as its results.
     pub fn end_loop(&mut self, again: Value, next: &[Value]) -> Values {
         let OpenRegion { region: mut body, initial } = self.close();
         assert_eq!(initial.len(), next.len(), "a loop carries as many values as it starts with");
@@ -348,7 +346,7 @@ impl Builder {
         self.push(OpKind::Loop { initial, body })
     }
 
-    /// A loop whose body the closure fills from the carried values; it returns "again" and the next
+    /// Adds a loop whose body the closure fills from the carried values; the closure returns `again` and the next
     /// carried values.
     pub fn loop_(
         &mut self,
@@ -360,7 +358,7 @@ impl Builder {
         self.end_loop(again, &next)
     }
 
-    /// The function, with its constants at the start.
+    /// Returns the function, with its constants at the start.
     pub fn finish(mut self) -> Function {
         let OpenRegion { region, .. } = self.close();
         assert!(self.open.is_empty(), "{} regions are still open", self.open.len());

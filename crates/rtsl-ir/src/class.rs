@@ -6,57 +6,57 @@ use rtsl_spec::{Method, Role};
 
 use crate::{Constant, Function, Scalar, Variable};
 
-/// A class, checked and lowered, not yet linked with the instances it refers to.
+/// A checked and lowered class, not yet linked with the instances it refers to.
 #[derive(Clone, Debug)]
 pub struct Class {
-    /// Its name, by which hosts find it.
+    /// The name by which hosts find it.
     pub name: String,
-    /// Its roles, in the order of [`Role::ALL`].
+    /// The roles, in the order of [`Role::ALL`].
     pub roles: Vec<Role>,
-    /// Its documentation comment.
+    /// The documentation comment.
     pub documentation: Option<String>,
-    /// What hosts may set, constructor parameters first.
+    /// The parameters that hosts may set, constructor parameters first.
     pub parameters: Vec<Parameter>,
-    /// The instance's data: public and private members, leaf by leaf; no buffers, no references.
+    /// The instance's data: public and private members, leaf by leaf, without buffers and references.
     pub members: Vec<Variable>,
-    /// Its buffers, leaf by leaf.
+    /// The buffers, leaf by leaf.
     pub buffers: Vec<Variable>,
-    /// Its scratch, leaf by leaf.
+    /// The scratch variables, leaf by leaf.
     pub scratch: Vec<Variable>,
-    /// Its scratch members as they are declared, in order: for hosts that show or set them.
+    /// The scratch members as declared, in order, for hosts that show or set them.
     pub scratch_types: Vec<(String, ParameterType)>,
-    /// Its references.
+    /// The references.
     pub references: Vec<Reference>,
-    /// Gives every member its initial value and every constructor parameter its default
-    /// (zero where it has none); reads nothing.
+    /// Stores the initial value of every member and the default of every constructor parameter (zero where it has
+    /// none); reads nothing.
     pub initializer: Function,
-    /// Reads parameters and members, gives members.
+    /// Reads parameters and members, and stores members.
     pub constructor: Option<Function>,
-    /// The methods it has, those implied by others included.
+    /// The methods of the class, including those implied by others.
     pub methods: BTreeMap<Method, Function>,
-    /// The comments just before methods of its own.
+    /// The comments that precede the methods defined in the class itself.
     pub method_documentation: BTreeMap<Method, String>,
 }
 
-/// The annotation that marks the element parameter, and names its buffer.
+/// The annotation that marks the element parameter and names its buffer.
 pub const ELEMENT: &str = "element";
-/// The annotation beside it: how many entries of the buffer belong to one object.
+/// The annotation that gives the number of buffer entries per object.
 pub const STRIDE: &str = "stride";
 
-/// What tells apart the many objects that hosts make of one instance, such as the triangles of a
-/// mesh: a parameter counts `stride` entries of a buffer at a time.
+/// The parameter that distinguishes the objects that hosts make of one instance, such as the triangles of a mesh: it
+/// counts `stride` entries of a buffer at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Element<'a> {
-    /// The parameter: 0 for the first object.
+    /// The name of the parameter, which is 0 for the first object.
     pub parameter: &'a str,
     /// The buffer.
     pub buffer: &'a str,
-    /// Entries of the buffer for each object, at least 1.
+    /// The number of entries of the buffer per object, at least 1.
     pub stride: u32,
 }
 
 impl Class {
-    /// The class's element parameter, if it has one.
+    /// Returns the class's element parameter, if it has one.
     pub fn element(&self) -> Option<Element<'_>> {
         self.parameters.iter().find_map(|parameter| {
             let AnnotationValue::Text(buffer) = parameter.annotation(ELEMENT)? else { return None };
@@ -70,29 +70,29 @@ impl Class {
 }
 
 impl Parameter {
-    /// The value of an annotation.
+    /// Returns the value of an annotation.
     pub fn annotation(&self, key: &str) -> Option<&AnnotationValue> {
         let annotation = self.annotations.iter().find(|annotation| annotation.key == key);
         annotation.map(|annotation| &annotation.value)
     }
 }
 
-/// What a host may set when it makes an instance.
+/// A parameter that a host may set when it makes an instance.
 #[derive(Clone, Debug)]
 pub struct Parameter {
     /// The name.
     pub name: String,
     /// The type.
     pub ty: ParameterType,
-    /// Where the value goes: to the place(s) of this name of a constructor parameter or a member.
+    /// The destination of the value: the variables of this name of a constructor parameter or a member.
     pub target: ParameterTarget,
-    /// The host must set it.
+    /// True if the host must set it.
     pub required: bool,
-    /// `[[...]]`, in order.
+    /// The annotations in `[[...]]`, in order.
     pub annotations: Vec<Annotation>,
 }
 
-/// Where a parameter's value goes.
+/// The destination of a parameter's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterTarget {
     /// A parameter of the constructor.
@@ -112,11 +112,11 @@ pub enum ParameterType {
     Matrix(u8, u8),
     /// A colour, set from linear RGB.
     Color,
-    /// A struct: its name, its fields in order.
+    /// A struct: its name and its fields, in order.
     Struct(String, Vec<(String, ParameterType)>),
-    /// A fixed-size array.
+    /// An array of fixed size.
     Array(Box<ParameterType>, u32),
-    /// An unsized array.
+    /// An array of run-time size.
     Buffer(Box<ParameterType>),
     /// A reference to an instance with this role.
     Reference(Role),
@@ -125,13 +125,13 @@ pub enum ParameterType {
 /// A reference member.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// Its name.
+    /// The name.
     pub name: String,
     /// The role that the referenced instance must have.
     pub role: Role,
-    /// For an array of references its size.
+    /// The size of an array of references; `None` for a single reference.
     pub count: Option<u32>,
-    /// The class tests it with `isSet`, so that leaving it unset is meant.
+    /// True if the class tests it with `isSet`, so that leaving it unset is intended.
     pub tested: bool,
 }
 
@@ -147,7 +147,7 @@ pub struct Annotation {
 /// The value of an annotation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnnotationValue {
-    /// Nothing: a flag.
+    /// No value: a flag.
     None,
     /// Text.
     Text(String),

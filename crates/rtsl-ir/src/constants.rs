@@ -1,20 +1,19 @@
-//! A pool of the constants of a function, each defined once at its start.
+//! A pool of the constants of a function, each defined once at the start of the body.
 
 use std::collections::HashMap;
 
 use crate::{Constant, Function, Op, OpKind, Scalar, Value, Values};
 
-/// Constants that are to stand at the start of a function, where every region sees them.
+/// Constants to be defined at the start of a function, where every region sees them.
 #[derive(Clone, Debug, Default)]
 pub struct ConstantPool {
-    /// Only looked up, so that its order does not matter.
+    /// Used for lookup only, so the iteration order cannot affect results.
     values: HashMap<Constant, Value>,
     ops: Vec<Op>,
 }
 
 impl ConstantPool {
-    /// A pool that knows the constants that `function` defines at its outermost level, so far as
-    /// they stand before any other operation.
+    /// Returns a pool with the constants that `function` defines at its outermost level before any other operation.
     pub fn of(function: &Function) -> Self {
         let mut pool = ConstantPool::default();
         for op in &function.body.ops {
@@ -24,7 +23,7 @@ impl ConstantPool {
         pool
     }
 
-    /// The value of `constant`, one more of `values` where it is new.
+    /// Returns the value of `constant`; a new constant gets a new entry in `values`.
     pub fn intern(&mut self, values: &mut Vec<Scalar>, constant: Constant) -> Value {
         *self.values.entry(constant).or_insert_with(|| {
             let results = Values { first: values.len() as u32, count: 1 };
@@ -34,7 +33,7 @@ impl ConstantPool {
         })
     }
 
-    /// Puts the constants that are new to `function` at its start.
+    /// Inserts the constants that are new to `function` at its start.
     pub fn define_in(self, function: &mut Function) {
         function.body.ops.splice(0..0, self.ops);
     }

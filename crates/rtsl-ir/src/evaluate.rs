@@ -1,17 +1,16 @@
-//! What the scalar operations compute, to the bit: for the interpreter and for folding.
+//! The scalar operations, exact to the bit: used by the interpreter and for constant folding.
 //!
-//! Values are their [bits](Constant::bits); a bool is 0 or 1. Each operation is looked up once,
-//! by operator and type, and is then a plain function; where the lookup gives `None` the
-//! operator does not take that type, which is also how the verifier knows.
+//! Values are their [bits](Constant::bits); a bool is 0 or 1. Each operation is looked up once, by operator and type,
+//! and is then a plain function. The lookup returns `None` if the operator does not take that type, which the verifier
+//! uses for its check of types.
 //!
-//! Nothing here calls a transcendental function of the standard library: what is left (`sqrt`, the
-//! roundings, `mul_add`, conversions) is exact on every machine. The bits of a NaN that arithmetic
-//! makes differ between machines, so [`OpKind::Bitcast`] from f32 shows every NaN as
-//! [`CANONICAL_NAN`].
+//! Nothing here calls a transcendental function of the standard library: the functions used (`sqrt`, the roundings,
+//! `mul_add`, conversions) are exact on every machine. The bits of a NaN that arithmetic produces differ between
+//! machines, so [`OpKind::Bitcast`] from f32 turns every NaN into [`CANONICAL_NAN`].
 
 use crate::{BinaryOp, CompareOp, Constant, OpKind, Scalar, UnaryOp, Value};
 
-/// The bits that `bitcast` gives for every NaN.
+/// The result of `bitcast` for every NaN.
 pub const CANONICAL_NAN: u32 = 0x7fc0_0000;
 
 /// A computation on bits with one operand.
@@ -56,7 +55,7 @@ macro_rules! lift {
     };
 }
 
-/// `op` on a value of this type.
+/// Looks up `op` on a value of this type.
 pub fn unary(op: UnaryOp, scalar: Scalar) -> Option<UnaryFunction> {
     match (op, scalar) {
         (UnaryOp::Negate, Scalar::F32) => lift!(f32, |a| -a),
@@ -70,7 +69,7 @@ pub fn unary(op: UnaryOp, scalar: Scalar) -> Option<UnaryFunction> {
         (UnaryOp::Ceil, Scalar::F32) => lift!(f32, |a| a.ceil()),
         (UnaryOp::Trunc, Scalar::F32) => lift!(f32, |a| a.trunc()),
         (UnaryOp::RoundEven, Scalar::F32) => lift!(f32, |a| a.round_ties_even()),
-        // Here as exact as it gets; machines differ.
+        // Exact here; approximations differ between machines.
         (UnaryOp::ApproximateReciprocal, Scalar::F32) => lift!(f32, |a| 1.0 / a),
         (UnaryOp::ApproximateInverseSqrt, Scalar::F32) => lift!(f32, |a| 1.0 / a.sqrt()),
         (UnaryOp::ApproximateSqrt, Scalar::F32) => lift!(f32, |a| a.sqrt()),
@@ -93,7 +92,7 @@ pub fn unary(op: UnaryOp, scalar: Scalar) -> Option<UnaryFunction> {
     }
 }
 
-/// `op` on two values of this type.
+/// Looks up `op` on two values of this type.
 pub fn binary(op: BinaryOp, scalar: Scalar) -> Option<BinaryFunction> {
     match scalar {
         Scalar::F32 => binary_f32(op),
@@ -103,7 +102,7 @@ pub fn binary(op: BinaryOp, scalar: Scalar) -> Option<BinaryFunction> {
     }
 }
 
-/// `op` on two values of this type, giving 0 or 1.
+/// Looks up `op` on two values of this type; the function returns 0 or 1.
 pub fn compare(op: CompareOp, scalar: Scalar) -> Option<BinaryFunction> {
     macro_rules! compare {
         (|$a:ident, $b:ident| $left:expr, $right:expr) => {
@@ -132,12 +131,12 @@ pub fn compare(op: CompareOp, scalar: Scalar) -> Option<BinaryFunction> {
     }
 }
 
-/// `a * b + c`, rounded once.
+/// Returns `a * b + c`, rounded once.
 pub fn fma(a: u32, b: u32, c: u32) -> u32 {
     f32::from_bits(a).mul_add(f32::from_bits(b), f32::from_bits(c)).to_bits()
 }
 
-/// [`OpKind::Convert`] between these types.
+/// Looks up [`OpKind::Convert`] between these types.
 pub fn convert(from: Scalar, to: Scalar) -> UnaryFunction {
     match (from, to) {
         (Scalar::F32, Scalar::F32)
@@ -152,7 +151,7 @@ pub fn convert(from: Scalar, to: Scalar) -> UnaryFunction {
     }
 }
 
-/// [`OpKind::Bitcast`] between these types.
+/// Looks up [`OpKind::Bitcast`] between these types.
 pub fn bitcast(from: Scalar, to: Scalar) -> Option<UnaryFunction> {
     match (from, to) {
         (Scalar::Bool, _) | (_, Scalar::Bool) => None,
@@ -163,8 +162,8 @@ pub fn bitcast(from: Scalar, to: Scalar) -> Option<UnaryFunction> {
     }
 }
 
-/// The result of an operation of which all operands are known constants, `None` where one is not or
-/// the operation computes from more than its operands.
+/// Returns the result of an operation whose operands are all known constants; `None` if one is not constant or the
+/// result depends on more than the operands.
 pub fn fold(kind: &OpKind, known: impl Fn(Value) -> Option<Constant>) -> Option<Constant> {
     let (scalar, bits) = match *kind {
         OpKind::Constant(constant) => (constant.scalar(), constant.bits()),

@@ -1,45 +1,45 @@
-//! Intervals of floats: what is known of an f32 when its operands are known to lie in intervals.
+//! Interval arithmetic on floats: bounds on an f32 from bounds on the operands.
 //!
-//! Bounds are ordered as IEEE 754's `totalOrder` has it, -0 before 0, so that they tell signs too; whether
-//! the value may be a NaN stands beside them. Rounding is monotone, so the bounds of a result are what
-//! [`evaluate`](crate::evaluate) gives for bounds of operands, without a margin.
+//! Bounds are ordered by IEEE 754's `totalOrder`, with -0 before 0, so that they also determine signs. A separate flag
+//! records that the value may be a NaN. Rounding is monotone, so the bounds of a result are those that
+//! [`evaluate`](crate::evaluate) computes for bounds of operands, without a margin.
 
 use std::cmp::Ordering;
 
 use crate::{BinaryOp, CompareOp, Interval, Scalar, UnaryOp, evaluate};
 
-/// All numbers from `low` to `high`, and NaN or not.
+/// All numbers from `low` to `high`, with or without NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct FloatInterval {
-    /// The least number; no NaN.
+    /// The least number; not NaN.
     pub low: f32,
-    /// The greatest number; no NaN, and not before `low`.
+    /// The greatest number; not NaN, and not before `low`.
     pub high: f32,
-    /// It may be a NaN.
+    /// True if the value may be a NaN.
     pub nan: bool,
 }
 
 impl FloatInterval {
-    /// Everything.
+    /// All floats.
     pub const ALL: FloatInterval =
         FloatInterval { low: f32::NEG_INFINITY, high: f32::INFINITY, nan: true };
 
-    /// The numbers between two.
+    /// Returns the interval between two numbers.
     pub const fn between(low: f32, high: f32) -> FloatInterval {
         FloatInterval { low, high, nan: false }
     }
 
-    /// One value.
+    /// Returns the interval of one value.
     pub const fn of(value: f32) -> FloatInterval {
         if value.is_nan() { FloatInterval::ALL } else { FloatInterval::between(value, value) }
     }
 
-    /// The one value that it holds, if there is only one.
+    /// Returns the value if the interval holds only one.
     pub fn constant(self) -> Option<f32> {
         (!self.nan && self.low.to_bits() == self.high.to_bits()).then_some(self.low)
     }
 
-    /// Whether it holds this value.
+    /// True if the interval holds this value.
     pub fn contains(self, value: f32) -> bool {
         if value.is_nan() {
             self.nan
@@ -49,7 +49,7 @@ impl FloatInterval {
         }
     }
 
-    /// The least interval with all of both.
+    /// Returns the least interval that contains both.
     pub fn hull(self, other: FloatInterval) -> FloatInterval {
         FloatInterval {
             low: least(self.low, other.low),
@@ -58,7 +58,7 @@ impl FloatInterval {
         }
     }
 
-    /// Whether it holds no negative number and no -0.
+    /// True if the interval holds no negative number and no -0.
     pub fn is_positive(self) -> bool {
         self.low.is_sign_positive()
     }
@@ -71,7 +71,7 @@ impl FloatInterval {
         self.low == f32::NEG_INFINITY || self.high == f32::INFINITY
     }
 
-    /// What lies between these results of a monotone operation; everything if one is a NaN.
+    /// Returns the hull of these results of a monotone operation; all floats if one is a NaN.
     fn around(results: impl IntoIterator<Item = f32>, nan: bool) -> FloatInterval {
         let mut results = results.into_iter();
         let Some(first) = results.next() else { return FloatInterval::ALL };
@@ -81,7 +81,7 @@ impl FloatInterval {
         FloatInterval { nan: nan || all.nan, ..all }
     }
 
-    /// Of `op`.
+    /// Returns the bounds of `op`.
     pub fn unary(op: UnaryOp, a: FloatInterval) -> FloatInterval {
         let Some(function) = evaluate::unary(op, Scalar::F32) else { return FloatInterval::ALL };
         let at = |value: f32| f32::from_bits(function(value.to_bits()));
@@ -97,7 +97,7 @@ impl FloatInterval {
                 FloatInterval::around([at(a.low), at(a.high)].into_iter().chain(middle), a.nan)
             }
             UnaryOp::Sqrt if a.high >= 0.0 => {
-                // Of negative numbers it is NaN.
+                // The square root of a negative number is NaN.
                 let low = if a.low < 0.0 { -0.0 } else { a.low };
                 FloatInterval::around([at(low), at(a.high)], a.nan || a.low < 0.0)
             }
@@ -110,7 +110,7 @@ impl FloatInterval {
         }
     }
 
-    /// Of `op` on two values that have nothing to do with each other.
+    /// Returns the bounds of `op` on two independent values.
     pub fn binary(op: BinaryOp, a: FloatInterval, b: FloatInterval) -> FloatInterval {
         match op {
             BinaryOp::Add => {
@@ -150,7 +150,7 @@ impl FloatInterval {
         }
     }
 
-    /// Of the square of one value.
+    /// Returns the bounds of the square of one value.
     pub fn square(a: FloatInterval) -> FloatInterval {
         let size = FloatInterval::unary(UnaryOp::Abs, a);
         FloatInterval::around([size.low * size.low, size.high * size.high], a.nan)
@@ -163,7 +163,7 @@ impl FloatInterval {
         if !b.has_zero() && !ends.into_iter().any(f32::is_nan) {
             return FloatInterval::around(ends, nan);
         }
-        // Nothing but the sign, if the divisor has one.
+        // Only the sign of the quotient is bounded, and only if the divisor has one sign.
         let (low, high) = match (b.is_positive(), b.high.is_sign_negative()) {
             (true, _) => (a.low, a.high),
             (_, true) => (-a.high, -a.low),
@@ -176,25 +176,25 @@ impl FloatInterval {
         }
     }
 
-    /// Of `a * b + c`, rounded once.
+    /// Returns the bounds of `a * b + c`, rounded once.
     pub fn fma(a: FloatInterval, b: FloatInterval, c: FloatInterval) -> FloatInterval {
         let product = FloatInterval::binary(BinaryOp::Multiply, a, b);
         let nan = product.nan || c.nan || product.has_infinity() && c.has_infinity();
         let ends = corners(a, b).into_iter();
         let ends = ends.flat_map(|(a, b)| [a.mul_add(b, c.low), a.mul_add(b, c.high)]);
         let around = FloatInterval::around(ends, nan);
-        // A sum of positive zeros is one; of others the sign is not asked for.
+        // A sum of positive zeros is a positive zero; in other cases the sign of zero is not tracked.
         let positive = product.is_positive() && c.is_positive();
         let low = if positive { greatest(around.low, 0.0) } else { negative_zero(around.low) };
         FloatInterval { low, high: positive_zero(around.high), nan: around.nan }
     }
 
-    /// Of an integer or bool as an f32.
+    /// Returns the bounds of an integer or bool converted to f32.
     pub fn of_integer(a: Interval) -> FloatInterval {
         FloatInterval::between(a.low as f32, a.high as f32)
     }
 
-    /// Of a comparison of two values, as a bool.
+    /// Returns the bounds of a comparison of two values, as a bool.
     pub fn compare(op: CompareOp, a: FloatInterval, b: FloatInterval) -> Interval {
         let nan = a.nan || b.nan;
         let apart = a.high < b.low || a.low > b.high;
@@ -212,8 +212,8 @@ impl FloatInterval {
         Interval { low: i64::from(always && !nan), high: i64::from(!never) }
     }
 
-    /// What is left of two values where a comparison of them is known to be `truth`; where it never is,
-    /// any part of them.
+    /// Returns the parts of two intervals for which a comparison of the values can be `truth`; any parts of them if it
+    /// never is.
     pub fn where_is(
         op: CompareOp,
         truth: bool,
@@ -237,34 +237,34 @@ impl FloatInterval {
         }
     }
 
-    /// Where `a < b`, or `a <= b`.
+    /// Restricts both to `a < b`, or `a <= b`.
     fn where_less(a: FloatInterval, b: FloatInterval, strict: bool) -> (Self, Self) {
         let number = |it: FloatInterval| FloatInterval { nan: false, ..it };
         let (left, right) = (a.below(b.high, strict), b.above(a.low, strict));
         (number(left.unwrap_or(a)), number(right.unwrap_or(b)))
     }
 
-    /// Where `a < b`, or `a <= b`, or one is a NaN: then nothing is known of the other.
+    /// Restricts both to `a < b`, or `a <= b`, or one being a NaN, which leaves the other unrestricted.
     fn where_not_greater(a: FloatInterval, b: FloatInterval, strict: bool) -> (Self, Self) {
         let left = if b.nan { None } else { a.below(b.high, strict) };
         let right = if a.nan { None } else { b.above(a.low, strict) };
         (left.unwrap_or(a), right.unwrap_or(b))
     }
 
-    /// What is equal to some number of `other`.
+    /// Returns the numbers equal to some number of `other`.
     fn equal_to(self, other: FloatInterval) -> Option<FloatInterval> {
         let both = self.below(other.high, false)?.above(other.low, false)?;
         Some(FloatInterval { nan: false, ..both })
     }
 
-    /// What is less than a number, or equal to it.
+    /// Returns the numbers less than a limit, or equal to it unless `strict`.
     fn below(self, limit: f32, strict: bool) -> Option<FloatInterval> {
         let limit = if strict { limit.next_down() } else { positive_zero(limit) };
         let high = least(limit, self.high);
         (self.low.total_cmp(&high) != Ordering::Greater).then_some(FloatInterval { high, ..self })
     }
 
-    /// What is greater than a number, or equal to it.
+    /// Returns the numbers greater than a limit, or equal to it unless `strict`.
     fn above(self, limit: f32, strict: bool) -> Option<FloatInterval> {
         let limit = if strict { limit.next_up() } else { negative_zero(limit) };
         let low = greatest(limit, self.low);
@@ -272,12 +272,12 @@ impl FloatInterval {
     }
 }
 
-/// Every bound of one with every bound of the other.
+/// Returns each bound of one paired with each bound of the other.
 fn corners(a: FloatInterval, b: FloatInterval) -> [(f32, f32); 4] {
     [(a.low, b.low), (a.low, b.high), (a.high, b.low), (a.high, b.high)]
 }
 
-/// The product of two bounds; of 0 and infinity what products of numbers close to them may be.
+/// Returns the product of two bounds; for 0 and infinity, the possible products of numbers close to them.
 fn product(a: f32, b: f32) -> [f32; 2] {
     let result = a * b;
     if result.is_nan() {
@@ -308,7 +308,7 @@ fn negative_zero(value: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Numbers at which something may go wrong, in order.
+    /// Special and boundary numbers, in order.
     const NUMBERS: [f32; 14] = [
         f32::NEG_INFINITY,
         f32::MIN,
@@ -326,7 +326,7 @@ mod tests {
         f32::INFINITY,
     ];
 
-    /// Intervals with those of the numbers that they hold.
+    /// Returns intervals with those of the numbers that they hold.
     fn intervals() -> Vec<(FloatInterval, Vec<f32>)> {
         let mut intervals = Vec::new();
         for first in 0..NUMBERS.len() {
@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn sums_of_products_lie_in_their_interval() {
-        // Some: there are 210 intervals.
+        // Every fifth of the 210 intervals, to save time.
         let intervals: Vec<_> = intervals().into_iter().step_by(5).collect();
         for (a, of_a) in &intervals {
             for (b, of_b) in &intervals {
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_say_something() {
+    fn intervals_are_narrow() {
         let positive = FloatInterval::between(0.0, f32::INFINITY);
         let sum = FloatInterval::binary(BinaryOp::Add, positive, FloatInterval::of(1.0));
         assert_eq!((sum.low, sum.high, sum.nan), (1.0, f32::INFINITY, false));

@@ -2,7 +2,7 @@
 
 use crate::{Names, Op, OpKind, Scalar, Variable, VariableId, VariableKind};
 
-/// How deep regions may be nested in a function's body, so that walking them by recursion is safe.
+/// The greatest depth of nested regions in a function's body, which bounds recursion over them.
 pub const MAX_NESTING: usize = 256;
 
 /// An SSA value: an index into [`Function::values`].
@@ -12,68 +12,68 @@ pub struct Value(pub u32);
 /// A run of values with consecutive numbers: the results of one operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Values {
-    /// The number of the first.
+    /// The index of the first value.
     pub first: u32,
-    /// How many.
+    /// The number of values.
     pub count: u32,
 }
 
 impl Values {
-    /// The value at `index`.
+    /// Returns the value at `index`.
     ///
     /// # Panics
-    /// If there are not that many.
+    /// If `index` is out of range.
     pub fn get(self, index: u32) -> Value {
         assert!(index < self.count, "value {index} of {}", self.count);
         Value(self.first + index)
     }
 
-    /// All of them.
+    /// Iterates over the values.
     pub fn iter(self) -> impl DoubleEndedIterator<Item = Value> + ExactSizeIterator {
         (self.first..self.first.saturating_add(self.count)).map(Value)
     }
 }
 
-/// Operations in order, and the values handed to whoever holds the region.
+/// A list of operations, and the values that the region passes to the operation or function that holds it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     /// Values defined on entry: the carried values of a loop; none elsewhere.
     pub params: Vec<Value>,
     /// The operations, in order.
     pub ops: Vec<Op>,
-    /// What the region gives: the results of an `if`; for the body of a loop first a bool, "again",
-    /// then the next carried values; for a function's body one value for each output.
+    /// The results of the region: for an `if` its results; for the body of a loop a bool that continues the loop, then
+    /// the next carried values; for a function's body one value for each output.
     pub yields: Vec<Value>,
 }
 
-/// Where a yielded value of a function's body goes.
+/// The destination of a yielded value of a function's body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Output {
-    /// A state, member, parameter, scratch or accepted place.
+    /// A state, member, parameter, scratch or accepted variable.
     pub variable: VariableId,
-    /// Which scalar of it.
+    /// The index of the scalar within it.
     pub component: u32,
 }
 
-/// What one method does for one ray and one object.
+/// A method, for one ray and one object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
     /// `Class.method`.
     pub name: String,
-    /// The places that it may read and store.
+    /// The variables that it may read and store.
     pub variables: Vec<Variable>,
     /// The type of every value.
     pub values: Vec<Scalar>,
-    /// What it does.
+    /// The operations.
     pub body: Region,
-    /// Where the body's yields go, one each; no place and component twice.
+    /// The destinations of the body's yields, one each; no component of a variable occurs twice.
     pub outputs: Vec<Output>,
-    /// What values are called, where that is known.
+    /// The names of values in the source, where known.
     pub names: Names,
 }
 
 impl Function {
-    /// A function that does nothing.
+    /// Returns a function with an empty body.
     pub fn new(name: impl Into<String>) -> Self {
         Function {
             name: name.into(),
@@ -85,17 +85,17 @@ impl Function {
         }
     }
 
-    /// The type of `value`.
+    /// Returns the type of `value`.
     pub fn scalar(&self, value: Value) -> Scalar {
         self.values[value.0 as usize]
     }
 
-    /// The place `id`.
+    /// Returns the variable `id`.
     pub fn variable(&self, id: VariableId) -> &Variable {
         &self.variables[id.0 as usize]
     }
 
-    /// The place of this kind and name, if the function has it.
+    /// Returns the variable of this kind and name, if the function has it.
     pub fn find_variable(&self, kind: VariableKind, name: &str) -> Option<VariableId> {
         let found = self
             .variables
@@ -104,8 +104,8 @@ impl Function {
         found.map(|index| VariableId(index as u32))
     }
 
-    /// The place equal to `place`, added where it is missing.
-    pub fn intern_place(&mut self, variable: Variable) -> VariableId {
+    /// Returns the variable equal to `variable`, which is added if it is missing.
+    pub fn intern_variable(&mut self, variable: Variable) -> VariableId {
         if let Some(id) = self.find_variable(variable.kind, &variable.name) {
             debug_assert_eq!(*self.variable(id), variable);
             return id;
@@ -114,7 +114,7 @@ impl Function {
         VariableId(self.variables.len() as u32 - 1)
     }
 
-    /// How deep regions are nested in the body, 0 where it has none in it.
+    /// Returns the depth of nested regions in the body, 0 if there are none.
     pub fn nesting(&self) -> usize {
         let (mut deepest, mut pending) = (0, vec![(&self.body, 0)]);
         while let Some((region, depth)) = pending.pop() {
@@ -125,7 +125,7 @@ impl Function {
         deepest
     }
 
-    /// Numbers the values anew in the order of the text form, without gaps.
+    /// Renumbers the values in the order of the text form, without gaps.
     pub fn renumber(&mut self) {
         let names = self.names.without_values();
         let mut renumbering = Renumbering {
@@ -142,14 +142,14 @@ impl Function {
         self.body = body;
     }
 
-    /// A new value of each of these types, numbered consecutively.
+    /// Adds a new value of each of these types, numbered consecutively.
     pub fn new_values(&mut self, scalars: &[Scalar]) -> Values {
         let first = self.values.len() as u32;
         self.values.extend_from_slice(scalars);
         Values { first, count: scalars.len() as u32 }
     }
 
-    /// Appends an operation with one result, of this type, to `ops`, and gives the result.
+    /// Appends an operation with one result of this type to `ops`, and returns the result.
     pub fn push(&mut self, ops: &mut Vec<Op>, scalar: Scalar, kind: OpKind) -> Value {
         let results = self.new_values(&[scalar]);
         ops.push(Op { results, precise: false, kind });
@@ -157,7 +157,7 @@ impl Function {
     }
 }
 
-/// Values by their old numbers, and the types and names by the new ones.
+/// The new numbers of values by their old ones, and the types and names by the new ones.
 struct Renumbering<'a> {
     old: &'a mut Function,
     new: Vec<Option<Value>>,

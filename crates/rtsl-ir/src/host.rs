@@ -1,9 +1,9 @@
-//! What shaders ask of the renderer that runs them.
+//! The interface through which shaders query the renderer that runs them.
 //!
-//! Requests come from up to [`MAX_LANES`] rays at a time. Lane `i` of a request is ray
-//! [`LaneSet::base`]` + i` of the call; only lanes whose bit is set in [`LaneSet::active`] ask, and
-//! only their answers are read. An answer must depend on its own ray alone, never on which rays
-//! asked along with it: that keeps results independent of the SIMD width.
+//! A request carries up to [`MAX_LANES`] rays. Lane `i` of a request is ray [`LaneSet::base`]` + i` of the call. Only
+//! lanes whose bit is set in [`LaneSet::active`] are part of the request, and only their answers are read. An answer
+//! must depend on its ray alone, never on the other rays of the request: this keeps results independent of the SIMD
+//! width.
 
 use rtsl_spec::COLOR_COMPONENTS;
 
@@ -19,17 +19,17 @@ pub type LaneVectors = [LaneFloats; 3];
 /// A colour for each lane, component by component.
 pub type LaneColors = [LaneFloats; COLOR_COMPONENTS as usize];
 
-/// Which rays of a call ask.
+/// The rays of a call that take part in a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LaneSet {
-    /// The ray of lane 0, counted within the call.
+    /// The index of lane 0's ray within the call.
     pub base: u32,
-    /// Bit `i`: lane `i` asks.
+    /// Bit `i` is set if lane `i` takes part.
     pub active: u32,
 }
 
 impl LaneSet {
-    /// The lanes that ask, in order.
+    /// Iterates over the active lanes, in ascending order.
     pub fn iter(self) -> impl Iterator<Item = usize> {
         (0..MAX_LANES).filter(move |lane| self.active >> lane & 1 != 0)
     }
@@ -39,100 +39,98 @@ impl LaneSet {
 #[repr(C, align(64))]
 #[derive(Clone, Debug, Default)]
 pub struct RayLanes {
-    /// Origins, world space.
+    /// The origins, world space.
     pub origin: LaneVectors,
-    /// Directions, world space, any length.
+    /// The directions, world space, of any length.
     pub direction: LaneVectors,
-    /// Greatest parameters of a hit.
+    /// The greatest ray parameter of a hit.
     pub limit: LaneFloats,
-    /// Of [`Host::trace`]: the greatest factor that a component of the answer is multiplied with, in absolute value;
-    /// 1 where that is not known, and it may be NaN. A host may leave rays untraced of whose light little arrives. For
-    /// [`Host::occluded`] it says nothing.
+    /// For [`Host::trace`]: the greatest factor that a component of the answer is multiplied with, in absolute value; 1
+    /// where it is unknown. May be NaN. A host may skip rays with a small weight. Unused by [`Host::occluded`].
     pub weight: LaneFloats,
 }
 
-/// Points that ask for light, one a lane.
+/// Points at which light is sampled, one per lane.
 #[repr(C, align(64))]
 #[derive(Clone, Debug, Default)]
 pub struct LightQueryLanes {
     /// The points, world space.
     pub point: LaneVectors,
-    /// Axes of the cones, any length.
+    /// The axes of the cones, of any length.
     pub normal: LaneVectors,
-    /// Least cosines between axis and light; -infinity for no cone.
+    /// The least cosine between axis and light; -infinity for no cone.
     pub cosine: LaneFloats,
 }
 
-/// Samples of a light, one a lane.
+/// Samples of a light, one per lane.
 #[repr(C, align(64))]
 #[derive(Clone, Debug, Default)]
 pub struct LightLanes {
     /// Unit vectors towards the light.
     pub direction: LaneVectors,
-    /// Distances.
+    /// The distances to the light.
     pub distance: LaneFloats,
-    /// Radiance, or the whole contribution where the density is 0.
+    /// The radiance, or the whole contribution where the density is 0.
     pub color: LaneColors,
-    /// Densities per solid angle; 0 for a delta.
+    /// The densities per solid angle; 0 for a delta light.
     pub pdf: LaneFloats,
 }
 
 /// A request for the radiance along rays.
 pub struct TraceRequest<'a> {
-    /// Which rays ask.
+    /// The active lanes.
     pub lanes: LaneSet,
     /// The rays.
     pub rays: &'a RayLanes,
-    /// The answer; zeros so far.
+    /// The answer, initially zero.
     pub radiance: &'a mut LaneColors,
 }
 
-/// A request whether there is anything on rays.
+/// A request for the visibility along rays.
 pub struct OcclusionRequest<'a> {
-    /// Which rays ask.
+    /// The active lanes.
     pub lanes: LaneSet,
     /// The rays.
     pub rays: &'a RayLanes,
-    /// The answer, bit `i` for lane `i`; zeros so far.
+    /// The answer, bit `i` set if the ray of lane `i` is blocked; initially zero.
     pub occluded: u32,
 }
 
 /// A request for samples of a light.
 pub struct LightRequest<'a> {
-    /// Which rays ask.
+    /// The active lanes.
     pub lanes: LaneSet,
     /// The points.
     pub query: &'a LightQueryLanes,
-    /// The answer; zeros so far.
+    /// The answer, initially zero.
     pub light: &'a mut LightLanes,
-    /// The lanes that the light reaches; zeros so far.
+    /// The lanes that the light reaches, initially none.
     pub reached: u32,
 }
 
-/// The renderer's side. What a host does not say is answered with zeros: black, unlit, nothing in the way.
+/// The renderer's side of the interface. The default methods answer with zeros: black, no lights, nothing occluded.
 ///
-/// `light_count`, `ambient` and `rand` may be asked on a small stack, of which half a megabyte is left: they must
-/// not call kernels.
+/// `light_count`, `ambient` and `rand` may be called on a small stack with half a megabyte left: they must not call
+/// kernels.
 pub trait Host {
-    /// The radiance along new rays; zeros so far.
+    /// Computes the radiance along new rays; `radiance` is zero on entry.
     fn trace(&mut self, lanes: LaneSet, rays: &RayLanes, radiance: &mut LaneColors) {
         let _ = (lanes, rays, radiance);
     }
 
-    /// Which lanes have anything on their rays before the limit: bit `i` for lane `i`.
+    /// Returns the lanes whose rays hit anything before the limit: bit `i` for lane `i`.
     fn occluded(&mut self, lanes: LaneSet, rays: &RayLanes) -> u32 {
         let _ = (lanes, rays);
         0
     }
 
-    /// The number of light samples that [`Host::light_sample`] has; the same throughout a call.
+    /// Returns the number of light samples that [`Host::light_sample`] provides; constant throughout a call.
     fn light_count(&mut self) -> u32 {
         0
     }
 
-    /// Light sample `index` (less than the count) at points. Returns the lanes that the
-    /// light reaches unshadowed from within their cone; only those lanes of `light` are read,
-    /// the others read as zeros.
+    /// Computes light sample `index` (less than the count) at the points. Returns the lanes that the light reaches
+    /// unshadowed from within their cone. Only those lanes of `light` are read; the others read as zero.
     fn light_sample(
         &mut self,
         lanes: LaneSet,
@@ -144,40 +142,41 @@ pub trait Host {
         0
     }
 
-    /// [`Host::trace`] for requests of one call that came together, as many lanes as there may be at a time. All
-    /// have lanes of their own. A host that gains by it answers them as one; so for the other two.
+    /// Answers several [`Host::trace`] requests of one call together, with as many lanes as are available at a time. No
+    /// lane is in two requests. A host may override this, and the two methods that follow, to answer them as one
+    /// request.
     fn trace_together(&mut self, requests: &mut [TraceRequest<'_>]) {
         for TraceRequest { lanes, rays, radiance } in requests {
             self.trace(*lanes, rays, radiance);
         }
     }
 
-    /// [`Host::occluded`] for requests of one call that came together.
+    /// Answers several [`Host::occluded`] requests of one call together.
     fn occluded_together(&mut self, requests: &mut [OcclusionRequest<'_>]) {
         for OcclusionRequest { lanes, rays, occluded } in requests {
             *occluded = self.occluded(*lanes, rays);
         }
     }
 
-    /// [`Host::light_sample`] for requests of one call that came together.
+    /// Answers several [`Host::light_sample`] requests of one call together.
     fn light_sample_together(&mut self, index: u32, requests: &mut [LightRequest<'_>]) {
         for LightRequest { lanes, query, light, reached } in requests {
             *reached = self.light_sample(*lanes, index, query, light);
         }
     }
 
-    /// The scene's ambient light.
+    /// Returns the scene's ambient light.
     fn ambient(&mut self) -> [f32; COLOR_COMPONENTS as usize] {
         Default::default()
     }
 
-    /// The next dimension of each ray's sampler, in [0,1); zeros so far.
+    /// Returns the next dimension of each ray's sampler, in [0,1); `values` is zero on entry.
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         let _ = (lanes, values);
     }
 }
 
-/// A host without a scene: black, unlit, and `rand` is 0.
+/// A host without a scene: black, no lights, and `rand` gives 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoHost;
 

@@ -1,11 +1,11 @@
-//! Intervals of integers: what is known of a value when its operands are known to lie in intervals.
+//! Interval arithmetic on integers: bounds on a result from bounds on the operands.
 //!
-//! Bounds are those of the type's own values, so that a u32 is never negative. Where an operation
-//! may wrap its result may be anything. The rules follow [`evaluate`](crate::evaluate).
+//! Bounds are values of the type itself, so a u32 is never negative. An operation that may wrap gives the full range.
+//! The rules follow [`evaluate`](crate::evaluate).
 
 use crate::{BinaryOp, CompareOp, Constant, Scalar, UnaryOp};
 
-/// All integers from `low` to `high`; never empty. A bool is 0 or 1.
+/// All integers from `low` to `high`, which is never empty. A bool is 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interval {
     /// The least value.
@@ -15,7 +15,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// All values of a type; `None` for f32.
+    /// Returns the range of a type; `None` for f32.
     pub const fn all(scalar: Scalar) -> Option<Interval> {
         match scalar {
             Scalar::F32 => None,
@@ -25,12 +25,12 @@ impl Interval {
         }
     }
 
-    /// One value.
+    /// Returns the interval of one value.
     pub const fn point(value: i64) -> Interval {
         Interval { low: value, high: value }
     }
 
-    /// The value of a constant; `None` for f32.
+    /// Returns the interval of a constant; `None` for f32.
     pub const fn of(constant: Constant) -> Option<Interval> {
         match constant {
             Constant::F32(_) => None,
@@ -40,7 +40,7 @@ impl Interval {
         }
     }
 
-    /// The constant that a value of this type must be, if there is only one.
+    /// Returns the constant of this type if the interval holds one value only.
     pub const fn constant(self, scalar: Scalar) -> Option<Constant> {
         if self.low == self.high && !matches!(scalar, Scalar::F32) {
             Some(Constant::from_bits(scalar, self.low as u32))
@@ -49,29 +49,29 @@ impl Interval {
         }
     }
 
-    /// Whether all of `other` lies in it.
+    /// True if all of `other` lies in this interval.
     pub const fn contains(self, other: Interval) -> bool {
         self.low <= other.low && other.high <= self.high
     }
 
-    /// The least interval with all of both.
+    /// Returns the least interval that contains both.
     pub fn hull(self, other: Interval) -> Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// What both have in common.
+    /// Returns the common part of both, `None` if they are disjoint.
     pub fn intersection(self, other: Interval) -> Option<Interval> {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         (low <= high).then_some(Interval { low, high })
     }
 
-    /// Itself if it fits in the type, else all of the type.
+    /// Returns `self` if it fits in the type, else the full range of the type.
     fn wrapped(self, scalar: Scalar) -> Option<Interval> {
         let all = Interval::all(scalar)?;
         Some(if all.contains(self) { self } else { all })
     }
 
-    /// Of `op` on a value of this type; `None` for f32.
+    /// Returns the bounds of `op` on a value of this type; `None` for f32.
     pub fn unary(op: UnaryOp, scalar: Scalar, a: Interval) -> Option<Interval> {
         let all = Interval::all(scalar)?;
         match op {
@@ -98,7 +98,7 @@ impl Interval {
         }
     }
 
-    /// Of `op` on two values of this type; `None` for f32.
+    /// Returns the bounds of `op` on two values of this type; `None` for f32.
     pub fn binary(op: BinaryOp, scalar: Scalar, a: Interval, b: Interval) -> Option<Interval> {
         let all = Interval::all(scalar)?;
         let both_positive = a.low >= 0 && b.low >= 0;
@@ -110,7 +110,7 @@ impl Interval {
             BinaryOp::Multiply => a.product(b).map_or(Some(all), |it| it.wrapped(scalar)),
             BinaryOp::Min => Some(Interval { low: a.low.min(b.low), high: a.high.min(b.high) }),
             BinaryOp::Max => Some(Interval { low: a.low.max(b.low), high: a.high.max(b.high) }),
-            // By 0 it is 0.
+            // Division by 0 gives 0.
             BinaryOp::Divide if both_positive => Some(Interval {
                 low: if b.low > 0 { a.low / b.high } else { 0 },
                 high: a.high / b.low.max(1),
@@ -149,7 +149,7 @@ impl Interval {
         }
     }
 
-    /// Of converting a value from one type to another; `None` to f32.
+    /// Returns the bounds of a conversion from one type to another; `None` if the target is f32.
     pub fn convert(from: Scalar, to: Scalar, a: Option<Interval>) -> Option<Interval> {
         let all = Interval::all(to)?;
         match (from, a) {
@@ -157,14 +157,14 @@ impl Interval {
             (Scalar::I32 | Scalar::U32 | Scalar::Bool, Some(a)) => match to {
                 Scalar::Bool if a.low > 0 || a.high < 0 => Some(Interval::point(1)),
                 Scalar::Bool => Some(Interval { low: 0, high: i64::from(a != Interval::point(0)) }),
-                // What is the same number in both types; the bits of others are another.
+                // Only numbers that both types represent keep their value.
                 Scalar::I32 | Scalar::U32 => a.wrapped(to),
                 Scalar::F32 => None,
             },
         }
     }
 
-    /// Of a comparison of two values, as a bool.
+    /// Returns the bounds of a comparison of two values, as a bool.
     pub fn compare(op: CompareOp, a: Interval, b: Interval) -> Interval {
         let (always, never) = match op {
             CompareOp::Less => (a.high < b.low, a.low >= b.high),
@@ -177,8 +177,7 @@ impl Interval {
         Interval { low: i64::from(always), high: i64::from(!never) }
     }
 
-    /// What is left of the intervals of two values where a comparison of them holds; `None` where it
-    /// never does.
+    /// Returns the subintervals of two values for which a comparison of them can hold; `None` if it never holds.
     pub fn where_holds(op: CompareOp, a: Interval, b: Interval) -> Option<(Interval, Interval)> {
         let below = |value: i64| Interval { low: i64::MIN, high: value };
         let above = |value: i64| Interval { low: value, high: i64::MAX };
@@ -200,7 +199,7 @@ impl Interval {
         }
     }
 
-    /// Without the value of `other`, if that is one value at an end of this.
+    /// Removes the value of `other` if that is a single value at an end of this interval.
     fn without(self, other: Interval) -> Option<Interval> {
         if other.low != other.high {
             return Some(self);
@@ -214,7 +213,7 @@ impl Interval {
         self == other && self.low == self.high
     }
 
-    /// Products of 32-bit integers fit; of shifts likewise.
+    /// Returns the hull of the products of the ends. Products of 32-bit integers, and shifts, fit in 64 bits.
     fn product(self, other: Interval) -> Option<Interval> {
         let ends = [
             self.low.checked_mul(other.low)?,
@@ -229,14 +228,14 @@ impl Interval {
         Some(Interval { low: values.into_iter().min()?, high: values.into_iter().max()? })
     }
 
-    /// The least and the greatest count that shifts by this interval use: the low 5 bits.
+    /// Returns the least and the greatest shift count, of which operations use the low 5 bits.
     fn shift_counts(self) -> Option<(u32, u32)> {
         let counts = if self.low >= 0 && self.high <= 31 { (self.low, self.high) } else { (0, 31) };
         Some((counts.0 as u32, counts.1 as u32))
     }
 }
 
-/// The greatest number without bits above those of a number that is not negative.
+/// Returns the greatest number with no bits above those of a non-negative `value`.
 fn all_bits(value: i64) -> i64 {
     let used = i64::BITS - value.leading_zeros();
     (1 << used) - 1
@@ -247,7 +246,7 @@ mod tests {
     use super::*;
     use crate::evaluate;
 
-    /// Values at which operations change what they do, of either type.
+    /// Boundary values of both types.
     const VALUES: [i64; 13] = [
         i32::MIN as i64,
         i32::MIN as i64 + 1,
@@ -335,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_say_something() {
+    fn intervals_are_narrow() {
         let up_to = |high| Interval { low: 0, high };
         let of = |op, a, b| Interval::binary(op, Scalar::U32, a, b).unwrap();
         let all = Interval::all(Scalar::U32).unwrap();

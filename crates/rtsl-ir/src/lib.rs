@@ -1,32 +1,30 @@
 //! The single-ray intermediate representation: structured SSA on scalars.
 //!
-//! # What a function means
+//! # Semantics of a function
 //!
-//! A [`Function`] is what one method does for ONE ray and ONE object. It reads named
-//! [places](Variable) (state variables, members, scratch, buffers), computes scalar values, and at its
-//! end its body yields one value for each of its [outputs](Function::outputs), which the caller
-//! stores. Nothing is stored before the end, except into slots, which are the function's own memory
-//! for arrays with dynamic indices. So a place read anywhere in the body has the value it had
-//! before the call.
+//! A [`Function`] computes one method for ONE ray and ONE object. It reads named [variables](Variable) (state
+//! variables, members, scratch, buffers) and computes scalar values. At its end, its body yields one value for each of
+//! its [outputs](Function::outputs), which the caller stores. Nothing is stored before the end, except to locals, the
+//! function's private memory for arrays with dynamic indices. So a variable read anywhere in the body has the value it
+//! had before the call.
 //!
-//! A function with an output to the [`VariableKind::Accepted`] place is an `intersect`: all its other
-//! outputs are stored only where that output is true.
+//! A function with an output to the [`VariableKind::Accepted`] variable is an `intersect`: all its other outputs are
+//! stored only if that output is true.
 //!
 //! # Values and control
 //!
-//! Values are scalars of type f32, i32, u32 or bool, each defined once, used only in the region
-//! that defines it or in regions inside that one, after its definition. Vectors, matrices, colours and structs
-//! have been taken apart. Control is structured: [`OpKind::If`] and [`OpKind::Loop`] hold regions
-//! that yield values; there is no jump. There are no masks: this representation speaks of
-//! one ray, and of nothing that has a width.
+//! Values are scalars of type f32, i32, u32 or bool. Each is defined once and used only after its definition, in the
+//! region that defines it or in regions nested in that one. Vectors, matrices, colours and structs have been split into
+//! scalars. Control is structured: [`OpKind::If`] and [`OpKind::Loop`] hold regions that yield values; there is no
+//! jump. There are no masks and no vector width: the representation describes one ray.
 //!
 //! # Exactness
 //!
-//! Every operation has one defined result for all operands, see [`UnaryOp`], [`BinaryOp`] and
-//! [`CompareOp`]; passes and backends keep it to the bit. `mul` followed by `add` is rounded
-//! twice; only [`OpKind::Fma`] rounds once, and only one pass makes it of the two.
+//! Every operation has one defined result for all operands, see [`UnaryOp`], [`BinaryOp`] and [`CompareOp`]; passes and
+//! backends preserve it to the bit. `mul` followed by `add` is rounded twice; only [`OpKind::Fma`] rounds once, and
+//! only one pass forms it from the two.
 //!
-//! This crate knows nothing of syntax, types of the language, packets or targets.
+//! This crate does not depend on syntax, types of the language, packets or targets.
 
 mod builder;
 pub mod class;

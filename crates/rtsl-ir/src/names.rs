@@ -1,34 +1,34 @@
-//! What values are called in the text that a function was made of.
+//! Names of values in the source text from which a function was made.
 
 use std::sync::Arc;
 
 use crate::Value;
 
-/// A text among those of some [`Names`].
+/// The index of a text in a [`Names`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct NameText(u32);
 
-/// What a value is called: a variable of the source, or a component of one.
+/// The name of a value: a variable of the source, or a component of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
     /// The variable.
     pub text: NameText,
-    /// Which of its scalars.
+    /// The index of the component.
     pub component: u16,
-    /// How many it has.
+    /// The number of components of the variable.
     pub len: u16,
-    /// Of two names a value keeps the one of lesser rank: a variable that is declared tells more than a parameter or a
-    /// result of a function that was inlined.
+    /// The rank; of two names a value keeps the one of lower rank. A declared variable is more informative than a
+    /// parameter or a result of an inlined function.
     pub rank: u8,
 }
 
 impl Name {
-    /// Ranks below this are of variables that are declared somewhere, others of what functions take and give.
+    /// Ranks below this belong to declared variables, the others to parameters and results of functions.
     pub const DECLARED: u8 = 64;
 }
 
-/// Names of values, for people who read what is made of a function. They are no part of what it means, so any two are
-/// equal, and passes need not keep them.
+/// Names of values, for readers of generated code. They do not affect semantics: any two `Names` compare equal, and
+/// passes need not preserve them.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     texts: Vec<Arc<str>>,
@@ -36,20 +36,20 @@ pub struct Names {
 }
 
 impl Names {
-    /// Adds a text; the caller sees to it that none is added often.
+    /// Adds a text; the caller avoids adding the same text often.
     pub fn add_text(&mut self, text: impl Into<Arc<str>>) -> NameText {
         self.texts.push(text.into());
         NameText(self.texts.len() as u32 - 1)
     }
 
-    /// Adds the texts of other names: what the others' first is here.
+    /// Adds the texts of other names and returns the index here of their first.
     pub fn add_texts(&mut self, others: &Names) -> u32 {
         let first = self.texts.len() as u32;
         self.texts.extend(others.texts.iter().cloned());
         first
     }
 
-    /// Names a value, unless it has a better name.
+    /// Names a value, unless it has a name of lower rank.
     pub fn set(&mut self, value: Value, name: Name) {
         let index = value.0 as usize;
         if self.of.len() <= index {
@@ -61,31 +61,31 @@ impl Names {
         }
     }
 
-    /// The name of a value.
+    /// Returns the name of a value.
     pub fn get(&self, value: Value) -> Option<Name> {
         self.of.get(value.0 as usize).copied().flatten()
     }
 
-    /// Names `new` as `old` is named, unless it has a better name.
+    /// Gives `new` the name of `old`, unless it has a name of lower rank.
     pub fn keep(&mut self, old: Value, new: Value) {
         if let Some(name) = self.get(old) {
             self.set(new, name);
         }
     }
 
-    /// Names a value as one of other names is, whose texts are here from `first` on.
+    /// Copies a name of a value of other names, whose texts start at `first` here.
     pub fn copy(&mut self, others: &Names, first: u32, old: Value, new: Value) {
         if let Some(name) = others.get(old) {
             self.set(new, Name { text: NameText(first + name.text.0), ..name });
         }
     }
 
-    /// The same texts, and no value named.
+    /// Returns the same texts with no value named.
     pub(crate) fn without_values(&self) -> Names {
         Names { texts: self.texts.clone(), of: Vec::new() }
     }
 
-    /// `toOrigin`, `toOrigin.x`, `weights.7`.
+    /// Formats a name: `toOrigin`, `toOrigin.x`, `weights.7`.
     pub fn written(&self, name: Name) -> String {
         let text = &self.texts[name.text.0 as usize];
         let component = name.component;

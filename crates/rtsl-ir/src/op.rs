@@ -1,4 +1,4 @@
-//! Operations.
+//! Scalar types, constants and operations.
 
 use rtsl_spec::{Method, Role};
 
@@ -18,15 +18,15 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// All of them.
+    /// All types.
     pub const ALL: [Scalar; 4] = [Scalar::F32, Scalar::I32, Scalar::U32, Scalar::Bool];
 
-    /// The type with this keyword.
+    /// Returns the type with this keyword.
     pub fn from_name(name: &str) -> Option<Scalar> {
         Scalar::ALL.into_iter().find(|scalar| scalar.name() == name)
     }
 
-    /// The keyword of the text form.
+    /// Returns the keyword of the text form.
     pub const fn name(self) -> &'static str {
         match self {
             Scalar::F32 => "f32",
@@ -37,7 +37,7 @@ impl Scalar {
     }
 }
 
-/// A constant. Equality is of bits: -0 is not 0, and a NaN is itself.
+/// A constant. Equality compares bits: -0 differs from 0, and a NaN equals itself.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs, reason = "named by their types")]
 pub enum Constant {
@@ -48,7 +48,7 @@ pub enum Constant {
 }
 
 impl Constant {
-    /// Its type.
+    /// Returns the type.
     pub const fn scalar(self) -> Scalar {
         match self {
             Constant::F32(_) => Scalar::F32,
@@ -58,7 +58,7 @@ impl Constant {
         }
     }
 
-    /// Its bits: 0 or 1 for a bool.
+    /// Returns the bits: 0 or 1 for a bool.
     pub const fn bits(self) -> u32 {
         match self {
             Constant::F32(value) => value.to_bits(),
@@ -68,7 +68,7 @@ impl Constant {
         }
     }
 
-    /// The constant of this type with these bits; any bits but 0 are true.
+    /// Returns the constant of this type with these bits; for bool, any bits but 0 are true.
     pub const fn from_bits(scalar: Scalar, bits: u32) -> Constant {
         match scalar {
             Scalar::F32 => Constant::F32(f32::from_bits(bits)),
@@ -78,7 +78,7 @@ impl Constant {
         }
     }
 
-    /// Zero or false.
+    /// Returns zero or false.
     pub const fn zero(scalar: Scalar) -> Constant {
         Constant::from_bits(scalar, 0)
     }
@@ -103,11 +103,11 @@ impl std::hash::Hash for Constant {
 pub enum UnaryOp {
     /// f32: flips the sign bit. i32, u32: wrapping.
     Negate,
-    /// i32, u32: all bits. bool: the other.
+    /// i32, u32: bitwise. bool: logical.
     Not,
     /// f32: clears the sign bit. i32: wrapping (the least value stays).
     Abs,
-    /// f32: as IEEE says.
+    /// f32: correctly rounded, as IEEE 754 requires.
     Sqrt,
     /// f32: to an integral value, downward.
     Floor,
@@ -117,18 +117,18 @@ pub enum UnaryOp {
     Trunc,
     /// f32: to nearest, ties to even.
     RoundEven,
-    /// f32: `1 / a`, about. Only where results may differ between machines, as the next two.
+    /// f32: approximately `1 / a`. Only where results may differ between machines, as the next two.
     ApproximateReciprocal,
-    /// f32: `1 / sqrt(a)`, about.
+    /// f32: approximately `1 / sqrt(a)`.
     ApproximateInverseSqrt,
-    /// f32: `sqrt(a)`, about.
+    /// f32: approximately `sqrt(a)`.
     ApproximateSqrt,
-    /// bool: the same. The author says that it is seldom true, so an `if` on it stays a branch.
+    /// bool: the operand itself. A hint by the author that it is rarely true, so an `if` on it remains a branch.
     Seldom,
 }
 
 impl UnaryOp {
-    /// Those whose results are the same on all machines.
+    /// The operators whose results are the same on all machines.
     pub const EXACT: &[UnaryOp] = &[
         UnaryOp::Negate,
         UnaryOp::Not,
@@ -142,21 +142,21 @@ impl UnaryOp {
     ];
 }
 
-/// Gives an enumeration of operators its keywords of the text form.
+/// Gives an enumeration of operators its keywords in the text form.
 macro_rules! named {
     ($name:ident: $($variant:ident => $keyword:literal,)*) => {
         impl $name {
-            /// All of them.
+            /// All operators.
             pub const ALL: &[$name] = &[$($name::$variant),*];
 
-            /// The keyword of the text form.
+            /// Returns the keyword of the text form.
             pub const fn name(self) -> &'static str {
                 match self {
                     $($name::$variant => $keyword),*
                 }
             }
 
-            /// The operator with this keyword.
+            /// Returns the operator with this keyword.
             pub fn from_name(name: &str) -> Option<$name> {
                 $name::ALL.iter().copied().find(|op| op.name() == name)
             }
@@ -188,11 +188,11 @@ pub enum BinaryOp {
     Subtract,
     /// f32: IEEE. i32, u32: wrapping.
     Multiply,
-    /// f32: IEEE. i32, u32: towards zero; by 0 it is 0; the least i32 by -1 wraps.
+    /// f32: IEEE. i32, u32: rounds towards zero; division by 0 gives 0; the least i32 divided by -1 wraps.
     Divide,
-    /// i32, u32: of the division above, so with the dividend's sign; by 0 it is 0.
+    /// i32, u32: the remainder of the division above, so with the dividend's sign; by 0 it is 0.
     Remainder,
-    /// `b < a ? b : a`, so `a` where either is NaN and where both are zeros. f32, i32, u32.
+    /// `b < a ? b : a`, so `a` if either is NaN or both are zeros. f32, i32, u32.
     Min,
     /// `a < b ? b : a`, likewise.
     Max,
@@ -202,9 +202,9 @@ pub enum BinaryOp {
     Or,
     /// i32, u32: bitwise. bool: logical.
     Xor,
-    /// i32, u32: left by the low 5 bits of the second operand.
+    /// i32, u32: shifts left by the low 5 bits of the second operand.
     ShiftLeft,
-    /// i32: arithmetic; u32: logical; by the low 5 bits.
+    /// i32: arithmetic shift; u32: logical shift; by the low 5 bits.
     ShiftRight,
     /// i32, u32: the upper 32 bits of the 64-bit product.
     MultiplyHigh,
@@ -226,7 +226,7 @@ named! { BinaryOp:
     MultiplyHigh => "multiply_high",
 }
 
-/// Comparisons of two values of one type, to a bool. On bool only `Equal` and `NotEqual`.
+/// Comparisons of two values of one type, with a bool result. bool supports only `Equal` and `NotEqual`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CompareOp {
     /// False with a NaN.
@@ -244,7 +244,7 @@ pub enum CompareOp {
 }
 
 impl CompareOp {
-    /// The comparison of `b` and `a` that says the same of them.
+    /// Returns the comparison of `b` and `a` that is equivalent to this comparison of `a` and `b`.
     pub const fn mirrored(self) -> CompareOp {
         match self {
             CompareOp::Equal | CompareOp::NotEqual => self,
@@ -265,35 +265,35 @@ named! { CompareOp:
     GreaterEqual => "greater_equal",
 }
 
-/// Which scalar of a place.
+/// The index of a scalar of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Index {
-    /// This one; less than the place's length (for a buffer, of the first element).
+    /// A constant, less than the variable's length (for a buffer, within the first element).
     Constant(u32),
-    /// An i32 that the lowering has clamped dimension by dimension; backends clamp it once more to
-    /// the place's length (for buffers: scalars per element times the number of elements; a
-    /// buffer without elements reads as 0), so that no text reaches other memory.
+    /// An i32 that the lowering has clamped dimension by dimension. Backends clamp it once more to the variable's
+    /// length (for buffers: scalars per element times the number of elements; a buffer without elements reads as 0), so
+    /// that no shader accesses other memory.
     Dynamic(Value),
 }
 
-/// One component of a state variable of the one table.
+/// One component of a state variable of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StateComponent {
     /// [`rtsl_spec::StateVariable::index`].
     pub variable: u32,
-    /// Which component of it.
+    /// The index of the component.
     pub component: u32,
 }
 
 impl StateComponent {
-    /// The component `component` of the state variable of this name, if there is one.
+    /// Returns the component `component` of the state variable of this name, if there is one.
     pub fn named(name: &str, component: u32) -> Option<StateComponent> {
         let variable = rtsl_spec::lookup_state(name)?;
         let in_range = component < variable.ty.components();
         in_range.then_some(StateComponent { variable: variable.index, component })
     }
 
-    /// Its variable, if there is one with that index.
+    /// Returns the state variable, if there is one with that index.
     pub fn variable(self) -> Option<&'static rtsl_spec::StateVariable> {
         rtsl_spec::state_variables().get(self.variable as usize)
     }
@@ -311,113 +311,112 @@ impl std::fmt::Display for StateComponent {
 pub enum ReferencePath {
     /// A single reference.
     Single,
-    /// The element at this i32, clamped to the array.
+    /// The element at this i32, clamped to the array's length.
     Element(Value),
 }
 
-/// A call of a method of a referenced instance. Linking replaces it by that method's body.
+/// A call of a method of a referenced instance. Linking replaces it with that method's body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceCall {
     /// The name of the reference member.
     pub member: String,
-    /// Which of its elements.
+    /// The reference, or the element of an array of references.
     pub path: ReferencePath,
-    /// The role it is called in.
+    /// The role in which it is called.
     pub role: Role,
     /// The method.
     pub method: Method,
-    /// State that the callee sees instead of what the place holds: what the caller has changed,
-    /// and explicit arguments (`lookup(uv)`).
+    /// State that the callee sees instead of the variable's value: state that the caller has changed, and explicit
+    /// arguments (`lookup(uv)`).
     pub overrides: Vec<(StateComponent, Value)>,
-    /// What the call gives, one result of type f32 each.
+    /// The results of the call, each of type f32.
     pub results: Vec<StateComponent>,
 }
 
 /// An operation with its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Op {
-    /// The values it defines.
+    /// The values that it defines.
     pub results: Values,
-    /// Not to be contracted: it contributes to a `precise` variable.
+    /// True if the operation must not be contracted, because it contributes to a `precise` variable.
     pub precise: bool,
-    /// What it does.
+    /// The operation itself.
     pub kind: OpKind,
 }
 
-/// What an operation does. One result where the text does not say otherwise.
+/// The operations. Each has one result unless its documentation states otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OpKind {
-    /// This constant.
+    /// A constant.
     Constant(Constant),
     /// One operand.
     Unary(UnaryOp, Value),
     /// Two operands of one type.
     Binary(BinaryOp, Value, Value),
-    /// Two operands of one type, to bool.
+    /// Two operands of one type, with a bool result.
     Compare(CompareOp, Value, Value),
-    /// The second value where the first, a bool, is true, else the third.
+    /// The second value if the first, a bool, is true, else the third.
     Select(Value, Value, Value),
     /// `a * b + c` rounded once, f32.
     Fma(Value, Value, Value),
-    /// To another type by value. f32 to integers: towards zero, saturating, NaN to 0. Integers to
-    /// f32: to nearest even. i32 to u32 and back: the same bits. bool to numbers: 0 or 1. Numbers
-    /// to bool: not equal to 0 (a NaN is true).
+    /// Conversion to another type by value. f32 to integers: towards zero, saturating, NaN to 0. Integers to f32: to
+    /// nearest even. i32 to u32 and back: the same bits. bool to numbers: 0 or 1. Numbers to bool: not equal to 0 (a
+    /// NaN is true).
     Convert(Scalar, Value),
-    /// The same bits as another type; between f32, i32 and u32. From f32 to an integer every NaN
-    /// gives [`CANONICAL_NAN`](crate::evaluate::CANONICAL_NAN), since machines differ in the bits
-    /// of the NaNs they make.
+    /// Reinterpretation of the bits as another type; between f32, i32 and u32. From f32 to an integer every NaN gives
+    /// [`CANONICAL_NAN`](crate::evaluate::CANONICAL_NAN), since machines differ in the bits of the NaNs they produce.
     Bitcast(Scalar, Value),
-    /// A scalar of any place but an accepted one. State, members, parameters and scratch have the
-    /// value from before the call.
+    /// Loads a scalar of any variable except an accepted one. State, members, parameters and scratch have the value
+    /// from before the call.
     Load(VariableId, Index),
-    /// Into a slot. No result.
+    /// Stores to a local. No result.
     Store(VariableId, Index, Value),
     /// The number of elements of a buffer, i32.
     Length(VariableId),
-    /// One of two regions without parameters; as many results as each yields.
+    /// Executes one of two regions without parameters; has as many results as each yields.
     If {
-        /// bool.
+        /// The condition, a bool.
         condition: Value,
-        /// Where it is true.
+        /// The region executed if the condition is true.
         then: Region,
-        /// Where it is false.
+        /// The region executed if the condition is false.
         otherwise: Region,
     },
-    /// Runs its body at least once. The body's parameters are the carried values, at first
-    /// `initial`; it yields a bool and the next carried values. While the bool is true it runs again
-    /// with them; when it is false they are the results.
+    /// Runs its body at least once. The body's parameters are the carried values, at first `initial`; it yields a bool
+    /// and the next carried values. While the bool is true the body runs again with them; once it is false they are the
+    /// results.
     Loop {
         /// The first carried values.
         initial: Vec<Value>,
-        /// What is repeated.
+        /// The repeated region.
         body: Region,
     },
-    /// The radiance along a new ray, up to this parameter: `COLOR_COMPONENTS` results, f32.
+    /// The radiance along a new ray, up to the parameter `limit`: `COLOR_COMPONENTS` results, f32.
     Trace {
-        /// World space.
+        /// The origin, world space.
         origin: [Value; 3],
-        /// World space, any length.
+        /// The direction, world space, of any length.
         direction: [Value; 3],
         /// The greatest parameter of a hit.
         limit: Value,
-        /// How much of the answer counts: the greatest factor that the method multiplies a component of it with, in
-        /// absolute value; 1 where that is not known. What is answered does not depend on it.
+        /// The weight of the answer: the greatest factor with which the method multiplies a component of it, in
+        /// absolute value; 1 where it is unknown. The answer does not depend on it.
         weight: Value,
     },
-    /// Whether anything lies on the ray before `limit`; bool.
+    /// True if anything lies on the ray before `limit`; bool.
     Occluded {
-        /// World space.
+        /// The origin, world space.
         origin: [Value; 3],
-        /// World space, any length.
+        /// The direction, world space, of any length.
         direction: [Value; 3],
         /// The greatest parameter of a hit.
         limit: Value,
     },
-    /// How many light samples there are for this call, i32; the same for every ray of a call.
+    /// The number of light samples for this call, i32; the same for every ray of a call.
     LightCount,
-    /// The light sample `index` at a point. Results: bool, whether the light reaches the
-    /// point unshadowed from within the cone; direction (3, unit, towards the light); distance;
-    /// colour (`COLOR_COMPONENTS`); density. All f32 but the first.
+    /// The light sample `index` at a point. Results: a bool, true if the light reaches the point unshadowed from within
+    /// the cone; direction (3, unit, towards the light); distance; colour (`COLOR_COMPONENTS`); density. All f32 but
+    /// the first.
     LightSample {
         /// From 0 to the count, i32; the same for every ray of a call that is still in the loop.
         index: Value,
@@ -425,17 +424,16 @@ pub enum OpKind {
         point: [Value; 3],
         /// The cone's axis, any length.
         normal: [Value; 3],
-        /// Lights are taken where the cosine between axis and light is at least this; -infinity
-        /// for no cone.
+        /// The least cosine between axis and light of the lights taken; -infinity for no cone.
         cosine: Value,
     },
     /// The scene's ambient light: `COLOR_COMPONENTS` results, f32.
     Ambient,
     /// The next dimension of this ray's sampler, in [0,1), f32.
     Rand,
-    /// A method of another instance, until linking.
+    /// A method call on another instance; replaced by linking.
     ReferenceCall(Box<ReferenceCall>),
-    /// Whether a reference is set, until linking; bool.
+    /// True if a reference is set, bool; replaced by linking.
     IsSet(String, ReferencePath),
     /// Reports that this ray used up its budget of loop iterations. No result.
     ReportBudget,

@@ -1,12 +1,12 @@
-//! What types operations give.
+//! The result types of operations.
 
 use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::{Function, OpKind, Scalar};
 
 impl OpKind {
-    /// Appends the types of its results to `scalars`, as the operation's shape and its operands'
-    /// types give them. For an `if` these are the types of what the first region yields.
+    /// Appends the types of the operation's results to `scalars`, from its kind and its operands' types. For an `if`
+    /// these are the types of the values that the first region yields.
     pub fn result_scalars(&self, function: &Function, scalars: &mut Vec<Scalar>) {
         match self {
             OpKind::Constant(constant) => scalars.push(constant.scalar()),

@@ -1,37 +1,36 @@
-//! The verifier: what every pass and backend may rely on.
+//! The verifier: the invariants that every pass and backend relies on.
 //!
 //! A verified function never makes the printer, the interpreter, a pass or a backend panic.
 //!
 //! # Invariants
 //!
-//! Names and places
-//! 1. Names of functions, places and references are words of the text form; no two places of one
-//!    kind have the same name.
-//! 2. A place has at least one scalar and, but for buffers and members, at most
-//!    [`MAX_PLACE_SCALARS`]; all slots together have at most [`MAX_SLOT_SCALARS`].
-//! 3. A state place is a variable of the one table, with its type and number of components; an
-//!    accepted place is one bool.
+//! Names and variables
+//! 1. Names of functions, variables and references are words of the text form; no two variables of one kind have the
+//!    same name.
+//! 2. A variable has at least one scalar and, except for buffers and members, at most [`MAX_VARIABLE_SCALARS`]; all
+//!    locals together have at most [`MAX_LOCAL_SCALARS`].
+//! 3. A state variable has the name, type and number of components of a state variable of the language; an accepted
+//!    variable is one bool.
 //!
 //! Values
 //! 4. A value is defined at most once: by an operation or as a parameter of the body of a loop.
-//! 5. A use stands after the definition, in the same region or in one inside it.
-//! 6. Operands have the types that the operation takes, results have the types that it gives, and
-//!    there are as many as it gives.
+//! 5. A use comes after the definition, in the same region or in one nested in it.
+//! 6. Operands have the types that the operation takes, and results are as many and of the types that it gives.
 //!
-//! Places in operations
-//! 7. `load` names no accepted place, `store` only slots, `length` only buffers; constant indices
-//!    are less than the place's length, dynamic ones are i32.
+//! Variables in operations
+//! 7. `load` reads no accepted variable, `store` writes only locals, `length` applies only to buffers; constant indices
+//!    are less than the variable's length, dynamic ones are i32.
 //! 8. State components of a reference call exist.
 //!
 //! Regions
 //! 9. Only bodies of loops have parameters: as many as initial values, of their types.
 //! 10. Both regions of an `if` yield the types of its results; the body of a loop yields a bool and
 //!     the types of its parameters.
-//! 11. The function's body yields one value for each output, of the place's type. Outputs go to
-//!     existing components of places that can be outputs, to none twice.
+//! 11. The function's body yields one value for each output, of the variable's type. Outputs go to
+//!     existing components of variables that can be outputs, to none twice.
 //! 12. Regions are nested at most [`MAX_NESTING`] deep.
 //!
-//! That loops over lights are uniform is not the verifier's business.
+//! The verifier does not check that loops over lights are uniform.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
@@ -41,13 +40,13 @@ use crate::{
     Variable, VariableId, VariableKind, evaluate, text,
 };
 
-/// The greatest number of scalars of a place, but for members and buffers.
-pub const MAX_PLACE_SCALARS: u32 = 1 << 16;
+/// The greatest number of scalars of a variable other than a member or buffer.
+pub const MAX_VARIABLE_SCALARS: u32 = 1 << 16;
 
-/// The greatest number of scalars of all slots of a function together.
-pub const MAX_SLOT_SCALARS: u32 = 1 << 16;
+/// The greatest number of scalars of all locals of a function together.
+pub const MAX_LOCAL_SCALARS: u32 = 1 << 16;
 
-/// Checks all invariants; the error names the first that is broken, in the order of the text form.
+/// Checks all invariants. The error names the first violation in the order of the text form.
 pub fn verify(function: &Function) -> Result<(), VerifyError> {
     let mut verifier = Verifier::new(function);
     verifier.function().map_err(|message| VerifyError {
@@ -57,14 +56,14 @@ pub fn verify(function: &Function) -> Result<(), VerifyError> {
     })
 }
 
-/// An invariant that a function breaks.
+/// A violated invariant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VerifyError {
     /// The function's name.
     pub function: String,
-    /// The first line of the innermost operation that is wrong, if it is one.
+    /// The first line of the innermost invalid operation, if the violation is inside one.
     pub operation: Option<String>,
-    /// What is wrong.
+    /// The violation.
     pub message: String,
 }
 
@@ -82,24 +81,24 @@ impl std::error::Error for VerifyError {}
 
 type Result<T = (), E = String> = std::result::Result<T, E>;
 
-/// Whether a value can be used at the current position.
+/// The visibility of a value at the current position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Visibility {
     Undefined,
     Visible,
-    /// Its region has ended.
+    /// Defined in a region that has ended.
     Hidden,
 }
 
 struct Verifier<'a> {
     function: &'a Function,
     visibility: Vec<Visibility>,
-    /// The values that are visible, in the order of their definition.
+    /// The visible values, in the order of their definition.
     visible: Vec<Value>,
     depth: usize,
-    /// The first line of the innermost operation that is wrong.
+    /// The first line of the innermost invalid operation.
     failed: Option<String>,
-    /// Kept to save allocations.
+    /// A scratch buffer, kept to save allocations.
     scalars: Vec<Scalar>,
 }
 
@@ -128,20 +127,20 @@ impl<'a> Verifier<'a> {
 
     fn check_places(&self) -> Result {
         let mut names = BTreeSet::new();
-        let mut slot_scalars = 0;
+        let mut local_scalars = 0;
         for variable in &self.function.variables {
-            check_place(variable)?;
+            check_variable(variable)?;
             if !names.insert((variable.kind, &variable.name)) {
                 let (kind, name) = (variable.kind.name(), &variable.name);
-                return Err(format!("{kind} `{name}` is there twice"));
+                return Err(format!("{kind} `{name}` is declared twice"));
             }
             if variable.kind == VariableKind::Local {
-                slot_scalars += u64::from(variable.len);
+                local_scalars += u64::from(variable.len);
             }
         }
-        if slot_scalars > u64::from(MAX_SLOT_SCALARS) {
+        if local_scalars > u64::from(MAX_LOCAL_SCALARS) {
             return Err(format!(
-                "locals have {slot_scalars} scalars, more than {MAX_SLOT_SCALARS}"
+                "locals have {local_scalars} scalars, more than {MAX_LOCAL_SCALARS}"
             ));
         }
         Ok(())
@@ -172,7 +171,7 @@ impl<'a> Verifier<'a> {
                 return Err(format!("{name} is beyond the variable's length {}", variable.len));
             }
             if !seen.insert((output.variable, output.component)) {
-                return Err(format!("{name} is there twice"));
+                return Err(format!("{name} occurs twice"));
             }
             self.check_use(*value, Some(variable.scalar))
                 .map_err(|error| format!("{name}: {error}"))?;
@@ -180,7 +179,7 @@ impl<'a> Verifier<'a> {
         Ok(())
     }
 
-    /// The operations of a region; leaves what they define visible.
+    /// Checks the operations of a region and leaves the values they define visible.
     fn check_ops(&mut self, region: &Region) -> Result {
         for op in &region.ops {
             if let Err(message) = self.check_op(op) {
@@ -217,14 +216,14 @@ impl<'a> Verifier<'a> {
                 let yields: Vec<Scalar> = [Scalar::Bool].into_iter().chain(carried).collect();
                 self.check_region(body, &yields)?;
             }
-            // Without regions.
+            // The other operations have no regions.
             _ => {}
         }
         self.check_results(op)?;
         op.results.iter().try_for_each(|value| self.define(value))
     }
 
-    /// A region inside an operation, which yields these types.
+    /// Checks a region of an operation, which must yield values of these types.
     fn check_region(&mut self, region: &Region, yields: &[Scalar]) -> Result {
         if self.depth == MAX_NESTING {
             return Err(format!("regions are nested deeper than {MAX_NESTING}"));
@@ -328,7 +327,7 @@ impl<'a> Verifier<'a> {
         }
     }
 
-    /// All operands but the first `skipped` are f32.
+    /// Checks that all operands after the first `skipped` are f32.
     fn check_all_f32(&self, kind: &OpKind, skipped: usize) -> Result {
         let mut result = Ok(());
         let mut position = 0;
@@ -417,7 +416,7 @@ impl<'a> Verifier<'a> {
     }
 }
 
-fn check_place(variable: &Variable) -> Result {
+fn check_variable(variable: &Variable) -> Result {
     let Variable { kind, name, scalar, len } = variable;
     let (kind_name, scalar_name) = (kind.name(), scalar.name());
     check_word("the name of a variable", name)?;
@@ -429,7 +428,7 @@ fn check_place(variable: &Variable) -> Result {
         }
         VariableKind::Accepted => *scalar == Scalar::Bool && *len == 1,
         VariableKind::Parameter | VariableKind::Scratch | VariableKind::Local => {
-            (1..=MAX_PLACE_SCALARS).contains(len)
+            (1..=MAX_VARIABLE_SCALARS).contains(len)
         }
         VariableKind::Member | VariableKind::Buffer => *len >= 1,
     };
@@ -461,7 +460,7 @@ fn check_defined(defined: bool, scalar: Scalar) -> Result {
 mod tests {
     use super::*;
 
-    /// Verifies a function of a few places with this body; what the error says.
+    /// Verifies a function with a few variables and this body, and returns the error message.
     fn error(body: &str) -> String {
         let text = format!(
             "function f\nstate rt_RayOrigin: f32[3]\nmember m: i32[2]\nbuffer b: f32[1]\n\
@@ -513,7 +512,7 @@ mod tests {
             ),
             (
                 "%a: f32 = constant 1 return state:rt_RayOrigin@0 = %a, state:rt_RayOrigin@0 = %a",
-                "output state:rt_RayOrigin@0 is there twice",
+                "output state:rt_RayOrigin@0 occurs twice",
             ),
         ];
         for (body, expected) in table {
@@ -523,7 +522,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_checked() {
+    fn variables_are_checked() {
         let table = [
             ("state rt_Nothing: f32[3]", "there is no state `rt_Nothing`"),
             ("state rt_RayOrigin: f32[2]", "state `rt_RayOrigin` cannot be f32[2]"),

@@ -1,9 +1,9 @@
-//! Walking operations: the one place that knows the operands and regions of each.
+//! Visitors of operations: the one module that enumerates the operands and regions of each.
 
 use crate::{Index, Op, OpKind, ReferencePath, Region, Value, Variable, VariableId, VariableKind};
 
-/// Calls `$visit` with each operand of `$kind`, in the order of the text form. One body for shared
-/// and exclusive access: `$borrow` is `&` or `&mut`, and `$kind` a reference of that sort.
+/// Calls `$visit` with each operand of `$kind`, in the order of the text form. One body serves shared and exclusive
+/// access: `$borrow` is `&` or `&mut`, and `$kind` a reference of that sort.
 macro_rules! visit_operands {
     ($kind:expr, $visit:expr, $($borrow:tt)+) => {{
         let mut visit = $visit;
@@ -87,32 +87,32 @@ macro_rules! visit_operands {
     }};
 }
 
-/// What an operation does besides giving results. Regions that it holds have effects of their own.
+/// The side effect of an operation. Its regions have their effects separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Nothing: it may be removed, repeated, moved, and done where the program did not ask for it.
+    /// None: the operation may be removed, repeated, moved and speculated.
     None,
-    /// Its result depends on what has been stored to this slot.
-    ReadsSlot(VariableId),
-    /// It stores to this slot.
-    WritesSlot(VariableId),
-    /// It asks the host, which may advance samplers and count: neither removed nor reordered.
+    /// The result depends on previous stores to this local.
+    ReadsLocal(VariableId),
+    /// Stores to this local.
+    WritesLocal(VariableId),
+    /// Queries the host, which may advance samplers and count calls: neither removed nor reordered.
     Host,
 }
 
 impl OpKind {
-    /// Calls `visit` with each operand, in the order of the text form. Values that regions of
-    /// the operation yield are not among them.
+    /// Calls `visit` with each operand, in the order of the text form. Values that regions of the operation yield are
+    /// not included.
     pub fn for_each_operand(&self, mut visit: impl FnMut(Value)) {
         visit_operands!(self, |value: &Value| visit(*value), &)
     }
 
-    /// The same, to change them.
+    /// Like [`OpKind::for_each_operand`], with mutable access.
     pub fn for_each_operand_mut(&mut self, visit: impl FnMut(&mut Value)) {
         visit_operands!(self, visit, &mut)
     }
 
-    /// The regions it holds, in the order of the text form.
+    /// Returns the regions of the operation, in the order of the text form.
     pub fn regions(&self) -> impl DoubleEndedIterator<Item = &Region> {
         let regions = match self {
             OpKind::If { then, otherwise, .. } => [Some(then), Some(otherwise)],
@@ -122,7 +122,7 @@ impl OpKind {
         regions.into_iter().flatten()
     }
 
-    /// The same, to change them.
+    /// Like [`OpKind::regions`], with mutable access.
     pub fn regions_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Region> {
         let regions = match self {
             OpKind::If { then, otherwise, .. } => [Some(then), Some(otherwise)],
@@ -132,13 +132,13 @@ impl OpKind {
         regions.into_iter().flatten()
     }
 
-    /// What the operation itself does besides giving results, in a function with these places.
+    /// Returns the side effect of the operation itself, in a function with these variables.
     pub fn effect(&self, variables: &[Variable]) -> Effect {
-        let is_slot =
+        let is_local =
             |variable: &VariableId| variables[variable.0 as usize].kind == VariableKind::Local;
         match self {
-            OpKind::Load(variable, _) if is_slot(variable) => Effect::ReadsSlot(*variable),
-            OpKind::Store(variable, ..) => Effect::WritesSlot(*variable),
+            OpKind::Load(variable, _) if is_local(variable) => Effect::ReadsLocal(*variable),
+            OpKind::Store(variable, ..) => Effect::WritesLocal(*variable),
             OpKind::Trace { .. }
             | OpKind::Occluded { .. }
             | OpKind::LightSample { .. }
@@ -165,8 +165,8 @@ impl OpKind {
 }
 
 impl Region {
-    /// Calls `visit` with every operation of this region and of those inside it, in the order of the
-    /// text form: an operation before those of its regions.
+    /// Calls `visit` with every operation of this region and the regions nested in it, in the order of the text form:
+    /// an operation before those of its regions.
     pub fn for_each_op<'a>(&'a self, visit: &mut impl FnMut(&'a Op)) {
         for op in &self.ops {
             visit(op);
@@ -176,8 +176,7 @@ impl Region {
         }
     }
 
-    /// Calls `visit` with every use of a value in this region and those inside it: operands and
-    /// yields.
+    /// Calls `visit` with every use of a value in this region and the regions nested in it: operands and yields.
     pub fn for_each_use(&self, visit: &mut impl FnMut(Value)) {
         for op in &self.ops {
             op.kind.for_each_operand(&mut *visit);
@@ -188,7 +187,7 @@ impl Region {
         self.yields.iter().for_each(|value| visit(*value));
     }
 
-    /// The same, to change them.
+    /// Like [`Region::for_each_use`], with mutable access.
     pub fn for_each_use_mut(&mut self, visit: &mut impl FnMut(&mut Value)) {
         for op in &mut self.ops {
             op.kind.for_each_operand_mut(&mut *visit);

@@ -1,11 +1,11 @@
-//! What the interpreter makes of small functions: text and inputs in, outputs out.
+//! Tests of the interpreter on small functions in text form.
 
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, RayLanes};
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Function, Interpreter, Outcome, Storage, VariableId};
 use rtsl_testing::functions::HashHost;
 
-/// Places as vectors; those not given are empty.
+/// Variables as vectors; missing ones are empty.
 #[derive(Default)]
 struct Places(Vec<Vec<u32>>);
 
@@ -23,8 +23,7 @@ impl Storage for Places {
     }
 }
 
-/// Runs a function twice with these values in its places, and gives the first place after the
-/// second run.
+/// Runs a function twice with these values in its variables, and returns the first variable after the second run.
 fn run(text: &str, variables: &[&[u32]]) -> (Vec<u32>, Outcome) {
     let function: Function = text.parse().unwrap();
     verify(&function).unwrap();
@@ -73,7 +72,7 @@ fn a_loop_may_end_by_a_carried_bool() {
 }
 
 #[test]
-fn slots_start_at_zero_and_indices_are_clamped() {
+fn locals_start_at_zero_and_indices_are_clamped() {
     let text = "function f scratch s: i32[3] local t: i32[4] {
         %i: i32 = load scratch:s@0
         %before: i32 = load local:t@%i
@@ -159,7 +158,7 @@ impl Host for AnswersOnce {
     }
 }
 
-/// What a host does not say is zero, not what it said before.
+/// Answers left unset by the host read as zero, not as an earlier answer.
 #[test]
 fn answers_are_not_those_of_earlier_requests() {
     let text = "function f scratch s: f32[4] {

@@ -1,4 +1,4 @@
-//! Compiled functions for a host's own packets.
+//! Compiled functions for a host's packets.
 
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -15,9 +15,9 @@ use crate::module::Module;
 
 const SYMBOL: &str = "callback";
 
-/// A function for a host's own packets. The code lives as long as any handle to it.
+/// A function for a host's packets. The code lives as long as any handle to it.
 ///
-/// What its argument leads to only the host knows, so nothing here calls it.
+/// Only the host knows the data behind its argument, so it is never called here.
 #[derive(Clone, Debug)]
 pub struct CompiledCallback {
     /// Keeps the code in memory.
@@ -31,10 +31,10 @@ unsafe impl Send for CompiledCallback {}
 unsafe impl Sync for CompiledCallback {}
 
 impl CompiledCallback {
-    /// Machine code for this machine. `block_bytes` lie from one instance's block to the next one's.
+    /// Compiles to machine code for this machine. `block_bytes` is the stride between the blocks of instances.
     ///
     /// # Errors
-    /// See [`JitError`]; if the record lacks what the kernel reads or sets, that is one.
+    /// See [`JitError`]; one of them is that the record lacks a row that the kernel reads or stores.
     pub fn compile(
         llvm: &Arc<Llvm>,
         kernel: &Kernel,
@@ -58,7 +58,7 @@ impl CompiledCallback {
         Ok(CompiledCallback { _module: module, address })
     }
 
-    /// The function, which takes a pointer to the host's struct.
+    /// Returns the address of the function, which takes a pointer to the host's struct.
     pub fn address(&self) -> *const c_void {
         self.address
     }

@@ -1,4 +1,4 @@
-//! Stacks for chunks that wait.
+//! Stacks for suspended chunks.
 
 use std::cell::RefCell;
 
@@ -6,34 +6,33 @@ use corosensei::stack::{DefaultStack, MIN_STACK_SIZE, STACK_ALIGNMENT, Stack, St
 
 use crate::frames::MAX_FRAME_BYTES;
 
-/// Room beyond the frame, for what the host is asked on a chunk's stack: random numbers, ambient light, the number of
-/// lights. A caller's thread should leave kernels as much.
+/// The room beyond the frame for host functions called on a chunk's stack: random numbers, ambient light, the number of
+/// lights. A caller's thread should leave as much to kernels.
 const HOST_BYTES: usize = 2 * MAX_FRAME_BYTES;
 
-/// Frames count in steps of this size, so that stacks fit more than one kernel. Pages that are not touched take no
-/// memory.
+/// The granularity of stack sizes, so that a stack fits more than one kernel. Untouched pages use no memory.
 const FRAME_STEP_BYTES: usize = 64 << 10;
 
-/// Stacks start at different places of their pages, so many bytes apart: the first cache has few places for what
-/// starts at the same.
+/// The distance between the start offsets of stacks within their pages: the L1 cache has few lines for addresses with
+/// the same offset.
 const STAGGER_BYTES: usize = 448;
 
-/// So many different places there are.
+/// The number of different start offsets.
 const PLACES: usize = 16;
 
 /// A stack of a thread, kept for its next chunk.
 pub(crate) struct ChunkStack {
     stack: DefaultStack,
-    /// The largest frame that it has room for.
+    /// The largest frame that fits.
     frame_bytes: usize,
-    /// How far below the end of its memory it starts.
+    /// The distance of its start from the end of its memory.
     stagger: usize,
 }
 
 #[derive(Default)]
 struct Kept {
     stacks: Vec<ChunkStack>,
-    /// How many were made.
+    /// The number of stacks made.
     made: usize,
 }
 
@@ -54,34 +53,34 @@ impl Kept {
 }
 
 thread_local! {
-    /// Stacks not in use. As many are in use as chunks are suspended, at all depths of calls from hosts.
+    /// The free stacks. As many are in use as chunks are suspended, at all depths of calls from hosts.
     static KEPT: RefCell<Kept> = RefCell::default();
 }
 
 impl ChunkStack {
-    /// A stack not in use for a kernel that takes so much; `None` if the system has no memory for one. What was kept serves
-    /// again, so a thread that has had one and kept it gets one.
+    /// Takes a free stack for a frame of this size; `None` if the system has no memory for one. Kept stacks are reused,
+    /// so a thread that has returned a stack always gets one.
     pub fn take(frame_bytes: usize) -> Option<ChunkStack> {
         let take = |kept: &RefCell<Kept>| kept.borrow_mut().take(frame_bytes);
         // A thread that is ending keeps none.
         KEPT.try_with(take).unwrap_or_else(|_| Kept::default().make(frame_bytes))
     }
 
-    /// Keeps it for the next.
+    /// Returns the stack to the free ones.
     pub fn keep(self) {
-        // A thread that is ending has no next.
+        // A thread that is ending has no further chunk.
         let _ = KEPT.try_with(|kept| kept.borrow_mut().stacks.push(self));
     }
 }
 
-// What is left away of a stack keeps its start aligned, and leaves the room for the host.
+// The omitted part of a stack keeps its start aligned, and leaves the room for the host.
 const _: () = assert!(STAGGER_BYTES.is_multiple_of(STACK_ALIGNMENT));
 const _: () = assert!(HOST_BYTES >= MIN_STACK_SIZE);
 
 // Safety: it is a part of a stack, with that stack's limit and the guard page before it. Its start is as far below the
-// whole one's as the assertions allow, and the whole one belongs to it alone as long as it lives. The guard page stops
-// code that uses its stack page by page, as kernels do: their frames touch each of their pages, and are no larger than
-// the stack was asked for.
+// whole one's as the assertions allow, and it owns the whole one as long as it lives. The guard page stops code that
+// uses its stack page by page, as kernels do: their frames touch each of their pages, and are no larger than the size
+// for which the stack was taken.
 unsafe impl Stack for ChunkStack {
     fn base(&self) -> StackPointer {
         let base = self.stack.base();

@@ -1,4 +1,4 @@
-//! From a module's text to assembly, object code or a loaded [`Module`].
+//! Compiles a module's text to assembly, object code or a loaded [`Module`].
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
@@ -16,41 +16,42 @@ use crate::runtime;
 use crate::target::{Target, c_string};
 use crate::worker;
 
-/// The most work that a kernel may be to be optimised: more than ten times what the largest of the standard library is. One of so
-/// many operations in a row takes 7 seconds (LLVM 22, 8 lanes, Zen 3).
+/// The greatest work of a kernel that is optimised: more than ten times the largest in the standard library. A kernel
+/// of that many operations without branches takes 7 seconds (LLVM 22, 8 lanes, Zen 3).
 const STRAIGHT_WORK: u64 = 1 << 14;
 
-/// The most work that is optimised where straight code needs too much stack and nothing else helps: a minute and a half.
+/// The greatest work that is optimised if unoptimised code needs too much stack and no alternative is left: a minute
+/// and a half.
 const RETRIED_WORK: u64 = 1 << 15;
 
-/// How much work goes into the code; the result is the same at every level.
+/// The level of optimisation; results are the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum OptLevel {
-    /// Straight code generation.
+    /// Unoptimised code generation.
     O0,
     /// The cheapest passes: for code that runs once.
     O1,
-    /// What pays for its compile time.
+    /// The passes that repay their compile time.
     #[default]
     O2,
-    /// All of it.
+    /// All passes.
     O3,
 }
 
 impl OptLevel {
-    /// The level for a module whose largest kernel is so much [work](rtsl_packet::Kernel::work). A very long function is compiled
-    /// straight: all else would take time by the square of its length.
+    /// Returns the level for a module whose largest kernel has this [work](rtsl_packet::Kernel::work). A very long
+    /// function is not optimised, since the time of optimisation grows with the square of its length.
     #[must_use]
     pub fn for_work(self, work: u64) -> OptLevel {
         if work > STRAIGHT_WORK { OptLevel::O0 } else { self }
     }
 
-    /// What `compile` makes at the level [for so much work](OptLevel::for_work). Straight code gives every value that
-    /// outlives its block a place on the stack of its own, a vector each; where that is too much, it is made at the level
-    /// itself, at which values share places.
+    /// Runs `compile` at the level [for this work](OptLevel::for_work). Unoptimised code gives every value that
+    /// outlives its block a separate stack slot, a vector each. If that is too much, `compile` runs at the requested
+    /// level, at which values share slots.
     ///
     /// # Errors
-    /// As of `compile`.
+    /// Those of `compile`.
     pub fn compile_for_work<T>(
         self,
         work: u64,
@@ -65,7 +66,7 @@ impl OptLevel {
         }
     }
 
-    /// `LLVMCodeGenOptLevel`.
+    /// Returns the `LLVMCodeGenOptLevel`.
     fn code_generation(self) -> c_int {
         match self {
             OptLevel::O0 => 0,
@@ -87,7 +88,7 @@ impl Llvm {
     /// Compiles a module for this machine and loads it.
     ///
     /// # Errors
-    /// See [`JitError`]; no text makes this panic or end the process.
+    /// See [`JitError`]; no text makes this panic or abort the process.
     pub fn compile(
         self: &Arc<Self>,
         module: &str,
@@ -97,7 +98,7 @@ impl Llvm {
         self.compile_by(module, target, level, Work::Packets)
     }
 
-    /// The same for a module that does one ray at a time.
+    /// Like [`Llvm::compile`], for a module that processes one ray at a time.
     pub(crate) fn compile_for_one_ray(
         self: &Arc<Self>,
         module: &str,
@@ -121,7 +122,7 @@ impl Llvm {
         Module::load(&made.bytes, made.frames)
     }
 
-    /// The module after LLVM's passes, as text.
+    /// Returns the module after LLVM's passes, as text.
     ///
     /// # Errors
     /// See [`JitError`].
@@ -134,7 +135,7 @@ impl Llvm {
         self.emit(module, target, level, Work::Packets, Output::Text).map(Made::text)
     }
 
-    /// The module as assembly text of `target`.
+    /// Returns the module as assembly text of `target`.
     ///
     /// # Errors
     /// See [`JitError`].
@@ -147,8 +148,8 @@ impl Llvm {
         self.emit(module, target, level, Work::Packets, Output::Assembly).map(Made::text)
     }
 
-    /// The module as an object file (ELF) of `target`. It refers to nothing outside but what the runtime has, all of which
-    /// any C library has, too.
+    /// Returns the module as an object file (ELF) of `target`. Its undefined symbols are functions of the runtime,
+    /// which every C library also provides.
     ///
     /// # Errors
     /// See [`JitError`].
@@ -197,7 +198,7 @@ impl Llvm {
     }
 }
 
-/// Whether the library knows the passes.
+/// True if the library accepts the passes.
 #[cfg(test)]
 pub fn accepts_passes(llvm: &Arc<Llvm>, passes: &str) -> Result<bool, JitError> {
     let (llvm, passes) = (llvm.clone(), passes.to_owned());
@@ -207,10 +208,10 @@ pub fn accepts_passes(llvm: &Arc<Llvm>, passes: &str) -> Result<bool, JitError> 
     })
 }
 
-/// What was made of a module.
+/// The output of a compilation.
 struct Made {
     bytes: Vec<u8>,
-    /// Empty where no code was generated.
+    /// The stack frames; empty if no code was generated.
     frames: Frames,
 }
 
@@ -221,7 +222,7 @@ impl Made {
     }
 }
 
-/// A target machine, freed with this.
+/// A target machine, freed on drop.
 struct Machine {
     llvm: Arc<Llvm>,
     target: Target,
@@ -230,13 +231,12 @@ struct Machine {
 }
 
 thread_local! {
-    /// The machine of the last work of this thread, with all that LLVM hangs on it when it first
-    /// generates code.
+    /// The machine last used on this thread, with the structures that LLVM builds when it first generates code.
     static KEPT: RefCell<Option<Machine>> = const { RefCell::new(None) };
 }
 
 impl Machine {
-    /// The one that was kept, if it serves, or a new one.
+    /// Returns the machine that was kept, if it fits, or a new one.
     fn take(llvm: &Arc<Llvm>, target: &Target, level: OptLevel) -> Result<Machine, JitError> {
         let serves = |kept: &Machine| {
             Arc::ptr_eq(&kept.llvm, llvm) && kept.target == *target && kept.level == level
@@ -247,7 +247,7 @@ impl Machine {
         }
     }
 
-    /// Keeps it for the thread's next work.
+    /// Keeps the machine for the thread's next compilation.
     fn keep(self) {
         KEPT.set(Some(self));
     }
@@ -258,7 +258,7 @@ impl Machine {
         let (cpu, features) = (c_string(&target.cpu), c_string(&target.features));
         let unknown = |reason| JitError::UnknownTarget { triple: target.triple.clone(), reason };
         let (mut handle, mut message) = (null_mut(), null_mut());
-        // Safety: texts end in a zero byte and live through the calls; the message is ours.
+        // Safety: texts end in a zero byte and outlive the calls; the message is owned.
         let raw = unsafe {
             if (api.LLVMGetTargetFromTriple)(triple.as_ptr(), &mut handle, &mut message) != 0 {
                 return Err(unknown(api.take_message(message)));
@@ -274,7 +274,7 @@ impl Machine {
             )
         };
         if raw.is_null() {
-            return Err(unknown("LLVM makes no code for it".to_owned()));
+            return Err(unknown("LLVM cannot generate code for it".to_owned()));
         }
         Ok(Machine { llvm, target: target.clone(), level, raw })
     }
@@ -335,20 +335,20 @@ impl<'a> Context<'a> {
         Ok(ParsedModule { context: self, raw: module })
     }
 
-    /// Whether this LLVM knows the passes, found by running them on a module without functions.
+    /// True if this LLVM accepts the passes, determined by running them on a module without functions.
     fn accepts_passes(&self, machine: &Machine, passes: &str) -> bool {
         self.parse(&CString::default())
             .and_then(|module| module.run_passes(machine, passes))
             .is_ok()
     }
 
-    /// The errors that the diagnostic handler heard of.
+    /// Returns an error that the diagnostic handler received.
     fn check(&self) -> Result<(), JitError> {
         let errors = self.reported.errors.borrow();
         if errors.is_empty() { Ok(()) } else { Err(JitError::CodeGeneration(errors.join("; "))) }
     }
 
-    /// The frames of the functions that code was generated for, of which none is too large.
+    /// Returns the stack frames of the generated functions after checking their sizes.
     fn finish(&self) -> Result<Frames, JitError> {
         self.check()?;
         let frames = self.reported.frames.take();
@@ -367,7 +367,7 @@ impl Drop for Context<'_> {
 unsafe extern "C" fn on_diagnostic(info: *mut ffi::DiagnosticInfo, user: *mut c_void) {
     // Safety: `user` is the `Reported` that `Context::new` gave; it outlives the context.
     let reported = unsafe { &*user.cast::<Reported<'_>>() };
-    // Safety: LLVM gives a valid diagnostic; the description is ours to free.
+    // Safety: LLVM passes a valid diagnostic; the description is owned and freed here.
     let (severity, description) = unsafe {
         (
             (reported.api.LLVMGetDiagInfoSeverity)(info),
@@ -385,7 +385,7 @@ unsafe extern "C" fn on_diagnostic(info: *mut ffi::DiagnosticInfo, user: *mut c_
     }
 }
 
-/// A module in memory, freed with this.
+/// A module in memory, freed on drop.
 struct ParsedModule<'c, 'a> {
     context: &'c Context<'a>,
     raw: *mut ffi::ModuleData,
@@ -407,10 +407,10 @@ impl ParsedModule<'_, '_> {
         }
     }
 
-    /// Asks for the frames of all functions, which the context's handler gets when code is generated.
+    /// Requests the frame sizes of all functions, which the context's handler receives during code generation.
     fn report_frames(&self) {
         let (api, (key, value)) = (self.api(), REPORT_ATTRIBUTE);
-        // Safety: module and context are alive, and the texts are as long as they are said to be.
+        // Safety: module and context are alive, and the texts have the lengths passed.
         unsafe {
             let attribute = (api.LLVMCreateStringAttribute)(
                 self.context.raw,
@@ -429,7 +429,7 @@ impl ParsedModule<'_, '_> {
 
     fn verify(&self) -> Result<(), JitError> {
         let mut message = null_mut();
-        // Safety: the module is alive; the message is ours to free, even if there is no error.
+        // Safety: the module is alive; the message is owned and freed here, even without an error.
         let (failed, message) = unsafe {
             let failed =
                 (self.api().LLVMVerifyModule)(self.raw, ffi::RETURN_STATUS, &mut message) != 0;
@@ -440,7 +440,7 @@ impl ParsedModule<'_, '_> {
 
     fn run_passes(&self, machine: &Machine, passes: &str) -> Result<(), JitError> {
         let (api, passes) = (self.api(), c_string(passes));
-        // Safety: options are made and freed here; an error is consumed by asking its message.
+        // Safety: options are created and freed here; an error is consumed by reading its message.
         let message = unsafe {
             let options = (api.LLVMCreatePassBuilderOptions)();
             (api.LLVMPassBuilderOptionsSetLoopVectorization)(options, 0);
@@ -465,7 +465,7 @@ impl ParsedModule<'_, '_> {
     }
 
     fn print(&self) -> String {
-        // Safety: the text is ours to free.
+        // Safety: the text is owned and freed here.
         unsafe { self.api().take_message((self.api().LLVMPrintModuleToString)(self.raw)) }
     }
 
@@ -473,7 +473,7 @@ impl ParsedModule<'_, '_> {
         let api = self.api();
         let mut message: *mut c_char = null_mut();
         let mut buffer: *mut ffi::MemoryBuffer = null_mut();
-        // Safety: module and machine are alive; buffer and message are ours to free.
+        // Safety: module and machine are alive; buffer and message are owned and freed here.
         unsafe {
             let failed = (api.LLVMTargetMachineEmitToMemoryBuffer)(
                 machine.raw,

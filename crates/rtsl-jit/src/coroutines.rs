@@ -1,12 +1,12 @@
-//! Calls whose chunks wait for one another.
+//! Calls whose chunks run as coroutines, so that their requests can be combined.
 //!
-//! A kernel does the chunks of a call one after another, and what one chunk asks for is a request of `W` rays: few
-//! for a host that traces packets. So the chunks of a kernel that asks for rays or light run side by side, each
-//! on a stack of its own. At such a request a chunk is suspended; when all are suspended or have
-//! ended, the requests of one kind are handed to the host together. The host answers them on the stack of its
-//! thread, and so may call kernels. What needs no rays it is asked at once, on the chunk's stack.
+//! A kernel processes the chunks of a call one after another, and a request of one chunk has `W` rays: few for a host
+//! that traces packets. So the chunks of a kernel that requests rays or light run as coroutines, each on a separate
+//! stack. At such a request a chunk is suspended; when all are suspended or have ended, the requests of one kind are
+//! passed to the host together. The host answers them on the stack of its thread, and so may call kernels. Requests for
+//! other data are answered immediately, on the chunk's stack.
 //!
-//! Lanes know nothing of each other, so results are those of one chunk after another.
+//! Lanes are independent of each other, so results are the same as without coroutines.
 
 use std::ffi::c_void;
 
@@ -21,22 +21,23 @@ use smallvec::SmallVec;
 use crate::chunk_stack::ChunkStack;
 use crate::kernel::Entry;
 
-/// The most chunks side by side: a packet of 64 rays, four at a time.
+/// The greatest number of chunks that run as coroutines: a packet of 64 rays, four at a time.
 const MAX_CHUNKS: usize = 16;
 
-/// Larger frames do not wait on the caller's stack while a host answers: answers call kernels, which ask again.
+/// The least size of a frame that is not on the caller's stack while a host answers: answers may call kernels
+/// recursively.
 pub(crate) const LARGE_FRAME_BYTES: usize = 16 << 10;
 
-/// What a suspended chunk gets back: for requests that are answered by lanes, those.
+/// The value with which a suspended chunk resumes: for requests that are answered by a lane set, that set.
 type Answer = u32;
 
 /// A chunk on its stack. It returns the status of its call.
 type ChunkCall = Coroutine<Answer, (LaneSet, Request), u32, ChunkStack>;
 
-/// As many as there are chunks side by side, without memory from the heap.
+/// One value per coroutine, without heap memory.
 type PerChunk<T> = SmallVec<[T; MAX_CHUNKS]>;
 
-/// What a chunk asks for. The pointers lead to the chunk's stack, and are good until it goes on.
+/// A request of a chunk. The pointers are to the chunk's stack, and valid until it resumes.
 #[derive(Clone, Copy)]
 enum Request {
     Trace { rays: *const RayLanes, radiance: *mut LaneColors },
@@ -44,7 +45,7 @@ enum Request {
     LightSample { index: u32, query: *const LightQueryLanes, light: *mut LightLanes },
 }
 
-/// What requests have in common that the host answers together.
+/// The kind of a request; the host answers requests of the same kind together.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Trace,
@@ -54,26 +55,26 @@ enum Kind {
 
 /// A chunk that is suspended.
 struct Waiting {
-    /// Taken when it has ended.
+    /// `None` once it has ended.
     chunk: Option<ChunkCall>,
     lanes: LaneSet,
     request: Request,
 }
 
-/// What the user pointer of a chunk points to.
+/// The value behind the user pointer of a chunk.
 struct ChunkUser<'a> {
     yielder: &'a Yielder<Answer, (LaneSet, Request)>,
     /// The user pointer of the whole call.
     call: *mut c_void,
 }
 
-/// Runs the chunks of a call, as many side by side as there are stacks.
+/// Runs the chunks of a call, as many concurrently as there are stacks.
 ///
 /// # Errors
-/// If there is not one stack for a kernel with a large frame; nothing has run then.
+/// If there is no stack for a kernel with a large frame; nothing has run then.
 ///
 /// # Safety
-/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays and takes no more stack than
+/// `raw` is a complete call for `entry`, whose code may begin at any chunk of `width` rays and needs no more stack than
 /// `frame_bytes`; `mask` is the call's.
 pub(crate) unsafe fn call_in_coroutines(
     entry: Entry,
@@ -96,19 +97,19 @@ pub(crate) unsafe fn call_in_coroutines(
         let group: PerChunk<u32> = begins.by_ref().take(MAX_CHUNKS).collect();
         let mut waiting = PerChunk::new();
         for begin in &group {
-            // One alone has nobody to wait for.
+            // A single chunk need not wait for others.
             let has_own_stack = group.len() > 1 || is_large;
             let take = || if has_own_stack { ChunkStack::take(frame_bytes) } else { None };
             let mut stack = first.take().or_else(take);
             if is_large && stack.is_none() {
-                // Those before it end and leave theirs. Small frames have room on the caller's stack.
+                // The previous chunks end and free their stacks. Small frames fit on the caller's stack.
                 // Safety: the chunks are suspended.
                 unsafe { answer_all(raw, &mut waiting) };
                 stack = take();
             }
             raw.begin.write(*begin);
             raw.count = end_of(*begin);
-            // Safety: the caller's promise; and below all are run to their ends.
+            // Safety: the caller's promise; and all chunks are run to their ends below.
             waiting.extend(unsafe { start(entry, raw, stack) });
         }
         // Safety: the chunks have just been suspended.
@@ -119,25 +120,25 @@ pub(crate) unsafe fn call_in_coroutines(
     }
 }
 
-/// A stack for a frame that does not wait on the caller's: hosts whose answers call kernels would run out of theirs.
+/// Returns a stack for a frame too large for the caller's stack, which hosts whose answers call kernels would exhaust.
 fn large_stack(frame_bytes: usize) -> Result<ChunkStack, CallError> {
     ChunkStack::take(frame_bytes).ok_or(CallError::NoStack)
 }
 
-/// Runs a whole call on a stack of its own. The host answers what it asks on the stack of its thread.
+/// Runs a whole call on a separate stack. The host answers its requests on the stack of its thread.
 ///
 /// # Errors
 /// If there is no stack; nothing has run then.
 ///
 /// # Safety
-/// `raw` is a complete call for `entry`, whose code takes no more stack than `frame_bytes`.
+/// `raw` is a complete call for `entry`, whose code needs no more stack than `frame_bytes`.
 pub(crate) unsafe fn call_on_own_stack(
     entry: Entry,
     raw: &mut RawCall,
     frame_bytes: usize,
 ) -> Result<(), CallError> {
     let stack = large_stack(frame_bytes)?;
-    // Safety: the caller's promise; and it is run to its end just below.
+    // Safety: the caller's promise; and the chunk is run to its end below.
     let mut waiting = unsafe { start(entry, raw, Some(stack)) }.into_iter().collect();
     // Safety: it has just been suspended.
     unsafe { answer_all(raw, &mut waiting) };
@@ -147,15 +148,15 @@ pub(crate) unsafe fn call_on_own_stack(
 /// Answers requests until all chunks have ended.
 ///
 /// # Safety
-/// The chunks are suspended, and their requests are those that they asked last.
+/// The chunks are suspended, and their requests are their latest.
 unsafe fn answer_all(raw: &mut RawCall, waiting: &mut PerChunk<Waiting>) {
     while !waiting.is_empty() {
-        // Safety: the caller's promise, which holds again for those that are left.
+        // Safety: the caller's promise, which also holds for the remaining chunks.
         unsafe { answer_commonest(raw, waiting) };
     }
 }
 
-/// Runs the chunk that `raw` says until it waits for others; `None` if it ends, as it does without a stack of its own.
+/// Runs the chunk of `raw` until it is suspended; `None` if it ends, as it always does without a separate stack.
 ///
 /// # Safety
 /// As for [`chunk_on_stack`].
@@ -170,10 +171,10 @@ unsafe fn start(entry: Entry, raw: &mut RawCall, stack: Option<ChunkStack>) -> O
     go_on(raw, chunk, 0)
 }
 
-/// The chunk that `raw` says, ready to start.
+/// Returns the chunk of `raw`, ready to start.
 ///
 /// # Safety
-/// As for [`call_in_coroutines`]; and the chunk is run to its end while what `raw` points to is there.
+/// As for [`call_in_coroutines`]; and the chunk is run to its end while the data that `raw` points to is valid.
 unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> ChunkCall {
     let mut raw = RawCall { host: &SUSPENDING_TABLE, status: 0, ..*raw };
     Coroutine::with_stack(stack, move |yielder: &Yielder<_, _>, _| {
@@ -185,7 +186,7 @@ unsafe fn chunk_on_stack(entry: Entry, raw: &RawCall, stack: ChunkStack) -> Chun
     })
 }
 
-/// Lets a chunk go on with an answer, until it waits for others; `None` if it ends.
+/// Resumes a chunk with an answer, until it is suspended again; `None` if it ends.
 fn go_on(raw: &mut RawCall, mut chunk: ChunkCall, answer: Answer) -> Option<Waiting> {
     match chunk.resume(answer) {
         CoroutineResult::Yield((lanes, request)) => {
@@ -209,7 +210,7 @@ impl Waiting {
     }
 }
 
-/// Answers the requests of the kind that most chunks wait for, and lets these chunks go on.
+/// Answers the requests of the kind that most chunks wait for, and resumes these chunks.
 ///
 /// # Safety
 /// As for [`answers`].
@@ -229,7 +230,7 @@ unsafe fn answer_commonest(raw: &mut RawCall, waiting: &mut PerChunk<Waiting>) {
     waiting.retain(|it| it.chunk.is_some());
 }
 
-/// The kind that most wait for, of equals that of the first.
+/// Returns the commonest kind of request; in case of a tie that of the first chunk.
 fn commonest(waiting: &[Waiting]) -> Option<Kind> {
     let first = waiting.first()?.kind();
     if waiting.iter().all(|it| it.kind() == first) {
@@ -239,10 +240,10 @@ fn commonest(waiting: &[Waiting]) -> Option<Kind> {
     waiting.iter().map(Waiting::kind).rev().max_by_key(count)
 }
 
-/// The host's answers to requests of one kind.
+/// Returns the host's answers to requests of one kind.
 ///
 /// # Safety
-/// The chunks that ask are suspended, and have not gone on since.
+/// The requesting chunks are suspended, and have not resumed since their requests.
 unsafe fn answers<'a>(
     host: &mut HostCalls<'_>,
     kind: Kind,
@@ -300,11 +301,13 @@ impl Waiting {
     }
 }
 
-/// The host's functions for chunks on stacks of their own. What needs rays suspends the chunk; its answers begin as
-/// zeros.
+/// The host's functions for chunks on separate stacks. Requests for rays or light suspend the chunk; their answers are
+/// initially zero.
 static SUSPENDING_TABLE: HostTable =
     HostTable { trace, occluded, light_count, light_sample, ambient, rand };
 
+/// Suspends the running chunk with a request, and returns the answer.
+///
 /// # Safety
 /// `user` is that of the running chunk.
 unsafe fn suspend(user: *mut c_void, base: u32, active: u32, request: Request) -> Answer {
@@ -313,7 +316,7 @@ unsafe fn suspend(user: *mut c_void, base: u32, active: u32, request: Request) -
     user.yielder.suspend((LaneSet { base, active }, request))
 }
 
-/// The user pointer of the whole call, for what is asked at once.
+/// Returns the user pointer of the whole call, for requests answered immediately.
 ///
 /// # Safety
 /// `user` is that of the running chunk.
@@ -363,7 +366,7 @@ unsafe extern "C" fn light_sample(
 }
 
 unsafe extern "C" fn light_count(user: *mut c_void) -> u32 {
-    // Safety: as for `trace`; the host is not asked elsewhere while a chunk runs.
+    // Safety: as for `trace`; the host is not used elsewhere while a chunk runs.
     unsafe { (HOST_TABLE.light_count)(user_of_call(user)) }
 }
 

@@ -1,10 +1,8 @@
-//! Reads the object files (ELF, 64 bits, little endian) that LLVM makes and lays them out in
-//! memory.
+//! Reads the object files (ELF, 64 bits, little endian) that LLVM generates and lays them out in memory.
 //!
-//! A linker of our own, because the whole of what kernels need is small (code, constants, a few
-//! kinds of relocation), it works the same with every version of LLVM, costs
-//! microseconds, gives its memory back with the module, and sees every symbol that code refers
-//! to. An object that holds anything else is refused.
+//! A small linker suffices because kernels need little (code, constants, a few kinds of relocation). It works the same
+//! with every version of LLVM, takes microseconds, frees its memory with the module, and checks every symbol to which
+//! code refers. An object with other contents is refused.
 
 use std::collections::BTreeMap;
 
@@ -22,10 +20,10 @@ const INDEX_UNDEFINED: u16 = 0;
 const INDEX_ABSOLUTE: u16 = 0xfff1;
 const INDEX_RESERVED: u16 = 0xff00;
 const TYPE_FUNCTION: u8 = 2;
-/// A jump through a pointer, and the pointer: what a call out of the module needs.
+/// The size of a stub for a call out of the module: a jump through a pointer, and the pointer.
 const STUB_SIZE: usize = 24;
 
-/// An object file, its tables read.
+/// An object file with parsed tables.
 pub struct Object<'a> {
     bytes: &'a [u8],
     machine: u16,
@@ -51,20 +49,20 @@ struct Symbol<'a> {
     value: u64,
 }
 
-/// Where everything goes, as offsets from the start of the memory.
+/// The memory layout, as offsets from the start of the memory.
 pub struct Layout {
-    /// How much memory is needed.
+    /// The size of the memory.
     pub size: usize,
-    /// The first so many bytes, whole pages, are code.
+    /// The size of the code at the start, whole pages.
     pub code_size: usize,
-    /// The place of each section that is loaded.
+    /// The offset of each section that is loaded.
     sections: Vec<Option<usize>>,
-    /// The place of the stub of each symbol from outside.
+    /// The offset of the stub of each external symbol.
     stubs: BTreeMap<usize, usize>,
 }
 
 impl<'a> Object<'a> {
-    /// Reads the tables.
+    /// Parses the tables.
     pub fn parse(bytes: &'a [u8]) -> Result<Object<'a>, JitError> {
         if bytes.get(..6) != Some(b"\x7fELF\x02\x01") {
             return Err(bad("not a 64-bit little-endian ELF file"));
@@ -156,7 +154,7 @@ impl<'a> Object<'a> {
         Ok(())
     }
 
-    /// The symbols of other modules that relocations refer to.
+    /// Returns the external symbols to which relocations refer.
     fn outside_symbols(&self) -> Result<Vec<usize>, JitError> {
         let mut outside = Vec::new();
         for (_, relocations) in self.relocation_sections() {
@@ -173,7 +171,7 @@ impl<'a> Object<'a> {
         Ok(outside)
     }
 
-    /// Refuses an object that refers to a symbol outside that is not known.
+    /// Refuses an object that refers to an unknown external symbol.
     pub fn check_outside_symbols(&self, is_known: impl Fn(&str) -> bool) -> Result<(), JitError> {
         let names = self.outside_symbols()?.into_iter().map(|index| self.symbols[index].name);
         match names.into_iter().find(|name| !is_known(name)) {
@@ -182,8 +180,8 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Copies the sections to `memory`, which will run at `base`, and resolves what they refer
-    /// to; `resolve` gives the addresses of symbols from outside.
+    /// Copies the sections to `memory`, which will run at `base`, and applies the relocations; `resolve` returns the
+    /// addresses of external symbols.
     pub fn write(
         &self,
         layout: &Layout,
@@ -231,14 +229,15 @@ impl<'a> Object<'a> {
             }
             section => {
                 let place = layout.sections.get(usize::from(section)).copied().flatten();
-                let place = place.ok_or_else(|| bad("a relocation to what is not loaded"))?;
+                let place =
+                    place.ok_or_else(|| bad("a relocation to a section that is not loaded"))?;
                 base.wrapping_add(place as u64).wrapping_add(symbol.value)
             }
         };
         Ok(Via { address, pointer: None })
     }
 
-    /// Sections of relocations with the section that each changes, where that is loaded.
+    /// Returns the sections of relocations with the section that each changes, if that is loaded.
     fn relocation_sections(&self) -> impl Iterator<Item = (usize, &Section<'a>)> {
         self.sections.iter().filter_map(|section| {
             let target = self.sections.get(section.info)?;
@@ -263,7 +262,7 @@ impl<'a> Object<'a> {
         })
     }
 
-    /// The functions that others may call, by name.
+    /// Returns the global functions, by name.
     pub fn functions(&self, layout: &Layout) -> BTreeMap<String, usize> {
         let functions = self.symbols.iter().filter(|symbol| symbol.kind == TYPE_FUNCTION);
         functions
@@ -277,7 +276,7 @@ impl<'a> Object<'a> {
 }
 
 impl Section<'_> {
-    /// Tables for unwinding are left out: nothing unwinds through a kernel.
+    /// True if the section is loaded. Unwind tables are not: nothing unwinds through a kernel.
     fn is_loaded(&self) -> bool {
         self.flags & FLAG_ALLOCATE != 0 && self.name != ".eh_frame"
     }
@@ -314,7 +313,7 @@ fn u64_at(bytes: &[u8], at: usize) -> Result<u64, JitError> {
     array_at(bytes, at).map(u64::from_le_bytes)
 }
 
-/// An offset or a size; one that no file has is cut to what arithmetic here can bear.
+/// Reads an offset or a size. Values above 2^32 - 1 are errors, so that arithmetic with them does not overflow.
 fn usize_at(bytes: &[u8], at: usize) -> Result<usize, JitError> {
     let value = u64_at(bytes, at)?;
     if value > u64::from(u32::MAX) { Err(truncated()) } else { Ok(value as usize) }

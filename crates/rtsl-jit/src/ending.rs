@@ -1,12 +1,12 @@
-//! The end of the process: LLVM's globals are destroyed then, and no thread may be at work with them.
+//! The end of the process, at which LLVM's globals are destroyed while no thread may be using them.
 //!
-//! `exit` first destroys what its own thread has of thread-local values, then calls handlers, those registered last
-//! first. LLVM registers the destruction of its globals when it is loaded, and that of some when they are first used, at
-//! any moment of any work. So work must have stopped before the first handler: a thread-local value of the main thread,
-//! which most processes end on, sees to that. It can't know whether the process ends or that thread alone, so it lets work
-//! that is under way be done, and holds back more of it for a moment. A handler of our own then knows that the process
-//! ends, and refuses more work for good; where another thread than the main one calls `exit`, it is what waits, and is
-//! registered again after works so that it comes early.
+//! `exit` first destroys the thread-local values of its thread, then calls handlers, those registered last first. LLVM
+//! registers the destruction of its globals when it is loaded, and that of some at their first use, at any moment of
+//! any work. So work must have stopped before the first handler. A thread-local value of the main thread, on which most
+//! processes end, ensures that. It cannot know if the process ends or only that thread, so it lets work in progress
+//! finish, and delays further work for a moment. A handler registered here then knows that the process ends, and
+//! refuses further work. If another thread than the main one calls `exit`, the handler waits for work in progress; it
+//! is registered again repeatedly, so that it runs early.
 
 use std::cell::Cell;
 use std::sync::atomic::Ordering::SeqCst;
@@ -16,35 +16,36 @@ use std::time::{Duration, Instant};
 use crate::error::JitError;
 use crate::forks::{ForkGuard, UnderWay};
 
-/// The work that is waited for.
+/// The work to wait for.
 static AT_WORK: ForkGuard = ForkGuard::new();
 
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
-/// The main thread is ending, and perhaps the process.
+/// True if the main thread is ending, and perhaps the process.
 static IS_PAUSED: AtomicBool = AtomicBool::new(false);
 static WORKS_DONE: AtomicU32 = AtomicU32::new(0);
 
-/// After each of so many works the handler is registered again; then ever more seldom. Most globals are used by then.
+/// The number of pieces of work after each of which the handler is registered again; later at growing intervals. Most
+/// globals are in use by then.
 const FIRST_WORKS: u32 = 64;
 
-/// The longest that the process is kept from ending.
+/// The longest time for which the end of the process is delayed.
 const MAX_WAIT: Duration = Duration::from_secs(10);
 
-/// How long work is held back when the main thread ends: within this time the process ends, if it does.
+/// The time for which work is delayed when the main thread ends: if the process ends, it does so within this time.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// How long it takes at most to notice a change.
+/// The interval between checks for a change.
 const STEP: Duration = Duration::from_millis(1);
 
 thread_local! {
-    /// Whether this thread does work.
+    /// True if this thread does work.
     static IS_WORKER: Cell<bool> = const { Cell::new(false) };
-    /// Whether this is the main thread, and its thread-local values are being destroyed or gone.
+    /// True if this is the main thread, and its thread-local values are being destroyed or are gone.
     static IS_AT_ITS_END: Cell<bool> = const { Cell::new(false) };
     static MAIN_THREAD: MainThread = const { MainThread };
 }
 
-/// A value of the main thread.
+/// A thread-local value of the main thread.
 struct MainThread;
 
 impl Drop for MainThread {
@@ -75,23 +76,23 @@ pub(crate) fn begin_work() -> Result<UnderWay<'static>, JitError> {
     }
 }
 
-/// The forks before this process.
+/// Returns the number of forks before this process.
 pub(crate) fn forks() -> usize {
     AT_WORK.forks()
 }
 
-/// LLVM is loaded.
+/// Registers the handlers; called when LLVM has been loaded.
 pub(crate) fn note_loaded() {
     watch_main_thread();
     system::call_at_exit();
 }
 
-/// Called by a thread that does work, at its start.
+/// Marks the current thread as one that does work.
 pub(crate) fn note_worker() {
     IS_WORKER.set(true);
 }
 
-/// Work is done.
+/// Counts completed work and registers the handler again if due.
 pub(crate) fn note_work() {
     let done = WORKS_DONE.fetch_add(1, SeqCst).wrapping_add(1);
     if done <= FIRST_WORKS || done.is_power_of_two() {
@@ -99,17 +100,17 @@ pub(crate) fn note_work() {
     }
 }
 
-/// Makes the main thread's value, if this is that thread.
+/// Creates the main thread's value, if this is that thread.
 fn watch_main_thread() {
     if system::is_main_thread() {
-        // At its end it has none, and needs none.
+        // At its end the thread has no such value, and needs none.
         let _ = MAIN_THREAD.try_with(|_| ());
     }
 }
 
 fn wait_for_work() {
     let start = Instant::now();
-    // A child has no thread whose work was cut.
+    // In a child, interrupted work never ends.
     while AT_WORK.is_busy() && !AT_WORK.was_cut() && start.elapsed() < MAX_WAIT {
         std::thread::sleep(STEP);
     }
@@ -117,7 +118,7 @@ fn wait_for_work() {
 
 extern "C" fn at_exit() {
     IS_ENDING.store(true, SeqCst);
-    // A thread that does work can't wait for itself.
+    // A thread that does work cannot wait for itself.
     if !IS_WORKER.get() {
         wait_for_work();
     }
@@ -132,14 +133,14 @@ mod system {
     }
 
     pub fn call_at_exit() {
-        // Safety: the handler may be called at any time and any number of times. Where there is no memory for it, the
-        // process ends as it would without it.
+        // Safety: the handler may be called at any time and any number of times. If there is no memory to register it,
+        // the process ends as it would without it.
         unsafe { atexit(super::at_exit) };
     }
 
     #[cfg(target_os = "linux")]
     pub fn is_main_thread() -> bool {
-        // Safety: these take nothing and only tell numbers.
+        // Safety: these functions take no arguments and only return numbers.
         unsafe { libc::gettid() == libc::getpid() }
     }
 
@@ -152,7 +153,7 @@ mod system {
 #[cfg(not(unix))]
 mod system {
     pub fn call_at_exit() {
-        // Machine code runs on Unix alone.
+        // Machine code runs only on Unix.
         let _ = super::at_exit;
     }
 

@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of loading LLVM and of compilation.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,11 +6,11 @@ use std::path::PathBuf;
 /// The version of an LLVM library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LlvmVersion {
-    /// The number that says which API there is.
+    /// The major version, which determines the API.
     pub major: u32,
-    /// The second number.
+    /// The minor version.
     pub minor: u32,
-    /// The third number.
+    /// The patch version.
     pub patch: u32,
 }
 
@@ -20,12 +20,12 @@ impl fmt::Display for LlvmVersion {
     }
 }
 
-/// Why there is no LLVM. The text says what was tried and what can be done.
+/// The reason LLVM could not be loaded. The message lists the libraries tried and suggests remedies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LlvmError {
-    /// Each library that was looked at, and why it does not serve.
+    /// Each library that was tried, and the reason it was rejected.
     pub tried: Vec<(PathBuf, String)>,
-    /// Whether the environment variable `RTSL_LLVM` chose the library.
+    /// True if the environment variable `RTSL_LLVM` selected the library.
     pub chosen_by_user: bool,
 }
 
@@ -52,30 +52,30 @@ impl fmt::Display for LlvmError {
 
 impl std::error::Error for LlvmError {}
 
-/// Why a module's text did not become code.
+/// The reason a module's text could not be compiled.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JitError {
-    /// The packet code breaks a rule: a mistake in the compiler.
+    /// The packet code violates an invariant: a bug in the compiler.
     #[error("the packet code is not valid: {0}")]
     InvalidKernel(#[from] rtsl_packet::VerifyError),
-    /// The packet code and the record that it is to be called for do not fit each other.
+    /// The packet code and the record for which it is compiled do not fit each other.
     #[error("{0}")]
     Record(#[from] rtsl_packet::RecordError),
-    /// The text is not LLVM's language, or the module breaks its rules.
+    /// The text is not valid LLVM syntax, or the module is invalid.
     #[error("LLVM does not accept the module: {0}")]
     InvalidModule(String),
-    /// The target's name, or one of its features, means nothing to this LLVM.
+    /// This LLVM does not support the target, or one of its features.
     #[error("LLVM has no target `{triple}`: {reason}")]
     UnknownTarget {
         /// The target triple.
         triple: String,
-        /// LLVM's words.
+        /// LLVM's message.
         reason: String,
     },
-    /// LLVM reported an error or gave up while it made code.
+    /// LLVM reported an error or aborted during code generation.
     #[error("LLVM failed: {0}")]
     CodeGeneration(String),
-    /// A function keeps too much on the stack.
+    /// The stack frame of a function is too large.
     #[error(
         "`{function}` needs {} KiB of stack, where {} KiB are allowed",
         .bytes.div_ceil(1024),
@@ -84,19 +84,19 @@ pub enum JitError {
     Frame {
         /// The function's symbol.
         function: String,
-        /// What it needs.
+        /// The size of its frame.
         bytes: usize,
     },
-    /// The code calls what this process must not or can't provide.
-    #[error("the compiled code calls `{0}`, which is no function of the runtime")]
+    /// The code calls a function that is not part of the runtime.
+    #[error("the compiled code calls `{0}`, which is not a function of the runtime")]
     UndefinedSymbol(String),
-    /// The object file holds something that the loader does not know.
+    /// The object file contains a feature that the loader does not support.
     #[error("the object file can't be loaded: {0}")]
     Object(String),
-    /// There is no function of this name in the module.
+    /// The module has no function of this name.
     #[error("the module has no function `{0}`")]
     MissingFunction(String),
-    /// Code for another machine can be printed, but not run.
+    /// The target differs from this machine; such code can be printed but not run.
     #[error("code for `{0}` can't run on this machine")]
     ForeignTarget(String),
     /// This process was forked from one that was compiling on another thread.
@@ -104,10 +104,10 @@ pub enum JitError {
         "this process was forked while another thread of its parent compiled, so LLVM can't be used in it"
     )]
     Forked,
-    /// `exit` was called: LLVM's globals are gone, or will be any moment.
+    /// `exit` was called: LLVM's globals are destroyed, or will be at any moment.
     #[error("the process is ending, and nothing is compiled any more")]
     Ending,
-    /// The system gave no memory for code.
+    /// The system has no memory for code.
     #[error("no memory for machine code: {0}")]
     Memory(String),
 }

@@ -1,6 +1,6 @@
 //! The functions of LLVM's C API that are used, loaded from a library.
 //!
-//! Only functions that are the same from LLVM 17 to 23 stand here.
+//! The list contains only functions that are the same from LLVM 17 to 23.
 
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
 
@@ -20,7 +20,7 @@ opaque! {
     DiagnosticInfo Value Attribute
 }
 
-/// `LLVMBool`: 0 is success where a function can fail.
+/// `LLVMBool`; for functions that can fail, 0 is success.
 pub type Bool = c_int;
 
 /// `LLVMReturnStatusAction` of `LLVMVerifyModule`: report, neither print nor abort.
@@ -49,7 +49,7 @@ macro_rules! api {
         }
 
         impl Api {
-            /// Looks every function up; the error names the first that is missing.
+            /// Looks up every function; the error is the name of the first missing one.
             pub fn resolve(library: &Library) -> Result<Api, &'static str> {
                 $(
                     // Safety: the signature is that of LLVM's header for this name, and the
@@ -158,7 +158,7 @@ mod table {
 
 pub use table::Api;
 
-/// The version that a library says it has; `None` for one too old to say.
+/// Returns the version that a library reports; `None` for one too old to report it.
 pub fn version(library: &Library) -> Option<(u32, u32, u32)> {
     type GetVersion = unsafe extern "C" fn(*mut c_uint, *mut c_uint, *mut c_uint);
     let (mut major, mut minor, mut patch) = (0, 0, 0);
@@ -170,8 +170,8 @@ pub fn version(library: &Library) -> Option<(u32, u32, u32)> {
     Some((major, minor, patch))
 }
 
-/// Makes the code generators of every architecture that RTSL compiles for known to LLVM.
-/// One that was left out of this build of LLVM is passed over.
+/// Registers the code generators of every architecture that RTSL compiles for with LLVM. Those missing in this build of
+/// LLVM are skipped.
 pub fn initialize_targets(library: &Library) {
     for architecture in ["X86", "AArch64"] {
         for part in ["TargetInfo", "Target", "TargetMC", "AsmPrinter"] {
@@ -187,7 +187,7 @@ pub fn initialize_targets(library: &Library) {
 }
 
 impl Api {
-    /// Takes over a message that LLVM allocated; empty for null.
+    /// Takes ownership of a message that LLVM allocated; empty for null.
     ///
     /// # Safety
     /// `message` is null or a message that `LLVMDisposeMessage` frees, not used afterwards.
@@ -195,7 +195,7 @@ impl Api {
         if message.is_null() {
             return String::new();
         }
-        // Safety: LLVM's messages end in a zero byte; the caller gives this one up.
+        // Safety: LLVM's messages end in a zero byte; the caller transfers ownership.
         unsafe {
             let text = CStr::from_ptr(message).to_string_lossy().trim_end().to_owned();
             (self.LLVMDisposeMessage)(message);

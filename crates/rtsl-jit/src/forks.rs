@@ -1,33 +1,33 @@
-//! Work that a fork of the process may cut in two.
+//! Detection of work interrupted by a fork of the process.
 //!
-//! A child process has one thread, that which forked. Locks that others held stay held there for ever, and what they were
-//! at stays half done. So work is counted: where some was under way at a fork, the child refuses more of it, since
-//! it would wait for ever.
+//! A child process has only the thread that forked. Locks held by other threads remain locked for ever, and their work
+//! remains unfinished. So work is counted: if any was in progress at a fork, the child refuses further work, which
+//! would deadlock.
 
 use std::sync::Once;
 use std::sync::atomic::Ordering::SeqCst;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicUsize};
 
-/// Counts one kind of work, for the children of this process.
+/// Counts work of one kind, for the child processes.
 #[derive(Debug)]
 pub struct ForkGuard {
     under_way: AtomicUsize,
-    /// This is a child, and work was under way when it was forked.
+    /// True if this is a child and work was in progress when it was forked.
     was_cut: AtomicBool,
-    /// The forks that lie between this process and the one that first did such work.
+    /// The number of forks between this process and the one that first did such work.
     forks: AtomicUsize,
     watched: Once,
 }
 
-/// Work that is under way as long as this lives.
+/// Marks work as in progress while this value lives.
 #[derive(Debug)]
 pub struct UnderWay<'a>(&'a ForkGuard);
 
-/// Those that hear of forks, null at the end.
+/// The guards to update at a fork, followed by null.
 static WATCHED: [AtomicPtr<ForkGuard>; 4] = [const { AtomicPtr::new(std::ptr::null_mut()) }; 4];
 
 impl ForkGuard {
-    /// No work yet.
+    /// Returns a guard without work.
     pub const fn new() -> ForkGuard {
         ForkGuard {
             under_way: AtomicUsize::new(0),
@@ -37,7 +37,7 @@ impl ForkGuard {
         }
     }
 
-    /// Begins work; `None` in a child of a process that was at such work when it was forked.
+    /// Begins work; `None` in a child whose parent had such work in progress when it forked.
     pub fn begin(&'static self) -> Option<UnderWay<'static>> {
         self.watched.call_once(|| self.watch());
         let work = UnderWay(self);
@@ -45,17 +45,17 @@ impl ForkGuard {
         (!self.was_cut()).then_some(work)
     }
 
-    /// Whether work can no longer be done in this process.
+    /// True if work can no longer be done in this process.
     pub fn was_cut(&self) -> bool {
         self.was_cut.load(SeqCst)
     }
 
-    /// Whether any work is under way.
+    /// True if any work is in progress.
     pub fn is_busy(&self) -> bool {
         self.under_way.load(SeqCst) > 0
     }
 
-    /// Changes in each child.
+    /// Returns the number of forks, which changes in each child.
     pub fn forks(&self) -> usize {
         self.forks.load(SeqCst)
     }
@@ -70,7 +70,7 @@ impl ForkGuard {
         debug_assert!(variable.is_some(), "there is a variable for each guard of the program");
     }
 
-    /// In a child, before anything else is done there.
+    /// Updates the guard in a child, before any other code runs there.
     fn note_fork(&self) {
         if self.is_busy() {
             self.was_cut.store(true, SeqCst);
@@ -107,8 +107,8 @@ mod system {
 
     pub fn watch_forks() {
         static ONCE: Once = Once::new();
-        // Safety: the handler may be called at any time, in a process with one thread: it changes atomic numbers alone. Where
-        // there is no memory for it, forks go unnoticed, as they would without it.
+        // Safety: the handler may be called at any time, in a process with one thread: it only changes atomic numbers.
+        // If there is no memory to register it, forks are not detected.
         ONCE.call_once(|| unsafe {
             pthread_atfork(None, None, Some(in_child));
         });
@@ -117,7 +117,7 @@ mod system {
     unsafe extern "C" fn in_child() {
         for guard in &WATCHED {
             let guard = guard.load(SeqCst);
-            // Safety: what is not null is the address of a guard that lives as long as the program.
+            // Safety: a pointer that is not null is the address of a guard that lives as long as the program.
             if let Some(guard) = unsafe { guard.as_ref() } {
                 guard.note_fork();
             }

@@ -1,43 +1,44 @@
 //! Stack frames of compiled functions.
 //!
-//! Values that do not fit into registers wait on the stack, a vector each, so a text decides how much stack its kernels
-//! take. LLVM reports the frame of every function that carries [`REPORT_ATTRIBUTE`], and a module with a frame beyond
-//! [`MAX_FRAME_BYTES`] is refused. Frames of more than a page touch every page (`"probe-stack"`), so one that does not fit
-//! after all ends at the stack's guard page.
+//! Values that do not fit into registers are spilled to the stack, a vector each, so a shader determines the stack size
+//! of its kernels. LLVM reports the frame of every function that has [`REPORT_ATTRIBUTE`], and a module with a frame
+//! beyond [`MAX_FRAME_BYTES`] is refused. Frames of more than a page touch every page (`"probe-stack"`), so one that
+//! does not fit after all hits the stack's guard page.
 
 use std::collections::BTreeMap;
 
 use crate::error::JitError;
 
-/// The most stack that a function may need, with the functions that it calls. Hosts call kernels on their own threads'
-/// stacks, of which none should be smaller than twice this.
+/// The greatest stack size of a function, including the functions that it calls. Hosts call kernels on their threads'
+/// stacks, each of which should be at least twice this size.
 pub const MAX_FRAME_BYTES: usize = 256 << 10;
 
-/// Makes LLVM report the frame of a function that is larger than the value: a warning to the diagnostic handler.
+/// The attribute that makes LLVM report the frame of a function that is larger than the value: a warning to the
+/// diagnostic handler.
 pub const REPORT_ATTRIBUTE: (&str, &str) = ("warn-stack-size", "0");
 
-/// Counted for every function: saved registers, alignment for vectors, the return address, and helpers that emulate an
-/// instruction.
+/// An allowance for every function: saved registers, alignment for vectors, the return address, and helpers that
+/// emulate an instruction.
 const BEYOND_FRAME: usize = 4 << 10;
 
-/// The stack that the functions of a module need.
+/// The stack sizes of the functions of a module.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
-    /// By function.
+    /// The size of each function, in bytes.
     bytes: BTreeMap<String, usize>,
 }
 
 impl Frames {
-    /// Takes a warning of LLVM down: `stack frame size (1544) exceeds limit (0) in function 'kernel0'`. Returns false for
-    /// a warning about something else.
+    /// Records a warning of LLVM: `stack frame size (1544) exceeds limit (0) in function 'kernel0'`. Returns false for
+    /// a warning of another kind.
     ///
     /// # Errors
-    /// If a warning about a stack is not understood: frames must not be taken for empty.
+    /// If a warning about a stack cannot be parsed: the frame must not be assumed to be empty.
     pub fn add_report(&mut self, warning: &str) -> Result<bool, String> {
         if !warning.contains("stack") {
             return Ok(false);
         }
-        let unknown = || format!("it reports a stack frame in unknown words: {warning}");
+        let unknown = || format!("it reports a stack frame in an unknown format: {warning}");
         let size = between(warning, "size (", ')').and_then(|size| size.parse().ok());
         let function = between(warning, "function '", '\'');
         let (size, function) = size.zip(function).ok_or_else(unknown)?;
@@ -45,8 +46,8 @@ impl Frames {
         Ok(true)
     }
 
-    /// The stack that a call of the function takes: its own frame, and the largest of its parts, `function.rest` and the
-    /// like, of which it calls one at a time.
+    /// Returns the stack size of a call of the function: its frame, and the largest of its parts, `function.rest` and
+    /// the like, which it calls one at a time.
     pub fn of(&self, function: &str) -> usize {
         let own = self.bytes.get(function).copied().unwrap_or(0);
         let parts = self.bytes.range(format!("{function}.")..);
@@ -55,7 +56,7 @@ impl Frames {
         own.saturating_add(largest).saturating_add(BEYOND_FRAME)
     }
 
-    /// Refuses a module with a function that needs too much.
+    /// Refuses a module with a function that needs too much stack.
     ///
     /// # Errors
     /// [`JitError::Frame`].
@@ -75,7 +76,7 @@ fn is_part(name: &str, function: &str) -> bool {
     name.strip_prefix(function).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// The text from behind `start` to `end`.
+/// Returns the text between `start` and `end`.
 fn between<'a>(text: &'a str, start: &str, end: char) -> Option<&'a str> {
     let (_, rest) = text.split_once(start)?;
     rest.split_once(end).map(|(inside, _)| inside)

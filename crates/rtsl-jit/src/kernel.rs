@@ -1,4 +1,4 @@
-//! A compiled method, safe to call.
+//! Compiled methods with a safe call interface.
 
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
@@ -28,24 +28,25 @@ pub struct CompiledKernel {
     _module: Arc<Module>,
     entry: Entry,
     signature: Signature,
-    /// Rays at a time.
+    /// The number of rays per chunk.
     width: u32,
-    /// The stack that a call takes.
+    /// The stack size of a call.
     frame_bytes: usize,
-    /// Hosts may answer what it asks by calling kernels, and so on, while its large frame waits.
+    /// True if the kernel runs on a separate stack: hosts may answer its requests by calling kernels, recursively,
+    /// while its large frame is on the stack.
     has_own_stack: bool,
 }
 
 impl CompiledKernel {
-    /// Machine code of packet kernels for this machine, in their order. All go into one module, which costs
-    /// less than one each. `features` says what the text may ask for, whatever its names are; what the
-    /// machine lacks LLVM makes up for, or refuses.
+    /// Compiles packet kernels to machine code for this machine, in their order. All are in one module, which costs
+    /// less than one each. `features` are those that the text may use, independently of its names; LLVM emulates
+    /// features that the machine lacks, or refuses them.
     ///
-    /// What calls are checked against is derived from the packet code itself, so that whatever
-    /// kernels are given, calls of what comes out touch no memory but that of their arguments.
+    /// The requirements against which calls are checked are derived from the packet code itself, so for any kernels,
+    /// calls of the result access no memory except that of their arguments.
     ///
-    /// What needs too much stack may need little enough where it does fewer rays at a time; a caller who has other packet
-    /// code tries.
+    /// A kernel that needs too much stack may need less at a smaller width; the caller may retry with packet code of
+    /// that width.
     ///
     /// # Errors
     /// See [`JitError`].
@@ -58,7 +59,7 @@ impl CompiledKernel {
         kernels.iter().try_for_each(rtsl_packet::verify)?;
         let work = kernels.iter().map(Kernel::work).max().unwrap_or(0);
         if kernels.len() > 1 && level.for_work(work) != level {
-            // The level of the largest is not for the others.
+            // The level for the largest kernel need not apply to the others.
             let alone = |kernel| Self::compile(llvm, std::slice::from_ref(kernel), features, level);
             let made: Result<Vec<_>, _> = kernels.iter().map(alone).collect();
             return Ok(made?.into_iter().flatten().collect());
@@ -69,7 +70,7 @@ impl CompiledKernel {
         let module = Arc::new(llvm.compile(&module_text(kernels, &features), target, level)?);
         let kernels = kernels.iter().enumerate().map(|(index, kernel)| {
             let address = module.function(&symbol(index))?;
-            // Safety: the function is a kernel: made just now from packet code that keeps the rules.
+            // Safety: the function is a kernel, just compiled from verified packet code.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
             let signature = kernel.signature();
             let frame_bytes = module.frame(&symbol(index));
@@ -85,18 +86,18 @@ impl CompiledKernel {
         kernels.collect()
     }
 
-    /// What it takes.
+    /// Returns the requirements of a call.
     pub fn signature(&self) -> &Signature {
         &self.signature
     }
 
-    /// Rays at a time.
+    /// Returns the number of rays per chunk.
     pub fn width(&self) -> usize {
         self.width as usize
     }
 
-    /// The function itself, which takes a pointer to the call that `rtsl_abi::offsets` describes. The code lives as long as
-    /// any handle to the kernel.
+    /// Returns the address of the function, which takes a pointer to the call described in `rtsl_abi::offsets`. The
+    /// code lives as long as any handle to the kernel.
     pub fn address(&self) -> *const c_void {
         self.entry as *const c_void
     }
@@ -104,10 +105,10 @@ impl CompiledKernel {
     /// Runs the method for all rays of the call.
     ///
     /// # Panics
-    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, and with a panic of the
-    /// host.
-    // Always inlined: else the arguments are written to memory and read back at once in pieces of other
-    // sizes, which takes 4 ns, a fifth of what a short kernel takes for 64 rays.
+    /// If the arguments' sizes do not fit the kernel, if there is no memory for the stack that it needs, or if the host
+    /// panics.
+    // Always inlined: otherwise the arguments are written to memory and immediately read back in pieces of other sizes,
+    // which takes 4 ns, a fifth of the time of a short kernel for 64 rays.
     #[inline(always)]
     pub fn call(&self, call: CallArguments<'_>) -> CallStatus {
         match self.try_call(call) {
@@ -116,13 +117,13 @@ impl CompiledKernel {
         }
     }
 
-    /// The same, where what makes a call impossible is an error.
+    /// Like [`CompiledKernel::call`], but returns an error if the call is not possible.
     ///
     /// # Errors
     /// If the arguments' sizes do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
-    /// With a panic of the host.
+    /// If the host panics.
     #[inline(always)]
     pub fn try_call(&self, call: CallArguments<'_>) -> Result<CallStatus, CallError> {
         self.signature.check(&call)?;
@@ -164,8 +165,8 @@ impl CompiledKernel {
             }
         }
         match self.signature.separate_chunks {
-            // Safety: the pointers are to memory that the arguments borrow, of the sizes just
-            // checked; what the kernel's shape reads is written; the code keeps to the interface.
+            // Safety: the pointers are to memory that the arguments borrow, of the sizes just checked; all fields that
+            // the kernel's call mode reads are written; the code conforms to the interface.
             None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
             // Safety: the same.
             None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
@@ -184,10 +185,10 @@ impl CompiledKernel {
     /// If the arguments do not fit the kernel, or there is no memory for the stack that it needs.
     ///
     /// # Panics
-    /// With a panic of the host.
+    /// If the host panics.
     pub fn call_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         self.signature().check_host(&call, self.width())?;
-        // Safety: the arguments fit, as was just found.
+        // Safety: the arguments fit, as just checked.
         unsafe { self.run_host(call) }
     }
 
@@ -197,8 +198,8 @@ impl CompiledKernel {
     /// [`CallError::NoStack`].
     ///
     /// # Safety
-    /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code touches are there,
-    /// with lanes for whole vectors of the rays, of which the single shape has exactly one.
+    /// The call has passed [`Signature::check_host`] for the kernel's width: the arrays that code accesses are present,
+    /// with lanes for whole vectors of the rays, of which the single mode has exactly one.
     unsafe fn run_host(&self, call: HostArguments<'_, '_>) -> Result<CallStatus, CallError> {
         let HostArguments { state, scratch, count, mask, accepted, instances, host } = call;
         let mut host = HostCalls { host, panic: None };
@@ -229,8 +230,8 @@ impl CompiledKernel {
             }
         }
         match self.signature.separate_chunks {
-            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; what the
-            // kernel's shape reads is written; the code keeps to the interface.
+            // Safety: the pointers are to memory that the arguments borrow, of the sizes that were checked; all fields
+            // that the kernel's call mode reads are written; the code conforms to the interface.
             None if !self.has_own_stack => unsafe { (self.entry)(&mut raw) },
             // Safety: the same.
             None => unsafe { call_on_own_stack(self.entry, &mut raw, self.frame_bytes) }?,
@@ -242,10 +243,10 @@ impl CompiledKernel {
         Ok(finish(&raw, host, None))
     }
 
-    /// Runs `intersect` in the leaf shape.
+    /// Runs `intersect` in the leaf mode.
     ///
     /// # Safety
-    /// The kernel is of that method and shape and fits the objects, and the call has passed
+    /// The kernel is of that method and call mode and fits the objects, and the call has passed
     /// [`Signature::check_leaf`] for them.
     #[inline(always)]
     pub(crate) unsafe fn call_leaf(
@@ -271,13 +272,13 @@ impl CompiledKernel {
             test_count: MaybeUninit::new(tests.len() as u32),
             tests: MaybeUninit::new(tests.as_mut_ptr()),
         };
-        // Safety: the caller has seen to it that what the code reads and writes is there.
+        // Safety: the caller guarantees that all memory that the code reads and writes is valid.
         unsafe { (self.entry)(&mut raw) };
         finish(&raw, host, None)
     }
 }
 
-/// What a call left.
+/// Returns the status of a call.
 #[inline(always)]
 fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatus {
     if let Some(panic) = host.panic {
@@ -286,13 +287,13 @@ fn finish(raw: &RawCall, host: HostCalls<'_>, nearest: Option<u32>) -> CallStatu
     CallStatus { budget_exhausted: raw.status & offsets::STATUS_BUDGET != 0, nearest }
 }
 
-/// The text of a module of kernels, as [`CompiledKernel::compile`] hands it to LLVM.
+/// Returns the text of a module of kernels, as [`CompiledKernel::compile`] passes it to LLVM.
 pub fn module_text(kernels: &[Kernel], features: &TargetFeatures) -> String {
     let symbols: Vec<String> = (0..kernels.len()).map(symbol).collect();
     rtsl_llvm::emit(symbols.iter().map(String::as_str).zip(kernels), features)
 }
 
-/// Features with the names of the host. They go into the text as they stand, so that only those that LLVM gave will do.
+/// Returns features with the names of the host. The names are copied into the text, so only those from LLVM are safe.
 pub(crate) fn features_of_host(target: &Target, features: &TargetFeatures) -> TargetFeatures {
     TargetFeatures {
         triple: target.triple().to_owned(),
@@ -302,7 +303,7 @@ pub(crate) fn features_of_host(target: &Target, features: &TargetFeatures) -> Ta
     }
 }
 
-/// The name of a kernel in its module.
+/// Returns the name of a kernel in its module.
 fn symbol(index: usize) -> String {
     format!("kernel{index}")
 }

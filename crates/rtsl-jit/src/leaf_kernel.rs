@@ -1,4 +1,4 @@
-//! `intersect` in the leaf shape, ready for calls that have little to do each.
+//! `intersect` in the leaf mode, prepared for calls with little overhead.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use rtsl_abi::{CallStatus, LeafArguments, Objects};
 
 use crate::kernel::CompiledKernel;
 
-/// `intersect` in the leaf shape and the objects that it is called for. That they fit each other is
-/// checked once: rays call it for every few leaves that they visit, so that every nanosecond of a call counts.
+/// `intersect` in the leaf mode and the objects for which it is called. Their compatibility is checked once: rays call
+/// it for every few leaves that they visit, so the overhead of a call matters.
 #[derive(Clone, Debug)]
 pub struct LeafKernel {
     kernel: CompiledKernel,
@@ -15,25 +15,24 @@ pub struct LeafKernel {
 }
 
 impl LeafKernel {
-    /// The kernel for calls with these objects.
+    /// Returns the kernel for calls with these objects.
     ///
     /// # Panics
-    /// If the kernel is of another method or shape, or made for objects of another form.
+    /// If the kernel is of another method or call mode, or compiled for objects of another form.
     pub fn new(kernel: &CompiledKernel, objects: Arc<Objects>) -> LeafKernel {
         kernel.signature().check_leaf_objects(&objects);
         LeafKernel { kernel: kernel.clone(), objects }
     }
 
-    /// The objects.
+    /// Returns the objects.
     pub fn objects(&self) -> &Arc<Objects> {
         &self.objects
     }
 
-    /// Makes the tests.
+    /// Executes the tests.
     ///
     /// # Panics
-    /// If there are no such objects, the rays' blocks do not fit the kernel, and with a panic of the
-    /// host.
+    /// If the objects are out of range, the rays' blocks do not fit the kernel, or the host panics.
     // Inlined for the same reason as `CompiledKernel::call`.
     #[inline(always)]
     pub fn call(&self, call: LeafArguments<'_>) -> CallStatus {

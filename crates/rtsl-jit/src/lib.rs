@@ -1,15 +1,13 @@
-//! Finds LLVM at run time, compiles LLVM text with it, and hands out safe handles to the
-//! kernels.
+//! Finds LLVM at run time, compiles LLVM text with it, and provides safe handles to the kernels.
 //!
-//! Nothing links against LLVM: its library is loaded through the C API when it is first
-//! asked for, so that RTSL builds without it and runs, on the interpreter, where there is
-//! none. [`Llvm::load`] searches, [`Llvm::compile`] makes machine code of a module's text, and
-//! a [`Module`] owns the code. [`CompiledKernel::compile`] does all of it for packet kernels, and what it
-//! gives can be called: no way leads there from text.
+//! RTSL does not link against LLVM: the library is loaded through the C API at its first use, so that RTSL builds
+//! without it and, where it is missing, runs on the interpreter. [`Llvm::load`] searches, [`Llvm::compile`] compiles a
+//! module's text to machine code, and a [`Module`] owns the code. [`CompiledKernel::compile`] does all of this for
+//! packet kernels, and only its results can be called: there is no path from text to a callable kernel.
 //!
-//! `rtsl-abi` describes the calls. This crate must not know the language, the single-ray IR's operations or how packet
-//! code is made; it reads LLVM text and runs what LLVM makes of it, so that it holds `unsafe`, as only `rtsl-abi` of the
-//! compiler's other crates does.
+//! `rtsl-abi` describes the calls. This crate must not depend on the language, the single-ray IR's operations or the
+//! lowering to packet code; it reads LLVM text and runs the code that LLVM generates. It therefore contains `unsafe`,
+//! as only `rtsl-abi` of the compiler's other crates does.
 #![allow(unsafe_code, reason = "calls a C library and runs the machine code that it makes")]
 
 mod callback;

@@ -1,8 +1,8 @@
-//! Opens a shared library, together with those that lie beside it.
+//! Opens a shared library, together with dependencies in neighbouring folders.
 //!
-//! Some packages of LLVM bring the C++ library that they were built with in a folder of their own. The system's loader
-//! finds it by a path inside libLLVM, which holds only where the package was installed as its makers meant; unpacked by
-//! other means, the link `libc++.so.1` to the file `libc++.so.1.0` is missing, too. A library that the loader misses is
+//! Some packages of LLVM bring the C++ library that they were built with in a separate folder. The system's loader
+//! finds it by a path inside libLLVM, which is valid only if the package was installed as intended; if it was unpacked
+//! otherwise, the link `libc++.so.1` to the file `libc++.so.1.0` is missing, too. A library that the loader misses is
 //! therefore looked for near the one that needs it and opened first.
 
 use std::fs;
@@ -11,19 +11,19 @@ use std::path::{Path, PathBuf};
 
 use libloading::Library;
 
-/// Opens the library, and before it the libraries beside it that the loader does not find by itself. It stays open:
-/// closing runs destructors that others may need.
+/// Opens the library, and before it the neighbouring libraries that the loader does not find. It stays open: closing
+/// runs destructors that others may need.
 pub fn open(path: &Path) -> Result<ManuallyDrop<Library>, String> {
     open_with_neighbours(path, &mut Vec::new())
 }
 
-/// `missed` are the names that were looked for, each once, so that there is an end.
+/// Opens the library; `missed` are the names looked for so far, each once, which ensures termination.
 fn open_with_neighbours(
     path: &Path,
     missed: &mut Vec<String>,
 ) -> Result<ManuallyDrop<Library>, String> {
     loop {
-        // Safety: opening runs constructors of the library's globals, which do not touch ours.
+        // Safety: opening runs constructors of the library's globals, which do not access ours.
         let message = match unsafe { Library::new(path) } {
             Ok(library) => return Ok(ManuallyDrop::new(library)),
             Err(error) => plain(&error),
@@ -39,7 +39,7 @@ fn open_with_neighbours(
     }
 }
 
-/// The loader's words on one line.
+/// Returns the loader's message on one line.
 fn plain(error: &libloading::Error) -> String {
     let text = match std::error::Error::source(error) {
         Some(source) => source.to_string(),
@@ -48,7 +48,7 @@ fn plain(error: &libloading::Error) -> String {
     text.replace('\n', " ")
 }
 
-/// The name of the library that a loader's message (of glibc, of musl) says is missing.
+/// Returns the name of the missing library in a loader's message (of glibc, of musl).
 fn missing_library(message: &str) -> Option<&str> {
     let message = message.strip_prefix("Error loading shared library ").unwrap_or(message);
     let (name, reason) = message.split_once(':')?;
@@ -56,7 +56,7 @@ fn missing_library(message: &str) -> Option<&str> {
     (is_name && reason.contains("No such file")).then_some(name)
 }
 
-/// The file of this name in the library's folder or a folder in that, with or without further digits of a version.
+/// Returns the file of this name, possibly with further version digits, in the library's folder or a subfolder.
 fn neighbour(library: &Path, name: &str) -> Option<PathBuf> {
     let library = library.canonicalize().ok()?;
     let home = library.parent()?.to_owned();

@@ -1,20 +1,21 @@
-//! Memory that a loaded library takes up and can give back.
+//! Release of the resident pages of a loaded library.
 //!
-//! A process holds the pages of a library's file that it ever touched, with their neighbours. The system keeps the file
-//! in memory anyway, so that pages given back return within microseconds when they are touched again.
+//! A process keeps the pages of a library's file that it ever touched, with their neighbours. The system keeps the file
+//! in its cache anyway, so released pages return within microseconds when they are touched again.
 
-/// The pages of a library that hold what its file holds.
+/// The pages of a library that are identical to its file.
 pub struct LibraryPages {
     ranges: Vec<system::Pages>,
 }
 
 impl LibraryPages {
-    /// Those of the library that the code at this address is part of; none where the system does not tell.
+    /// Returns the pages of the library that contains the code at this address; none if the system does not report
+    /// them.
     pub fn of_code_at(address: *const ()) -> LibraryPages {
         LibraryPages { ranges: system::pages_of_file(address.addr()) }
     }
 
-    /// Gives them back until they are touched again. Other threads may use them meanwhile.
+    /// Releases the pages until they are touched again. Other threads may use them meanwhile.
     pub fn release(&self) {
         self.ranges.iter().for_each(system::release);
     }
@@ -32,10 +33,10 @@ mod system {
 
     use crate::memory::PAGE;
 
-    /// Addresses of whole pages.
+    /// The addresses of whole pages.
     pub type Pages = Range<usize>;
 
-    /// An entry of a library's dynamic section: what it says, and its value.
+    /// An entry of a library's dynamic section: its tag and its value.
     type DynamicEntry = [u64; 2];
     const DYNAMIC_END: u64 = 0;
     const DYNAMIC_TEXT_RELOCATIONS: u64 = 22;
@@ -49,13 +50,13 @@ mod system {
 
     pub fn pages_of_file(address: usize) -> Vec<Pages> {
         let mut search = Search { address, found: Vec::new() };
-        // Safety: `visit` takes what it gets here.
+        // Safety: `visit` has the argument type that it is passed here.
         unsafe { dl_iterate_phdr(Some(visit), (&raw mut search).cast()) };
         search.found
     }
 
     unsafe extern "C" fn visit(info: *mut dl_phdr_info, _: usize, search: *mut c_void) -> c_int {
-        // Safety: the loader describes a library, whose table has so many entries; the pointer is that of
+        // Safety: the loader describes a library, whose table has that many entries; the pointer is that of
         // `pages_of_file`, which waits.
         let (base, segments, search) = unsafe {
             let info = &*info;
@@ -75,7 +76,7 @@ mod system {
                 start.next_multiple_of(PAGE)..end / PAGE * PAGE
             }));
         }
-        // That is all that is looked for.
+        // Stops the iteration.
         1
     }
 
@@ -88,8 +89,8 @@ mod system {
         start..start + segment.p_memsz as usize
     }
 
-    /// Whether the loader wrote to pages that are not writable afterwards. Linkers refuse to make such libraries unless
-    /// they are told to.
+    /// True if the loader wrote to pages that are not writable afterwards. Linkers refuse to make such libraries unless
+    /// forced.
     ///
     /// # Safety
     /// The segments are those of a library that is loaded at `base`.
@@ -111,8 +112,8 @@ mod system {
 
     pub fn release(pages: &Pages) {
         let start = std::ptr::with_exposed_provenance_mut(pages.start);
-        // Safety: whole pages of a private mapping that nobody writes to, neither the loader nor the library: they
-        // are as in the file, from which the system maps them again when they are next touched.
+        // Safety: whole pages of a private mapping that neither the loader nor the library writes to: they are
+        // identical to the file, from which the system maps them again when they are next touched.
         unsafe { madvise(start, pages.end.saturating_sub(pages.start), MADV_DONTNEED) };
     }
 }

@@ -1,4 +1,4 @@
-//! A loaded LLVM.
+//! A loaded LLVM library.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -15,11 +15,11 @@ use crate::search::{self, Candidates};
 use crate::target::Target;
 use crate::worker;
 
-/// The oldest LLVM whose C API and text serve.
+/// The oldest LLVM with a suitable C API and syntax.
 pub(crate) const OLDEST_MAJOR: u32 = 17;
 
-/// An LLVM library in this process. It stays loaded until the process ends: LLVM's own
-/// globals do not survive less.
+/// An LLVM library in this process. It remains loaded until the process ends, since LLVM's globals do not support
+/// unloading.
 pub struct Llvm {
     pub(crate) api: Api,
     pages: LibraryPages,
@@ -32,40 +32,38 @@ pub struct Llvm {
 static LOADED: OnceLock<Result<Arc<Llvm>, LlvmError>> = OnceLock::new();
 
 impl Llvm {
-    /// The LLVM of this process: the first call searches and loads, later ones give the
-    /// same answer.
+    /// Returns the LLVM of this process: the first call searches and loads, later ones return the same result.
     ///
-    /// The environment variable `RTSL_LLVM`, a library's file or its folder, overrules the
-    /// search; what it names must serve.
+    /// The environment variable `RTSL_LLVM`, a library's file or its folder, overrides the search; if its library is
+    /// unsuitable this is an error.
     pub fn load() -> Result<Arc<Llvm>, LlvmError> {
         LOADED.get_or_init(search_and_open).clone()
     }
 
-    /// Gives back memory that is held for further compilations alone: the library's code, if one is loaded. The next
-    /// compilation takes some milliseconds longer for it.
+    /// Releases memory held only for further compilations: the library's code, if one is loaded. The next compilation
+    /// takes some milliseconds longer.
     pub fn release_memory() {
         if let Some(Ok(llvm)) = LOADED.get() {
             llvm.pages.release();
         }
     }
 
-    /// The libraries that a search looks at, the first choice first, whether they serve or
-    /// not.
+    /// Returns the libraries that the search finds, the first choice first, including unsuitable ones.
     pub fn installed() -> Vec<PathBuf> {
         search::installed()
     }
 
-    /// What the library says its version is.
+    /// Returns the version that the library reports.
     pub fn version(&self) -> LlvmVersion {
         self.version
     }
 
-    /// Where the library lies.
+    /// Returns the path of the library.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// This machine.
+    /// Returns the target of this machine.
     pub fn host(&self) -> &Target {
         &self.host
     }
@@ -75,14 +73,14 @@ impl Llvm {
         let library = library::open(path)?;
         let version = supported_version(&library)?;
         let api = Api::resolve(&library)
-            .map_err(|name| format!("LLVM {version} without the function {name}"))?;
+            .map_err(|name| format!("LLVM {version} lacks the function {name}"))?;
         ffi::initialize_targets(&library);
         worker::install_fatal_error_handler(&api);
         ending::note_loaded();
         let host = host_target(&api);
         let pages = LibraryPages::of_code_at(api.LLVMContextCreate as *const ());
-        // What loading reads, tables of relocations and constructors of globals, is not read again: without this the
-        // first compilation ends with 52 MB of the library in memory, with it 36 MB (LLVM 19).
+        // Pages read only during loading, such as tables of relocations and constructors of globals, are not needed
+        // again: without this the first compilation ends with 52 MB of the library in memory, with it 36 MB (LLVM 19).
         pages.release();
         Ok(Llvm { api, pages, version, path: path.to_owned(), host, passes: Passes::default() })
     }
@@ -113,13 +111,13 @@ fn search_and_open() -> Result<Arc<Llvm>, LlvmError> {
     Err(LlvmError { tried, chosen_by_user })
 }
 
-/// A name such as `libLLVM-14.so` spares loading what would be refused.
+/// Rejects a file by the version in its name, such as `libLLVM-14.so`, before loading it.
 fn check_named_version(path: &Path) -> Result<(), String> {
     if !path.exists() {
         return Err("there is no such file".to_owned());
     }
     if path.is_dir() {
-        return Err("no LLVM library lies in this folder".to_owned());
+        return Err("this folder contains no LLVM library".to_owned());
     }
     match search::major_by_name(path) {
         Some(major) if major < OLDEST_MAJOR => Err(too_old(&major.to_string())),
@@ -138,11 +136,11 @@ fn supported_version(library: &Library) -> Result<LlvmVersion, String> {
 }
 
 fn too_old(version: &str) -> String {
-    format!("version {version} is too old, {OLDEST_MAJOR} is the oldest that serves")
+    format!("version {version} is too old, LLVM {OLDEST_MAJOR} or newer is required")
 }
 
 fn host_target(api: &Api) -> Target {
-    // Safety: these functions take nothing and return messages that the caller frees.
+    // Safety: these functions take no arguments and return messages that the caller frees.
     let (cpu, features) = unsafe {
         (
             api.take_message((api.LLVMGetHostCPUName)()),

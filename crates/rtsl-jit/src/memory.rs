@@ -2,14 +2,14 @@
 
 use crate::error::JitError;
 
-/// Memory of its own mapping, unmapped when dropped.
+/// A separate mapping, unmapped on drop.
 pub struct CodeMemory {
     start: *mut u8,
     size: usize,
     mapped: usize,
 }
 
-// Safety: the memory is owned; after `protect` nobody writes to it.
+// Safety: the memory is owned; after `protect` it is not written.
 unsafe impl Send for CodeMemory {}
 // Safety: shared references only read.
 unsafe impl Sync for CodeMemory {}
@@ -18,24 +18,24 @@ unsafe impl Sync for CodeMemory {}
 pub const PAGE: usize = rtsl_abi::PAGE_BYTES;
 
 impl CodeMemory {
-    /// Fresh zeroed memory of at least `size` bytes, writable.
+    /// Returns new zeroed memory of at least `size` bytes, writable.
     pub fn new(size: usize) -> Result<CodeMemory, JitError> {
         let mapped = size.max(1).next_multiple_of(PAGE);
         let start = system::map(mapped)?;
         Ok(CodeMemory { start, size, mapped })
     }
 
-    /// Where the memory lies.
+    /// Returns the address of the memory.
     pub fn address(&self) -> u64 {
         self.start as u64
     }
 
-    /// The size that was asked for.
+    /// Returns the requested size.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// The bytes, before [`CodeMemory::protect`].
+    /// Returns the bytes, before [`CodeMemory::protect`].
     pub fn bytes(&mut self) -> &mut [u8] {
         // Safety: the mapping is `mapped >= size` bytes long, writable until `protect`, which
         // is only called after the last use of this (see `Module::load`), and borrowed
@@ -54,10 +54,10 @@ impl CodeMemory {
         Ok(())
     }
 
-    /// The address of the byte at `offset`.
+    /// Returns the address of the byte at `offset`.
     pub fn at(&self, offset: usize) -> *const u8 {
         assert!(offset < self.size, "a function lies inside its module");
-        // Safety: checked just above.
+        // Safety: checked above.
         unsafe { self.start.add(offset) }
     }
 }
@@ -93,7 +93,7 @@ mod system {
     const EXECUTE: c_int = 4;
     const PRIVATE: c_int = 2;
     const ANONYMOUS: c_int = if cfg!(target_os = "linux") { 0x20 } else { 0x1000 };
-    /// Without it macOS does not let pages become executable.
+    /// Required by macOS for pages that become executable.
     const JIT: c_int = if cfg!(target_os = "macos") { 0x800 } else { 0 };
 
     pub fn map(size: usize) -> Result<*mut u8, JitError> {
@@ -144,9 +144,9 @@ fn clear_instruction_cache(_: *mut u8, _: usize) {}
 
 #[cfg(target_arch = "aarch64")]
 fn clear_instruction_cache(start: *mut u8, size: usize) {
-    /// No machine has shorter cache lines; cleaning a line twice does no harm.
+    /// No machine has shorter cache lines; cleaning a line twice is harmless.
     const LINE: usize = 16;
-    // Safety: cache maintenance by address on memory that is ours.
+    // Safety: cache maintenance by address on owned memory.
     unsafe {
         for offset in (0..size).step_by(LINE) {
             std::arch::asm!("dc cvau, {0}", in(reg) start.add(offset));

@@ -8,7 +8,7 @@ use crate::frames::Frames;
 use crate::memory::CodeMemory;
 use crate::runtime;
 
-/// Loaded machine code; its memory is freed with the value.
+/// Loaded machine code; its memory is freed on drop.
 pub struct Module {
     memory: CodeMemory,
     functions: BTreeMap<String, usize>,
@@ -16,7 +16,7 @@ pub struct Module {
 }
 
 impl Module {
-    /// Loads an object file made for this machine, whose functions need stack as `frames` says.
+    /// Loads an object file compiled for this machine, with the stack sizes `frames`.
     pub(crate) fn load(object: &[u8], frames: Frames) -> Result<Module, JitError> {
         let object = Object::parse(object)?;
         let layout = object.layout()?;
@@ -27,12 +27,12 @@ impl Module {
         Ok(Module { memory, functions: object.functions(&layout), frames })
     }
 
-    /// The names of the functions, sorted.
+    /// Returns the names of the functions, sorted.
     pub fn functions(&self) -> impl Iterator<Item = &str> {
         self.functions.keys().map(String::as_str)
     }
 
-    /// The address of a function, valid as long as the module lives.
+    /// Returns the address of a function, valid as long as the module lives.
     ///
     /// # Errors
     /// [`JitError::MissingFunction`].
@@ -42,12 +42,12 @@ impl Module {
         Ok(self.memory.at(*offset))
     }
 
-    /// How many bytes of stack a call of the function takes, at most [`MAX_FRAME_BYTES`](crate::MAX_FRAME_BYTES).
+    /// Returns the stack size of a call of the function in bytes, at most [`MAX_FRAME_BYTES`](crate::MAX_FRAME_BYTES).
     pub fn frame(&self, name: &str) -> usize {
         self.frames.of(name)
     }
 
-    /// How many bytes of memory the code and its constants take.
+    /// Returns the size of the code and its constants, in bytes.
     pub fn size(&self) -> usize {
         self.memory.size()
     }

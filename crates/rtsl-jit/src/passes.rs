@@ -1,17 +1,17 @@
-//! The LLVM passes of each level, in words that the loaded library knows.
+//! The LLVM passes of each level, in the syntax of the loaded library.
 //!
-//! LLVM renames parameters of passes between versions: what disables redundancy elimination across paths is `no-pre` up
-//! to version 22 and `no-scalar-pre` from 23 on, and `instcombine` has `no-verify-fixpoint` from 18 on. A pass therefore
-//! has several texts, and the library is asked which it accepts, by running them on an empty module. Versions are not
-//! compared, so a library that is newer than this text serves as well.
+//! LLVM renames parameters of passes between versions: the parameter that disables partial redundancy elimination is
+//! `no-pre` up to version 22 and `no-scalar-pre` from 23 on, and `instcombine` has `no-verify-fixpoint` from 18 on. A
+//! pass therefore has several spellings, and each is tried by running it on an empty module. Versions are not compared,
+//! so libraries newer than this code are supported as well.
 //!
-//! A pass whose texts are all refused is left out: code without it is slower and computes the same.
+//! A pass of which all spellings are rejected is omitted: code without it is slower but computes the same results.
 
 use std::sync::OnceLock;
 
 use crate::compile::OptLevel;
 
-/// One pass, by the texts that versions of LLVM have for it; the first that the library accepts is used.
+/// A pass with its spellings in versions of LLVM; the first that the library accepts is used.
 type Pass = &'static [&'static str];
 
 const ALWAYS_INLINE: Pass = &["always-inline"];
@@ -23,7 +23,7 @@ const SIMPLIFY_CFG_KEEPING_BRANCHES: Pass = &["simplifycfg<no-speculate-blocks>"
 const INSTCOMBINE: Pass = &["instcombine<no-verify-fixpoint>", "instcombine"];
 const JUMP_THREADING: Pass = &["jump-threading"];
 const OPTIMIZE_FULLY: Pass = &["default<O3>"];
-/// Without what works across paths: see [`ORDINARY`].
+/// Without partial redundancy elimination: see [`ORDINARY`].
 const GVN: Pass = &[
     "gvn<no-pre;no-load-pre;no-split-backedge-load-pre>",
     "gvn<no-scalar-pre;no-load-pre;no-split-backedge-load-pre>",
@@ -40,25 +40,24 @@ struct Pipeline {
 const CHEAP: Pipeline =
     Pipeline { module: &[ALWAYS_INLINE], function: &[SROA, EARLY_CSE, SIMPLIFY_CFG] };
 
-/// `OptLevel::O2`. The single-ray IR comes here folded, numbered and with invariants hoisted, so that what is left is the
-/// mess of packet lowering: slots to values, equal masks, blocks that fall together, equal loads in different blocks.
+/// `OptLevel::O2`. The single-ray IR is already folded, value-numbered and has hoisted invariants, so the remaining
+/// redundancies are those of packet lowering: promotable locals, equal masks, blocks to merge, equal loads in different
+/// blocks.
 ///
-/// The passes were chosen by leaving passes away, over all methods of the standard library and the
-/// races, and comparing the code: `licm`, `adce` and a second `simplifycfg` change nothing (one
-/// method of 77 becomes longer with `licm`); `gvn` takes 5 % of the largest `intersect`, but
-/// its redundancy elimination across paths makes as much code as it saves, for a third of
-/// its time. `instcombine` makes code 3 % longer, since it sees through the form in which masks
-/// cross blocks, and takes as long as all others. `always-inline` is for one function, that of a
-/// leaf's test, which goes into the loop over tests. Vectorisers and unrolling never run: the
-/// code is vectors already.
+/// The passes were chosen by omitting each, over all methods of the standard library and the benchmarks, and comparing
+/// the code: `licm`, `adce` and a second `simplifycfg` change nothing (one method of 77 becomes longer with `licm`);
+/// `gvn` removes 5 % of the largest `intersect`, but its partial redundancy elimination adds as much code as it saves,
+/// for a third of its time. `instcombine` makes code 3 % longer, since it undoes the form in which masks cross blocks,
+/// and takes as long as all others. `always-inline` is for one function, that of a leaf's test, which is inlined into
+/// the loop over tests. Vectorisers and unrolling never run: the code is already vectorised.
 const ORDINARY: Pipeline = Pipeline {
     module: &[ALWAYS_INLINE],
     function: &[SROA, EARLY_CSE_OF_MEMORY, SIMPLIFY_CFG, GVN],
 };
 
-/// `OptLevel::O2` for a function of one ray. Its branches are the ray's own and are mostly foreseen, so none is made
-/// a select, and a condition that is known on the way to a branch is not tested again; `instcombine` and `gvn` are
-/// what knows it, and no masks stand in its way. Single rays under Embree are 1 percent faster for it.
+/// `OptLevel::O2` for a function of one ray. Its branches are uniform and mostly predictable, so none is converted to a
+/// select, and a condition that is known on the path to a branch is not tested again. `instcombine` and `gvn` achieve
+/// this, and there are no masks that would prevent it. Single rays in Embree are 1 percent faster.
 const OF_ONE_RAY: Pipeline = Pipeline {
     module: &[],
     function: &[
@@ -74,14 +73,14 @@ const OF_ONE_RAY: Pipeline = Pipeline {
 /// `OptLevel::O3`.
 const FULL: Pipeline = Pipeline { module: &[OPTIMIZE_FULLY], function: &[] };
 
-/// What a module's functions work on, which decides about their branches.
+/// The kind of a module's functions, on which the optimisation of branches depends.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Work {
     Packets,
     OneRay,
 }
 
-/// The pipelines of one loaded library, each spelled at its first use.
+/// The pipelines of one loaded library, each determined at its first use.
 #[derive(Default)]
 pub struct Passes {
     cheap: OnceLock<String>,
@@ -91,7 +90,7 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The passes of a level in LLVM's notation, or none. `accepts` says whether the library knows a text.
+    /// Returns the passes of a level in LLVM's notation, if any. `accepts` returns true if the library accepts a text.
     pub fn text(
         &self,
         level: OptLevel,
@@ -111,7 +110,7 @@ impl Passes {
 }
 
 impl Pipeline {
-    /// The first texts of all passes together are tried first, since most libraries accept them.
+    /// Tries the first spellings of all passes together, since most libraries accept them, then each separately.
     fn spell(&self, accepts: impl Fn(&str) -> bool) -> String {
         let preferred = self.text(|pass| pass.first().copied());
         if accepts(&preferred) {
@@ -142,7 +141,7 @@ mod tests {
 
     const LEVELS: [OptLevel; 3] = [OptLevel::O1, OptLevel::O2, OptLevel::O3];
 
-    /// The passes for one ray where the library refuses texts that contain one of `unknown`.
+    /// Returns the passes for one ray if the library rejects texts that contain one of `unknown`.
     fn of_one_ray(unknown: &[&str]) -> String {
         let accepts = |text: &str| !unknown.iter().any(|word| text.contains(word));
         let passes = Passes::default();
@@ -150,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_follow_what_the_library_accepts() {
+    fn parameters_follow_the_accepted_spellings() {
         let gvn =
             |text: &str| text[text.find("gvn").unwrap()..].split(',').next().unwrap().to_owned();
         assert_eq!(
@@ -175,13 +174,13 @@ mod tests {
         assert_eq!(Passes::default().text(OptLevel::O2, Work::OneRay, |_| false), None);
     }
 
-    /// A pass that is left out costs speed in silence, so each library that tests run with must know all.
+    /// An omitted pass only costs speed, so each library used in tests must accept all of them.
     #[test]
     fn the_loaded_library_knows_every_pass() {
         let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
         for pipeline in [&CHEAP, &ORDINARY, &OF_ONE_RAY, &FULL] {
             for pass in pipeline.module.iter().chain(pipeline.function) {
-                // The last of several `gvn` texts has lost its parameters.
+                // The last of several `gvn` spellings has no parameters.
                 let wanted = if *pass == GVN { &pass[..pass.len() - 1] } else { pass };
                 let known = wanted.iter().any(|text| accepts_passes(&llvm, text).unwrap());
                 assert!(known, "{llvm:?} knows none of {wanted:?}");

@@ -1,4 +1,4 @@
-//! What relocations do, for each machine that can be run on.
+//! The relocations of each supported machine.
 
 use crate::error::JitError;
 
@@ -15,16 +15,16 @@ pub struct Place<'a> {
     pub base: u64,
 }
 
-/// What a relocation refers to.
+/// The target of a relocation.
 #[derive(Clone, Copy)]
 pub struct Via {
-    /// The address of the thing, or of the stub that jumps to it.
+    /// The address of the symbol, or of the stub that jumps to it.
     pub address: u64,
-    /// The address of a pointer to the thing, where there is a stub.
+    /// The address of a pointer to the symbol, if there is a stub.
     pub pointer: Option<u64>,
 }
 
-/// Where the pointer lies in a stub.
+/// The offset of the pointer in a stub.
 pub const STUB_POINTER: u64 = 16;
 
 /// Writes a jump through a pointer, and the pointer.
@@ -132,7 +132,7 @@ impl Place<'_> {
         self.write((instruction | bits).to_le_bytes())
     }
 
-    /// The distance in pages of 4 KiB, for `adrp`.
+    /// Inserts the distance in pages of 4 KiB, for `adrp`.
     fn page_of(&mut self, target: u64) -> Result<(), JitError> {
         let pages = ((target & !0xfff).wrapping_sub(self.address() & !0xfff)).cast_signed() >> 12;
         if !(-(1 << 20)..1 << 20).contains(&pages) {
@@ -142,7 +142,7 @@ impl Place<'_> {
         self.insert((pages & 3) << 29 | (pages >> 2 & 0x7_ffff) << 5)
     }
 
-    /// The offset in a page, in units of `1 << shift` bytes.
+    /// Inserts the offset in a page, in units of `1 << shift` bytes.
     fn low_bits(&mut self, target: u64, shift: u32) -> Result<(), JitError> {
         self.insert(((target & 0xfff) as u32 >> shift) << 10)
     }

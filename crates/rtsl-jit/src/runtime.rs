@@ -1,12 +1,12 @@
-//! The functions that compiled code may call by name.
+//! The runtime functions that compiled code may call by name.
 //!
-//! Host calls go through pointers in the call's arguments, so all that stands here is what
-//! LLVM's code generators may put in by themselves and what has one exact result. Anything else (a
-//! `powf`, say) means that an operation fell back to a C library whose bits are not ours.
+//! Calls of the host go through pointers in the call's arguments, so this module contains only functions that LLVM's
+//! code generators may insert and that have one exact result. Any other symbol (such as `powf`) means that an operation
+//! was lowered to a C library whose results may differ.
 
 use std::ffi::{c_int, c_void};
 
-/// The address of a function that compiled code may call.
+/// Returns the address of a function that compiled code may call.
 pub fn address(name: &str) -> Option<u64> {
     let address = match name {
         "memcpy" => copy as *const c_void,
@@ -36,7 +36,7 @@ unsafe extern "C" fn fill(to: *mut u8, byte: c_int, size: usize) -> *mut u8 {
     to
 }
 
-/// For machines without the instruction: one rounding, as IEEE 754 says.
+/// For machines without the instruction: rounds once, as IEEE 754 requires.
 extern "C" fn fused_multiply_add(a: f32, b: f32, c: f32) -> f32 {
     a.mul_add(b, c)
 }

@@ -1,21 +1,21 @@
-//! Where a libLLVM may lie.
+//! The search for libLLVM.
 //!
-//! The order: `RTSL_LLVM`, which silences every other place; the system's libraries, the
-//! newest first; the library inside the Rust toolchain. Looking is paths and folders only;
-//! `rustc` is run as the very last resort, since that alone takes longer than loading LLVM.
+//! The order: `RTSL_LLVM`, which excludes all other locations; the system's libraries, the newest first; the library
+//! inside the Rust toolchain. The search only inspects paths and folders; `rustc` is run as the last resort, since that
+//! alone takes longer than loading LLVM.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The libraries to try, lazily and in order.
+/// The candidate libraries, lazily and in order.
 pub enum Candidates {
-    /// The user named a file or a folder.
+    /// The files named by the user.
     Chosen(Vec<PathBuf>),
-    /// The places to look in.
+    /// The files found in the search.
     Found(Box<dyn Iterator<Item = PathBuf>>),
 }
 
-/// The libraries to try, the best first.
+/// Returns the candidate libraries, the best first.
 pub fn candidates() -> Candidates {
     match std::env::var_os("RTSL_LLVM").filter(|value| !value.is_empty()) {
         Some(value) => Candidates::Chosen(chosen(Path::new(&value))),
@@ -27,7 +27,7 @@ pub fn candidates() -> Candidates {
     }
 }
 
-/// Every library that lies where a search looks, `RTSL_LLVM` set aside.
+/// Returns every library in the searched locations, ignoring `RTSL_LLVM`.
 pub fn installed() -> Vec<PathBuf> {
     let mut paths = system_libraries();
     paths.extend(toolchain_libraries());
@@ -40,8 +40,8 @@ pub fn installed() -> Vec<PathBuf> {
     paths
 }
 
-/// What `RTSL_LLVM` names: the file itself, or the libraries of the folder, its `lib` included.
-/// A path that is neither is handed on, so that the error can say so.
+/// Returns the libraries that `RTSL_LLVM` names: the file itself, or the libraries of the folder and its `lib`
+/// subfolder. A path that is neither is returned unchanged, so that the error can report it.
 fn chosen(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
         let found = libraries_in([path.to_owned(), path.join("lib")]);
@@ -127,8 +127,7 @@ fn sysroot_libraries(sysroot: &Path) -> Vec<PathBuf> {
     libraries_in([sysroot.join("lib"), sysroot.join("bin")])
 }
 
-/// The LLVM libraries of the folders, the newest first by their names; a link and its target
-/// count once.
+/// Returns the LLVM libraries of the folders, the newest first by their names; a link and its target count once.
 fn libraries_in(folders: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
     let mut seen = Vec::new();
     let mut found: Vec<PathBuf> = Vec::new();
@@ -152,7 +151,7 @@ fn is_library_name(name: &str) -> bool {
         && !name.starts_with("libLLVM-C")
 }
 
-/// A few bytes tell a library from the linker script that may bear its name.
+/// True if the first bytes are those of a library, since a linker script may have the same name.
 fn is_binary(path: &Path) -> bool {
     use std::io::Read;
     let mut start = [0; 4];
@@ -160,17 +159,17 @@ fn is_binary(path: &Path) -> bool {
     read.is_ok() && !start.iter().all(|byte| byte.is_ascii_graphic())
 }
 
-/// The major version that a library's name gives: 19 for `libLLVM.so.19.1` and `libLLVM-19.so`.
+/// Returns the major version in a library's name: 19 for `libLLVM.so.19.1` and `libLLVM-19.so`.
 pub fn major_by_name(path: &Path) -> Option<u32> {
     let name = path.file_name()?.to_str()?;
     let digits = name.find(|character: char| character.is_ascii_digit())?;
     let rest = &name[digits..];
     let end = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
-    // Debian's `libLLVM.so.1` counts its interface, not LLVM.
+    // The 1 in Debian's `libLLVM.so.1` is an ABI version, not that of LLVM.
     rest[..end].parse().ok().filter(|major| *major > 1)
 }
 
-/// What lies in a folder, sorted, so that the choice is the same on every run.
+/// Returns the entries of a folder, sorted, so that the choice is deterministic.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
         .into_iter()

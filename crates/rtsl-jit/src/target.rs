@@ -1,4 +1,4 @@
-//! The machine to compile for.
+//! Target machines of compilation.
 
 use std::ffi::CString;
 use std::fmt;
@@ -13,11 +13,10 @@ pub struct Target {
 }
 
 impl Target {
-    /// The names that [`Target::by_name`] knows, `host` apart.
+    /// The names that [`Target::by_name`] accepts, except `host`.
     pub const NAMES: [&'static str; 4] = ["x86-64-v2", "x86-64-v3", "x86-64-v4", "aarch64"];
 
-    /// A machine by the name the command line gives it; `None` for a name that is not in
-    /// [`Target::NAMES`].
+    /// Returns a machine by its name on the command line; `None` for a name that is not in [`Target::NAMES`].
     pub fn by_name(name: &str) -> Option<Target> {
         let (triple, cpu) = match name {
             "x86-64-v2" | "x86-64-v3" | "x86-64-v4" => ("x86_64-unknown-linux-gnu", name),
@@ -32,9 +31,8 @@ impl Target {
         })
     }
 
-    /// The triple by which LLVM knows this machine's kind. The object format is ELF
-    /// everywhere, because the loader of [`crate::Module`] reads that; the calling convention
-    /// is that of Linux everywhere.
+    /// Returns the LLVM triple of this machine. The object format is always ELF, because the loader of
+    /// [`crate::Module`] reads that; the calling convention is always that of Linux.
     pub(crate) fn host_triple() -> &'static str {
         if cfg!(target_arch = "aarch64") {
             "aarch64-unknown-linux-gnu"
@@ -43,28 +41,28 @@ impl Target {
         }
     }
 
-    /// LLVM's name of the kind of machine.
+    /// Returns the target triple.
     pub fn triple(&self) -> &str {
         &self.triple
     }
 
-    /// LLVM's name of the processor.
+    /// Returns LLVM's name of the processor.
     pub fn cpu(&self) -> &str {
         &self.cpu
     }
 
-    /// What the processor has beyond its name, as LLVM writes it: `+fma,-avx512f`.
+    /// Returns the features of the processor in addition to those of its name, in LLVM syntax: `+fma,-avx512f`.
     pub fn features(&self) -> &str {
         &self.features
     }
 
-    /// Whether this is the machine the program runs on.
+    /// True if this is the machine on which the program runs.
     pub fn is_host(&self) -> bool {
         self.is_host
     }
 }
 
-/// The kind of machine and the processor.
+/// Prints the triple and the processor.
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.triple, self.cpu)

@@ -1,17 +1,16 @@
-//! Runs LLVM where its failures do no harm.
+//! Threads that run LLVM so that its fatal errors do not end the process.
 //!
-//! Most of LLVM's errors are reported, but some ("cannot select", a broken invariant of the code
-//! generator) call a fatal error handler and then end the process. The way out: all work
-//! is done on threads of its own, whose handler hands the words over and then sleeps for
-//! ever. A thread and what it allocated are lost, but the process lives. The threads also have the
-//! stack that LLVM's recursive passes need.
+//! Most of LLVM's errors are reported, but some ("cannot select", a broken invariant of the code generator) call a
+//! fatal error handler and then end the process. Therefore all work is done on separate threads, whose handler reports
+//! the message and then sleeps for ever. A thread and its allocations are leaked, but the process survives. The threads
+//! also have the stack size that LLVM's recursive passes need.
 //!
-//! A child process has none of these threads and makes its own, unless its parent was at such work when it was forked:
-//! then it is refused. So it is once the process is [ending](crate::ending).
+//! A child process has none of these threads and starts new ones, unless its parent had such work in progress when it
+//! forked: then work is refused. It is also refused once the process is [ending](crate::ending).
 //!
-//! A thread whose work is done waits for more: a new one would have to fault in its stack and its
-//! heap again, and make LLVM's target machine. Keeping both takes 30 % off the time of the standard
-//! library's median method (LLVM 22).
+//! A thread whose work is done waits for more: a new one would have to fault in its stack and its heap again, and
+//! create LLVM's target machine. Keeping both takes 30 % off the time of the standard library's median method (LLVM
+//! 22).
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
@@ -27,20 +26,20 @@ const STACK_BYTES: usize = 64 << 20;
 type Report = Box<dyn Fn(String)>;
 
 thread_local! {
-    /// Where a fatal error of the work on this thread is reported.
+    /// The channel to which a fatal error of the work on this thread is reported.
     static REPORT: RefCell<Option<Report>> = const { RefCell::new(None) };
 }
 
-/// Does the work and gives what hands its result over, when the thread is free for more.
+/// Does the work and returns a function that delivers its result, called once the thread is ready for more.
 type Work = Box<dyn FnOnce() -> Delivery + Send>;
 type Delivery = Box<dyn FnOnce()>;
 
-/// The threads that wait.
+/// The idle threads.
 static IDLE: Mutex<Idle> = Mutex::new(Idle { threads: Vec::new(), forks: 0 });
 
 struct Idle {
     threads: Vec<Sender<Work>>,
-    /// The [forks](crate::ForkGuard::forks) before the process that has them.
+    /// The number of [forks](crate::ForkGuard::forks) before the process that started them.
     forks: usize,
 }
 
@@ -53,7 +52,7 @@ pub fn run<T: Send + 'static>(
     let work = move || {
         let fatal = sender.clone();
         REPORT.set(Some(Box::new(move |message| {
-            // A receiver that is gone does not want to know.
+            // If the receiver is gone, the result is not needed.
             let _ = fatal.send(Err(JitError::CodeGeneration(message)));
         })));
         let result = work();
@@ -70,7 +69,7 @@ pub fn run<T: Send + 'static>(
         .unwrap_or_else(|_| Err(JitError::CodeGeneration("the compiling thread died".to_owned())))
 }
 
-/// Gives the work to a thread that waits, or to a new one.
+/// Gives the work to an idle thread, or to a new one.
 fn hand_over(mut work: Work) -> Result<(), JitError> {
     while let Some(thread) = idle().threads.pop() {
         match thread.send(work) {
@@ -96,19 +95,20 @@ fn hand_over(mut work: Work) -> Result<(), JitError> {
         .map_err(|error| JitError::CodeGeneration(format!("no thread to work on: {error}")))
 }
 
-/// No lock of these is held when a child is forked that may work: who holds one is at work.
+/// Returns the idle threads. Their lock is never held at a fork whose child may work: a thread that holds it is at
+/// work.
 fn idle() -> MutexGuard<'static, Idle> {
     let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
     let forks = ending::forks();
     if idle.forks != forks {
-        // The threads are the parent's. They may have been about to wait at their channels, which are left as they are.
+        // The threads belong to the parent. They may hold the locks of their channels, so those are leaked.
         std::mem::forget(std::mem::take(&mut idle.threads));
         idle.forks = forks;
     }
     idle
 }
 
-/// Makes LLVM's fatal errors end the work, not the process.
+/// Makes LLVM's fatal errors end the work instead of the process.
 pub fn install_fatal_error_handler(api: &Api) {
     // Safety: the handler has the type of `LLVMFatalErrorHandler` and may be called from any
     // thread.
@@ -119,7 +119,7 @@ unsafe extern "C" fn on_fatal_error(reason: *const c_char) {
     let reason = if reason.is_null() {
         "a fatal error without a reason".to_owned()
     } else {
-        // Safety: LLVM gives a text that ends in a zero byte.
+        // Safety: LLVM passes a text that ends in a zero byte.
         unsafe { CStr::from_ptr(reason) }.to_string_lossy().into_owned()
     };
     let reported = REPORT.with_borrow(|report| report.as_ref().map(|report| report(reason)));

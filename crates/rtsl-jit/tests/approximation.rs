@@ -1,4 +1,4 @@
-//! Approximate operations against exact ones, with the text of every kind of machine that this one can run.
+//! Approximate operations against exact ones, with the text for every kind of machine that this one can run.
 
 use rtsl_abi::{CallArguments, CallMode, InstanceBlock, Instances, LaneBlock, Layout};
 use rtsl_ir::{Function, UnaryOp, evaluate};
@@ -20,11 +20,11 @@ const TEXT: &str = "function Probe.shade
             state:rt_EmissionColor@2 = %s
     }";
 
-/// What stands in the three results, in this order.
+/// The operations of the three results, in order.
 const OPERATIONS: [UnaryOp; 3] =
     [UnaryOp::ApproximateReciprocal, UnaryOp::ApproximateInverseSqrt, UnaryOp::ApproximateSqrt];
 
-/// The results of the three operations for each input, by operation.
+/// Returns the results of the three operations for each input, by operation.
 fn run(features: &TargetFeatures, width: u32, inputs: &[f32]) -> [Vec<f32>; 3] {
     let function: Function = TEXT.parse().unwrap_or_else(|error| panic!("{error}"));
     let layout = Layout::new([], [], []);
@@ -56,7 +56,7 @@ fn run(features: &TargetFeatures, width: u32, inputs: &[f32]) -> [Vec<f32>; 3] {
     })
 }
 
-/// This machine as it is, and with dividers and instructions that it may lack or not use.
+/// Returns this machine's features, and variants with other dividers and instructions.
 fn machines() -> Vec<TargetFeatures> {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let target = llvm.host();
@@ -70,7 +70,7 @@ fn machines() -> Vec<TargetFeatures> {
     vec![host, slow_divider, old]
 }
 
-/// The distance in units in the last place of the wanted value, which is a normal number.
+/// Returns the error in units in the last place of the wanted value, which is a normal number.
 fn error_of(found: f32, wanted: f32) -> f64 {
     let exponent = (f64::from(wanted.abs()).to_bits() >> 52) - 23;
     (f64::from(found) - f64::from(wanted)).abs() / f64::from_bits(exponent << 52)

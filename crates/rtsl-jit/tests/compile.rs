@@ -1,7 +1,7 @@
-//! Compiles small modules with every LLVM that this machine has.
+//! Compiles small modules with every LLVM of this machine.
 //!
-//! One process loads one LLVM, so each library is tested in a process of its own: this
-//! test program, started again with `RTSL_LLVM` set.
+//! A process can load only one LLVM, so each library is tested in a separate process: this test program, started again
+//! with `RTSL_LLVM` set.
 
 use std::process::Command;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ fn every_llvm_of_this_machine() {
 #[test]
 fn an_unusable_choice_is_an_error_that_says_why() {
     for (path, reason) in
-        [("/nonexistent/libLLVM.so", "no such file"), ("/proc", "no LLVM library lies")]
+        [("/nonexistent/libLLVM.so", "no such file"), ("/proc", "contains no LLVM library")]
     {
         let (passed, text) = with_llvm("one_llvm", std::path::Path::new(path));
         assert!(!passed && text.contains(reason) && text.contains("RTSL_LLVM"), "{text}");
@@ -56,7 +56,7 @@ fn one_llvm() {
     works_on_many_threads(&llvm);
 }
 
-/// The names of targets that this build of LLVM has: packages for one architecture leave the others out.
+/// Returns the targets that this build of LLVM supports: packages for one architecture omit the others.
 fn targets_of<'n>(llvm: &Arc<Llvm>, names: &[&'n str]) -> Vec<(&'n str, Target)> {
     let targets = names.iter().map(|name| (*name, Target::by_name(name).unwrap()));
     let (present, absent): (Vec<_>, Vec<_>) = targets.partition(|(_, target)| {
@@ -73,7 +73,7 @@ fn targets_of<'n>(llvm: &Arc<Llvm>, names: &[&'n str]) -> Vec<(&'n str, Target)>
 fn function<T>(module: &Module, name: &str) -> T {
     let address = module.function(name).unwrap();
     assert_eq!(size_of::<T>(), size_of_val(&address));
-    // Safety: every caller names the type that the text gives the function.
+    // Safety: every caller gives the type that the function has in the text.
     #[allow(unsafe_code, reason = "calls the compiled code")]
     unsafe {
         std::mem::transmute_copy(&address)
@@ -202,7 +202,7 @@ fn reports_bad_modules(llvm: &Arc<Llvm>) {
     }
 }
 
-/// An operation that the code generator can't select ends the work, not the process.
+/// An operation that the code generator cannot select ends the work, not the process.
 fn survives_fatal_errors(llvm: &Arc<Llvm>) {
     let text = r#"
 declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()

@@ -1,4 +1,4 @@
-//! Calls with a host's own arrays touch no byte past them: each array ends at a page that nobody may touch.
+//! Calls with a host's arrays access no byte past them: each array ends at an inaccessible page.
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "maps pages, and hands out pointers to them")]
 
@@ -16,14 +16,14 @@ use rtsl_testing::functions::HashHost;
 /// The largest page of any machine.
 const PAGE: usize = 64 << 10;
 
-/// A page, and behind it one that nobody may touch.
+/// A page followed by an inaccessible one.
 struct Guarded {
     start: *mut u8,
 }
 
 impl Guarded {
     fn new() -> Guarded {
-        // Safety: a fresh mapping at an address of the system's choice, whose second half loses its rights.
+        // Safety: a new mapping at an address of the system's choice, whose second half becomes inaccessible.
         let start = unsafe {
             let (access, flags) =
                 (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
@@ -35,7 +35,7 @@ impl Guarded {
         Guarded { start: start.cast() }
     }
 
-    /// The last `count` words before the guard.
+    /// Returns the last `count` words before the guard page.
     fn words(&self, count: usize) -> *mut f32 {
         assert!(count * 4 <= PAGE);
         // Safety: within the first page, or at its end.
@@ -43,7 +43,8 @@ impl Guarded {
     }
 
     fn integers(&mut self, count: usize) -> &mut [i32] {
-        // Safety: so many words lie before the guard; any bits are a number, and they are borrowed mutably along with this.
+        // Safety: that many words are before the guard page; any bits are a number, and they are borrowed mutably along
+        // with this.
         unsafe { std::slice::from_raw_parts_mut(self.words(count).cast(), count) }
     }
 }
@@ -55,7 +56,7 @@ impl Drop for Guarded {
     }
 }
 
-/// Reads state, scratch and a member, sets state and scratch, and may accept a hit.
+/// Reads state, scratch and a member, stores state and scratch, and with `accepts` accepts a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Guarded.intersect");
     let mut variable = |kind, name: &str, len| {
@@ -81,14 +82,14 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn lowered(function: &Function, shape: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
+fn lowered(function: &Function, mode: CallMode, width: u32, interleave: Option<u32>) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let mut kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
+    let mut kernel = rtsl_packet::lower(function, &layout, mode, width).unwrap();
     kernel.interleave = interleave::choose(&kernel, interleave);
     kernel
 }
@@ -113,7 +114,7 @@ fn call(
     for (lane, word) in mask.integers(lanes).iter_mut().enumerate() {
         *word = -i32::from(lane % 3 != 1);
     }
-    // Safety: each array has so many lanes, and is used by nobody else.
+    // Safety: each array has that many lanes, and is not used otherwise.
     let (mut state, mut scratch) =
         unsafe { (HostLanes::from_table(&state, lanes), HostLanes::from_table(&scratch, lanes)) };
     kernel.call_host(HostArguments {
@@ -133,9 +134,8 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
     let features = TargetFeatures::new("", "", "");
     let block = InstanceBlock::new(&[2.0_f32.to_bits()], Vec::new());
     for (width, interleave) in [(1, None), (4, None), (4, Some(4)), (8, Some(2)), (16, Some(2))] {
-        for shape in [CallMode::Single, CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream]
-        {
-            let kernels = [true, false].map(|it| lowered(&function(it), shape, width, interleave));
+        for mode in [CallMode::Single, CallMode::Packet, CallMode::CommonOrigin, CallMode::Stream] {
+            let kernels = [true, false].map(|it| lowered(&function(it), mode, width, interleave));
             let kernels = CompiledKernel::compile(&llvm, &kernels, &features, OptLevel::O2);
             for kernel in kernels.unwrap() {
                 let width = kernel.width();
@@ -144,20 +144,20 @@ fn no_byte_past_a_hosts_arrays_is_touched() {
                 for count in [0, 1, 2, width - 1, width, width + 1, 4 * width, 67] {
                     let mut indices = LaneIndices::new(count);
                     indices.as_mut_slice().fill(2);
-                    let instances = match shape {
+                    let instances = match mode {
                         CallMode::Stream => Instances::Many(&objects, &indices),
                         _ => Instances::One(&block),
                     };
                     let lanes = count.next_multiple_of(width);
                     for masked in [false, true] {
                         let status = call(&kernel, (count, lanes), masked, instances);
-                        let expected = match shape {
+                        let expected = match mode {
                             CallMode::Single if count != 1 || masked => Err(CallError::NotOneRay),
                             _ => Ok(CallStatus::default()),
                         };
-                        assert_eq!(status, expected, "{shape:?}, width {width}, {count} rays");
+                        assert_eq!(status, expected, "{mode:?}, width {width}, {count} rays");
                     }
-                    if lanes > 0 && shape != CallMode::Single {
+                    if lanes > 0 && mode != CallMode::Single {
                         let status = call(&kernel, (count, lanes - 1), false, instances);
                         let given = lanes - 1;
                         let error = CallError::TooFewLanes { rays: count, needed: lanes, given };

@@ -1,11 +1,11 @@
-//! What is held of LLVM for further compilations can be given back, and comes back.
+//! Memory that LLVM holds for further compilations can be released, and is mapped again on use.
 #![cfg(target_os = "linux")]
 
 use rtsl_jit::{Llvm, OptLevel};
 
 const FUNCTION: &str = "define float @f(float %a) {\n%b = fadd float %a, %a\nret float %b\n}";
 
-/// What this process holds of files, in kibibytes.
+/// Returns the resident file memory of this process, in kibibytes.
 fn held_of_files() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux tells");
     let line = status.lines().find_map(|line| line.strip_prefix("RssFile:"));

@@ -1,5 +1,4 @@
-//! Compiled kernels against the interpreter: the same bits for every width and shape, with and
-//! without masks.
+//! Compiled kernels against the interpreter: the same bits for every width and call mode, with and without masks.
 
 mod oracle_support;
 
@@ -37,11 +36,10 @@ fn long_functions() {
     check_generated(1000..1000 + scaled(4), 700);
 }
 
-/// Makes functions that do every operation on a type with operands of every kind.
+/// Generates functions that execute every operation on a type with operands of every kind.
 struct Operations {
     builder: Builder,
-    /// By type: lanes, one for all rays, a constant; two of each, and a buffer and a slot of
-    /// them at an index of lanes.
+    /// By type: lanes, uniform, a constant; two of each, and a buffer and a local of them at an index of lanes.
     operands: Vec<Vec<Value>>,
     results: Vec<Value>,
 }
@@ -74,7 +72,7 @@ impl Operations {
         self.operands[Scalar::ALL.iter().position(|it| *it == scalar).unwrap()].clone()
     }
 
-    /// A first operand with second operands of every kind, and the other way round.
+    /// Returns a first operand paired with second operands of every kind, and vice versa.
     fn pairs(&self, scalar: Scalar) -> Vec<(Value, Value)> {
         let operands = self.operands(scalar);
         let (first, second) = operands.split_at(3);
@@ -136,7 +134,7 @@ impl Operations {
         }
     }
 
-    /// Places of every kind and several lengths, at indices of every kind.
+    /// Accesses variables of every kind and several lengths, at indices of every kind.
     fn memory(&mut self, scalar: Scalar) {
         let kinds = [
             VariableKind::Scratch,
@@ -280,7 +278,7 @@ fn hits(gives_distance: bool) -> Function {
 }
 
 #[test]
-fn the_leaf_shape_keeps_the_nearest_hit() {
+fn the_leaf_mode_keeps_the_nearest_hit() {
     for seed in 0..scaled(12) {
         for gives_distance in [false, true] {
             let function = hits(gives_distance);
@@ -292,9 +290,9 @@ fn the_leaf_shape_keeps_the_nearest_hit() {
     }
 }
 
-/// Reads arrays of scratch at an index of the object's, and writes them.
+/// Reads arrays of scratch at an index that depends on the object, and writes them.
 #[test]
-fn the_leaf_shape_reads_scratch_from_before_the_call() {
+fn the_leaf_mode_reads_scratch_from_before_the_call() {
     for (scalar, is_member) in [(Scalar::F32, true), (Scalar::Bool, true), (Scalar::I32, false)] {
         let mut builder = Builder::new("Shift.lookup");
         let mut variable = |kind, name: &str, scalar, len| {
@@ -307,7 +305,7 @@ fn the_leaf_shape_reads_scratch_from_before_the_call() {
         let index = builder.load(index, 0);
         let three = builder.constant(rtsl_ir::Constant::I32(3));
         let shifted = builder.binary(BinaryOp::ShiftRight, index, three);
-        // What comes out of a slot is not known before the first chunk.
+        // A value loaded from a local is unknown before the first chunk.
         builder.push(OpKind::Store(local, Index::Constant(0), shifted));
         let shifted = builder.load(local, 0);
         let masked = builder.constant(rtsl_ir::Constant::I32(7));

@@ -1,5 +1,5 @@
-//! What would make machine code touch memory that is not its own is refused: calls whose arguments do
-//! not fit, and packet code that breaks the rules.
+//! Calls and packet code that would make machine code access foreign memory are refused: arguments that do not fit, and
+//! packet code that violates invariants.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -16,8 +16,7 @@ use rtsl_testing::functions::HashHost;
 
 const RAYS: usize = 4;
 
-/// Reads a member and the second element of a buffer of pairs into scratch; so may a method that accepts
-/// a hit.
+/// Reads a member and the second element of a buffer of pairs into scratch; with `accepts` also accepts a hit.
 fn function(accepts: bool) -> Function {
     let mut builder = Builder::new("Reads.lookup");
     let mut variable = |kind, name: &str, len| {
@@ -39,21 +38,21 @@ fn function(accepts: bool) -> Function {
     builder.finish()
 }
 
-fn kernel(shape: CallMode) -> Kernel {
-    lowered(&function(false), shape)
+fn kernel(mode: CallMode) -> Kernel {
+    lowered(&function(false), mode)
 }
 
-fn lowered(function: &Function, shape: CallMode) -> Kernel {
+fn lowered(function: &Function, mode: CallMode) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    rtsl_packet::lower(function, &layout, shape, 4).unwrap()
+    rtsl_packet::lower(function, &layout, mode, 4).unwrap()
 }
 
-/// With names of a target that would spoil the text.
+/// Compiles with target names that would break the text.
 fn compile(kernels: &[Kernel]) -> Result<Vec<CompiledKernel>, JitError> {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("none", "\" ptr", "");
@@ -65,14 +64,9 @@ fn block(element_words: u32) -> InstanceBlock {
     InstanceBlock::new(&[0, 0, 0, 0, 1], vec![BoundBuffer { offset: 0, words, element_words }])
 }
 
-/// What the call leaves of the buffer's element, or that it was refused.
-fn call(
-    shape: CallMode,
-    block: &InstanceBlock,
-    scratch_arrays: usize,
-    count: usize,
-) -> Option<f32> {
-    let kernel = compile(&[kernel(shape)]).unwrap().remove(0);
+/// Returns the element of the buffer that the call stores, or the error.
+fn call(mode: CallMode, block: &InstanceBlock, scratch_arrays: usize, count: usize) -> Option<f32> {
+    let kernel = compile(&[kernel(mode)]).unwrap().remove(0);
     call_for(&kernel, Instances::One(block), scratch_arrays, count)
 }
 
@@ -179,7 +173,7 @@ fn packet_code_that_breaks_the_rules_is_refused() {
         matches!(compile(&[kernel]), Err(JitError::InvalidKernel(_)))
     };
     assert!(!break_rule(|_| {}));
-    assert!(break_rule(|kernel| kernel.shape = CallMode::Packet));
+    assert!(break_rule(|kernel| kernel.mode = CallMode::Packet));
     assert!(break_rule(|kernel| kernel.variables[0].varies = false));
     assert!(break_rule(|kernel| kernel.width = 3));
     assert!(break_rule(|kernel| kernel.outputs[0].component = 7));

@@ -1,5 +1,5 @@
-//! Kernels that keep much while their host answers have stacks of their own. Where the system gives no memory for them,
-//! a call is an error before anything has run, or does with the stacks that there are.
+//! Kernels with large frames during requests run on separate stacks. If the system has no memory for these, a call
+//! returns an error before anything has run, or uses the existing stacks.
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "limits the memory of its own process")]
 
@@ -14,14 +14,14 @@ use rtsl_llvm::TargetFeatures;
 use rtsl_packet::Kernel;
 use rtsl_testing::functions::HashHost;
 
-/// 64 KiB for 16 rays at a time.
+/// The number of values kept: 64 KiB for 16 rays at a time.
 const KEPT: usize = 1_000;
 
-/// Rays of three groups of chunks that could run side by side.
+/// The rays of three groups of chunks that could run as coroutines.
 const RAYS: usize = 16 * 16 * 2 + 5;
 
-/// Keeps values while it asks for a ray, and gives their sum and what the ray brings.
-fn kernel(shape: CallMode) -> Kernel {
+/// Keeps values during a request for a ray, and returns their sum with the answer.
+fn kernel(mode: CallMode) -> Kernel {
     let mut builder = Builder::new("Keeps.shade");
     let (kind, name) = (VariableKind::Scratch, "kept".to_owned());
     let variable = builder.variable(Variable { kind, name, scalar: Scalar::F32, len: 2 });
@@ -37,7 +37,7 @@ fn kernel(shape: CallMode) -> Kernel {
     builder.output(variable, 1, sum);
     let function = builder.finish();
     let layout = Layout::new([], [], &function.variables);
-    rtsl_packet::lower(&function, &layout, shape, 16).unwrap()
+    rtsl_packet::lower(&function, &layout, mode, 16).unwrap()
 }
 
 fn call(kernel: &CompiledKernel, rays: usize) -> Result<(CallStatus, Vec<u32>), CallError> {
@@ -57,13 +57,13 @@ fn call(kernel: &CompiledKernel, rays: usize) -> Result<(CallStatus, Vec<u32>), 
     status.map(|status| (status, scratch.words(1).to_vec()))
 }
 
-/// Lets the system give no more memory, or as much as it has.
+/// Limits the memory of the process, or removes the limit.
 fn limit_memory(is_limited: bool) {
     let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
     let pages: u64 = pages.split(' ').next().unwrap().parse().unwrap();
     // Some for the heap of the test, less than a stack.
     let used = (pages << 12) + (256 << 10);
-    // Safety: the limits are read and written where they are; the hard limit stays.
+    // Safety: the limits are read and written in local memory; the hard limit is unchanged.
     unsafe {
         let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
         assert_eq!(libc::getrlimit(libc::RLIMIT_AS, &mut limit), 0);
@@ -88,15 +88,15 @@ fn calls_without_stacks_are_errors() {
 fn stacks_run_out() {
     let llvm = Llvm::load().unwrap_or_else(|error| panic!("{error}"));
     let features = TargetFeatures::new("", "", "");
-    // The packet's chunks are separate; in the leaf shape they are not.
-    for (shape, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
-        let compile = || CompiledKernel::compile(&llvm, &[kernel(shape)], &features, OptLevel::O1);
+    // The packet's chunks are separate; those of the leaf mode are not.
+    for (mode, rays) in [(CallMode::Packet, RAYS), (CallMode::Packet, 1), (CallMode::Single, 1)] {
+        let compile = || CompiledKernel::compile(&llvm, &[kernel(mode)], &features, OptLevel::O1);
         let kernel = compile().unwrap().remove(0);
         let work = move || {
             limit_memory(true);
             let without = call(&kernel, rays);
             limit_memory(false);
-            // The first stack of this thread, which one ray needs.
+            // The first stack of this thread, needed for one ray.
             let one = call(&kernel, 1);
             assert!(one.is_ok());
             limit_memory(true);
@@ -106,11 +106,11 @@ fn stacks_run_out() {
         };
         // A thread that has no stacks yet.
         let (without, with_one, with_all) = std::thread::spawn(work).join().unwrap();
-        match shape {
+        match mode {
             CallMode::Single => assert!(without.is_ok(), "its frame is small"),
-            _ => assert_eq!(without, Err(CallError::NoStack), "{shape:?}"),
+            _ => assert_eq!(without, Err(CallError::NoStack), "{mode:?}"),
         }
         assert!(with_all.is_ok());
-        assert_eq!(with_one, with_all, "{shape:?}");
+        assert_eq!(with_one, with_all, "{mode:?}");
     }
 }

@@ -1,5 +1,4 @@
-//! Code for every target that has a name: LLVM takes the text, and puts in no call of a library,
-//! whose bits would not be ours.
+//! Code for every named target: LLVM accepts the text, and inserts no call of a library, whose results may differ.
 
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::VariableKind;
@@ -7,17 +6,17 @@ use rtsl_jit::{JitError, Llvm, OptLevel, Target};
 use rtsl_llvm::TargetFeatures;
 use rtsl_testing::functions::seeded_function;
 
-/// What a kernel may call: memory is copied and filled exactly, and helpers are in the module.
+/// The functions that a kernel may call: memory is copied and filled exactly, and helpers are in the module.
 const ALLOWED: [&str; 3] = ["memset", "memcpy", "rtsl."];
 
-/// The symbols that assembly calls or jumps to.
+/// Returns the symbols that assembly calls or jumps to.
 fn called(assembly: &str) -> impl Iterator<Item = &str> {
     let lines = assembly.lines().map(str::trim);
     let calls = lines.filter_map(|line| {
         let (instruction, target) = line.split_once(char::is_whitespace)?;
         matches!(instruction, "call" | "callq" | "bl" | "b" | "jmp").then_some(target)
     });
-    // Not through registers and memory, nor to labels of the function.
+    // Without indirect calls and labels of the function.
     let symbols = calls.map(str::trim).filter(|target| !target.starts_with(['*', '.', '#']));
     symbols.map(|symbol| symbol.trim_matches('"'))
 }
@@ -44,22 +43,22 @@ fn no_target_calls_a_library() {
                 variables(VariableKind::Scratch),
             );
             let width = [1, 4, 8, 16][seed as usize % 4];
-            let shape = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];
-            let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
+            let mode = CallMode::ALL[seed as usize / 4 % CallMode::ALL.len()];
+            let kernel = rtsl_packet::lower(&function, &layout, mode, width).unwrap();
             kernels.push((format!("kernel.{seed}"), kernel));
         }
         let kernels = kernels.iter().map(|(symbol, kernel)| (symbol.as_str(), kernel));
         let text = rtsl_llvm::emit(kernels, &features);
         let assembly = match llvm.assembly(&text, &target, OptLevel::O2) {
             Ok(assembly) => assembly,
-            // Packages of LLVM for one architecture leave the others out.
+            // Packages of LLVM for one architecture omit the others.
             Err(JitError::UnknownTarget { .. }) if !is_of_host(&llvm, &target) => {
                 println!("{llvm:?} makes no code for {name}");
                 continue;
             }
             Err(error) => panic!("{name}: {error}"),
         };
-        // Calls are found at all: the one target without fma calls what emulates it.
+        // Calls are detected: the only target without fma calls its emulation.
         let emulates = called(&assembly).any(|symbol| symbol.starts_with("rtsl.fma"));
         assert_eq!(emulates, name == "x86-64-v2", "{name}");
         for symbol in called(&assembly) {

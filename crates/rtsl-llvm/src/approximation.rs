@@ -1,20 +1,20 @@
-//! Approximate reciprocals and square roots: the machine's estimate, of 12 or 14 bits, and one step of
-//! Newton's method, which doubles them.
+//! Approximate reciprocals and square roots: the machine's estimate, of 12 or 14 bits, and one Newton step, which
+//! doubles the precision.
 //!
-//! What is approximated is what gets faster. On a Zen 3 (8 lanes, cycles of throughput) 1/sqrt takes 2.7 in place
-//! of 8.3; but 1/x takes 1.9 in place of 3.3 and sqrt 2.8 in place of 5.0, all of them in the units that do
-//! everything else, while the divider works beside those: a torus found by steps, four vectors
-//! at a time, takes 29 ns with exact roots and 36 ns with approximate ones. So up to 8 lanes only 1/sqrt is
-//! approximated. With 16 lanes the divider takes two to three times as long, and all are. One lane and other
-//! machines have the exact operations.
+//! Operations are approximated only where that is faster. On a Zen 3 (8 lanes, cycles of throughput) 1/sqrt takes 2.7
+//! instead of 8.3; but 1/x takes 1.9 instead of 3.3 and sqrt 2.8 instead of 5.0, all of them in the units that do
+//! everything else, while the divider works in parallel to those: a torus found by sphere tracing, four vectors at a
+//! time, takes 29 ns with exact roots and 36 ns with approximate ones. So up to 8 lanes only 1/sqrt is approximated.
+//! With 16 lanes the divider takes two to three times as long, and all are. One lane and other machines use the exact
+//! operations.
 //!
-//! The step alone would make NaN of 0 and of infinity, where estimates are exact; a `max` or `min`,
-//! which on x86 gives its second operand where either is a NaN, keeps the estimate there.
+//! The Newton step alone would produce NaN for 0 and infinity, where estimates are exact; a `max` or `min`, which on
+//! x86 returns its second operand if either is a NaN, keeps the estimate there.
 
 use crate::emitter::Emitter;
 use crate::operand::{LlvmType, Operand};
 
-/// Above every estimate of `1 / sqrt(a)` for a normal number `a`, which is at most 2^63.
+/// An upper bound of the estimates of `1 / sqrt(a)` for a normal number `a`, which are at most 2^63.
 const MAX_INVERSE_SQRT: f32 = 1.8446744e19;
 
 #[derive(Clone, Copy)]
@@ -24,8 +24,8 @@ enum Estimate {
 }
 
 impl Emitter<'_, '_> {
-    /// Infinity for 0 and numbers below the normal ones, 0 for infinity and numbers above 2^126;
-    /// else wrong in the last two bits at most.
+    /// Returns infinity for 0 and subnormal numbers, 0 for infinity and numbers above 2^126; otherwise the error is at
+    /// most two bits.
     pub fn approximate_reciprocal(&mut self, ty: LlvmType, a: Operand) -> Operand {
         let Some(estimate) = self.estimate_of_many(Estimate::Reciprocal, ty, a) else {
             let one = self.float(ty, 1.0);
@@ -38,8 +38,8 @@ impl Emitter<'_, '_> {
         self.binary("fmul", ty, estimate, correction)
     }
 
-    /// Infinity for 0 and numbers below the normal ones, 0 for infinity, NaN below 0; else wrong in the
-    /// last three bits at most.
+    /// Returns infinity for 0 and subnormal numbers, 0 for infinity, NaN for negative numbers; otherwise the error is
+    /// at most three bits.
     pub fn approximate_inverse_sqrt(&mut self, ty: LlvmType, a: Operand) -> Operand {
         let Some(estimate) = self.estimate(Estimate::InverseSqrt, ty, a) else {
             let root = self.float_intrinsic("sqrt", ty, a);
@@ -57,12 +57,12 @@ impl Emitter<'_, '_> {
         self.binary("fmul", ty, half, correction)
     }
 
-    /// 0 for 0, NaN below 0 and for infinity; else wrong in the last two bits at most.
+    /// Returns 0 for 0, NaN for negative numbers and for infinity; otherwise the error is at most two bits.
     pub fn approximate_sqrt(&mut self, ty: LlvmType, a: Operand) -> Operand {
         let Some(estimate) = self.estimate_of_many(Estimate::InverseSqrt, ty, a) else {
             return self.float_intrinsic("sqrt", ty, a);
         };
-        // Infinite for 0, and -infinity for -0: made finite, so that the product is 0.
+        // Infinite for 0, and -infinity for -0: clamped to a finite number, so that the product is 0.
         let magnitude = self.float_intrinsic("fabs", ty, estimate);
         let greatest = self.float(ty, MAX_INVERSE_SQRT);
         let above = self.compare("olt", ty, greatest, magnitude);
@@ -75,7 +75,7 @@ impl Emitter<'_, '_> {
         self.product_plus(ty, root, error, root)
     }
 
-    /// The machine's estimate, if it has one and its divider is slow for that many lanes.
+    /// Emits the machine's estimate, if it has one and its divider is slow for that many lanes.
     fn estimate_of_many(
         &mut self,
         estimate: Estimate,
@@ -87,7 +87,7 @@ impl Emitter<'_, '_> {
         if at_once > target.divider_lanes { self.estimate(estimate, ty, a) } else { None }
     }
 
-    /// The machine's estimate, if it has one.
+    /// Emits the machine's estimate, if it has one.
     fn estimate(&mut self, estimate: Estimate, ty: LlvmType, a: Operand) -> Option<Operand> {
         let widest = self.module.target.estimates.lanes();
         if !ty.is_vector() || widest == 0 {
@@ -125,13 +125,13 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// `c - a * b`.
+    /// Emits `c - a * b`.
     fn minus_product(&mut self, ty: LlvmType, c: Operand, a: Operand, b: Operand) -> Operand {
         let negative = self.instruction(format_args!("fneg {ty} {a}"));
         self.product_plus(ty, negative, b, c)
     }
 
-    /// `a * b + c`, rounded once where that is one instruction.
+    /// Emits `a * b + c`, rounded once if that is one instruction.
     fn product_plus(&mut self, ty: LlvmType, a: Operand, b: Operand, c: Operand) -> Operand {
         if self.module.target.fma {
             let name = format!("llvm.fma.{}", ty.suffix());
@@ -141,7 +141,7 @@ impl Emitter<'_, '_> {
         self.binary("fadd", ty, product, c)
     }
 
-    /// The greater, and `least` for a NaN.
+    /// Emits the maximum, which is `least` for a NaN.
     fn at_least(&mut self, ty: LlvmType, a: Operand, least: f32) -> Operand {
         let least = self.float(ty, least);
         let greater = self.compare("ogt", ty, a, least);
@@ -153,7 +153,7 @@ impl Emitter<'_, '_> {
     }
 }
 
-/// The numbers of consecutive lanes, as a literal.
+/// Returns the indices of consecutive lanes, as a literal.
 fn lane_list(first: u32, count: u32) -> String {
     let lanes: Vec<String> = (first..first + count).map(|lane| format!("i32 {lane}")).collect();
     format!("<{count} x i32> <{}>", lanes.join(", "))

@@ -1,5 +1,4 @@
-//! Pure operations: LLVM's instructions where they mean the same for all operands, else
-//! sequences that do.
+//! Pure operations: LLVM's instructions where they have the same semantics for all operands, else equivalent sequences.
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::{BinaryOp, CompareOp, Scalar, UnaryOp, Value};
@@ -13,7 +12,7 @@ const TWO_TO_31: u32 = 0x4f00_0000;
 const TWO_TO_32: u32 = 0x4f80_0000;
 
 impl Emitter<'_, '_> {
-    /// A constant of the vector type, or of the scalar one.
+    /// Returns a constant of the scalar type, splatted for a vector type.
     pub fn literal(&mut self, ty: LlvmType, constant: Operand) -> Operand {
         if ty.is_vector() { self.constant_lanes(ty.element, constant) } else { constant }
     }
@@ -169,7 +168,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// `llvm.NAME`, one of smin, smax, umin, umax.
+    /// Emits `llvm.NAME`, one of smin, smax, umin, umax.
     pub fn clamp_one_side(&mut self, name: &str, ty: LlvmType, a: Operand, b: Operand) -> Operand {
         self.intrinsic(&format!("llvm.{name}.{}", ty.suffix()), ty, &[(ty, a), (ty, b)])
     }
@@ -189,8 +188,8 @@ impl Emitter<'_, '_> {
         self.cast("trunc", wide, high, ty)
     }
 
-    /// A divisor by which LLVM may divide: 1 in place of 0, and of -1 under the least i32, where
-    /// the quotient by 1 is the wrapped one. Also whether it was 0.
+    /// Returns a divisor that is valid for LLVM: 1 instead of 0, and instead of -1 for the least i32, where the
+    /// quotient by 1 is the wrapped one. Also returns the mask of the lanes where it was 0.
     fn safe_divisor(
         &mut self,
         ty: LlvmType,
@@ -222,7 +221,7 @@ impl Emitter<'_, '_> {
     }
 
     fn integer_remainder(&mut self, ty: LlvmType, a: Operand, b: Operand, signed: bool) -> Operand {
-        // By 1, which stands for 0, the remainder is 0, as it has to be.
+        // The remainder of division by 1, which replaces 0, is 0 as required.
         let (divisor, _) = self.safe_divisor(ty, a, b, signed);
         if !ty.is_vector() {
             return self.binary(if signed { "srem" } else { "urem" }, ty, a, divisor);
@@ -232,8 +231,9 @@ impl Emitter<'_, '_> {
         self.binary("sub", ty, a, product)
     }
 
-    /// Machines have no vector division of integers, but an f64 holds all of a 32-bit integer, and
-    /// the quotient of two, if it is no integer, is further from one than f64 rounds.
+    /// Emits an integer division. Machines have no vector instruction for it, but an f64 represents all 32-bit
+    /// integers, and the distance of a quotient that is not an integer from the next integer exceeds the rounding error
+    /// of f64.
     fn plain_divide(&mut self, ty: LlvmType, a: Operand, b: Operand, signed: bool) -> Operand {
         if !ty.is_vector() {
             return self.binary(if signed { "sdiv" } else { "udiv" }, ty, a, b);
@@ -246,7 +246,7 @@ impl Emitter<'_, '_> {
         self.cast(from, double, quotient, ty)
     }
 
-    // The rest.
+    // Other operations.
 
     pub fn emit_compare(&mut self, result: Value, op: CompareOp, a: Value, b: Value) {
         let (lanes, scalar) = (self.is_lanes(result), self.scalar(a));
@@ -318,7 +318,7 @@ impl Emitter<'_, '_> {
         self.define(result, bits);
     }
 
-    /// The bits of `a` as the type of `result`.
+    /// Returns the bits of `a` as the type of `result`.
     fn reinterpreted(&mut self, result: Value, a: Value) -> Operand {
         let lanes = self.is_lanes(result);
         let from = self.vector(register_element(self.scalar(a)), lanes);
@@ -357,8 +357,8 @@ impl Emitter<'_, '_> {
         self.define(result, operand);
     }
 
-    /// Towards zero, saturating, NaN to 0. LLVM has an intrinsic for it, which it takes apart
-    /// into scalars. A conversion that does not fit is poison until it is frozen and replaced.
+    /// Converts towards zero, saturating, NaN to 0. LLVM's intrinsic for this is scalarised. A conversion that is out
+    /// of range is poison until it is frozen and replaced.
     fn float_to_signed(&mut self, from: LlvmType, a: Operand, to: LlvmType) -> Operand {
         let least = self.literal(from, Operand::Float((-2_147_483_648.0_f32).to_bits()));
         let bound = self.literal(from, Operand::Float(TWO_TO_31));
@@ -377,7 +377,7 @@ impl Emitter<'_, '_> {
     fn float_to_unsigned(&mut self, from: LlvmType, a: Operand, to: LlvmType) -> Operand {
         let least = self.literal(from, Operand::Float(0));
         let bound = self.literal(from, Operand::Float(TWO_TO_32));
-        // False for a NaN, which so becomes 0.
+        // False for a NaN, which thus becomes 0.
         let greater = self.compare("ogt", from, a, least);
         let clamped = self.select(from, greater, a, least);
         let converted = self.cast("fptoui", from, clamped, to);

@@ -1,19 +1,18 @@
-//! Stores to some lanes on x86 processors whose masks are lanes of vector registers.
+//! Masked stores on x86 processors without mask registers.
 //!
-//! Such a store is a load, a blend and a store. LLVM makes one masked store of the three, which takes
-//! longer on half of the machines (12 cycles on Zen 3); of the blend's own intrinsic it does not. What the
-//! instruction takes where the mask is set may stand in memory. So the mask says which lanes keep what
-//! they have, and the load is no operation of its own: that takes 3 % off the triangle, which has four
-//! such stores.
+//! Such a store is a load, a blend and a store. LLVM combines the three into one masked store, which is slower on half
+//! of the machines (12 cycles on Zen 3), but not if the blend is its target intrinsic. The operand that the blend takes
+//! where the mask is set may be in memory. So the mask selects the lanes that are preserved, and the load is folded
+//! into the blend: this takes 3 % off the triangle, which has four such stores.
 
 use crate::emitter::Emitter;
 use crate::operand::{LlvmType, Operand};
 
-/// Lanes of a blend.
+/// The number of lanes of a blend.
 const LANES: u32 = 8;
 
 impl Emitter<'_, '_> {
-    /// Whether [`Emitter::store_except`] has the instruction.
+    /// True if [`Emitter::store_except`] has the instruction.
     pub fn blends_with_memory(&self) -> bool {
         let has_vectors = self.width.is_multiple_of(LANES);
         self.values.masks_in_lanes && self.module.target.blends && has_vectors
@@ -33,7 +32,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// The lanes from `first` on that one blend takes.
+    /// Returns the lanes from `first` on that one blend takes, as floats.
     fn lanes_as_floats(&mut self, ty: LlvmType, lanes: Operand, first: u32) -> Operand {
         let part = LlvmType { count: LANES, ..ty };
         let lanes = if ty.count == LANES {

@@ -1,5 +1,5 @@
-//! Functions for a host's own packets: one chunk, whose rays, mask and instance are found as a
-//! [record](rtsl_abi::RayRecord) says.
+//! Functions for a host's packets: one chunk, whose rays, mask and instance are located by a
+//! [record](rtsl_abi::RayRecord).
 
 use rtsl_abi::{Mark, MarkWord, RayRecord, offsets};
 use rtsl_packet::Kernel;
@@ -7,21 +7,21 @@ use rtsl_packet::Kernel;
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{Label, LlvmType, Operand};
 
-/// A kernel to be called for a record, which [fits](RayRecord::check) it.
+/// A kernel to be called with a record, which [fits](Kernel::check_record) it.
 #[derive(Clone, Copy)]
 pub struct Callback<'a> {
-    /// What is done.
+    /// The kernel.
     pub kernel: &'a Kernel,
-    /// Where it is done.
+    /// The record.
     pub record: &'a RayRecord,
-    /// From the block of one instance to that of the next.
+    /// The stride between the blocks of instances, in bytes.
     pub block_bytes: u32,
 }
 
 const WORD: LlvmType = LlvmType { element: "i32", count: 1 };
 
 impl Emitter<'_, '_> {
-    /// The record's pointer that stands for one of a call.
+    /// Returns the record's pointer that corresponds to one of a call.
     pub fn pointer_of_record(
         &mut self,
         callback: Callback<'_>,
@@ -40,8 +40,8 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// The way into the function: past all of it where no ray takes part. The mask is known from there on; all else
-    /// is one block, in which LLVM finds more than in two.
+    /// Returns the function's entry, which skips the body if no ray is active. The mask is defined from there on. The
+    /// remaining code is one block, which LLVM optimises better than two.
     pub fn check_mask(&mut self, callback: Callback<'_>, start: Label, done: Label) -> String {
         let mask = self.kernel.body.params[0];
         let Some(offset) = callback.record.mask else {
@@ -55,7 +55,7 @@ impl Emitter<'_, '_> {
         let bits = self.bits_of_words(words);
         let any = self.any_bit(bits);
         match self.width {
-            // That it is on is known where it matters.
+            // The only lane is on in the body, which is entered only then.
             1 => self.define(mask, Operand::Bool(true)),
             _ => self.define(mask, bits),
         }
@@ -63,14 +63,14 @@ impl Emitter<'_, '_> {
         self.take_text()
     }
 
-    /// The one chunk, from the end of the prologue to the jump to `done`.
+    /// Emits the only chunk, from the end of the prologue to the jump to `done`.
     pub fn emit_packet(&mut self, done: Label) {
         self.begin_only_chunk();
         self.emit_chunk_body();
         self.jump(done);
     }
 
-    /// The words of the record's marks, lanes of them.
+    /// Returns the words of the record's marks, in lanes.
     pub fn mark_words(&mut self, record: &RayRecord) -> Vec<(Mark, Operand)> {
         let word = |emitter: &mut Self, mark: &Mark| {
             let word = match mark.word {
@@ -93,7 +93,7 @@ impl Emitter<'_, '_> {
         record.marks.iter().map(|mark| (*mark, word(self, mark))).collect()
     }
 
-    /// The address of a row.
+    /// Returns the address of a row.
     pub fn row_address(&mut self, row: u32) -> Operand {
         let rays = self.pointer(PointerSource::Rays, 0);
         let bytes = u64::from(row) * u64::from(self.width) * 4;
@@ -110,7 +110,7 @@ impl Emitter<'_, '_> {
         self.setup(format_args!("getelementptr i8, ptr {first}, i64 {bytes}"))
     }
 
-    /// What stands in the argument.
+    /// Loads a value from the argument.
     fn argument(&mut self, ty: &str, offset: u32) -> Operand {
         let at = self.setup(format_args!("getelementptr i8, ptr %call, i64 {offset}"));
         let align = if ty == "ptr" { 8 } else { 4 };

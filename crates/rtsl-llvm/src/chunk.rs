@@ -1,13 +1,13 @@
-//! The loop over chunks: which lanes are on, and the stores at the end.
+//! The loop over chunks: the mask of each chunk, and the stores of its outputs.
 //!
-//! A chunk is *full* if the call has no mask and all of its rays exist. That is tested once
-//! per chunk; a full chunk's mask is a constant and its outputs are stored as they are. Else
-//! outputs are loaded, merged and stored, and a chunk with no lane on is skipped.
+//! A chunk is *full* if the call has no mask and all of the chunk's rays exist. This is tested once per chunk; a full
+//! chunk's mask is a constant and its outputs are stored directly. Otherwise outputs are loaded, merged and stored, and
+//! a chunk without active lanes is skipped.
 //!
-//! A function for a host's own packets has no loop: see `callback`.
+//! A function for a host's packets has no loop: see `callback`.
 //!
-//! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first does
-//! full chunks alone, several at a time, and leaves what remains to the second.
+//! A kernel that [interleaves](rtsl_packet::Kernel::interleave) has two functions: the first processes full chunks
+//! only, several at a time, and leaves the remainder to the second.
 
 use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Value, VariableKind};
@@ -16,18 +16,18 @@ use rtsl_packet::kernel::KernelOutput;
 use crate::emitter::{Emitter, Part, PointerSource};
 use crate::operand::{Label, LlvmType, Operand, memory_element};
 
-/// What is known of the chunk being worked on.
+/// The current chunk.
 #[derive(Clone, Copy, Default)]
 pub struct Chunk {
-    /// The number of its first ray, i64.
+    /// The index of its first ray, i64.
     base: Option<Operand>,
-    /// Whether it is full, i1.
+    /// True if it is full, i1.
     full: Option<Operand>,
     /// The number of rays from its first on, i64.
     left: Option<Operand>,
 }
 
-/// The lanes of an output that are stored.
+/// The lanes in which an output is stored.
 #[derive(Clone, Copy)]
 enum Stored {
     All,
@@ -38,22 +38,22 @@ enum Stored {
 }
 
 impl Emitter<'_, '_> {
-    /// The number of the chunk's first ray, i64.
+    /// Returns the index of the chunk's first ray, i64.
     pub fn chunk_base(&self) -> Operand {
         self.chunk.base.expect("inside the loop over chunks")
     }
 
-    /// Whether all rays of all the function's chunks take part.
+    /// True if all rays of all the function's chunks are active.
     pub fn is_full(&self) -> bool {
         self.part == Part::Full
     }
 
-    /// All chunks, from the end of the prologue to the jump to `done`.
+    /// Emits all chunks, from the end of the prologue to the jump to `done`.
     pub fn emit_chunks(&mut self, done: Label) {
         if self.callback.is_some() {
             return self.emit_packet(done);
         }
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream if self.is_full() => {
                 self.emit_full_chunks(done);
             }
@@ -64,7 +64,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// The loop over chunks where all are full.
+    /// Emits the loop over chunks that are all full.
     fn emit_full_chunks(&mut self, done: Label) {
         let (start, width) = (self.new_label(), self.width);
         let before = self.block();
@@ -83,7 +83,7 @@ impl Emitter<'_, '_> {
         self.insert_phi(base_at, base, index, &[(Operand::Int(0), before), (next, end)]);
     }
 
-    /// The one lane of a call of one, which is on.
+    /// Emits the only lane of a single call, which is on.
     fn emit_only_chunk(&mut self, done: Label) {
         self.begin_only_chunk();
         self.define(self.kernel.body.params[0], Operand::Bool(true));
@@ -95,9 +95,9 @@ impl Emitter<'_, '_> {
         self.chunk.base = Some(Operand::Int(0));
     }
 
-    /// What is done for a chunk whose mask is defined.
+    /// Emits the body of a chunk whose mask is defined.
     pub fn emit_chunk_body(&mut self) {
-        self.emit_slots();
+        self.emit_locals();
         self.emit_instances();
         self.emit_ops(&self.kernel.body.ops);
         self.emit_outputs();
@@ -145,7 +145,7 @@ impl Emitter<'_, '_> {
         self.branch(more, start, done);
     }
 
-    /// Finds the chunk's mask; begins the block `body` if any lane is on, else jumps to `skip`.
+    /// Emits the chunk's mask; begins the block `body` if any lane is on, else jumps to `skip`.
     fn emit_mask(&mut self, body: Label, skip: Label) {
         let width = self.width;
         let masks = self.pointer(PointerSource::Call, offsets::CALL_MASK);
@@ -202,7 +202,7 @@ impl Emitter<'_, '_> {
         self.bits_of_words(words)
     }
 
-    /// Which lanes have a ray.
+    /// Returns the mask of the lanes that have a ray.
     fn emit_exists(&mut self) -> Operand {
         let width = self.width;
         let left = self.chunk.left.expect("the chunk is begun");
@@ -255,7 +255,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Outputs of a method that accepts hits: stored only where it did.
+    /// Emits the outputs of a method that accepts hits: stored only in lanes that accept.
     fn emit_hit_outputs(&mut self, mask: Value, accepted: Value) {
         let (store, stored) = (self.new_label(), self.new_label());
         let (bits, words) = self.hits(mask, accepted);
@@ -267,7 +267,7 @@ impl Emitter<'_, '_> {
         if self.callback.is_none() {
             self.store_accepted(words);
         }
-        // Before the branch, since in one block LLVM would find the mask behind its inverse.
+        // Before the branch, since LLVM would derive the mask from its inverse if both were in one block.
         let kept = self.blends_with_memory().then(|| {
             let ty = self.lanes("i32");
             let ones = self.literal(ty, Operand::Int(-1));
@@ -292,7 +292,7 @@ impl Emitter<'_, '_> {
         self.begin_block(stored);
     }
 
-    /// The lanes that are on and accept a hit, as bits and as words.
+    /// Returns the lanes that are on and accept a hit, as bits and as words.
     pub fn hits(&mut self, mask: Value, accepted: Value) -> (Operand, Operand) {
         if self.values.masks_in_lanes {
             let (ty, accepted, on) = (self.lanes("i32"), self.words(accepted), self.words(mask));
@@ -305,7 +305,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Makes lanes of uniform outputs before the branches that use them.
+    /// Splats uniform outputs before the branches that use them.
     fn prepare_outputs(&mut self) {
         let outputs: Vec<Value> = self.outputs().map(|(_, value)| value).collect();
         outputs.into_iter().for_each(|value| {
@@ -313,7 +313,7 @@ impl Emitter<'_, '_> {
         });
     }
 
-    /// Stores all outputs but the accepted one.
+    /// Stores all outputs except the accepted one.
     fn store_outputs(&mut self, lanes: Stored) {
         let outputs: Vec<(KernelOutput, Value)> = self.outputs().collect();
         for (output, value) in outputs {
@@ -340,7 +340,7 @@ impl Emitter<'_, '_> {
         self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
     }
 
-    /// Stores the words of a mask to the accepted array; rays that do not exist keep theirs.
+    /// Stores the words of a mask to the accepted array; the words beyond the last ray are preserved.
     fn store_accepted(&mut self, words: Operand) {
         let ty = self.lanes("i32");
         let at = self.accepted_address();
@@ -366,9 +366,9 @@ impl Emitter<'_, '_> {
         self.effect(format_args!("store {ty} {merged}, ptr {at}, align 4"));
     }
 
-    /// What is to be stored back in the lanes that are off. LLVM makes one masked store of such a
-    /// load, a select and a store, which without mask registers takes longer than the three on
-    /// half of the machines (12 cycles on Zen 3); that the load is volatile keeps it from that.
+    /// Loads the values to be stored back in inactive lanes. LLVM combines such a load, a select and a store into one
+    /// masked store, which without mask registers is slower than the three on half of the machines (12 cycles on Zen
+    /// 3). A volatile load prevents this.
     fn load_to_merge(&mut self, ty: LlvmType, at: Operand) -> Operand {
         let volatile = if self.values.masks_in_lanes { "volatile " } else { "" };
         self.instruction(format_args!("load {volatile}{ty}, ptr {at}, align 4"))
@@ -380,7 +380,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }
 
-    /// What is done for a chunk that nobody asked for.
+    /// Emits the code for a chunk without active rays.
     fn emit_skip(&mut self) {
         if self.accepted().is_none() || self.kernel.keeps_nearest() {
             return;

@@ -1,8 +1,9 @@
 //! Constructors of a library's classes: `uint32_t symbol(uint32_t *block)`.
 //!
-//! A constructor's work is done by kernels of the single shape, one for each class of the tree, which find members and
-//! parameters in the block as any method finds members, and leave what they give in scratch arrays. The function here
-//! says that those arrays are words of the block itself: a kernel stores its outputs after all that it reads.
+//! A constructor consists of kernels in the single mode, one for each class of the tree, which read members and
+//! parameters from the block as any method reads members, and store their results in scratch arrays. The function
+//! emitted here makes those arrays words of the block itself, which is safe because a kernel stores its outputs after
+//! all loads.
 
 use std::fmt::Write;
 
@@ -12,32 +13,32 @@ use rtsl_packet::Kernel;
 /// A constructor.
 #[derive(Debug)]
 pub struct Constructor {
-    /// Its symbol.
+    /// The symbol.
     pub symbol: String,
-    /// The kernels, in the order of their work.
+    /// The kernels, in the order of execution.
     pub parts: Vec<ConstructorPart>,
 }
 
-/// What one class of the tree does when an instance is made.
+/// The part of a constructor for one class of the tree.
 #[derive(Debug)]
 pub struct ConstructorPart {
-    /// A kernel of the single shape. Its scratch array `i` is `outputs[i]`.
+    /// A kernel in the single mode. Its scratch array `i` is `outputs[i]`.
     pub kernel: Kernel,
-    /// The words of the block that it gives.
+    /// The words of the block that it stores.
     pub outputs: Vec<ConstructedWord>,
 }
 
-/// A word that a constructor gives.
+/// A word that a constructor stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConstructedWord {
-    /// Which word of the block.
+    /// The index of the word in the block.
     pub word: u32,
-    /// Bools are 0 and -1 in lane arrays, 0 and 1 in blocks.
+    /// True for a bool, which is 0 or -1 in lane arrays and 0 or 1 in blocks.
     pub is_bool: bool,
 }
 
 impl Constructor {
-    /// The kernels with their symbols.
+    /// Returns the kernels with their symbols.
     pub(crate) fn kernels(&self) -> impl Iterator<Item = (String, &Kernel)> {
         self.parts.iter().enumerate().map(|(index, part)| (self.part_symbol(index), &part.kernel))
     }
@@ -46,7 +47,7 @@ impl Constructor {
         format!("{}.{index}", self.symbol)
     }
 
-    /// The function that calls them.
+    /// Returns the text of the function that calls them.
     pub(crate) fn function(&self) -> String {
         let (size, slots) = (offsets::CALL_SIZE, self.parts.iter().map(|part| part.outputs.len()));
         let slots = slots.max().unwrap_or(0).max(1);

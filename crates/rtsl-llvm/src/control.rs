@@ -1,4 +1,4 @@
-//! Operations in order, branches and loops.
+//! Sequences of operations, branches and loops.
 
 use rtsl_ir::{Scalar, Value};
 use rtsl_packet::kernel::{Op, OpKind, Region};
@@ -48,15 +48,15 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Any value will do, but one: frozen, since poison would spread from lanes that are off
-    /// to branches.
+    /// Any value is valid, but it must be a single one: frozen, since poison would spread from inactive lanes to
+    /// branches.
     fn emit_unspecified(&mut self, result: Value) {
         let ty = self.crossing_type(result);
         let any = self.instruction(format_args!("freeze {ty} poison"));
         self.define_crossing(result, any);
     }
 
-    /// The value in the lowest lane that is on.
+    /// Emits the value of the lowest lane that is on.
     fn emit_first(&mut self, result: Value, mask: Value, value: Value) {
         let operand = self.crossing(value, true);
         if self.width == 1 {
@@ -75,7 +75,7 @@ impl Emitter<'_, '_> {
         self.define(result, element);
     }
 
-    /// What a region yields, in the forms that values of these types take across blocks.
+    /// Returns the yields of a region, in the forms in which values of these types cross blocks.
     fn emit_yields(&mut self, yields: &[Value], to: &[Value]) -> Vec<Operand> {
         let pairs = yields.iter().zip(to);
         pairs.map(|(value, to)| self.crossing(*value, self.is_lanes(*to))).collect()
@@ -86,7 +86,7 @@ impl Emitter<'_, '_> {
         let condition = self.uniform(condition);
         let (join, then_label) = (self.new_label(), self.new_label());
         let empty = otherwise.ops.is_empty();
-        // Without operations the other side is the edge from here to the join.
+        // A side without operations is the edge from here to the join.
         let before = if empty { self.emit_yields(&otherwise.yields, &results) } else { Vec::new() };
         let otherwise_label = if empty { join } else { self.new_label() };
         let mut otherwise_end = self.block();
@@ -136,7 +136,7 @@ impl Emitter<'_, '_> {
         let mut phi_at = self.here();
         let phis: Vec<Operand> = body.params.iter().map(|_| self.new_local()).collect();
         let begin = self.values.begin_region();
-        // The phis are known by name; their text is put in front when all is known.
+        // The phis are named in advance; their text is inserted once the incoming values are known.
         let mut types = Vec::new();
         for (param, phi) in body.params.iter().zip(&phis) {
             types.push(self.crossing_type(*param));

@@ -1,4 +1,4 @@
-//! One function: the parts of its text, and the instructions that are put there.
+//! Emission of one function: the parts of its text, and the instructions added to them.
 
 use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write};
@@ -18,76 +18,75 @@ use crate::nearest::Nearest;
 use crate::operand::{Label, LlvmType, Operand, register_element};
 use crate::values::Values;
 
-/// Writes the function of a kernel.
+/// Emits the function of a kernel.
 ///
-/// Its text is made in pieces, since what is needed once is known only when it is asked for:
-/// allocas, then the setup (pointers out of the call), the prologue, vectors of equal lanes made
-/// of what the prologue computed, and the loop over chunks.
+/// The text consists of several parts, since values needed once are known only when they are requested: allocas, then
+/// the setup (pointers loaded from the call), the prologue, splats of values of the prologue, and the loop over chunks.
 pub struct Emitter<'a, 'm> {
     pub module: &'a mut Module<'m>,
     pub kernel: &'a Kernel,
-    /// Rays in a chunk of this function.
+    /// The number of rays in a chunk of this function.
     pub width: u32,
     pub part: Part,
-    /// The first ray of its first chunk, i64.
+    /// The index of the first ray of its first chunk, i64.
     pub begun: Operand,
     pub ranges: Ranges,
     pub values: Values,
     pub chunk: Chunk,
     pub buffers: Buffers,
-    /// The chunk's objects: the address of the first, in the stream shape of each lane's.
+    /// The chunk's objects: the address of the first; in the stream mode the address of each lane's.
     pub objects: Option<Operand>,
     pub requests: RequestMemory,
     pub nearest: Nearest,
-    /// Where a function for a host's own packets finds what it needs; the call tells others.
+    /// The callback, for a function that is called with a host's struct instead of a call.
     pub callback: Option<Callback<'a>>,
-    /// The test that the function does, if it is one of a test.
+    /// The leaf test, for a function that executes one.
     pub test: Option<LeafTest>,
     /// The address of each local, by variable.
     pub local_memory: Vec<Option<Operand>>,
     pub pieces: Pieces,
-    /// The piece being written that is not one of `pieces`: the prologue or the chunks.
+    /// The part being written that is not in `pieces`: the prologue or the chunks.
     text: String,
     locals: u32,
     labels: u32,
-    /// The block being written.
+    /// The current block.
     block: Label,
 }
 
-/// Text that is put in front.
+/// Text inserted before the prologue.
 #[derive(Default)]
 pub struct Pieces {
     pub allocas: String,
     pub setup: String,
     pub splats: String,
-    /// Pointers that the setup has loaded: from the call or a table, by offset.
+    /// Pointers loaded in the setup: from the call or a table, by offset.
     pub pointers: BTreeMap<(PointerSource, u32), Operand>,
 }
 
-/// From where the setup loads a pointer.
+/// The structure from which the setup loads a pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PointerSource {
     Call,
     State,
     Scratch,
     Host,
-    /// The first row of a host's own packet.
+    /// The first row of a host's packet.
     Rays,
 }
 
-/// Which chunks of a call a function does.
+/// The chunks of a call that a function processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// All.
+    /// All chunks.
     All,
-    /// Full ones, as many at a time as the kernel interleaves.
+    /// Full chunks, as many at a time as the kernel interleaves.
     Full,
-    /// Those that are not full, after the full ones.
+    /// The chunks after the full ones.
     Rest,
 }
 
 impl<'a, 'm> Emitter<'a, 'm> {
-    /// For some chunks of a kernel.
+    /// Returns an emitter of the function for some chunks of a kernel.
     pub fn new(module: &'a mut Module<'m>, kernel: &'a Kernel, part: Part) -> Self {
         let interleave = match part {
             Part::All | Part::Rest => 1,
@@ -119,7 +118,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         }
     }
 
-    /// For a host's own packets.
+    /// Returns an emitter of a function for a host's packets.
     pub fn for_callback(module: &'a mut Module<'m>, callback: Callback<'a>) -> Self {
         let mut emitter = Emitter::new(module, callback.kernel, Part::All);
         emitter.callback = Some(callback);
@@ -127,7 +126,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         emitter
     }
 
-    /// The function's text.
+    /// Emits the function and returns its text.
     pub fn emit(mut self, symbol: &str) -> String {
         let (done, start) = (self.new_label(), self.new_label());
         let begins_at_any_chunk = self.kernel.begins_at_any_chunk();
@@ -147,7 +146,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
         self.emit_chunks(done);
         let Pieces { allocas, setup, splats, pointers: _ } = &self.pieces;
         let chunks = &self.text;
-        let single = self.kernel.shape == CallMode::Single;
+        let single = self.kernel.mode == CallMode::Single;
         let (enter, leave) = match (checked, self.part) {
             (Some(checked), _) => (checked, String::new()),
             (None, Part::All) if single => (format!("  br label %{start}\n"), String::new()),
@@ -167,7 +166,7 @@ impl<'a, 'm> Emitter<'a, 'm> {
                 format!("internal void @\"{symbol}.rest\"(ptr noalias %call, i64 {})", self.begun)
             }
         };
-        // To align the stack for vectors takes 2 percent of a test of one ray with a sphere.
+        // Aligning the stack for vectors takes 2 percent of a test of one ray with a sphere.
         let has_vectors = self.callback.is_none() || self.width > 1;
         let attributes = if has_vectors { "#0" } else { self.module.scalar_attributes() };
         format!(
@@ -182,25 +181,25 @@ entry:
         )
     }
 
-    /// What has been written since the last time.
+    /// Returns the text written since the last call.
     pub fn take_text(&mut self) -> String {
         std::mem::take(&mut self.text)
     }
 
     // Types.
 
-    /// The type of a value of packet code in registers.
+    /// Returns the type of a value of packet code in registers.
     pub fn register_type(&self, value: Value) -> LlvmType {
         let ty = self.kernel.ty(value);
         self.vector(register_element(ty.scalar), ty.lanes)
     }
 
-    /// One element or W of them.
+    /// Returns the type of one element or W of them.
     pub fn vector(&self, element: &'static str, lanes: bool) -> LlvmType {
         LlvmType { element, count: if lanes { self.width } else { 1 } }
     }
 
-    /// W elements.
+    /// Returns the type of W elements.
     pub fn lanes(&self, element: &'static str) -> LlvmType {
         self.vector(element, true)
     }
@@ -220,38 +219,38 @@ entry:
         Operand::Local(self.locals)
     }
 
-    /// An instruction with a result.
+    /// Emits an instruction with a result.
     pub fn instruction(&mut self, text: Arguments<'_>) -> Operand {
         let local = self.new_local();
         let _ = writeln!(self.text, "  {local} = {text}");
         local
     }
 
-    /// An instruction without a result.
+    /// Emits an instruction without a result.
     pub fn effect(&mut self, text: Arguments<'_>) {
         let _ = writeln!(self.text, "  {text}");
     }
 
-    /// An instruction that runs once per call, before all others.
+    /// Emits an instruction that runs once per call, before all others.
     pub fn setup(&mut self, text: Arguments<'_>) -> Operand {
         let local = self.new_local();
         let _ = writeln!(self.pieces.setup, "  {local} = {text}");
         local
     }
 
-    /// The same without a result.
+    /// Like [`Emitter::setup`], without a result.
     pub fn setup_effect(&mut self, text: Arguments<'_>) {
         let _ = writeln!(self.pieces.setup, "  {text}");
     }
 
-    /// Memory of the function's own.
+    /// Allocates stack memory of the function.
     pub fn alloca(&mut self, ty: &str, align: u32) -> Operand {
         let local = self.new_local();
         let _ = writeln!(self.pieces.allocas, "  {local} = alloca {ty}, align {align}");
         local
     }
 
-    /// Calls an intrinsic `llvm.name.suffixes` that takes and gives the types that are named.
+    /// Calls an intrinsic `llvm.name.suffixes` with the given types.
     pub fn intrinsic(
         &mut self,
         name: &str,
@@ -265,7 +264,7 @@ entry:
         self.instruction(format_args!("call {result} @{name}({})", arguments.join(", ")))
     }
 
-    /// The address `offset` bytes after `base`.
+    /// Returns the address `offset` bytes after `base`.
     pub fn offset(&mut self, base: Operand, offset: u32) -> Operand {
         if offset == 0 {
             return base;
@@ -273,7 +272,7 @@ entry:
         self.instruction(format_args!("getelementptr i8, ptr {base}, i64 {offset}"))
     }
 
-    /// A pointer out of the call, or out of one of its tables, loaded once per call.
+    /// Returns a pointer from the call, or from one of its tables, loaded once per call.
     pub fn pointer(&mut self, source: PointerSource, offset: u32) -> Operand {
         use rtsl_abi::offsets;
         if let Some(pointer) = self.pieces.pointers.get(&(source, offset)) {
@@ -304,7 +303,7 @@ entry:
         pointer
     }
 
-    /// Sets what [`Emitter::pointer`] gives.
+    /// Sets the result of [`Emitter::pointer`].
     pub fn set_pointer(&mut self, source: PointerSource, offset: u32, pointer: Operand) {
         self.pieces.pointers.insert((source, offset), pointer);
     }
@@ -341,12 +340,12 @@ entry:
         local
     }
 
-    /// The place in the text where phis of the block just begun go.
+    /// Returns the position in the text where phis of the block just begun are inserted.
     pub fn here(&self) -> usize {
         self.text.len()
     }
 
-    /// A phi at a place remembered before what comes in was known.
+    /// Inserts a phi at a position returned by [`Emitter::here`] before the incoming values were known.
     pub fn insert_phi(
         &mut self,
         at: usize,
@@ -360,7 +359,7 @@ entry:
     }
 }
 
-/// The floats that the prologue negates, by what comes of it.
+/// Returns the floats that the prologue negates, by the results.
 fn negated_values(kernel: &Kernel) -> BTreeMap<Value, Value> {
     let negated = |op: &Op| match op.kind {
         OpKind::Unary(UnaryOp::Negate, value) if kernel.ty(value).scalar == Scalar::F32 => {
@@ -371,7 +370,7 @@ fn negated_values(kernel: &Kernel) -> BTreeMap<Value, Value> {
     kernel.prologue.ops.iter().filter_map(negated).collect()
 }
 
-/// The number of the call's rays, in a local of this name.
+/// Loads the number of the call's rays to a local of this name.
 fn load_count(name: &str) -> String {
     let count = rtsl_abi::offsets::CALL_COUNT;
     format!(
@@ -382,7 +381,7 @@ fn load_count(name: &str) -> String {
     )
 }
 
-/// The first ray of the first chunk, in a local of this name.
+/// Loads the index of the first ray of the first chunk to a local of this name.
 fn load_begin(name: Operand) -> String {
     let begin = rtsl_abi::offsets::CALL_BEGIN;
     format!(
@@ -393,7 +392,7 @@ fn load_begin(name: Operand) -> String {
     )
 }
 
-/// The way into the function, or past all of it where the call has no lanes from `begun` on.
+/// Returns the function's entry, which skips the body if the call has no lanes from `begun` on.
 fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
     let count = load_count("%count");
     format!(
@@ -403,7 +402,7 @@ fn enter_unless_empty(begun: Operand, start: Label, done: Label) -> String {
     )
 }
 
-/// The way into a function for full chunks of `chunk` rays; past it where the call has none, or a
+/// Returns the entry of a function for full chunks of `chunk` rays, which skips the body if the call has none, or has a
 /// mask.
 fn enter_full_chunks(chunk: u32, start: Label) -> String {
     let (count, mask) = (load_count("%count.all"), rtsl_abi::offsets::CALL_MASK);
@@ -419,7 +418,7 @@ fn enter_full_chunks(chunk: u32, start: Label) -> String {
     )
 }
 
-/// The way out of it: what is left is another function's, entered with the number of its first ray.
+/// Returns the exit of that function, which passes the index of the first remaining ray to another function.
 fn leave_full_chunks(symbol: &str) -> String {
     format!(
         "  %all = icmp eq i64 %count, %count.all

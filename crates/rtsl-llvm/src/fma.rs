@@ -1,13 +1,12 @@
-//! Fused multiply-add for machines that have none.
+//! Emulation of fused multiply-add for machines without the instruction.
 
 use crate::operand::LlvmType;
 
-/// The name and the text of a function that computes `a * b + c` with one rounding.
+/// Returns the name and the text of a function that computes `a * b + c` with one rounding.
 ///
-/// The product is exact in f64, and the sum is rounded to odd there (towards the neighbour whose
-/// last bit is 1, unless exact): f64 has more than two bits more than f32, so that the second
-/// rounding, to f32, gives what one rounding would have given. Infinities and NaNs have no error
-/// term and pass as they are.
+/// The product is exact in f64, and the sum is rounded to odd there (towards the neighbour whose last bit is 1, unless
+/// exact): f64 has more than two bits more than f32, so the second rounding, to f32, gives the correctly rounded
+/// result. Infinities and NaNs have no error term and are passed through.
 pub fn emulation(ty: LlvmType) -> (String, String) {
     let name = format!("@rtsl.fma.{}", ty.suffix());
     let (double, long, bit) = (ty.of("double"), ty.of("i64"), ty.of("i1"));

@@ -1,5 +1,4 @@
-//! Requests to the host: lanes are written to memory, the host is called through its table, and
-//! its answers are read.
+//! Requests to the host: writes the lanes to memory, calls the host through its table, and reads its answers.
 
 use rtsl_abi::offsets;
 use rtsl_ir::Value;
@@ -10,16 +9,16 @@ use rtsl_spec::COLOR_COMPONENTS;
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::Operand;
 
-/// Bytes of the lanes of one float.
+/// The size of the lanes of one float, in bytes.
 const LANES_BYTES: u32 = 4 * MAX_LANES as u32;
 
-/// Lane arrays of `RayLanes`, the most that a request has: origin, direction, limit, weight.
+/// The number of lane arrays of `RayLanes`, the largest request: origin, direction, limit, weight.
 const REQUEST_ARRAYS: u32 = 3 + 3 + 1 + 1;
 
-/// Lane arrays of `LightLanes`: direction, distance, colour, density.
+/// The number of lane arrays of `LightLanes`: direction, distance, colour, density.
 const LIGHT_ARRAYS: u32 = 3 + 1 + COLOR_COMPONENTS + 1;
 
-/// Memory for requests and answers, made where a kernel first needs it and then used again.
+/// Memory for requests and answers, allocated at the first request of a kernel and then reused.
 #[derive(Default)]
 pub struct RequestMemory {
     request: Option<Operand>,
@@ -71,7 +70,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// The arguments that say which rays ask.
+    /// Returns the lane set arguments of a request.
     fn lane_set(&mut self, mask: Value) -> String {
         let bits = self.bits(mask);
         let active = self.bit_set(bits);
@@ -80,7 +79,7 @@ impl Emitter<'_, '_> {
         format!("i32 {base}, i32 {active}")
     }
 
-    /// Writes floats, an array of lanes each.
+    /// Stores floats, one array of lanes each.
     fn store_lanes(&mut self, values: impl Iterator<Item = Value>) -> Operand {
         let memory = self.request_memory();
         let ty = self.lanes("float");
@@ -129,7 +128,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// A call that returns lanes: as a mask, off where `mask` is.
+    /// Emits a call that returns lanes as a mask, off where `mask` is.
     fn call_for_lanes(&mut self, mask: Value, function: u32, arguments: &str) -> Operand {
         let set = self.call_host(Some("i32"), function, arguments).expect("it returns lanes");
         let answered = self.bits_of_set(set);
@@ -137,8 +136,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("and {ty} {answered}, {asked}"))
     }
 
-    /// Reads the results of `op` from the `skip`th on from the answer: lanes where `bits` holds, zeros
-    /// elsewhere.
+    /// Loads the results of `op` from the `skip`th on from the answer: lanes where `bits` are set, zeros elsewhere.
     fn define_answers(&mut self, op: &Op, skip: usize, bits: Option<Operand>) {
         let memory = self.answer_memory();
         let (ty, mask) = (self.lanes("float"), self.lanes("i1"));
@@ -165,7 +163,7 @@ impl Emitter<'_, '_> {
     }
 
     fn emit_report(&mut self) {
-        // A host's own struct has no place for it.
+        // A host's struct has no field for it.
         if self.callback.is_some() {
             return;
         }

@@ -1,32 +1,32 @@
-//! The tests of `intersect` in the leaf shape.
+//! The tests of `intersect` in the leaf mode.
 //!
-//! One test is a function of its own, which the kernel's function calls for each, and LLVM inlines there. It ends
-//! without a branch on what it found: whether a ray hits anything in a leaf cannot be foreseen, so a processor
-//! that is not asked works on several tests at a time.
+//! One test is a separate function, which the kernel's function calls for each test, and which LLVM inlines there. It
+//! ends without a branch on its result: a hit in a leaf is unpredictable, so without such a branch the processor
+//! overlaps several tests.
 
 use rtsl_abi::offsets;
 
 use crate::emitter::{Emitter, PointerSource};
 use crate::operand::{LlvmType, Operand};
 
-/// What is known of the test being done.
+/// The current test.
 #[derive(Clone, Copy)]
 pub struct LeafTest {
     /// The lane of its ray, i64.
     ray: Operand,
-    /// The number of its first object, i32.
+    /// The index of its first object, i32.
     first: Operand,
 }
 
-/// The head of the function of one test.
+/// Returns the head of the function of one test.
 pub fn test_header(symbol: &str) -> String {
     format!("internal void @\"{symbol}.test\"(ptr noalias %call, ptr noalias %test) alwaysinline")
 }
 
-/// The function that does all tests of a call.
+/// Returns the function that executes all tests of a call.
 pub fn all_tests(symbol: &str) -> String {
     let (tests, count, size) = (offsets::CALL_TESTS, offsets::CALL_TEST_COUNT, offsets::TEST_SIZE);
-    // A test of no objects writes nothing, and who makes a test again is not to find the last answer.
+    // A test of no objects does not run, so a previous result must be overwritten.
     let (nearest, none) = (offsets::TEST_NEAREST, offsets::NO_OBJECT as i32);
     format!(
         "define void @\"{symbol}\"(ptr noalias %call) #0 {{
@@ -57,7 +57,7 @@ done:
 }
 
 impl Emitter<'_, '_> {
-    /// Before all else: reads the test, and finds its objects.
+    /// Loads the test and locates its objects, before anything else.
     pub fn begin_test(&mut self) {
         let word = |emitter: &mut Self, offset: u32| {
             let at = emitter.setup(format_args!("getelementptr i8, ptr %test, i64 {offset}"));
@@ -75,7 +75,7 @@ impl Emitter<'_, '_> {
         self.set_pointer(PointerSource::Call, offsets::CALL_OBJECTS, objects);
     }
 
-    /// The word of the ray that all lanes share, of a lane array; the array itself where there is no such ray.
+    /// Returns the address of the ray's word in a lane array; the array itself if there is no uniform ray.
     pub fn lane_of_ray(&mut self, array: Operand) -> Operand {
         match self.test {
             None => array,
@@ -85,7 +85,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// The same of arrays that are found in the midst of a chunk.
+    /// Like [`Emitter::lane_of_ray`], for several arrays located within a chunk.
     pub fn lanes_of_ray(&mut self, pointers: LlvmType, arrays: Operand) -> Operand {
         match self.test {
             None => arrays,
@@ -95,7 +95,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Writes which object has the nearest hit: its place among those of the test, or -1 for none.
+    /// Stores the result of the test: the object's position among those of the test, or -1 for none.
     pub fn store_nearest(&mut self, variable: Operand, any: Operand) {
         let Some(LeafTest { first, .. }) = self.test else { return };
         let number = self.instruction(format_args!("add i32 {first}, {variable}"));

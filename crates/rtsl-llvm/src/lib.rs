@@ -1,14 +1,13 @@
-//! Packet code as LLVM text.
+//! Emission of packet code as LLVM text.
 //!
-//! Writing text needs no LLVM: this crate knows the language of LLVM (as versions 17 to 23 read
-//! it) and which instructions of a target are worth using, but no library, no process and
-//! nothing of RTSL but packet code.
+//! The emission of text requires no LLVM: this crate depends on LLVM's language (as versions 17 to 23 read it) and on
+//! the instructions of targets, but on no library, no process and no part of RTSL except packet code.
 //!
-//! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_abi::offsets` says what it finds
-//! there. One that interleaves has a second, which the first calls for full chunks. A [`Callback`] finds
-//! the same in a struct of a host's own. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction, no undefined value that
-//! reaches a lane that is on. Where approximation is allowed packet code says so, and the text says
-//! how.
+//! A kernel becomes one function, `void @symbol(ptr %call)`; `rtsl_abi::offsets` describes its argument. A kernel that
+//! interleaves has a second function, which the first calls for full chunks. The argument of a [`Callback`] is a struct
+//! of the host instead. Nothing in the text allows LLVM to change a result: no fast-math flags, no contraction, no
+//! undefined value that reaches an active lane. Where approximation is allowed, packet code contains approximate
+//! operations, and the text determines their implementation.
 
 mod approximation;
 mod arithmetic;
@@ -41,7 +40,7 @@ pub use constructor::{ConstructedWord, Constructor, ConstructorPart};
 pub use library::{Library, emit_library};
 pub use target::{Estimates, TargetFeatures};
 
-/// The text of a module with a function for each kernel, called by the symbol that stands with it.
+/// Returns the text of a module with a function for each kernel, with the symbol given with it.
 pub fn emit<'a>(
     kernels: impl IntoIterator<Item = (&'a str, &'a Kernel)>,
     target: &TargetFeatures,
@@ -49,7 +48,7 @@ pub fn emit<'a>(
     emit_module(kernels, target).finish()
 }
 
-/// The text of a module with a function for each callback, whose argument is a struct of the host's.
+/// Returns the text of a module with a function for each callback, whose argument is a struct of the host.
 pub fn emit_callbacks<'a>(
     callbacks: impl IntoIterator<Item = (&'a str, Callback<'a>)>,
     target: &TargetFeatures,

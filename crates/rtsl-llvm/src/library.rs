@@ -1,6 +1,6 @@
-//! A library of classes: kernels and constructors with names of their own, and a description of all as data.
+//! Libraries of classes: kernels and constructors with given symbols, and a description of all as data.
 //!
-//! What stands in the data has the form of the structs of the C header, which the names of the types here are those of.
+//! The data has the form of the structs of the C header, and the types here are named after those.
 
 use std::fmt::Write;
 
@@ -13,22 +13,22 @@ use rtsl_spec::Role;
 use crate::constructor::Constructor;
 use crate::{Kernel, TargetFeatures, emit_module};
 
-/// The parts of a library: what its description names.
+/// The parts of a library listed in its description.
 #[derive(Debug)]
 pub struct Library<'a> {
-    /// What hosts are told.
+    /// The description.
     pub description: &'a LibraryDescription,
     /// The kernels with their symbols.
     pub kernels: &'a [(String, Kernel)],
     /// The constructors.
     pub constructors: &'a [Constructor],
-    /// The processor that the code is for, as hosts are told.
+    /// The processor that the code is for, as reported to hosts.
     pub target: &'a str,
-    /// The version of the compiler, as hosts are told.
+    /// The version of the compiler, as reported to hosts.
     pub version: &'a str,
 }
 
-/// The text of a module that holds a library.
+/// Returns the text of a module that holds a library.
 pub fn emit_library(library: &Library<'_>, target: &TargetFeatures) -> String {
     let Library { description, kernels, constructors, target: processor, version } = library;
     let parts = constructors.iter().flat_map(Constructor::kernels);
@@ -126,7 +126,7 @@ impl Data {
             kernel.symbol,
             kernel.reads.len(),
             kernel.writes.len(),
-            offsets::shape_number(kernel.shape),
+            offsets::call_mode_number(kernel.mode),
             kernel.width,
             kernel.flags(),
         )
@@ -140,7 +140,7 @@ impl Data {
         text.map_or_else(|| "null".to_owned(), |text| self.string(text))
     }
 
-    /// A text that ends with a zero byte; bytes of zero in it are left out.
+    /// Adds a zero-terminated string and returns its name; zero bytes in it are omitted.
     fn string(&mut self, text: &str) -> String {
         let bytes: Vec<u8> = text.bytes().filter(|byte| *byte != 0).chain([0]).collect();
         let name = self.new_name();
@@ -153,7 +153,7 @@ impl Data {
         name
     }
 
-    /// The name of an array of elements that are written with their types; null where there are none.
+    /// Adds an array of elements given with their types and returns its name; null if there are none.
     fn array(&mut self, ty: &str, elements: impl IntoIterator<Item = String>) -> String {
         let elements: Vec<String> = elements.into_iter().collect();
         if elements.is_empty() {
@@ -174,7 +174,7 @@ impl Data {
     }
 }
 
-/// A float as LLVM writes it: the bits of the double of the same value.
+/// Returns a float in LLVM syntax: the bits of the double of the same value.
 fn float(value: f32) -> String {
     format!("0x{:016X}", f64::from(value).to_bits())
 }

@@ -1,8 +1,7 @@
-//! Loads and stores: lane arrays, the instance's block, buffers and slots.
+//! Loads and stores: lane arrays, the instance's block, buffers and locals.
 //!
-//! Every dynamic index is inside its place in all lanes, those that are off too, so that any lane may
-//! be loaded: it is clamped here unless packet code shows that it has been. A buffer without
-//! elements has the address of a word of zero in place of its own.
+//! Every dynamic index is in range in all lanes, including inactive ones, so that any lane may be loaded: it is clamped
+//! here unless packet code proves that it is in range. A buffer without elements has the address of a zero word.
 
 use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Index, Scalar, Value, VariableId, VariableKind};
@@ -19,7 +18,7 @@ pub enum LaneTable {
 }
 
 impl LaneTable {
-    /// Where the call has it.
+    /// Returns the offset in the call.
     fn offset(self) -> u32 {
         match self {
             LaneTable::State => offsets::CALL_STATE,
@@ -35,19 +34,19 @@ impl LaneTable {
     }
 }
 
-/// What is known of the data of the call.
+/// The data of the call located so far.
 #[derive(Default)]
 pub struct Buffers {
-    /// Arrays of scratch that all lanes share and outputs overwrite, by location.
+    /// Uniform scratch arrays that outputs overwrite, by location: the copies of their content.
     copies: std::collections::BTreeMap<u32, Operand>,
-    /// By place.
+    /// Buffers, by variable.
     pub buffers: std::collections::BTreeMap<u32, Buffer>,
 }
 
-/// A buffer as it can be loaded from.
+/// A buffer in the form used by loads.
 #[derive(Clone, Copy)]
 pub struct Buffer {
-    /// Its first scalar; uniform or lanes, as the rest.
+    /// The address of its first scalar; uniform or lanes, as the other fields.
     pub address: Operand,
     /// The number of its elements, i32.
     pub count: Operand,
@@ -72,12 +71,12 @@ impl Emitter<'_, '_> {
                 self.load_member(id, index)
             }
             VariableKind::Buffer => self.load_buffer(id, variable, index),
-            VariableKind::Local => self.load_slot(id, variable, index),
+            VariableKind::Local => self.load_local(id, variable, index),
         };
         self.define_loaded(result, loaded);
     }
 
-    /// Words of memory as a value: bools are words there.
+    /// Defines a value from words of memory, which represent bools.
     fn define_loaded(&mut self, result: Value, loaded: Operand) {
         if self.scalar(result) != Scalar::Bool {
             return self.define(result, loaded);
@@ -88,7 +87,7 @@ impl Emitter<'_, '_> {
         self.define(result, bits);
     }
 
-    /// A value as memory holds it.
+    /// Returns a value in its memory form.
     pub fn memory_operand(&mut self, value: Value, lanes: bool) -> Operand {
         if self.scalar(value) != Scalar::Bool {
             return self.operand(value, lanes);
@@ -104,7 +103,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("load {ty}, ptr {at}, align 4"))
     }
 
-    /// Loads a `ty` from each of the addresses, `ty.count` of them.
+    /// Loads a `ty` from each of the `ty.count` addresses.
     pub fn gather(&mut self, ty: LlvmType, addresses: Operand) -> Operand {
         let align = if ty.element == "ptr" { 8 } else { 4 };
         if !ty.is_vector() {
@@ -129,13 +128,13 @@ impl Emitter<'_, '_> {
         ));
     }
 
-    /// An index as lanes or one, and whether it is lanes of more than one.
+    /// Returns an index, uniform or as lanes, and true if it has more than one lane.
     fn index_operand(&mut self, index: Value) -> (Operand, bool) {
         let lanes = self.is_lanes(index) && self.width > 1;
         (self.operand(index, self.is_lanes(index)), lanes)
     }
 
-    /// An i32 clamped to `0..=last`.
+    /// Clamps an i32 to `0..=last`.
     fn clamp(&mut self, lanes: bool, index: Operand, last: Operand) -> Operand {
         let ty = self.vector("i32", lanes);
         let below = self.clamp_one_side("smin", ty, index, last);
@@ -143,8 +142,8 @@ impl Emitter<'_, '_> {
         self.clamp_one_side("smax", ty, below, zero)
     }
 
-    /// A dynamic index into the scalars of a place other than a buffer, clamped unless it is known to be
-    /// inside.
+    /// Returns a dynamic index into the scalars of a variable other than a buffer, clamped unless it is known to be in
+    /// range.
     pub fn clamp_index(&mut self, value: Value, id: VariableId) -> (Operand, bool) {
         let (index, lanes) = self.index_operand(value);
         if self.ranges.is_inside(self.kernel, value, id) {
@@ -157,20 +156,20 @@ impl Emitter<'_, '_> {
 
     // Lane arrays.
 
-    /// The address of the chunk in lane array `array`.
+    /// Returns the address of the chunk in lane array `array`.
     pub fn lane_address(&mut self, table: LaneTable, array: u32) -> Operand {
         let array = self.pointer(table.source(), array * 8);
         let base = self.chunk_base();
         self.instruction(format_args!("getelementptr i32, ptr {array}, i64 {base}"))
     }
 
-    /// The lane array of an output.
+    /// Returns the lane array of an output.
     pub fn output_array(&mut self, output: KernelOutput) -> Operand {
         let (table, array) = self.output_location(output);
         self.pointer(table.source(), array * 8)
     }
 
-    /// The address of the chunk in the lane array of an output.
+    /// Returns the address of the chunk in the lane array of an output.
     pub fn output_address(&mut self, output: KernelOutput) -> Operand {
         let (table, array) = self.output_location(output);
         self.lane_address(table, array)
@@ -228,7 +227,7 @@ impl Emitter<'_, '_> {
         self.gather(ty, at)
     }
 
-    /// What all lanes share stands in the first one; each may want another array of it.
+    /// Loads a uniform value from the first lane of an array, where the array's index may vary.
     fn load_first_lane(&mut self, table: LaneTable, id: VariableId, index: Index) -> Operand {
         let variable = self.kernel.variable(id);
         let element = memory_element(variable.variable.scalar);
@@ -255,22 +254,22 @@ impl Emitter<'_, '_> {
         self.gather(self.vector(element, by_lane), at)
     }
 
-    /// Whether a chunk's outputs may go where a later chunk would read what all lanes share.
+    /// True if a chunk's outputs may overwrite a uniform value that a later chunk reads.
     fn is_overwritten(&self, variable: &KernelVariable) -> bool {
         let mut outputs = self.kernel.outputs.iter();
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf => {
                 !self.kernel.keeps_nearest()
                     && outputs.any(|output| self.kernel.variable(output.variable) == variable)
             }
-            // Nothing that the first three share has a dynamic index left; the last has one chunk.
+            // Uniform variables of the first three modes have no dynamic indices left; the last has one chunk.
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 false
             }
         }
     }
 
-    /// What all lanes share of an array, in the function's own memory.
+    /// Returns a stack copy of the uniform content of arrays.
     fn copy_of_first_lane(&mut self, table: LaneTable, variable: &KernelVariable) -> Operand {
         if let Some(copy) = self.buffers.copies.get(&variable.location) {
             return *copy;
@@ -287,7 +286,7 @@ impl Emitter<'_, '_> {
         copy
     }
 
-    /// The numbers of the lanes, times `factor`, as a literal.
+    /// Returns the lane indices, times `factor`, as a literal.
     pub fn lane_numbers(&self, factor: u32) -> String {
         if self.width == 1 {
             return "0".to_owned();
@@ -316,7 +315,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Loads scalars at an index from an address, where either may be lanes.
+    /// Loads scalars at an index from an address, either of which may be lanes.
     pub fn load_at(
         &mut self,
         element: &'static str,
@@ -333,8 +332,8 @@ impl Emitter<'_, '_> {
         self.gather(LlvmType { element, count }, at)
     }
 
-    /// A gather lane by lane. Two indices at a time come out of the vector: on Zen 3 that takes 6 cycles for 8
-    /// lanes, the instruction 9, and what LLVM makes of a gather 18.
+    /// Emits a gather lane by lane. Indices are extracted from the vector in pairs: on Zen 3 this takes 6 cycles for 8
+    /// lanes, the gather instruction 9, and LLVM's expansion of a gather 18.
     fn load_each(&mut self, ty: LlvmType, base: Operand, index: Operand) -> Operand {
         let (words, pairs) = (ty.of("i32"), LlvmType { element: "i64", count: ty.count / 2 });
         let numbers = self.instruction(format_args!("bitcast {words} {index} to {pairs}"));
@@ -357,8 +356,8 @@ impl Emitter<'_, '_> {
         loaded.expect("a vector has lanes")
     }
 
-    /// Two indices as one integer. It passes through an assembly text without instructions, since
-    /// LLVM 22, where it sees that both are small, takes the integer for the lower one.
+    /// Extracts two indices as one integer. It passes through inline assembly without instructions, since LLVM 22, if
+    /// it can prove both to be small, replaces the integer by the lower one.
     fn pair(&mut self, pairs: LlvmType, numbers: Operand, number: u32) -> Operand {
         let pair = if pairs.is_vector() {
             self.instruction(format_args!("extractelement {pairs} {numbers}, i64 {number}"))
@@ -388,7 +387,7 @@ impl Emitter<'_, '_> {
             Index::Constant(index) => (Operand::Int(index as i32), false),
             Index::Dynamic(index) if self.ranges.is_inside(self.kernel, index, id) => {
                 let (index, lanes) = self.index_operand(index);
-                // The least it can be is that of an empty buffer, -1.
+                // The minimum is -1, for an empty buffer.
                 let zero = if lanes { Operand::Zero } else { Operand::Int(0) };
                 let index = self.clamp_one_side("smax", self.vector("i32", lanes), index, zero);
                 return self.load_at(element, (buffer.address, pointers), (index, lanes));
@@ -416,15 +415,15 @@ impl Emitter<'_, '_> {
         self.define(result, buffer.count);
     }
 
-    // Slots.
+    // Locals.
 
-    /// Gives each slot its memory, and zeroes it.
-    pub fn emit_slots(&mut self) {
+    /// Allocates and zeroes each local.
+    pub fn emit_locals(&mut self) {
         for (number, variable) in self.kernel.variables.iter().enumerate() {
             if variable.variable.kind != VariableKind::Local {
                 continue;
             }
-            let (ty, len) = (self.slot_type(variable), variable.variable.len);
+            let (ty, len) = (self.local_type(variable), variable.variable.len);
             let local = self.alloca(&format!("[{len} x {ty}]"), 64);
             self.local_memory[number] = Some(local);
             self.module.declare(
@@ -437,12 +436,12 @@ impl Emitter<'_, '_> {
         }
     }
 
-    fn slot_type(&self, variable: &KernelVariable) -> LlvmType {
+    fn local_type(&self, variable: &KernelVariable) -> LlvmType {
         self.vector(memory_element(variable.variable.scalar), variable.varies)
     }
 
-    /// Where an element of a slot is: its address, or those of its lanes; and whether the latter.
-    fn slot_address(
+    /// Returns the address of an element of a local, or those of its lanes, and true for the latter.
+    fn local_address(
         &mut self,
         id: VariableId,
         variable: &KernelVariable,
@@ -450,7 +449,7 @@ impl Emitter<'_, '_> {
     ) -> (Operand, bool) {
         let local =
             self.local_memory[id.0 as usize].expect("locals have memory from the chunk's start");
-        let ty = self.slot_type(variable);
+        let ty = self.local_type(variable);
         let (index, by_lane) = match index {
             Index::Constant(0) => return (local, false),
             Index::Constant(index) => {
@@ -476,9 +475,9 @@ impl Emitter<'_, '_> {
         (self.instruction(text), true)
     }
 
-    fn load_slot(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
-        let ty = self.slot_type(variable);
-        let (at, by_lane) = self.slot_address(id, variable, index);
+    fn load_local(&mut self, id: VariableId, variable: &KernelVariable, index: Index) -> Operand {
+        let ty = self.local_type(variable);
+        let (at, by_lane) = self.local_address(id, variable, index);
         if by_lane {
             return self.gather(self.lanes(ty.element), at);
         }
@@ -487,9 +486,9 @@ impl Emitter<'_, '_> {
 
     pub fn emit_store(&mut self, id: VariableId, index: Index, value: Value, mask: Option<Value>) {
         let variable = &self.kernel.variables[id.0 as usize];
-        let ty = self.slot_type(variable);
+        let ty = self.local_type(variable);
         let new = self.memory_operand(value, variable.varies);
-        let (at, by_lane) = self.slot_address(id, variable, index);
+        let (at, by_lane) = self.local_address(id, variable, index);
         let align = ty.count * 4;
         let merged = match mask {
             None => new,
@@ -504,14 +503,14 @@ impl Emitter<'_, '_> {
             }
         };
         if by_lane {
-            // Every lane has words of its own, so that lanes that are off may store what was there.
+            // Each lane has separate words, so inactive lanes may store the previous value.
             return self.scatter(ty, at, merged);
         }
         self.effect(format_args!("store {ty} {merged}, ptr {at}, align {align}"));
     }
 }
 
-/// A mask with all lanes on, as a literal.
+/// Returns a mask with all lanes on, as a literal.
 fn all_on(ty: LlvmType) -> String {
     format!("<{}>", vec!["i1 true"; ty.count as usize].join(", "))
 }

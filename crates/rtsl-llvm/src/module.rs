@@ -1,4 +1,4 @@
-//! What the functions of a module share: declarations, helpers, attributes.
+//! The parts of a module shared by its functions: declarations, helpers, attributes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -11,14 +11,14 @@ pub struct Module<'a> {
     data: String,
     functions: String,
     declarations: BTreeSet<String>,
-    /// Text by name.
+    /// The text of each helper, by name.
     helpers: BTreeMap<String, String>,
     uses_zero: bool,
-    /// There are functions that keep no vectors on the stack.
+    /// True if there are functions that keep no vectors on the stack.
     has_scalar_functions: bool,
 }
 
-/// A word of zero, which stands in for buffers without elements.
+/// A zero word, whose address buffers without elements have.
 pub const ZERO_WORD: &str = "@rtsl.zero";
 
 impl<'a> Module<'a> {
@@ -43,30 +43,30 @@ impl<'a> Module<'a> {
         self.data.push_str(text);
     }
 
-    /// Makes sure that an intrinsic, `result @name(types)`, is declared.
+    /// Adds the declaration of an intrinsic, `result @name(types)`, once.
     pub fn declare(&mut self, declaration: String) {
         self.declarations.insert(declaration);
     }
 
-    /// Makes sure that a helper of this name is defined.
+    /// Adds the definition of a helper of this name, once.
     pub fn define_helper(&mut self, name: &str, text: impl FnOnce() -> String) {
         if !self.helpers.contains_key(name) {
             self.helpers.insert(name.to_owned(), text());
         }
     }
 
-    /// Makes sure that [`ZERO_WORD`] is there.
+    /// Adds the definition of [`ZERO_WORD`], once.
     pub fn use_zero(&mut self) {
         self.uses_zero = true;
     }
 
-    /// The attributes of a function that keeps no vectors on the stack.
+    /// Returns the attributes of a function that keeps no vectors on the stack.
     pub fn scalar_attributes(&mut self) -> &'static str {
         self.has_scalar_functions = true;
         "#2"
     }
 
-    /// The text.
+    /// Returns the text.
     pub fn finish(self) -> String {
         let mut text = format!("target triple = \"{}\"\n\n", self.target.triple);
         if self.uses_zero {
@@ -83,15 +83,15 @@ impl<'a> Module<'a> {
         for declaration in &self.declarations {
             let _ = writeln!(text, "declare {declaration}");
         }
-        // Realigned, since callers align the stack to 16 bytes: vectors that are kept there would lie across
-        // cache lines by chance, which costs the dielectric 4 to 8 percent.
+        // Realigned, since callers align the stack to 16 bytes: vectors spilled there would sometimes cross cache
+        // lines, which costs the dielectric 4 to 8 percent.
         text.push('\n');
         let features = &self.target.features;
         self.add_attributes(&mut text, "#0", " \"stackrealign\"", features);
         text.push_str("attributes #1 = { nounwind }\n");
         if self.has_scalar_functions {
-            // With mask registers LLVM keeps comparisons of single floats there, which is a longer way to a branch: 1
-            // percent of a test of one ray with a sphere.
+            // With mask registers LLVM places comparisons of single floats in them, which delays branches: 1 percent of
+            // a test of one ray with a sphere.
             let without_masks = self.target.mask_registers.then_some("-avx512f");
             let features = [Some(features.as_str()), without_masks];
             let features: Vec<&str> =
@@ -102,7 +102,7 @@ impl<'a> Module<'a> {
     }
 
     fn add_attributes(&self, text: &mut String, name: &str, alignment: &str, features: &str) {
-        // Frames of more than a page touch each of theirs, so that none steps over the guard of a stack.
+        // Frames of more than a page probe each of their pages, so that none skips the guard page of a stack.
         let _ = write!(
             text,
             "attributes {name} = {{ nounwind \"frame-pointer\"=\"none\"{alignment} \"probe-stack\"=\"inline-asm\""

@@ -1,12 +1,11 @@
-//! The nearest hit of a call in the leaf shape.
+//! The nearest hit of a call in the leaf mode.
 //!
-//! Each lane keeps its own nearest hit from chunk to chunk; after the last chunk the nearest of
-//! all lanes is found, and its outputs are stored. What the lanes keep is memory of the function's own, which
-//! LLVM turns into registers.
+//! Each lane keeps its nearest hit from chunk to chunk; after the last chunk the nearest of all lanes is determined,
+//! and its outputs are stored. The lanes keep their hits in allocas, which LLVM promotes to registers.
 //!
-//! A lane without a hit has the number -1 and the key NaN, which every key precedes: the key of a hit is its
-//! distance, but infinity for NaN. Within a lane objects come in the order of their numbers, so that a later
-//! one has to be nearer; among lanes equal keys are told apart by number.
+//! A lane without a hit has the index -1 and the key NaN, which every key precedes: the key of a hit is its distance,
+//! with infinity for NaN. Within a lane objects come in ascending order, so a later one must be strictly nearer; among
+//! lanes ties are broken by the index.
 
 use rtsl_ir::Value;
 use rtsl_packet::kernel::KernelOutput;
@@ -17,16 +16,16 @@ use crate::operand::{Label, LlvmType, Operand, memory_element};
 const INFINITY: Operand = Operand::Float(f32::INFINITY.to_bits());
 const NAN: Operand = Operand::Float(f32::NAN.to_bits());
 
-/// What the lanes keep: addresses of W words each.
+/// The nearest hits of the lanes: addresses of W words each.
 #[derive(Clone, Default)]
 pub struct Nearest {
     key: Option<Operand>,
-    /// The number of the first object of the hit's chunk.
+    /// The index of the first object of the hit's chunk.
     base: Option<Operand>,
     outputs: Vec<Kept>,
 }
 
-/// An output that is kept.
+/// The stored value of an output.
 #[derive(Clone, Copy)]
 struct Kept {
     output: KernelOutput,
@@ -35,7 +34,7 @@ struct Kept {
 }
 
 impl Emitter<'_, '_> {
-    /// Before the first chunk: no lane has a hit.
+    /// Initialises the lanes before the first chunk: no lane has a hit.
     pub fn begin_nearest(&mut self) {
         let (key, base) = (self.kept_words("float"), self.kept_words("i32"));
         let (nan, none) =
@@ -52,7 +51,7 @@ impl Emitter<'_, '_> {
         self.nearest = Nearest { key: Some(key), base: Some(base), outputs };
     }
 
-    /// After a chunk: lanes that hit an object nearer than before keep what it gave.
+    /// Updates the lanes after a chunk: those with a nearer hit keep its outputs.
     pub fn keep_nearest(&mut self, mask: Value, accepted: Value) {
         let Nearest { key, base, outputs } = self.nearest.clone();
         let (Some(key_at), Some(base_at)) = (key, base) else { return };
@@ -73,8 +72,8 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// After the last chunk: stores what the nearest hit of all lanes gave, or what was there before if there is
-    /// none, and goes to `done`.
+    /// After the last chunk, stores the outputs of the nearest hit of all lanes, or the previous values if there is
+    /// none, and jumps to `done`.
     pub fn finish_nearest(&mut self, done: Label) {
         let Nearest { key, base, outputs } = self.nearest.clone();
         let (Some(key_at), Some(base_at)) = (key, base) else { return };
@@ -107,7 +106,7 @@ impl Emitter<'_, '_> {
         self.jump(done);
     }
 
-    /// The distance of each lane's hit, at most infinity; the same for all if the kernel gives none.
+    /// Returns the distance of each lane's hit, at most infinity; the same for all if the kernel has no such output.
     fn hit_key(&mut self) -> Operand {
         let Some(output) = self.kernel.distance_output() else {
             return self.constant_lanes("float", Operand::Float(0));
@@ -121,7 +120,7 @@ impl Emitter<'_, '_> {
         ))
     }
 
-    /// Of the lanes with a hit those with the least key.
+    /// Returns the lanes with a hit that have the least key.
     fn nearest_lanes(&mut self, hits: Operand, keys: Operand) -> Operand {
         let (floats, bit) = (self.lanes("float"), self.lanes("i1"));
         let infinity = self.constant_lanes("float", INFINITY);
@@ -145,7 +144,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("and {bit} {hits}, {equal}"))
     }
 
-    /// The least word, unsigned.
+    /// Returns the least word, unsigned.
     fn least_word(&mut self, lanes: Operand) -> Operand {
         let ty = self.lanes("i32");
         if !ty.is_vector() {
@@ -179,7 +178,7 @@ impl Emitter<'_, '_> {
         self.store_kept(element, kept, at);
     }
 
-    /// One lane of lanes.
+    /// Extracts one lane.
     fn extract(&mut self, ty: LlvmType, lanes: Operand, lane: Operand) -> Operand {
         if !ty.is_vector() {
             return lanes;

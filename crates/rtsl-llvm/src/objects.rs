@@ -1,8 +1,8 @@
-//! Objects in blocks: where they lie, loads of their words, and the entries of buffers.
+//! Objects in blocks: their addresses, loads of their words, and the entries of buffers.
 //!
-//! In the shapes packet, common origin and single the call has the address of its one object. In the leaf
-//! shape a chunk's objects lie in a row: a vector of a word is one load for each block. In the stream shape
-//! each lane has an address of its own.
+//! In the modes packet, common origin and single the call has the address of its one object. In the leaf mode a chunk's
+//! objects are consecutive: a vector of a word is one load for each block. In the stream mode each lane has a separate
+//! address.
 
 use rtsl_abi::{CallMode, offsets};
 use rtsl_ir::{Index, VariableId, VariableKind};
@@ -13,18 +13,18 @@ use crate::memory::Buffer;
 use crate::module::ZERO_WORD;
 use crate::operand::{LlvmType, Operand, memory_element};
 
-/// Bytes from one word of an object to the next.
+/// The stride between the words of an object, in bytes.
 const ROW: u32 = offsets::OBJECTS_IN_BLOCK * 4;
 
 impl Emitter<'_, '_> {
     // The objects of a chunk.
 
-    /// Finds the objects of the chunk where they differ from lane to lane, and their buffers.
+    /// Finds the objects of the chunk if they differ from lane to lane, and their buffers.
     pub fn emit_instances(&mut self) {
         if !self.kernel.variables.iter().any(|variable| variable.varies && variable.of_objects) {
             return;
         }
-        self.objects = match self.kernel.shape {
+        self.objects = match self.kernel.mode {
             CallMode::Stream => Some(self.objects_of_lanes()),
             CallMode::Leaf => Some(self.objects_of_chunk()),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => return,
@@ -37,12 +37,12 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Bytes of a block of objects.
+    /// Returns the size of a block of objects, in bytes.
     pub fn block_bytes(&self) -> u32 {
         self.kernel.object_words.unwrap_or(0) * ROW
     }
 
-    /// The addresses of the rays' objects.
+    /// Returns the addresses of the rays' objects.
     fn objects_of_lanes(&mut self) -> Operand {
         let indices = self.pointer(PointerSource::Call, offsets::CALL_INDEX);
         let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
@@ -57,7 +57,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("getelementptr i8, ptr {objects}, {wide} {offsets}"))
     }
 
-    /// The address of the chunk's first object.
+    /// Returns the address of the chunk's first object.
     fn objects_of_chunk(&mut self) -> Operand {
         let objects = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let (index, base) = (LlvmType { element: "i64", count: 1 }, self.chunk_base());
@@ -70,7 +70,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("getelementptr i8, ptr {objects}, i64 {offset}"))
     }
 
-    /// How many bytes after the first objects of these numbers lie.
+    /// Returns the offsets of the objects with these indices from the first, in bytes.
     fn object_offsets(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
         let shift = offsets::OBJECTS_IN_BLOCK.trailing_zeros();
         let [shift, last, bytes, two] =
@@ -83,8 +83,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("add {ty} {blocks}, {variables}"))
     }
 
-    /// Object numbers in which lanes that are off have that of one that is on: theirs may be
-    /// anything.
+    /// Replaces the object indices of inactive lanes, which are arbitrary, by that of an active one.
     fn numbers_of_active(&mut self, ty: LlvmType, numbers: Operand) -> Operand {
         if !ty.is_vector() || self.is_full() {
             return numbers;
@@ -100,9 +99,9 @@ impl Emitter<'_, '_> {
 
     // Words.
 
-    /// The address of a word of the objects: of one, of each lane's, or of the chunk's first.
+    /// Returns the address of a word of the objects: of one, of each lane's, or of the chunk's first.
     fn object_word(&mut self, word: u32) -> (Operand, LlvmType) {
-        let (objects, ty) = match self.kernel.shape {
+        let (objects, ty) = match self.kernel.mode {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {
                 let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
                 (object, self.vector("ptr", false))
@@ -121,10 +120,10 @@ impl Emitter<'_, '_> {
         self.objects.expect("objects are found at the chunk's start")
     }
 
-    /// A word of the objects, as it is in memory.
+    /// Loads a word of the objects in its memory form.
     fn load_object_word(&mut self, element: &'static str, word: u32) -> Operand {
         let (at, pointers) = self.object_word(word);
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf => self.load_row(element, at),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Single => {
                 self.gather(pointers.of(element), at)
@@ -132,7 +131,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// A word of the chunk's objects, from its place in the first one on: one load for each block.
+    /// Loads a word of the chunk's objects, from its address in the first one: one load for each block.
     fn load_row(&mut self, element: &'static str, at: Operand) -> Operand {
         let ty = self.lanes(element);
         let block = LlvmType { count: ty.count.min(offsets::OBJECTS_IN_BLOCK), ..ty };
@@ -150,7 +149,7 @@ impl Emitter<'_, '_> {
         row.expect("a chunk has lanes").0
     }
 
-    /// Two vectors as one; only up to two blocks, since no chunk of the leaf shape has more lanes.
+    /// Concatenates two vectors; at most two blocks, since no chunk of the leaf mode has more lanes.
     fn join_rows(&mut self, element: &'static str, row: (Operand, u32), next: Operand) -> Operand {
         let (row, count) = row;
         let ty = LlvmType { element, count };
@@ -174,7 +173,7 @@ impl Emitter<'_, '_> {
         let words = self.vector("i32", by_lane);
         let shift = self.same(words, offsets::OBJECTS_IN_BLOCK.trailing_zeros());
         let rows = self.instruction(format_args!("shl {words} {index}, {shift}"));
-        match self.kernel.shape {
+        match self.kernel.mode {
             CallMode::Leaf if !by_lane => {
                 let at = self.instruction(format_args!("getelementptr i32, ptr {at}, i32 {rows}"));
                 self.load_row(element, at)
@@ -192,7 +191,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// How many bytes after the chunk's first object the others lie, as a literal.
+    /// Returns the offsets of the chunk's objects from the first, in bytes, as a literal.
     fn row_offsets(&self) -> String {
         let offset = |lane: u32| {
             let (block, variable) =
@@ -203,7 +202,7 @@ impl Emitter<'_, '_> {
         format!("<{}>", offsets.collect::<Vec<_>>().join(", "))
     }
 
-    /// A number as one or as lanes.
+    /// Returns a number as a scalar or splatted literal.
     fn same(&mut self, ty: LlvmType, number: u32) -> Operand {
         match ty.is_vector() {
             true => self.constant_lanes(ty.element, Operand::Int(number as i32)),
@@ -213,7 +212,7 @@ impl Emitter<'_, '_> {
 
     // Entries of buffers.
 
-    /// The buffer that all lanes have, found in the setup.
+    /// Returns a buffer that is the same for all lanes, loaded in the setup.
     pub fn buffer_of_call(&mut self, variable: &KernelVariable) -> Buffer {
         self.module.use_zero();
         let (address, count) = match variable.of_objects {
@@ -232,7 +231,7 @@ impl Emitter<'_, '_> {
         Buffer { address, count, last }
     }
 
-    /// A buffer's address and count in the instance's block.
+    /// Loads a buffer's address and count from the instance's block.
     fn entry_of_instance(&mut self, offset: u32) -> (Operand, Operand) {
         let instance = self.pointer(PointerSource::Call, offsets::CALL_INSTANCE);
         let at = self.setup(format_args!("getelementptr i8, ptr {instance}, i64 {offset}"));
@@ -241,7 +240,7 @@ impl Emitter<'_, '_> {
         (address, self.setup(format_args!("load i32, ptr {count_at}, align 8")))
     }
 
-    /// A buffer's address and count in the call's one object.
+    /// Loads a buffer's address and count from the call's one object.
     fn entry_of_object(&mut self, offset: u32) -> (Operand, Operand) {
         let object = self.pointer(PointerSource::Call, offsets::CALL_OBJECTS);
         let [low, high, count] = [0, 1, 2].map(|word| {
@@ -256,7 +255,7 @@ impl Emitter<'_, '_> {
         (self.setup(format_args!("inttoptr i64 {address} to ptr")), count)
     }
 
-    /// A buffer's addresses and counts in the lanes' objects.
+    /// Loads a buffer's addresses and counts from the lanes' objects.
     fn entry_of_lanes(&mut self, variable: &KernelVariable) -> (Operand, Operand) {
         let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
         let [low, high, count] =
@@ -269,7 +268,7 @@ impl Emitter<'_, '_> {
         (self.instruction(format_args!("inttoptr {wide} {address} to {pointers}")), count)
     }
 
-    /// The buffers of the lanes' objects, found for each chunk.
+    /// Returns the buffers of the lanes' objects, loaded for each chunk.
     fn buffer_of_lanes(&mut self, variable: &KernelVariable) -> Buffer {
         self.module.use_zero();
         let (pointers, words, wide) = (self.lanes("ptr"), self.lanes("i32"), self.lanes("i64"));
@@ -293,7 +292,7 @@ impl Emitter<'_, '_> {
         Buffer { address, count, last }
     }
 
-    /// A global's address in all lanes.
+    /// Returns a global's address in all lanes.
     fn splat_address(&mut self, global: &str) -> Operand {
         let one = self.instruction(format_args!("getelementptr i8, ptr {global}, i64 0"));
         self.splat_here("ptr", one)

@@ -8,7 +8,7 @@ use rtsl_ir::{Constant, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LlvmType {
     pub element: &'static str,
-    /// 1: the element itself, for LLVM does badly with vectors of one.
+    /// The number of elements; 1 for the element itself, since LLVM generates poor code for vectors of one.
     pub count: u32,
 }
 
@@ -17,17 +17,17 @@ impl LlvmType {
         self.count > 1
     }
 
-    /// The same number of another element.
+    /// Returns the type with the same number of another element.
     pub fn of(self, element: &'static str) -> LlvmType {
         LlvmType { element, ..self }
     }
 
-    /// One of its elements.
+    /// Returns the type of one element.
     pub fn one(self) -> LlvmType {
         LlvmType { count: 1, ..self }
     }
 
-    /// As it stands in the names of intrinsics: `v8f32`.
+    /// Returns the suffix in names of intrinsics: `v8f32`.
     pub fn suffix(self) -> String {
         let element = match self.element {
             "float" => "f32",
@@ -48,7 +48,7 @@ impl Display for LlvmType {
     }
 }
 
-/// The element type of values in registers.
+/// Returns the element type of values in registers.
 pub fn register_element(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::F32 => "float",
@@ -57,7 +57,7 @@ pub fn register_element(scalar: Scalar) -> &'static str {
     }
 }
 
-/// The element type in memory, where bools are words.
+/// Returns the element type in memory, where bools are words.
 pub fn memory_element(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::F32 => "float",
@@ -65,7 +65,7 @@ pub fn memory_element(scalar: Scalar) -> &'static str {
     }
 }
 
-/// What stands for a value in an instruction.
+/// An operand of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Operand {
     /// The result of an instruction.
@@ -81,7 +81,7 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// A constant as a scalar operand.
+    /// Returns a constant as a scalar operand.
     pub fn constant(constant: Constant) -> Operand {
         match constant {
             Constant::F32(value) => Operand::Float(value.to_bits()),
@@ -91,7 +91,7 @@ impl Operand {
         }
     }
 
-    /// Whether all bits are zero.
+    /// True if all bits are zero.
     pub fn is_zero(self) -> bool {
         matches!(self, Operand::Zero | Operand::Float(0) | Operand::Int(0) | Operand::Bool(false))
     }
@@ -110,7 +110,7 @@ impl Display for Operand {
     }
 }
 
-/// The f64 of the same value, as whose bits LLVM writes an f32; payloads of NaNs are kept.
+/// Returns the bits of the f64 of the same value, in which LLVM writes an f32; payloads of NaNs are preserved.
 fn double_bits(bits: u32) -> u64 {
     let value = f32::from_bits(bits);
     if value.is_nan() {

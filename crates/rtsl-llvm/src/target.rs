@@ -1,37 +1,36 @@
-//! What the machine compiled for can do.
+//! Capabilities of the target machine.
 
-/// The target of a module: LLVM's names for it, and what the text depends on.
+/// The target of a module: LLVM's names for it, and the properties on which the text depends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TargetFeatures {
-    /// LLVM's name of the kind of machine.
+    /// LLVM's target triple.
     pub triple: String,
     /// LLVM's name of the processor, for the functions' attributes; may be empty.
     pub cpu: String,
-    /// What the processor has beyond its name, as LLVM writes it: `+fma,-avx512f`; may be empty.
+    /// Features of the processor in addition to those of its name, in LLVM syntax: `+fma,-avx512f`; may be empty.
     pub features: String,
-    /// Fused multiply-add is an instruction.
+    /// True if fused multiply-add is an instruction.
     pub fma: bool,
-    /// Masks have registers of their own, so that they are `<W x i1>`; elsewhere they are lanes of 0
-    /// and -1 in vector registers, which LLVM does badly when told `<W x i1>`.
+    /// True if masks have separate registers, so that they are `<W x i1>`. On other targets they are lanes of 0 and -1
+    /// in vector registers, for which LLVM generates poor code from `<W x i1>`.
     pub mask_registers: bool,
-    /// There is an instruction that blends a vector of 8 lanes with one in memory, by the signs of a
-    /// third.
+    /// True if an instruction blends a vector of 8 lanes with one in memory, by the signs of a third.
     pub blends: bool,
-    /// The 32-bit lanes of a vector register.
+    /// The number of 32-bit lanes of a vector register.
     pub vector_lanes: u32,
-    /// Gathers are instructions that are worth it: on AMD's processors loads lane by lane take less time.
+    /// True if gathers are fast instructions: on AMD's processors loads lane by lane take less time.
     pub gathers: bool,
     /// Instructions that estimate reciprocals.
     pub estimates: Estimates,
-    /// Up to so many lanes the divider keeps up with the rest of the processor, so that a division or
-    /// a square root is not worth estimating.
+    /// The number of lanes up to which the divider keeps up with the rest of the processor, so that estimates do not
+    /// pay.
     pub divider_lanes: u32,
 }
 
 /// Instructions that estimate reciprocals and reciprocals of square roots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimates {
-    /// None that one step of Newton's method would make good enough.
+    /// None that one Newton step would make precise enough.
     None,
     /// 12 bits, 4 lanes.
     Sse,
@@ -42,7 +41,7 @@ pub enum Estimates {
 }
 
 impl Estimates {
-    /// The greatest number of lanes of one instruction.
+    /// Returns the greatest number of lanes of one instruction.
     pub const fn lanes(self) -> u32 {
         match self {
             Estimates::None => 0,
@@ -54,7 +53,7 @@ impl Estimates {
 }
 
 impl TargetFeatures {
-    /// The features of a target by LLVM's names.
+    /// Returns the features of a target from LLVM's names.
     pub fn new(triple: &str, cpu: &str, features: &str) -> TargetFeatures {
         let level = match cpu {
             "x86-64-v4" => 4,

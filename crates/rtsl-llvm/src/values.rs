@@ -1,13 +1,12 @@
-//! How values of packet code stand in LLVM text.
+//! The representation of values of packet code in LLVM text.
 //!
-//! A uniform value is a scalar; where lanes are wanted it is splatted: once per call if the prologue
-//! computes it, else at the first use, and again in regions that do not see that.
+//! A uniform value is a scalar. Where lanes are required it is splatted: once per call if the prologue computes it,
+//! else at the first use, and again in regions where that splat is not visible.
 //!
-//! A mask has up to two forms: *bits*, `<W x i1>`, which instructions take and give, and
-//! on targets without mask registers also *words*, `<W x i32>` of 0 and -1. There LLVM keeps bits that
-//! live from one block to another in a form that costs several instructions each way; so
-//! words cross blocks, and bits are made of them (a sign test, which selects and mask tests
-//! absorb) in each block anew.
+//! A mask has up to two forms: *bits*, `<W x i1>`, which instructions take and return, and on targets without mask
+//! registers also *words*, `<W x i32>` of 0 and -1. On those targets LLVM keeps bits that live across blocks in a form
+//! that costs several instructions each way. So words cross blocks, and each block converts them to bits again (a sign
+//! test, which selects and mask tests absorb).
 
 use std::fmt::Write;
 
@@ -17,16 +16,16 @@ use rtsl_packet::Kernel;
 use crate::emitter::Emitter;
 use crate::operand::{LlvmType, Operand, register_element};
 
-/// The forms of one value that the text has so far.
+/// The forms of one value emitted so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Forms {
     /// A uniform value, or lanes of numbers.
     plain: Option<Operand>,
-    /// A uniform number in all lanes.
+    /// A uniform number splatted to all lanes.
     splat: Option<Operand>,
-    /// A mask, and the block where it may be used; any block where masks have registers.
+    /// The bits of a mask, and the block in which they may be used; any block on targets with mask registers.
     bits: Option<(Operand, u32)>,
-    /// A mask.
+    /// The words of a mask.
     words: Option<Operand>,
     in_prologue: bool,
 }
@@ -34,15 +33,15 @@ struct Forms {
 /// The forms of all values.
 pub struct Values {
     forms: Vec<Forms>,
-    /// Masks cross blocks as words.
+    /// True if masks cross blocks as words.
     pub masks_in_lanes: bool,
-    /// Counts the blocks begun.
+    /// The number of blocks begun.
     epoch: u32,
     in_prologue: bool,
-    /// Values that were splatted where only the open region, and those inside it, see it.
+    /// Values whose splat is visible only in the open region and those nested in it.
     splatted: Vec<Value>,
-    /// Where code runs once, values of the prologue that are floats negated: what is negated is put in all lanes first, so that
-    /// LLVM finds differences and negated products.
+    /// For code that runs once: the prologue's negated floats. Their operands are splatted before the negation, so that
+    /// LLVM recognises differences and negated products.
     pub negated: std::collections::BTreeMap<Value, Value>,
     /// Splats of constants, by element type.
     constants: std::collections::BTreeMap<(&'static str, Operand), Operand>,
@@ -73,12 +72,12 @@ impl Values {
         self.epoch += 1;
     }
 
-    /// What [`Values::end_region`] takes back to.
+    /// Returns the position to which [`Values::end_region`] reverts.
     pub fn begin_region(&self) -> usize {
         self.splatted.len()
     }
 
-    /// Forgets the splats made in a region.
+    /// Removes the splats made in a region.
     pub fn end_region(&mut self, begin: usize) {
         for value in self.splatted.drain(begin..) {
             let forms = &mut self.forms[value.0 as usize];
@@ -96,7 +95,7 @@ impl Values {
         &mut self.forms[value.0 as usize]
     }
 
-    /// The bits of a mask if they may be used in this block.
+    /// Returns the bits of a mask if they may be used in this block.
     fn fresh_bits(&self, value: Value) -> Option<Operand> {
         let (bits, epoch) = self.forms(value).bits?;
         (!self.masks_in_lanes || epoch == self.epoch).then_some(bits)
@@ -106,7 +105,7 @@ impl Values {
 impl Emitter<'_, '_> {
     // Definitions.
 
-    /// `operand` is the value, in registers: for a mask its bits.
+    /// Defines a value as `operand`, in register form: for a mask its bits.
     pub fn define(&mut self, value: Value, operand: Operand) {
         let ty = self.kernel.ty(value);
         if ty.lanes && ty.scalar == Scalar::Bool {
@@ -123,7 +122,7 @@ impl Emitter<'_, '_> {
         *self.values.forms_mut(value) = Forms { bits, words, ..Forms::default() };
     }
 
-    /// A mask of which all lanes are on.
+    /// Defines a mask with all lanes on.
     pub fn define_all_on(&mut self, mask: Value) {
         if self.width == 1 {
             return self.define(mask, Operand::Bool(true));
@@ -136,7 +135,7 @@ impl Emitter<'_, '_> {
         self.define_crossing(mask, all);
     }
 
-    /// A value in the form in which values cross blocks.
+    /// Defines a value in the form in which values cross blocks.
     pub fn define_crossing(&mut self, value: Value, operand: Operand) {
         let ty = self.kernel.ty(value);
         if self.values.masks_in_lanes && ty.lanes && ty.scalar == Scalar::Bool {
@@ -149,12 +148,12 @@ impl Emitter<'_, '_> {
 
     // Uses.
 
-    /// A uniform value.
+    /// Returns a uniform value.
     pub fn uniform(&self, value: Value) -> Operand {
         self.values.forms(value).plain.expect("a uniform value is defined before its use")
     }
 
-    /// A value for instructions that take lanes if `lanes`, else a uniform one; masks as bits.
+    /// Returns a value as lanes if `lanes`, else as a uniform one; masks as bits.
     pub fn operand(&mut self, value: Value, lanes: bool) -> Operand {
         match (lanes, self.scalar(value)) {
             (false, _) => self.uniform(value),
@@ -163,7 +162,7 @@ impl Emitter<'_, '_> {
         }
     }
 
-    /// Numbers in lanes.
+    /// Returns numbers in lanes.
     fn numbers(&mut self, value: Value) -> Operand {
         let forms = self.values.forms(value);
         let plain = forms.plain.expect("a value is defined before its use");
@@ -191,7 +190,7 @@ impl Emitter<'_, '_> {
         splat
     }
 
-    /// The bits of a mask, or of a uniform bool in all lanes.
+    /// Returns the bits of a mask, or of a uniform bool in all lanes.
     pub fn bits(&mut self, value: Value) -> Operand {
         if self.width == 1 && !self.is_lanes(value) {
             return self.uniform(value);
@@ -209,7 +208,7 @@ impl Emitter<'_, '_> {
         bits
     }
 
-    /// The words of a mask, or of a uniform bool in all lanes.
+    /// Returns the words of a mask, or of a uniform bool in all lanes.
     pub fn words(&mut self, value: Value) -> Operand {
         if let Some(words) = self.values.forms(value).words {
             return words;
@@ -237,7 +236,7 @@ impl Emitter<'_, '_> {
         words
     }
 
-    /// A uniform bool in all bits.
+    /// Returns a uniform bool in all bits.
     fn splat_bits(&mut self, value: Value) -> Operand {
         let condition = self.uniform(value);
         let (width, ty) = (self.width, self.lanes("i1"));
@@ -245,7 +244,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("bitcast i{width} {all} to {ty}"))
     }
 
-    /// The form in which masks cross blocks; for other values the only one.
+    /// Returns the form in which masks cross blocks; for other values the only form.
     pub fn crossing(&mut self, value: Value, lanes: bool) -> Operand {
         let mask = lanes && self.scalar(value) == Scalar::Bool;
         if mask && self.values.masks_in_lanes {
@@ -254,7 +253,7 @@ impl Emitter<'_, '_> {
         self.operand(value, lanes)
     }
 
-    /// The type of that.
+    /// Returns the type of [`Emitter::crossing`].
     pub fn crossing_type(&self, value: Value) -> LlvmType {
         let ty = self.kernel.ty(value);
         if ty.lanes && ty.scalar == Scalar::Bool && self.values.masks_in_lanes {
@@ -265,40 +264,40 @@ impl Emitter<'_, '_> {
 
     // Masks.
 
-    /// A mask as lanes of 0 and -1.
+    /// Converts bits to lanes of 0 and -1.
     pub fn words_of_bits(&mut self, bits: Operand) -> Operand {
         let (from, to) = (self.lanes("i1"), self.lanes("i32"));
         if !self.values.masks_in_lanes {
             return self.instruction(format_args!("sext {from} {bits} to {to}"));
         }
-        // A `sext` in two steps, which LLVM puts together again when it selects instructions, but not
-        // before: else it would find the bits behind the words from other blocks.
+        // A `sext` in two steps, which LLVM combines during instruction selection but not before: otherwise it would
+        // propagate the bits behind the words from other blocks.
         let ones = self.instruction(format_args!("zext {from} {bits} to {to}"));
         self.instruction(format_args!("sub {to} zeroinitializer, {ones}"))
     }
 
-    /// Lanes of 0 and -1 as bits: a test of signs, which blends and mask tests absorb.
+    /// Converts lanes of 0 and -1 to bits: a test of signs, which blends and mask tests absorb.
     pub fn bits_of_mask_words(&mut self, words: Operand) -> Operand {
         let ty = self.lanes("i32");
         let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
         self.instruction(format_args!("icmp slt {ty} {words}, {zero}"))
     }
 
-    /// Lanes of 0 and any other word as bits.
+    /// Converts lanes of 0 and any other word to bits.
     pub fn bits_of_words(&mut self, words: Operand) -> Operand {
         let ty = self.lanes("i32");
         let zero = if ty.is_vector() { Operand::Zero } else { Operand::Int(0) };
         self.instruction(format_args!("icmp ne {ty} {words}, {zero}"))
     }
 
-    /// Masks as bits of an i32, lane 0 the lowest.
+    /// Converts a mask to the bits of an i32, lane 0 the lowest.
     pub fn bit_set(&mut self, bits: Operand) -> Operand {
         let width = self.width;
         let small = self.integer_of_bits(bits);
         self.instruction(format_args!("zext i{width} {small} to i32"))
     }
 
-    /// The bits as an integer of W bits.
+    /// Converts the bits to an integer of W bits.
     fn integer_of_bits(&mut self, bits: Operand) -> Operand {
         let (width, ty) = (self.width, self.lanes("i1"));
         if width == 1 {
@@ -307,8 +306,8 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("bitcast {ty} {bits} to i{width}"))
     }
 
-    /// The mask of a bit set in an i32. Without mask registers each lane tests its own bit of a copy,
-    /// since LLVM takes other ways apart into scalars.
+    /// Converts a bit set in an i32 to a mask. Without mask registers each lane tests its bit in a copy, since LLVM
+    /// scalarises other sequences.
     pub fn bits_of_set(&mut self, set: Operand) -> Operand {
         let (width, ty) = (self.width, self.lanes("i1"));
         if self.values.masks_in_lanes {
@@ -326,8 +325,8 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("bitcast i{width} {small} to {ty}"))
     }
 
-    /// Whether any lane of a mask is on. Words of several vectors become one first, since LLVM would
-    /// make bytes of them.
+    /// Returns true if any lane of a mask is on. Words of several vectors are combined first, since LLVM would pack
+    /// them to bytes.
     pub fn any_lane(&mut self, mask: Value) -> Operand {
         if self.is_one_vector() || !self.values.masks_in_lanes {
             let bits = self.bits(mask);
@@ -337,7 +336,7 @@ impl Emitter<'_, '_> {
         self.any_word(words)
     }
 
-    /// The same of words.
+    /// Like [`Emitter::any_lane`], for words.
     pub fn any_word(&mut self, words: Operand) -> Operand {
         let (mut ty, mut words) = (self.lanes("i32"), words);
         while ty.count > self.module.target.vector_lanes {
@@ -359,12 +358,12 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("icmp ne i{count} {set}, 0"))
     }
 
-    /// Whether the lanes of a chunk fill at most one register.
+    /// True if the lanes of a chunk fit in one register.
     fn is_one_vector(&self) -> bool {
         self.width <= self.module.target.vector_lanes
     }
 
-    /// Whether any bit is on.
+    /// Returns true if any bit is on.
     pub fn any_bit(&mut self, bits: Operand) -> Operand {
         if self.width == 1 {
             return bits;
@@ -373,7 +372,7 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("icmp ne i{width} {small}, 0"))
     }
 
-    /// The number of the lowest bit that is on, i32; some lane if none is.
+    /// Returns the index of the lowest bit that is on, i32; an arbitrary lane if none is.
     pub fn first_lane(&mut self, bits: Operand) -> Operand {
         let set = self.bit_set(bits);
         self.module.declare("i32 @llvm.cttz.i32(i32, i1 immarg)".to_owned());
@@ -381,8 +380,8 @@ impl Emitter<'_, '_> {
         self.instruction(format_args!("and i32 {lane}, {}", self.width - 1))
     }
 
-    /// Whether a logical operation on these masks is better done on words. Bits of several vectors LLVM
-    /// would take for bytes of one.
+    /// True if a logical operation on these masks is faster on words. LLVM would pack the bits of several vectors to
+    /// the bytes of one.
     pub fn prefers_words(&self, masks: &[Value]) -> bool {
         let from_elsewhere = |mask: &Value| self.values.fresh_bits(*mask).is_none();
         self.values.masks_in_lanes && (!self.is_one_vector() || masks.iter().any(from_elsewhere))
@@ -390,7 +389,7 @@ impl Emitter<'_, '_> {
 
     // Splats.
 
-    /// The same constant in all lanes.
+    /// Returns a constant in all lanes.
     pub fn constant_lanes(&mut self, element: &'static str, constant: Operand) -> Operand {
         if self.width == 1 {
             return constant;
@@ -406,7 +405,7 @@ impl Emitter<'_, '_> {
         splat
     }
 
-    /// In all lanes what the open region computed.
+    /// Splats a value that the open region computed.
     pub fn splat_here(&mut self, element: &'static str, operand: Operand) -> Operand {
         let ty = self.lanes(element);
         if !ty.is_vector() {
@@ -420,7 +419,7 @@ impl Emitter<'_, '_> {
         ))
     }
 
-    /// In all lanes what is known before the first chunk.
+    /// Splats a value that is known before the first chunk.
     fn splat_once(&mut self, element: &'static str, operand: Operand) -> Operand {
         let (ty, order) = (self.lanes(element), self.lanes("i32"));
         let one =

@@ -1,11 +1,11 @@
-//! Single-ray text in, LLVM text out.
+//! Tests of the emitted text: single-ray text in, LLVM text out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, Mark, MarkWord, RayRecord};
 use rtsl_ir::{Function, VariableKind};
 use rtsl_llvm::{Callback, TargetFeatures};
 
-fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
+fn emit(text: &str, target: &str, mode: CallMode, width: u32) -> String {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
@@ -14,7 +14,7 @@ fn emit(text: &str, target: &str, shape: CallMode, width: u32) -> String {
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let kernel = rtsl_packet::lower(&function, &layout, shape, width).unwrap();
+    let kernel = rtsl_packet::lower(&function, &layout, mode, width).unwrap();
     let target = TargetFeatures::new("x86_64-unknown-linux-gnu", target, "");
     rtsl_llvm::emit([("kernel", &kernel)], &target)
 }
@@ -664,7 +664,7 @@ fn nothing_lets_llvm_change_results() {
     }
 }
 
-/// Regions nested as deep as a function may have them, in a thread with a small stack.
+/// Regions nested to the greatest depth of functions, in a thread with a small stack.
 #[test]
 fn the_deepest_nesting_is_no_trouble() {
     let depth = rtsl_ir::MAX_NESTING - 1;

@@ -1,26 +1,25 @@
-//! Exact algebra: rules that give another operation or value with the same bits for all operands.
+//! Exact algebraic rules, which preserve the bits of the result for all operands.
 //!
-//! That excludes much of what holds for real numbers: `x + 0` is not `x` (-0 + 0 is 0), `x * 0` is not
-//! 0, `x - x` is not 0 (infinities), and nothing is reassociated. NaN stays NaN; its payload may
-//! change, which no operation can see.
+//! This excludes many identities of real numbers: `x + 0` is not `x` (-0 + 0 is 0), `x * 0` is not 0, `x - x` is not 0
+//! (infinities), and nothing is reassociated. NaN remains NaN; its payload may change, which no operation can observe.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Index, OpKind, Scalar, UnaryOp, Value, Variable, VariableId,
     VariableKind, evaluate,
 };
 
-/// What an operation is the same as.
+/// A simpler equivalent of an operation.
 #[derive(Clone, Debug)]
 pub(crate) enum Simplified {
-    /// This value.
+    /// An existing value.
     Value(Value),
-    /// This constant.
+    /// A constant.
     Constant(Constant),
-    /// This operation.
+    /// Another operation.
     Kind(OpKind),
 }
 
-/// How a value is defined, as far as the rules ask.
+/// The definition of a value, as far as the rules use it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Definition {
     Unary(UnaryOp, Value),
@@ -31,7 +30,7 @@ pub(crate) enum Definition {
 }
 
 impl Definition {
-    /// Of the result of such an operation.
+    /// Returns the definition of the result of an operation.
     pub fn of(kind: &OpKind) -> Option<Definition> {
         match *kind {
             OpKind::Unary(op, a) => Some(Definition::Unary(op, a)),
@@ -44,19 +43,19 @@ impl Definition {
     }
 }
 
-/// What is known of the values of a function.
+/// Known facts about the values of a function.
 pub(crate) struct Facts<'a> {
-    /// Their types.
+    /// The types of the values.
     pub scalars: &'a [Scalar],
-    /// The function's places.
+    /// The function's variables.
     pub variables: &'a [Variable],
-    /// The constants, by value; shorter where nothing is known of the last values.
+    /// The constants, by value; may be shorter than the number of values.
     pub known: &'a [Option<Constant>],
-    /// The definitions, likewise.
+    /// The definitions, by value; may be shorter than the number of values.
     pub definitions: &'a [Option<Definition>],
 }
 
-/// Applies the first rule that fits.
+/// Applies the first rule that matches.
 pub(crate) fn simplify(kind: &OpKind, facts: &Facts<'_>) -> Option<Simplified> {
     if !matches!(kind, OpKind::Constant(_))
         && let Some(constant) = evaluate::fold(kind, |value| facts.known(value))
@@ -87,7 +86,7 @@ pub(crate) fn simplify(kind: &OpKind, facts: &Facts<'_>) -> Option<Simplified> {
     }
 }
 
-/// Shorthands for what the rules give.
+/// Shorthands for results of rules.
 fn same(value: Value) -> Option<Simplified> {
     Some(Simplified::Value(value))
 }
@@ -113,12 +112,12 @@ impl Facts<'_> {
         self.known(value) == Some(Constant::F32(constant))
     }
 
-    /// The bits of an integer or bool.
+    /// Returns the bits of an integer or bool constant.
     fn bits(&self, value: Value) -> Option<u32> {
         self.known(value).map(Constant::bits)
     }
 
-    /// `x` where `value` is `-x`.
+    /// Returns `x` if `value` is `-x`.
     fn negated(&self, value: Value) -> Option<Value> {
         match self.definition(value)? {
             Definition::Unary(UnaryOp::Negate, x) => Some(x),
@@ -144,8 +143,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The comparison that is true where this one is false; for floats only of equality, since all
-    /// others are false with a NaN.
+    /// Returns the negated comparison; for floats only of equality, since all others are false with a NaN.
     fn inverse(&self, op: CompareOp, operand: Value) -> Option<CompareOp> {
         let ordered = self.scalar(operand) != Scalar::F32;
         match op {
@@ -252,7 +250,7 @@ impl Facts<'_> {
                 Some(Simplified::Constant(Constant::Bool(holds)))
             }
             Scalar::I32 | Scalar::U32 => {
-                // A bool that became a number only to be tested.
+                // A test of a number converted from a bool is the bool.
                 let Definition::Convert(x) = self.definition(a)? else { return None };
                 if self.scalar(x) != Scalar::Bool || self.bits(b) != Some(0) {
                     return None;
@@ -288,7 +286,7 @@ impl Facts<'_> {
         if let Some(Definition::Unary(UnaryOp::Not, x)) = self.definition(condition) {
             return becomes(OpKind::Select(x, b, a));
         }
-        // An inner choice by the same condition is decided by the outer one.
+        // An inner select with the same condition is decided by the outer one.
         if let Some(Definition::Select(inner, x, _)) = self.definition(a)
             && inner == condition
         {
@@ -344,7 +342,7 @@ impl Facts<'_> {
         let Definition::Convert(x) = self.definition(a)? else { return None };
         let chain = (self.scalar(x), self.scalar(a), to);
         match chain {
-            // Through a type that keeps every value.
+            // A conversion through a type that represents every value is the identity.
             (Scalar::I32, Scalar::U32, Scalar::I32)
             | (Scalar::U32, Scalar::I32, Scalar::U32)
             | (Scalar::Bool, _, Scalar::Bool) => same(x),
@@ -358,7 +356,7 @@ impl Facts<'_> {
             return same(a);
         }
         let Definition::Bitcast(x) = self.definition(a)? else { return None };
-        // From an integer through f32 to an integer a NaN's bits would change.
+        // A cast from integer through f32 to integer would canonicalise the bits of a NaN.
         match (self.scalar(x), self.scalar(a)) {
             (Scalar::F32, _) if to == Scalar::F32 => same(x),
             (Scalar::I32 | Scalar::U32, Scalar::I32 | Scalar::U32) if self.scalar(x) == to => {
@@ -369,7 +367,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The index that a known one is clamped to, unless that takes knowing a buffer's length.
+    /// Returns the clamped value of a known index, unless the clamp depends on a buffer's length.
     fn constant_index(&self, id: VariableId, index: Value) -> Option<Index> {
         let Constant::I32(index) = self.known(index)? else { return None };
         let variable = &self.variables[id.0 as usize];

@@ -1,35 +1,35 @@
-//! Approximation: divisions and square roots become products and approximate inverses.
+//! Approximation: turns divisions and square roots into products and approximate inverses.
 //!
-//! Only where the program allows results to differ from machine to machine. Operations that are
-//! `precise` stay as they are, and so do their operands' bits as far as they are precise too.
+//! Only for programs that allow results to differ from machine to machine. Operations that are `precise` are unchanged,
+//! and so are the bits of their operands if those are precise too.
 //!
 //! ```text
 //! a / b            a * reciprocal(b)          so that divisions by one number share its inverse,
-//!                                             which is computed once where all rays share it
+//!                                             which is computed once if all rays share it
 //! a / constant     a * constant
 //! a / sqrt(b)      a * inverse_sqrt(b)
 //! a / (b sqrt(c))  a * (reciprocal(b) * inverse_sqrt(c))
 //! sqrt(a)          approximate_sqrt(a)
 //! ```
 //!
-//! A quotient so has the error of a rounded inverse and of a product. What no longer holds: `a / a`
-//! may not be 1, and the quotient is 0 where the divisor is above 2^126.
+//! A quotient then has the error of a rounded inverse and of a product. `a / a` may differ from 1, and the quotient is
+//! 0 if the divisor is above 2^126.
 
 use std::collections::HashMap;
 
 use rtsl_ir::{BinaryOp, Constant, Function, Op, OpKind, Region, Scalar, UnaryOp, Value};
 
-/// Parts of parts of a divisor are looked at so far.
+/// The greatest depth of nested factors of a divisor that are inverted separately.
 const MAX_DEPTH: u32 = 4;
 
-/// Approximates what may be in all of `function`.
+/// Approximates the operations of `function` that permit it.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     Approximation { function, definitions: HashMap::new() }.region(&mut body);
     function.body = body;
 }
 
-/// How a value is computed, as far as its inverse has a form of its own.
+/// The definition of a value, as far as its inverse has a special form.
 #[derive(Clone, Copy)]
 enum Definition {
     Constant(f32),
@@ -70,14 +70,14 @@ impl Approximation<'_> {
         self.definitions.insert(op.results.get(0), definition);
     }
 
-    /// Approximates an operation; `before` gets what must stand before it.
+    /// Approximates an operation; operations that it needs are appended to `before`.
     fn op(&mut self, op: &mut Op, before: &mut Vec<Op>) {
         match op.kind {
             OpKind::Unary(UnaryOp::Sqrt, a) => {
                 op.kind = OpKind::Unary(UnaryOp::ApproximateSqrt, a);
             }
             OpKind::Binary(BinaryOp::Divide, a, b) if self.function.scalar(a) == Scalar::F32 => {
-                // By 0 or by what has no inverse that is a normal number.
+                // Division by 0, or by a constant whose inverse is not a normal number, remains.
                 if let Some(Definition::Constant(divisor)) = self.definitions.get(&b)
                     && !(1.0 / divisor).is_normal()
                 {
@@ -95,7 +95,7 @@ impl Approximation<'_> {
         }
     }
 
-    /// The operation that gives `1 / value`, of inverses of its parts down to this depth.
+    /// Returns the operation that computes `1 / value`, from inverses of its factors down to this depth.
     fn inverse(&mut self, value: Value, depth: u32, before: &mut Vec<Op>) -> OpKind {
         match self.definitions.get(&value).copied() {
             Some(Definition::Constant(constant)) => OpKind::Constant(Constant::F32(1.0 / constant)),

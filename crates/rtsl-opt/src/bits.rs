@@ -1,9 +1,9 @@
-//! Choices that depend on bits of an integer.
+//! Simplification of selects and tests that depend on bits of an integer.
 //!
-//! - `(h & 4u) != 0u ? -x : x` flips the sign of `x` by a bit of `h`: a mask, a comparison, a
-//!   negation and a choice become a shift and an exclusive or, with a mask between them if the bit is
-//!   not the lowest. Bits of NaNs, which the exclusive or must not show, stay hidden.
-//! - `h == 12u || h == 14u`, two numbers that differ in one bit, is one comparison without that bit.
+//! - `(h & 4u) != 0u ? -x : x` flips the sign of `x` by a bit of `h`: a mask, a comparison, a negation and a select
+//!   become a shift and an exclusive or, with a mask between them if the bit is not the lowest. The exclusive or must
+//!   not expose the bits of a NaN, and does not.
+//! - `h == 12u || h == 14u`, with two numbers that differ in one bit, becomes one comparison without that bit.
 //!
 //! Lattice noise does either for each corner of a cell.
 
@@ -14,7 +14,7 @@ use rtsl_ir::{
     Value,
 };
 
-/// Simplifies such choices in all of `function`.
+/// Simplifies such selects and tests in `function`.
 pub fn run(function: &mut Function) {
     let mut pool = ConstantPool::of(function);
     let mut body = std::mem::take(&mut function.body);
@@ -27,7 +27,7 @@ pub fn run(function: &mut Function) {
 struct Choices<'a> {
     function: &'a mut Function,
     pool: &'a mut ConstantPool,
-    /// How values of no more than one result are computed, as far as they matter.
+    /// The definitions of the values of operations with at most one result, as far as the rules use them.
     definitions: HashMap<Value, Definition>,
 }
 
@@ -45,8 +45,8 @@ enum Definition {
 struct Bit {
     /// The integer.
     word: Value,
-    /// How far the bit is from the lowest.
-    variable: u32,
+    /// The position of the bit, from the lowest.
+    position: u32,
 }
 
 impl Choices<'_> {
@@ -92,7 +92,7 @@ impl Choices<'_> {
             return None;
         }
         let (bit, is_set) = self.tested_bit(condition)?;
-        // What the choice gives where the bit is not set.
+        // The result of the select if the bit is not set.
         let plain = if is_set { b } else { a };
         let sign = self.sign(bit, before);
         let bits = self.push(OpKind::Bitcast(Scalar::U32, plain), before);
@@ -100,7 +100,7 @@ impl Choices<'_> {
         Some(OpKind::Bitcast(Scalar::F32, flipped))
     }
 
-    /// One comparison for two that ask whether an integer is one of two.
+    /// Returns one comparison for two that test whether an integer is one of two constants.
     fn either(&mut self, a: Value, b: Value, before: &mut Vec<Op>) -> Option<OpKind> {
         let ((word, first), (other, second)) = (self.equality(a)?, self.equality(b)?);
         let difference = first ^ second;
@@ -116,7 +116,7 @@ impl Choices<'_> {
         Some(OpKind::Compare(CompareOp::Equal, masked, common))
     }
 
-    /// The integer and the bits of the constant with which a bool says that it is equal.
+    /// If a bool is an equality with a constant, returns the integer and the bits of the constant.
     fn equality(&self, value: Value) -> Option<(Value, u32)> {
         match *self.definitions.get(&value)? {
             Definition::Compare(CompareOp::Equal, a, b) => {
@@ -131,7 +131,7 @@ impl Choices<'_> {
         matches!(self.definitions.get(&value), Some(Definition::Negate(a)) if *a == of)
     }
 
-    /// The bit on which a bool depends, and whether the bool is true where the bit is set.
+    /// Returns the bit on which a bool depends, and true if the bool is true for a set bit.
     fn tested_bit(&self, condition: Value) -> Option<(Bit, bool)> {
         match *self.definitions.get(&condition)? {
             Definition::IsNotZero(masked) => Some((self.bit(masked)?, true)),
@@ -145,7 +145,7 @@ impl Choices<'_> {
                 };
                 match other {
                     0 => Some((bit, !is_set)),
-                    _ if other == 1 << bit.variable => Some((bit, is_set)),
+                    _ if other == 1 << bit.position => Some((bit, is_set)),
                     _ => None,
                 }
             }
@@ -153,7 +153,7 @@ impl Choices<'_> {
         }
     }
 
-    /// The bit that `masked` is without its others.
+    /// Returns the bit that the mask of `masked` selects.
     fn bit(&self, masked: Value) -> Option<Bit> {
         let Definition::And(a, b) = *self.definitions.get(&masked)? else { return None };
         let (word, mask) = match (self.constant(a), self.constant(b)) {
@@ -161,10 +161,10 @@ impl Choices<'_> {
             (Some(mask), None) => (b, mask),
             _ => return None,
         };
-        mask.is_power_of_two().then(|| Bit { word, variable: mask.trailing_zeros() })
+        mask.is_power_of_two().then(|| Bit { word, position: mask.trailing_zeros() })
     }
 
-    /// The bits of an integer constant.
+    /// Returns the bits of an integer constant.
     fn constant(&self, value: Value) -> Option<u32> {
         match self.definitions.get(&value)? {
             Definition::Constant(constant @ (Constant::I32(_) | Constant::U32(_))) => {
@@ -174,15 +174,15 @@ impl Choices<'_> {
         }
     }
 
-    /// The bit where the sign of an f32 is, u32.
+    /// Computes the bit shifted to the sign position of an f32, as u32.
     fn sign(&mut self, bit: Bit, before: &mut Vec<Op>) -> Value {
         let word = match self.function.scalar(bit.word) {
             Scalar::I32 => self.push(OpKind::Convert(Scalar::U32, bit.word), before),
             Scalar::U32 | Scalar::F32 | Scalar::Bool => bit.word,
         };
-        let distance = self.literal(31 - bit.variable);
+        let distance = self.literal(31 - bit.position);
         let shifted = self.push(OpKind::Binary(BinaryOp::ShiftLeft, word, distance), before);
-        if bit.variable == 0 {
+        if bit.position == 0 {
             return shifted;
         }
         let sign = self.literal(1 << 31);

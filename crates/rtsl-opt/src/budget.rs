@@ -1,12 +1,12 @@
 //! Budgets: ends loops that run too long.
 //!
-//! A ray may run a number of loop iterations in a call, those of all loops taken together. A loop
-//! in which one more is run ends with it, and so does every loop after that: each body runs
-//! once, as it always does. At its end the function then reports that the budget was used up. So
-//! the work of a call is bounded, and results up to the budget are what they are without one.
+//! A budget is the number of loop iterations that a ray may run in a call, over all loops together. The loop that
+//! exceeds it ends after that iteration, and so does every later loop: each body runs once, as it always does. At its
+//! end the function then reports that the budget was used up. So the work of a call is bounded, and results within the
+//! budget are the same as without one.
 //!
-//! Loops that other passes have removed or unrolled do not count. Those passes therefore run whenever there is a budget, at
-//! every level of optimisation: whether a budget ran out is a part of the result, and the same for all.
+//! Loops that other passes have removed or unrolled do not count. Those passes therefore run whenever there is a
+//! budget, at every level of optimisation: exhaustion of the budget is part of the result and the same at all levels.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, ConstantPool, Function, Index, Op, OpKind, Region, Scalar,
@@ -15,15 +15,15 @@ use rtsl_ir::{
 
 use crate::mem2reg;
 
-/// The greatest budget: far enough from the greatest i32 for the last iterations of the loops.
+/// The greatest budget: low enough that the last iterations do not overflow an i32.
 pub const MAX_BUDGET: u32 = 1 << 30;
 
-/// Bounds the loop iterations of `function`; a budget above [`MAX_BUDGET`] is that.
+/// Bounds the loop iterations of `function`; a budget above [`MAX_BUDGET`] is reduced to it.
 pub fn run(function: &mut Function, budget: u32) {
     if !has_loop(&function.body) {
         return;
     }
-    let counter = function.intern_place(Variable {
+    let counter = function.intern_variable(Variable {
         kind: VariableKind::Local,
         name: "#budget".to_owned(),
         scalar: Scalar::I32,
@@ -39,7 +39,7 @@ pub fn run(function: &mut Function, budget: u32) {
     instrumentation.report(&mut body);
     function.body = body;
     constants.define_in(function);
-    // The counter is a value from now on, and its place, the last, is gone.
+    // Promotion turns the counter into a value and removes its variable, which is the last.
     mem2reg::promote(function, &[counter]);
     function.variables.pop();
 }
@@ -69,8 +69,8 @@ impl Instrumentation<'_> {
         }
     }
 
-    /// Counts an iteration at the start of a loop's body, and looks at its end, when the loops inside
-    /// have counted theirs, whether that was too many.
+    /// Counts an iteration at the start of a loop's body. The comparison with the budget is at its end, when nested
+    /// loops have counted theirs.
     fn count(&mut self, body: &mut Region) {
         let mut start = Vec::new();
         let count = self.load(&mut start);

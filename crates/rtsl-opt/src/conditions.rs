@@ -1,13 +1,13 @@
-//! What a bool says about other values.
+//! Facts implied by the value of a bool.
 
 use std::collections::HashMap;
 
 use rtsl_ir::{BinaryOp, CompareOp, Op, OpKind, UnaryOp, Value};
 
-/// No more bools are concluded from one.
+/// The greatest number of bools concluded from one.
 const MAX_CONCLUSIONS: usize = 32;
 
-/// How a bool is computed, as far as it says something about other values.
+/// The definition of a bool, as far as it implies facts about other values.
 #[derive(Clone, Copy)]
 pub(crate) enum Condition {
     Compare(CompareOp, Value, Value),
@@ -30,21 +30,21 @@ impl Condition {
     }
 }
 
-/// How the bools of a function are computed.
+/// The definitions of the bools of a function.
 #[derive(Default)]
 pub(crate) struct Conditions {
     of: HashMap<Value, Condition>,
 }
 
 impl Conditions {
-    /// Remembers an operation that computes a bool.
+    /// Records an operation that computes a bool.
     pub fn remember(&mut self, op: &Op) {
         if let Some(condition) = Condition::of(&op.kind) {
             self.of.insert(op.results.get(0), condition);
         }
     }
 
-    /// The comparison that a bool is.
+    /// Returns the comparison that defines a bool.
     pub fn comparison(&self, value: Value) -> Option<(CompareOp, Value, Value)> {
         match self.of.get(&value)? {
             Condition::Compare(op, a, b) => Some((*op, *a, *b)),
@@ -52,7 +52,7 @@ impl Conditions {
         }
     }
 
-    /// The bools that are decided where `value` is `truth`, no more than [`MAX_CONCLUSIONS`].
+    /// Returns the bools that are implied by `value` being `truth`, at most [`MAX_CONCLUSIONS`].
     pub fn conclusions(&self, value: Value, truth: bool) -> Vec<(Value, bool)> {
         let mut truths = vec![(value, truth)];
         let mut next = 0;

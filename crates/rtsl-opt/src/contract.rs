@@ -1,30 +1,28 @@
-//! Contraction of multiply and add to fma: the one place where rounding changes.
+//! Contraction of multiply and add to fma: the only pass that changes rounding.
 //!
 //! # The rule
 //!
-//! An f32 `add` or `subtract` that is not `precise`, with an operand that is an f32 `multiply` that
-//! is not `precise`, becomes one `fma`:
+//! An f32 `add` or `subtract` that is not `precise`, with an operand that is an f32 `multiply` that is not `precise`,
+//! becomes one `fma`:
 //!
 //! ```text
 //! a * b + c   fma(a, b, c)          c + a * b   fma(a, b, c)
 //! a * b - c   fma(a, b, -c)         c - a * b   fma(-a, b, c)
 //! ```
 //!
-//! Where both operands are such multiplies the first is contracted, unless its factors are the
-//! object's alone, constants and members, and those of the second are not: then the second is. A product
-//! of the object's is so computed once for all rays. How often a product is used and where it stands does
-//! not matter.
+//! If both operands are such multiplies, the first is contracted, unless its factors depend on the object only
+//! (constants and members) and those of the second do not: then the second is. A product of the object's values is thus
+//! computed once for all rays. The number of uses of a product and its position do not matter.
 //!
-//! This pass comes before all others, so that what is contracted depends on the lowered
-//! function alone: never on what another pass found out, on the backend, or on how much the user
-//! lets the compiler optimise. All passes after it keep results to the bit. With `--math=strict` it
-//! does not run.
+//! This pass runs before all others, so that the contracted operations depend on the lowered function alone: not on the
+//! results of another pass, on the backend, or on the level of optimisation. All passes after it preserve results to
+//! the bit. With `--math=strict` it does not run.
 
 use rtsl_ir::{
     BinaryOp, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableKind,
 };
 
-/// Contracts all of `function`.
+/// Contracts the operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let products = vec![None; function.values.len()];
@@ -35,9 +33,9 @@ pub fn run(function: &mut Function) {
 
 struct Contraction<'a> {
     function: &'a mut Function,
-    /// For each value that is a product its factors.
+    /// For each value that is a product, its factors.
     products: Vec<Option<(Value, Value)>>,
-    /// The values that are computed from constants and members alone.
+    /// For each value, true if it is computed from constants and members only.
     of_object: Vec<bool>,
 }
 
@@ -79,7 +77,7 @@ impl Contraction<'_> {
         }
     }
 
-    /// Contracts an operation; `before` gets what must stand before it.
+    /// Contracts an operation; operations that it needs are appended to `before`.
     fn op(&mut self, op: &mut Op, before: &mut Vec<Op>) {
         let OpKind::Binary(operator, a, b) = op.kind else { return };
         if op.precise || self.function.scalar(a) != Scalar::F32 {
@@ -104,13 +102,13 @@ impl Contraction<'_> {
         }
     }
 
-    /// Whether of two products the first can be computed once for all rays, and the second can't.
+    /// True if of two products only the first can be computed once for all rays.
     fn second_is_better(&self, a: Value, b: Value) -> bool {
         let of_object = |value: Value| self.of_object[value.0 as usize];
         self.product(b).is_some() && of_object(a) && !of_object(b)
     }
 
-    /// The factors; negations that this pass made are no products.
+    /// Returns the factors of a product; negations added by this pass do not count.
     fn product(&self, value: Value) -> Option<(Value, Value)> {
         self.products.get(value.0 as usize).copied().flatten()
     }

@@ -1,10 +1,9 @@
-//! Dead code elimination: what neither outputs nor effects need is removed.
+//! Dead code elimination: removes values that neither outputs nor effects need.
 //!
-//! Needed are the outputs, operations with effects on the host, and what those need, backward
-//! through results of `if`, carried values of loops, and slots: a store is needed where
-//! the slot is read by something needed. An operation with regions is needed when something inside
-//! it is. Everything else goes, single results of `if` and loops and slots that nothing names
-//! included. A loop that does nothing needed goes even if it would never end.
+//! The roots are the outputs and operations with effects on the host. Need propagates backward through results of `if`,
+//! carried values of loops, and locals: a store is needed if a needed operation reads the local. An operation with
+//! regions is needed if an operation inside it is. Everything else is removed, including single results of `if` and
+//! loops, and unused locals. A loop without needed operations is removed even if it would never end.
 
 use rtsl_ir::{
     Effect, Function, Op, OpKind, Region, Value, Values, Variable, VariableId, VariableKind,
@@ -12,7 +11,7 @@ use rtsl_ir::{
 
 use crate::substitution::Substitution;
 
-/// Removes dead code from all of `function`.
+/// Removes the dead code of `function`.
 pub fn run(function: &mut Function) {
     let needed = Liveness::new(function).find(function);
     let mut body = std::mem::take(&mut function.body);
@@ -20,37 +19,37 @@ pub fn run(function: &mut Function) {
     sweep.region(&mut body, 0);
     sweep.substitution.keep_names(&mut sweep.function.names);
     function.body = body;
-    remove_unused_slots(function);
+    remove_unused_locals(function);
 }
 
-/// Where a value comes from.
+/// The source of a value.
 #[derive(Clone, Copy)]
 enum Source {
     Undefined,
     /// An operation without regions.
     Plain,
-    /// This result of an `if`.
+    /// The result of an `if` with this index.
     IfResult(u32),
-    /// This carried value of a loop: its parameter and its result.
+    /// The carried value of a loop with this index: its parameter or its result.
     Carried(u32),
 }
 
-/// Which values are needed, found backward from where needs begin.
+/// The needed values, found backward from the roots.
 struct Liveness<'a> {
     variables: &'a [Variable],
     /// The operations, in the order of the text.
     ops: Vec<&'a Op>,
-    /// For each operation the one whose region it is in.
+    /// For each operation, the one whose region contains it.
     parents: Vec<Option<u32>>,
-    /// For each value the operation that defines it.
+    /// For each value, the operation that defines it.
     owners: Vec<u32>,
     sources: Vec<Source>,
-    /// The stores to each place.
+    /// The stores to each variable.
     stores: Vec<Vec<u32>>,
     needed_values: Vec<bool>,
     needed_ops: Vec<bool>,
-    needed_slots: Vec<bool>,
-    /// Values whose definitions have not been looked at.
+    needed_locals: Vec<bool>,
+    /// Needed values whose definitions have not been visited.
     worklist: Vec<Value>,
 }
 
@@ -66,7 +65,7 @@ impl<'a> Liveness<'a> {
             stores: vec![Vec::new(); function.variables.len()],
             needed_values: vec![false; values],
             needed_ops: Vec::new(),
-            needed_slots: vec![false; function.variables.len()],
+            needed_locals: vec![false; function.variables.len()],
             worklist: Vec::new(),
         };
         liveness.index(&function.body, None);
@@ -92,7 +91,7 @@ impl<'a> Liveness<'a> {
                     self.set_source(*value, number, Source::Carried(position));
                 }
             }
-            if let Effect::WritesSlot(local) = op.kind.effect(self.variables) {
+            if let Effect::WritesLocal(local) = op.kind.effect(self.variables) {
                 self.stores[local.0 as usize].push(number);
             }
             for region in op.kind.regions() {
@@ -129,7 +128,7 @@ impl<'a> Liveness<'a> {
         }
     }
 
-    /// What the definition of a needed value needs.
+    /// Marks the operands of the definition of a needed value.
     fn need_source(&mut self, value: Value) {
         let owner = self.owners[value.0 as usize];
         let op = self.ops[owner as usize];
@@ -149,7 +148,7 @@ impl<'a> Liveness<'a> {
         }
     }
 
-    /// An operation that stays, and so those around it.
+    /// Marks an operation and those that enclose it as needed.
     fn need_op(&mut self, number: u32) {
         let mut next = Some(number);
         while let Some(number) = next {
@@ -162,15 +161,15 @@ impl<'a> Liveness<'a> {
                 OpKind::Loop { body, .. } => self.need(body.yields[0]),
                 kind => kind.for_each_operand(|value| self.need(value)),
             }
-            if let Effect::ReadsSlot(local) = op.kind.effect(self.variables) {
-                self.need_slot(local);
+            if let Effect::ReadsLocal(local) = op.kind.effect(self.variables) {
+                self.need_local(local);
             }
             next = self.parents[number as usize];
         }
     }
 
-    fn need_slot(&mut self, local: VariableId) {
-        if !std::mem::replace(&mut self.needed_slots[local.0 as usize], true) {
+    fn need_local(&mut self, local: VariableId) {
+        if !std::mem::replace(&mut self.needed_locals[local.0 as usize], true) {
             for store in std::mem::take(&mut self.stores[local.0 as usize]) {
                 self.need_op(store);
             }
@@ -178,7 +177,7 @@ impl<'a> Liveness<'a> {
     }
 }
 
-/// What [`Liveness`] found: by value, and by operation in the order of the text.
+/// The result of [`Liveness`]: by value, and by operation in the order of the text.
 struct Needed {
     values: Vec<bool>,
     ops: Vec<bool>,
@@ -191,8 +190,8 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Removes what is not needed from a region whose first operation has this number; returns the
-    /// number after its last.
+    /// Removes unneeded operations from a region whose first operation has the index `first`; returns the index after
+    /// its last.
     fn region(&mut self, region: &mut Region, first: usize) -> usize {
         let mut number = first;
         let mut ops = Vec::with_capacity(region.ops.len());
@@ -215,7 +214,7 @@ impl Sweep<'_> {
         number
     }
 
-    /// Removes the results of an `if` or a loop that are not needed.
+    /// Removes the unneeded results of an `if` or a loop.
     fn prune(&mut self, op: &mut Op) {
         let results = op.results;
         let is_needed = |value: Value| self.needed.values[value.0 as usize];
@@ -237,7 +236,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// New consecutive values for the results that stay.
+    /// Allocates new consecutive values for the results to keep.
     fn renumbered(&mut self, results: Values, keep: &[bool]) -> Values {
         let kept = results.iter().zip(keep).filter(|(_, keep)| **keep).map(|(value, _)| value);
         let kept: Vec<Value> = kept.collect();
@@ -250,7 +249,7 @@ impl Sweep<'_> {
     }
 }
 
-/// Keeps of the values after the first `skipped` those that `keep` says.
+/// Keeps those values after the first `skipped` whose flag in `keep` is set.
 fn retain(values: &mut Vec<Value>, keep: &[bool], skipped: usize) {
     let mut position = 0;
     values.retain(|_| {
@@ -259,7 +258,7 @@ fn retain(values: &mut Vec<Value>, keep: &[bool], skipped: usize) {
     });
 }
 
-/// The number of operations in the regions of one.
+/// Returns the number of operations nested in an operation.
 fn count_inside(kind: &OpKind) -> usize {
     let mut count = 0;
     for region in kind.regions() {
@@ -268,8 +267,8 @@ fn count_inside(kind: &OpKind) -> usize {
     count
 }
 
-/// Removes slots that no operation names; other places are the interface.
-fn remove_unused_slots(function: &mut Function) {
+/// Removes locals that no operation uses; other variables are the interface and remain.
+fn remove_unused_locals(function: &mut Function) {
     let mut used: Vec<bool> =
         function.variables.iter().map(|variable| variable.kind != VariableKind::Local).collect();
     function.body.for_each_op(&mut |op| {
@@ -294,16 +293,16 @@ fn remove_unused_slots(function: &mut Function) {
     for output in &mut function.outputs {
         output.variable = new_ids[output.variable.0 as usize];
     }
-    rename_places(&mut function.body, &new_ids);
+    rename_variables(&mut function.body, &new_ids);
 }
 
-fn rename_places(region: &mut Region, new_ids: &[VariableId]) {
+fn rename_variables(region: &mut Region, new_ids: &[VariableId]) {
     for op in &mut region.ops {
         match &mut op.kind {
             OpKind::Load(variable, _) | OpKind::Store(variable, ..) | OpKind::Length(variable) => {
                 *variable = new_ids[variable.0 as usize];
             }
-            kind => kind.regions_mut().for_each(|region| rename_places(region, new_ids)),
+            kind => kind.regions_mut().for_each(|region| rename_variables(region, new_ids)),
         }
     }
 }
@@ -345,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn effects_stay_and_what_encloses_them() {
+    fn effects_and_the_operations_around_them_are_kept() {
         let text = "
             %c: bool = load scratch:b@0
             if %c { %r: f32 = rand yield } else { %x: f32 = load scratch:f@0 yield }
@@ -364,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn stores_that_nobody_reads_go_with_the_slot() {
+    fn unread_stores_are_removed_with_the_local() {
         let text = "
             %x: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
             store local:s@0, %x

@@ -1,15 +1,15 @@
-//! Unread outputs: what the caller does not look at is not yielded; dead code elimination then
-//! removes what nothing else needs.
+//! Dead outputs: removes yields that the caller does not read; dead code elimination then removes the operations that
+//! only they need.
 
 use rtsl_ir::Function;
 
-/// Keeps the outputs that are read, as `read` says for each.
+/// Keeps the outputs whose flag in `read` is set.
 pub fn run(function: &mut Function, read: &[bool]) {
     keep(&mut function.outputs, read);
     keep(&mut function.body.yields, read);
 }
 
-/// Keeps the elements where `wanted` holds.
+/// Keeps the elements whose flag in `wanted` is set.
 fn keep<T>(elements: &mut Vec<T>, wanted: &[bool]) {
     let mut wanted = wanted.iter();
     elements.retain(|_| wanted.next().is_some_and(|wanted| *wanted));
@@ -22,7 +22,7 @@ mod tests {
     use crate::testing::transformed;
 
     #[test]
-    fn what_only_an_unread_output_needs_goes() {
+    fn operations_only_for_unread_outputs_are_removed() {
         let text = "
             %a: f32 = load member:m@0
             %b: f32 = sqrt %a

@@ -1,17 +1,17 @@
-//! Range analysis of floats: what is known of signs, bounds and NaN makes edges unnecessary.
+//! Range analysis of floats: uses known signs, bounds and NaN flags to remove special cases.
 //!
-//! Every f32 has a [`FloatInterval`], found forward in one pass: by interval arithmetic with the
-//! rounding of the operations themselves, and inside an `if` by its condition. A slot holds one of the constants
-//! that are stored to it, if nothing else is. What loops carry and callers give may be anything.
+//! Every f32 has a [`FloatInterval`], found forward in one pass: by interval arithmetic with the rounding of the
+//! operations themselves, and inside an `if` by its condition. A local holds one of the constants stored to it, if
+//! nothing else is stored. Carried values of loops and inputs from callers are unbounded.
 //!
-//! Where intervals show it,
-//! - floats and comparisons of one possible value become constants;
+//! Where intervals permit it,
+//! - floats and comparisons with one possible value become constants;
 //! - `min` and `max` become one of their operands;
-//! - `abs` of what is not negative, and a sum with 0 of what is not -0, become their operand.
+//! - `abs` of a non-negative value, and the sum of 0 and a value other than -0, become the operand.
 //!
-//! A quotient by a power of two becomes a product, which is the same to the bit.
+//! A quotient by a power of two becomes a product, which has the same bits.
 //!
-//! The exponential of a negative square so loses the bound for what lies above the range.
+//! For example, the exponential of a negative square loses its clamp against overflow.
 
 use rtsl_ir::{
     BinaryOp, Constant, ConstantPool, Effect, FloatInterval, Function, Interval, Op, OpKind,
@@ -21,7 +21,7 @@ use rtsl_ir::{
 use crate::conditions::Conditions;
 use crate::substitution::Substitution;
 
-/// Uses what is known of floats in all of `function`.
+/// Applies range analysis to the floats of `function`.
 pub fn run(function: &mut Function) {
     let mut pool = ConstantPool::of(function);
     let mut body = std::mem::take(&mut function.body);
@@ -33,12 +33,12 @@ pub fn run(function: &mut Function) {
     pool.define_in(function);
 }
 
-/// What is known of the floats of a function.
+/// The intervals of the floats of a function.
 struct Floats {
-    /// By value; everything for other types.
+    /// The interval of each value; unbounded for other types.
     of: Vec<FloatInterval>,
     scalars: Vec<Scalar>,
-    /// By place, what a load may give.
+    /// For each variable, the interval of a load.
     variables: Vec<FloatInterval>,
     conditions: Conditions,
 }
@@ -64,7 +64,7 @@ impl Floats {
         floats
     }
 
-    /// Finds what slots may hold.
+    /// Finds the constants that locals may hold.
     fn store_constants(&mut self, region: &Region) {
         for op in &region.ops {
             match op.kind {
@@ -88,7 +88,7 @@ impl Floats {
         self.scalars[value.0 as usize]
     }
 
-    /// An operation without regions.
+    /// Computes the interval of an operation without regions.
     fn plain(&mut self, op: &Op) {
         let Some(result) = op.results.iter().next() else { return };
         self.conditions.remember(op);
@@ -106,7 +106,7 @@ impl Floats {
             }
             OpKind::Binary(op, a, b) => FloatInterval::binary(op, self.get(a), self.get(b)),
             OpKind::Fma(a, b, c) if a == b => {
-                // What has no sign has the same square.
+                // The square does not depend on the sign.
                 let size = FloatInterval::unary(UnaryOp::Abs, self.get(a));
                 FloatInterval::fma(size, size, self.get(c))
             }
@@ -125,7 +125,7 @@ impl Floats {
         }
     }
 
-    /// Does something where a bool is known.
+    /// Runs `work` under the assumption that a bool is `truth`.
     fn assuming<T>(&mut self, value: Value, truth: bool, work: impl FnOnce(&mut Self) -> T) -> T {
         let before = self.assume(value, truth);
         let result = work(self);
@@ -133,7 +133,7 @@ impl Floats {
         result
     }
 
-    /// Narrows intervals by what a bool says; returns what they were.
+    /// Narrows intervals under the assumption that a bool is `truth`; returns the previous intervals.
     fn assume(&mut self, value: Value, truth: bool) -> Vec<(Value, FloatInterval)> {
         let mut before = Vec::new();
         for (value, truth) in self.conditions.conclusions(value, truth) {
@@ -157,7 +157,7 @@ impl Floats {
     }
 }
 
-/// Rewrites operations by what is known.
+/// Rewrites operations using the intervals.
 struct Use<'a> {
     floats: Floats,
     pool: &'a mut ConstantPool,
@@ -198,7 +198,7 @@ impl Use<'_> {
         self.substitution.apply_to_yields(region);
     }
 
-    /// Rewrites a region of an `if`; what it yields.
+    /// Rewrites a region of an `if`; returns the intervals of its yields.
     fn side(&mut self, condition: Value, truth: bool, side: &mut Region) -> Vec<FloatInterval> {
         let before = self.floats.assume(condition, truth);
         self.region(side);
@@ -207,7 +207,7 @@ impl Use<'_> {
         yields
     }
 
-    /// The value that an operation always gives.
+    /// Returns the value that an operation always equals.
     fn same(&mut self, op: &Op) -> Option<Value> {
         let result = op.results.iter().next()?;
         if matches!(op.kind, OpKind::Constant(_)) {
@@ -227,7 +227,7 @@ impl Use<'_> {
         }
     }
 
-    /// The product that a quotient is.
+    /// Returns the product that is equivalent to a quotient.
     fn product(&mut self, kind: &OpKind) -> Option<OpKind> {
         match *kind {
             OpKind::Binary(BinaryOp::Divide, a, b) if self.is_float(a) => {
@@ -255,7 +255,7 @@ impl Use<'_> {
         self.floats.scalar(value) == Scalar::F32
     }
 
-    /// What a float or a comparison of floats always is.
+    /// Returns the only possible value of a float or a comparison of floats.
     fn constant(&self, kind: &OpKind, result: Value) -> Option<Constant> {
         match *kind {
             OpKind::Compare(op, a, b) if self.is_float(a) => {
@@ -266,12 +266,12 @@ impl Use<'_> {
         }
     }
 
-    /// The operand that the operation always gives.
+    /// Returns the operand that the operation always equals.
     fn operand(&self, op: BinaryOp, a: Value, b: Value) -> Option<Value> {
         let (left, right) = (self.floats.get(a), self.floats.get(b));
         let is_zero = |it: FloatInterval| it.constant().map(f32::to_bits) == Some(0);
         let numbers = !left.nan && !right.nan;
-        // The first of equal ones, and where either is a NaN.
+        // The first operand is the result if both are equal or either is a NaN.
         let first = match op {
             BinaryOp::Min => left.high <= right.low,
             BinaryOp::Max => left.low >= right.high,
@@ -287,7 +287,7 @@ impl Use<'_> {
     }
 }
 
-/// The inverse of a power of two, if it has one that is a normal number.
+/// Returns the inverse of a power of two, if it is a normal number.
 fn power_of_two_inverse(value: f32) -> Option<f32> {
     let has_one_bit = value.to_bits().trailing_zeros() >= f32::MANTISSA_DIGITS - 1;
     (has_one_bit && value.is_normal() && value.recip().is_normal()).then(|| value.recip())
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use crate::testing::{check_preserves, function_of, outcome, transformed};
 
-    /// Uses what is known and then removes what is unused.
+    /// Applies range analysis and dead code elimination.
     fn check(text: &str, expected: Expect) {
         let found = transformed(text, |function| {
             run(function);
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_tell_signs() {
+    fn conditions_determine_signs() {
         let text = "
             %x: f32 = load scratch:f@0 %0: f32 = constant 0 %1: f32 = constant 1
             %c: bool = greater %x, %0
@@ -448,7 +448,7 @@ mod tests {
         );
     }
 
-    /// A function of floats alone, with bounds, signs and conditions at every step.
+    /// Generates a function of floats only, with bounds, signs and conditions at every step.
     fn expression(random: &mut Entropy<'_>) -> String {
         let constants = ["0", "-0.0", "1", "-1", "88.7", "1e-40", "-3e38"].iter().enumerate();
         let constants = constants.map(|(i, value)| format!("%{}: f32 = constant {value} ", i + 4));
@@ -460,7 +460,7 @@ mod tests {
         text + "return scratch:f@0 = %35, scratch:f@1 = %34, scratch:f@2 = %33, scratch:f@3 = %32"
     }
 
-    /// An operation on some of the first `count` values, and that value.
+    /// Generates an operation on some of the first `count` values, and its result.
     fn step(random: &mut Entropy<'_>, count: usize) -> String {
         let [a, b, c] = std::array::from_fn(|_| random.below(count));
         let unary = random.choose(&["abs", "negate", "sqrt", "floor", "ceil", "round_even"]);

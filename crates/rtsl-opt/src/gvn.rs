@@ -1,9 +1,9 @@
-//! Value numbering: what has been computed already is not computed again.
+//! Value numbering: removes redundant computations.
 //!
-//! An operation without effects that equals one before it, in its region or in one around
-//! that, is replaced by that one's result (Click and Cooper's dominator-scoped numbering; regions make
-//! the dominator tree). All constants move to the start of the function, so that equal ones
-//! in different regions are one value. Operands that may be exchanged are put in order first.
+//! An operation without effects that equals an earlier one, in its region or in an enclosing one, is replaced by that
+//! one's result (Click and Cooper's dominator-scoped numbering; regions form the dominator tree). All constants move to
+//! the start of the function, so that equal ones in different regions are one value. Operands of commutative operations
+//! are sorted first.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use rtsl_ir::{
 
 use crate::substitution::Substitution;
 
-/// Numbers all of `function`.
+/// Numbers the values of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut numbering = Numbering {
@@ -31,7 +31,7 @@ pub fn run(function: &mut Function) {
     constants.define_in(function);
 }
 
-/// What an operation computes: equal keys, equal results.
+/// The computation of an operation: equal keys have equal results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Key {
     Unary(UnaryOp, Value),
@@ -50,10 +50,10 @@ pub(crate) enum Key {
 struct Numbering<'a> {
     constants: ConstantPool,
     function: &'a mut Function,
-    /// The results of what is visible. Only looked up, so that its order does not matter. Precise
-    /// operations are not the same as others, for passes that tell them apart.
+    /// The results of the visible operations. Used for lookup only, so the iteration order cannot affect results. The
+    /// bool marks precise operations, which are distinct from others for passes that treat them differently.
     seen: HashMap<(Key, bool), Values>,
-    /// What has been seen in the open regions, in order.
+    /// The keys added in the open regions, in order.
     scope: Vec<(Key, bool)>,
     substitution: Substitution,
 }
@@ -78,7 +78,7 @@ impl Numbering<'_> {
         }
     }
 
-    /// Remembers an operation, or has its results replaced.
+    /// Records an operation and returns true, or substitutes the results of an equal one and returns false.
     fn is_new(&mut self, op: &mut Op) -> bool {
         if let OpKind::Constant(constant) = op.kind {
             self.pool(op.results, constant);
@@ -110,7 +110,7 @@ impl Numbering<'_> {
     }
 }
 
-/// Whether a pass treats the operation in another way where it is precise.
+/// True if a pass treats the operation differently when it is precise.
 fn precision_matters(kind: &OpKind) -> bool {
     matches!(
         kind,
@@ -122,7 +122,7 @@ fn precision_matters(kind: &OpKind) -> bool {
     )
 }
 
-/// `min` and `max` are not: they tell their operands apart where one is a NaN and for zeros.
+/// True for commutative operators. `min` and `max` are not: operand order matters for NaN and for zeros.
 fn is_commutative(op: BinaryOp) -> bool {
     match op {
         BinaryOp::Add
@@ -141,7 +141,7 @@ fn is_commutative(op: BinaryOp) -> bool {
     }
 }
 
-/// `None` for what is not numbered: regions, and what an effect keeps apart.
+/// Returns the key of an operation; `None` if it has regions or effects.
 pub(crate) fn key(kind: &OpKind) -> Option<Key> {
     match *kind {
         OpKind::Unary(op, a) => Some(Key::Unary(op, a)),
@@ -176,7 +176,7 @@ mod tests {
     use crate::testing::{check_preserves, transformed};
 
     #[test]
-    fn regions_see_what_is_around_them_and_not_beside() {
+    fn values_are_visible_in_nested_but_not_in_sibling_regions() {
         let text = "
             %c: bool = load scratch:b@0 %x: f32 = load member:m@0
             %a: f32 = if %c {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn precise_tells_only_arithmetic_apart() {
+    fn precise_distinguishes_only_arithmetic() {
         let text = "
             %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
             %a: f32 = multiply %x, %y %b: f32 = precise multiply %x, %y
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_of_slots_are_not_the_same_after_a_store() {
+    fn loads_of_locals_are_not_the_same_after_a_store() {
         let text = "
             %i: i32 = load scratch:i@0
             %a: i32 = load local:r@%i

@@ -1,12 +1,12 @@
-//! Merging: what both sides of an `if` compute is computed before it.
+//! Hoisting of common operations: computes operations that both sides of an `if` share before it.
 //!
-//! - An operation that stands on both sides with the same operands moves in front of the `if`.
-//! - Two expensive ones that differ in operands become one, whose operands are chosen by the
-//!   condition: `c ? a / b : b / a` is one division. A packet whose rays disagree then divides
-//!   once and not twice, and what is left of the sides is more often short enough to need no branch.
+//! - An operation that occurs on both sides with the same operands moves in front of the `if`.
+//! - Two expensive ones that differ in operands become one, whose operands are selected by the condition: `c ? a / b :
+//!   b / a` is one division. A packet whose rays diverge then divides once instead of twice, and the remaining sides
+//!   are more often short enough to need no branch.
 //!
-//! Operands must be defined before the `if`, or have been moved there. One of the sides is
-//! always done, so nothing is computed in vain.
+//! Operands must be defined before the `if`, or have been moved there. One of the sides is always executed, so no
+//! computation is wasted.
 
 use std::collections::{HashMap, HashSet};
 
@@ -17,10 +17,10 @@ use rtsl_ir::{
 use crate::gvn::{Key, key};
 use crate::substitution::Substitution;
 
-/// How often the sides of an `if` are gone through: what is moved lets what needs it move.
+/// The greatest number of passes over the sides of an `if`; a moved operation may allow its users to move.
 const MAX_ROUNDS: u32 = 8;
 
-/// Merges in all of `function`.
+/// Hoists the common operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut merging = Merging { function, substitution: Substitution::default() };
@@ -34,7 +34,7 @@ struct Merging<'a> {
     substitution: Substitution,
 }
 
-/// Operations that are worth a choice between operands.
+/// Operations that are worth a select between operands.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Expensive {
     Unary(UnaryOp),
@@ -63,7 +63,7 @@ impl Merging<'_> {
         self.substitution.apply_to_yields(region);
     }
 
-    /// Moves what both sides have in common to `before`; whether there was anything.
+    /// Moves the operations common to both sides to `before`; returns true if there were any.
     fn merge(
         &mut self,
         condition: Value,
@@ -91,7 +91,7 @@ impl Merging<'_> {
         true
     }
 
-    /// Puts an operation in place of two, the second on the other side.
+    /// Replaces two operations, the second on the other side, by one before the `if`.
     fn move_out(&mut self, condition: Value, mut op: Op, other: &Op, before: &mut Vec<Op>) {
         let mut others = Vec::new();
         other.kind.for_each_operand(|operand| others.push(operand));
@@ -112,7 +112,7 @@ impl Merging<'_> {
         region.for_each_use_mut(&mut |value| *value = self.substitution.get(*value));
     }
 
-    /// Whether an operation may stand before the `if` in which these values are defined.
+    /// True if an operation may move before the `if` in which these values are defined.
     fn is_movable(&self, op: &Op, inside: &HashSet<Value>) -> bool {
         let mut is_available = true;
         op.kind.for_each_operand(|operand| is_available &= !inside.contains(&operand));
@@ -140,12 +140,12 @@ impl Merging<'_> {
     }
 }
 
-/// The operations of the other side that may move.
+/// The movable operations of the other side.
 struct Others {
     equal: HashMap<(Key, bool), Op>,
-    /// In the order opposite to the text's.
+    /// In reverse order of the text.
     alike: HashMap<(Expensive, bool), Vec<Op>>,
-    /// The results of the operations that move.
+    /// The results of the operations that have moved.
     taken: HashSet<Value>,
 }
 
@@ -164,7 +164,7 @@ impl Others {
         others
     }
 
-    /// The operation that goes with `op`, which is not to be found again.
+    /// Removes and returns the operation that matches `op`.
     fn take(&mut self, merging: &Merging<'_>, op: &Op) -> Option<Op> {
         let equal = key(&op.kind).and_then(|key| self.equal.remove(&(key, op.precise)));
         let equal = equal.filter(|other| !self.has_taken(other));
@@ -186,7 +186,7 @@ impl Others {
     }
 }
 
-/// The values that a region's own operations define.
+/// Returns the values that a region's operations define, without nested regions.
 fn defined_in(region: &Region) -> HashSet<Value> {
     region.ops.iter().flat_map(|op| op.results.iter()).collect()
 }
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_computed_inside_and_what_has_effects_stays() {
+    fn operations_with_inner_operands_or_effects_are_not_hoisted() {
         let text = "
             %c: bool = load scratch:b@0 %a: f32 = load scratch:f@0 %i: i32 = load scratch:i@0
             %r: f32 = if %c {

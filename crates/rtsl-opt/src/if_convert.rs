@@ -1,9 +1,8 @@
-//! If-to-select: a short `if` without effects becomes its operations and a select for each
-//! result.
+//! If-conversion: replaces a short `if` without effects by its operations and a select for each result.
 //!
-//! Both regions must consist of operations without effects and regions, of a cost of at most
-//! [`MAX_COST`] together, with one for each result added. Inner `if`s are looked at first, so that
-//! what becomes of them counts. A condition that is said to be seldom true stays a branch.
+//! Both regions must consist of operations without effects and regions, with a cost of at most [`MAX_COST`] together,
+//! plus one for each result. Inner `if`s are converted first, so that their operations and selects count. A condition
+//! marked as rarely true keeps its branch.
 
 use std::collections::HashSet;
 
@@ -11,10 +10,10 @@ use rtsl_ir::{
     BinaryOp, Effect, Function, Index, Op, OpKind, Region, UnaryOp, Value, Values, Variable,
 };
 
-/// The cost of both regions, in simple operations, up to which a branch costs more.
+/// The cost of both regions, in simple operations, up to which a branch is more expensive.
 pub const MAX_COST: u32 = 8;
 
-/// Converts what it can in all of `function`.
+/// Converts the short `if`s of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     Conversion { variables: &function.variables, seldom: HashSet::new() }.region(&mut body);
@@ -23,7 +22,7 @@ pub fn run(function: &mut Function) {
 
 struct Conversion<'a> {
     variables: &'a [Variable],
-    /// Conditions that are seldom true.
+    /// Conditions that are rarely true.
     seldom: HashSet<Value>,
 }
 
@@ -73,7 +72,7 @@ fn select(result: Value, condition: Value, a: Value, b: Value) -> Op {
     Op { results, precise: false, kind: OpKind::Select(condition, a, b) }
 }
 
-/// In simple operations; `None` for what must not be done unasked, or is long.
+/// Returns the cost in simple operations; `None` if the operation must not be speculated or is expensive.
 fn cost(kind: &OpKind, variables: &[Variable]) -> Option<u32> {
     if kind.effect(variables) != Effect::None {
         return None;

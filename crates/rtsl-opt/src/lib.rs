@@ -1,11 +1,11 @@
-//! Passes over the single-ray intermediate representation of RTSL, one a file.
+//! Passes over the single-ray intermediate representation of RTSL, one per file.
 //!
-//! A pass takes a verified function and leaves one. All but [`contract`], [`approximate`], [`mod@unit`] and [`placed`] keep its
-//! results to the bit (NaN payloads aside) and its requests to the host in number and order; but for [`ray_weights`] the
-//! requests also say the same.
+//! A pass takes a verified function and leaves a verified function. All passes except [`contract`], [`approximate`],
+//! [`mod@unit`] and [`placed`] preserve its results to the bit (except NaN payloads) and the number and order of its
+//! requests to the host; all except [`ray_weights`] also preserve the content of the requests.
 //!
-//! This crate knows no language, no shapes of kernels and no targets: what pays on
-//! every backend is done here, what pays on one belongs to it.
+//! This crate does not depend on the language, on call modes or on targets: optimisations that pay on every backend are
+//! done here, those that pay on one belong to that backend.
 
 mod algebra;
 pub mod approximate;
@@ -40,21 +40,20 @@ use std::collections::BTreeMap;
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Constant, Function, VariableId};
 
-/// What [`optimize`] does.
+/// Options of [`optimize`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Multiply and add become fma by the rule of [`contract`]. Changes results, on every backend
-    /// alike.
+    /// Contract multiply and add to fma by the rule of [`contract`]. Changes results, on every backend alike.
     pub contract: bool,
-    /// Divisions and square roots are approximated by the rules of [`approximate`], unless nothing is
-    /// optimised. Results then differ from machine to machine.
+    /// Approximate divisions and square roots by the rules of [`approximate`], unless `optimize` is off. Results then
+    /// differ from machine to machine.
     pub approximate: bool,
-    /// The loop iterations of a ray in a call, at most [`budget::MAX_BUDGET`]; unlimited where
-    /// `None`. Which loops count does not depend on `optimize`: see [`mod@budget`].
+    /// The budget of loop iterations of a ray in a call, at most [`budget::MAX_BUDGET`]; unlimited if `None`. The set
+    /// of loops that count does not depend on `optimize`: see [`mod@budget`].
     pub budget: Option<u32>,
-    /// Run the passes that only make the function faster. With a budget they run whatever this says.
+    /// Run the passes that only make the function faster. With a budget they always run.
     pub optimize: bool,
-    /// One of them, [`if_convert`]: packets want it, code of one ray does not.
+    /// Run [`if_convert`], which benefits packets but not code for one ray.
     pub select: bool,
 }
 
@@ -64,10 +63,10 @@ impl Default for Options {
     }
 }
 
-/// A pass that needs nothing but the function.
+/// A pass without parameters.
 pub type Pass = fn(&mut Function);
 
-/// The passes that need nothing but the function, by name.
+/// The passes without parameters, by name.
 pub const PASSES: &[(&str, Pass)] = &[
     ("approximate", approximate::run),
     ("bits", bits::run),
@@ -96,7 +95,7 @@ pub fn optimize(function: &mut Function, options: &Options) {
     run("mem2reg", function, mem2reg::run);
     run("dce", function, dce::run);
     run("ray_weights", function, ray_weights::run);
-    // What a budget ends, and so what such a function gives, follows from the loops that are left.
+    // The budget counts the remaining loops, so these passes affect the result of a function with a budget.
     if options.optimize || options.budget.is_some() {
         run("simplify", function, simplify::run);
         run("gvn", function, gvn::run);
@@ -105,7 +104,7 @@ pub fn optimize(function: &mut Function, options: &Options) {
             run("gvn", function, gvn::run);
         }
         run("unroll", function, unroll::run);
-        // Unrolling makes constants of indices, and folding makes constant indices of those.
+        // Unrolling makes indices constant, and folding turns accesses at them into accesses at constant indices.
         run("simplify", function, simplify::run);
         run("mem2reg", function, mem2reg::run);
         run("simplify", function, simplify::run);
@@ -132,26 +131,25 @@ pub fn optimize(function: &mut Function, options: &Options) {
     run("renumber", function, Function::renumber);
 }
 
-/// What is known of a function's caller.
+/// Facts about a function's caller.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Caller {
-    /// Scalars of members whose values are always these.
+    /// Scalars of members whose values are known.
     pub known: BTreeMap<(VariableId, u32), Constant>,
-    /// For each output whether it is read; all are where `None`.
+    /// For each output, true if it is read; all are read if `None`.
     pub read: Option<Vec<bool>>,
-    /// Places that hold vectors of unit length. Changes results.
+    /// Variables that hold unit vectors. Changes results.
     pub unit: Vec<VariableId>,
-    /// The object is [`placed`], and whether products are contracted. Changes results.
+    /// The object is [`placed`], with products contracted or not. Changes results.
     pub placed: Option<Contract>,
 }
 
-/// Whether multiply and add become fma.
+/// The mode of contraction of multiply and add.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Contract(pub bool);
 
-/// Makes an optimised function one for this caller. Contraction and budget stay as they are: but for
-/// vectors of unit length and placed objects the results are those of the function to the bit, and so is what it
-/// reports.
+/// Specialises an optimised function for this caller. Contraction and budget remain as they are: except for unit
+/// vectors and placed objects, results and reports are those of the function to the bit.
 pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
     if let Some(read) = &caller.read {
         run("dead_outputs", function, |function| dead_outputs::run(function, read));
@@ -170,7 +168,7 @@ pub fn specialise(function: &mut Function, caller: &Caller, optimize: bool) {
         run("simplify", function, simplify::run);
         run("unroll", function, unroll::run);
         run("simplify", function, simplify::run);
-        // Unrolling makes constants of indices, and with them more of the members known.
+        // Unrolling makes indices constant, so that more loads of known members can be replaced.
         run("specialise", function, |function| specialise::run(function, &caller.known));
         run("mem2reg", function, mem2reg::run);
         run("simplify", function, simplify::run);
@@ -230,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Other passes neither change what is contracted nor what that gives, nor the weights of rays.
+    /// Other passes change neither the set of contracted operations nor their results, nor the weights of rays.
     #[test]
     fn results_do_not_depend_on_how_much_is_optimized() {
         for seed in 1000..1200 {

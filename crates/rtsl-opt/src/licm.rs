@@ -1,18 +1,16 @@
-//! Loop-invariant motion: what gives the same value in every round is computed before the loop.
+//! Loop-invariant code motion: computes loop-invariant values before the loop.
 //!
-//! Moved are operations without effects, and whole `if`s of such, whose operands all come from outside
-//! the loop, from as many loops as that holds for. They are taken from the body of the loop and from
-//! the `if`s that stand directly in it, since a `for` becomes a loop whose body is an `if`;
-//! not from `if`s inside those, which more often are rare cases. All operations are defined
-//! for all operands, so that computing one too many changes nothing; loops, which might not end, stay
-//! where they are.
+//! Operations without effects, and whole `if`s of such operations, move out of all loops in which their operands are
+//! invariant. They are taken from the body of the loop and from the `if`s directly in it, since a `for` becomes a loop
+//! whose body is an `if`; not from `if`s nested in those, which more often are rare cases. All operations are defined
+//! for all operands, so speculative execution changes nothing. Loops, which might not end, do not move.
 
 use rtsl_ir::{Effect, Function, Op, OpKind, Region, Variable};
 
-/// Operations are taken from this many `if`s inside the body of a loop.
+/// The depth of nested `if`s in the body of a loop from which operations are taken.
 const MAX_IFS: u32 = 1;
 
-/// Moves what it can in all of `function`.
+/// Moves the loop-invariant operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut levels = Levels { variables: &function.variables, of: vec![0; function.values.len()] };
@@ -22,16 +20,16 @@ pub fn run(function: &mut Function) {
     function.body = body;
 }
 
-/// In how many loops values vary: a value of level 1 is the same in every round of a loop inside
-/// the outermost, wherever it is computed.
+/// The loop depth at which values vary: a value of level 1 is invariant in the loops inside the outermost one, wherever
+/// it is computed.
 struct Levels<'a> {
     variables: &'a [Variable],
-    /// By value.
+    /// The level of each value.
     of: Vec<u32>,
 }
 
 impl Levels<'_> {
-    /// Finds the levels in a region inside so many loops; the greatest of its operations and yields.
+    /// Computes the levels in a region at loop depth `loops`; returns the greatest of its operations and yields.
     fn region(&mut self, region: &Region, loops: u32) -> u32 {
         for param in &region.params {
             self.of[param.0 as usize] = loops;
@@ -46,7 +44,7 @@ impl Levels<'_> {
         yields.fold(greatest, u32::max)
     }
 
-    /// What cannot be moved has the level of where it is.
+    /// Computes the level of an operation. One that cannot be moved has the level of its position.
     fn op(&mut self, op: &Op, loops: u32) -> u32 {
         let mut level = 0;
         op.kind.for_each_operand(|value| level = level.max(self.of[value.0 as usize]));
@@ -65,22 +63,22 @@ impl Levels<'_> {
     }
 }
 
-/// Where a region is.
+/// The position of a region.
 #[derive(Clone, Copy)]
 struct Position {
-    /// Inside so many loops.
+    /// The loop depth.
     loops: u32,
-    /// Inside so many `if`s within the innermost of them.
+    /// The depth of `if`s within the innermost loop.
     ifs: u32,
 }
 
 struct Motion {
-    /// What [`Levels`] found, by value.
+    /// The levels by value, from [`Levels`].
     levels: Vec<u32>,
 }
 
 impl Motion {
-    /// Goes through a region; what leaves the innermost loop around it goes to `hoisted`.
+    /// Processes a region; operations that leave the innermost loop around it go to `hoisted`.
     fn region(&mut self, region: &mut Region, at: Position, hoisted: &mut Vec<Op>) {
         let mut ops = Vec::with_capacity(region.ops.len());
         for op in std::mem::take(&mut region.ops) {
@@ -93,7 +91,7 @@ impl Motion {
         region.ops = ops;
     }
 
-    /// An operation that stays, but not all that is in it.
+    /// Processes the regions of an operation that does not move as a whole.
     fn stay(&mut self, mut op: Op, at: Position, hoisted: &mut Vec<Op>, ops: &mut Vec<Op>) {
         match &mut op.kind {
             OpKind::Loop { body, .. } => {
@@ -115,8 +113,8 @@ impl Motion {
         ops.push(op);
     }
 
-    /// Whether an operation is to be done before the innermost loop. All results of one have the
-    /// same level; what has none has an effect or is of no use.
+    /// True if an operation is to move before the innermost loop. All results of one have the same level; an operation
+    /// without results has an effect or is dead.
     fn leaves(&self, op: &Op, at: Position) -> bool {
         at.ifs <= MAX_IFS
             && op.results.iter().next().is_some_and(|it| self.levels[it.0 as usize] < at.loops)

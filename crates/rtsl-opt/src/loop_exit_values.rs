@@ -1,17 +1,16 @@
-//! What a loop carries on, where that is nobody's business once it ends.
+//! Simplifies loop-carried values that are dead after the loop.
 //!
-//! A carried value whose result is not used matters only when the loop goes round again; so its next
-//! value may be simplified by what "again" being true says. `for (...; i++) { if (done) break; }`
-//! becomes a loop that goes on unless `done`, and whose counter stays where it is if `done`. After this
-//! pass the counter simply counts. For one ray that saves a select; for packets much
-//! more: rays that are still in the loop have counted equally far, so that the counter is one
-//! for all of them.
+//! A carried value whose result is unused matters only if the loop repeats, so its next value may be simplified under
+//! the assumption that the loop's condition is true. `for (...; i++) { if (done) break; }` becomes a loop that repeats
+//! unless `done`, with a counter that is unchanged if `done`. After this pass the counter is simply incremented. For
+//! one ray this saves a select; for packets much more: rays that are still in the loop have made the same number of
+//! iterations, so the counter is uniform.
 
 use std::collections::{HashMap, HashSet};
 
 use rtsl_ir::{BinaryOp, Constant, ConstantPool, Function, OpKind, Region, UnaryOp, Value, Values};
 
-/// Simplifies what the loops of `function` carry on.
+/// Simplifies the carried values of the loops of `function`.
 pub fn run(function: &mut Function) {
     let mut used = vec![false; function.values.len()];
     function.body.for_each_use(&mut |value| used[value.0 as usize] = true);
@@ -30,7 +29,7 @@ pub fn run(function: &mut Function) {
 }
 
 struct Pass<'a> {
-    /// By value, whether anything uses it.
+    /// For each value, true if it is used.
     used: Vec<bool>,
     known: HashMap<Value, Constant>,
     pool: &'a mut ConstantPool,
@@ -71,7 +70,7 @@ impl Pass<'_> {
     }
 }
 
-/// What is known of the values at the end of a loop's body if the loop goes round again.
+/// Facts about values at the end of a loop's body if the loop repeats.
 struct Facts<'a> {
     /// The operations of the body itself, by their results.
     defined: HashMap<Value, (&'a OpKind, u32)>,
@@ -85,8 +84,8 @@ impl<'a> Facts<'a> {
         });
         let mut facts = Facts { defined: results.collect(), truths: HashMap::new() };
         let mut open = vec![(again, true)];
-        // Each value is looked at once; where two facts exclude each other the loop never goes
-        // round again, and either will do.
+        // Each value is visited once. If two facts contradict each other the loop never repeats, and either may be
+        // used.
         while let Some((value, truth)) = open.pop() {
             if facts.truths.insert(value, truth).is_none() {
                 facts.conclude(value, truth, known, &mut open);
@@ -95,7 +94,7 @@ impl<'a> Facts<'a> {
         facts
     }
 
-    /// What follows from a bool being `truth`.
+    /// Adds the facts implied by a bool being `truth`.
     fn conclude(
         &self,
         value: Value,
@@ -123,7 +122,7 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// The value that `value` is when the facts hold, as far as selects and branches show.
+    /// Returns the value that `value` equals under the facts, as far as selects and branches determine it.
     fn follow(&self, mut value: Value) -> Value {
         while let Some((kind, index)) = self.defined.get(&value) {
             let chosen = match kind {
@@ -146,7 +145,7 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// What a region yields, if that is defined outside of it.
+/// Returns the yield of a region if it is defined outside of it.
 fn yielded_from_outside(region: &Region, index: u32) -> Option<Value> {
     let value = region.yields[index as usize];
     let mut inside = HashSet::new();

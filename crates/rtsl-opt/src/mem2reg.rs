@@ -1,10 +1,9 @@
-//! Slot promotion: slots that are only accessed at constant indices become values.
+//! Promotion of locals to values: applies to locals that are accessed at constant indices only.
 //!
-//! Each scalar of such a slot is a variable. A load is the variable's value at that point; where
-//! regions store to it, the `if` gets one more result for it and the loop carries one more
-//! value. That is the construction of SSA form on structured control flow, as in Brandis and
-//! Mössenböck, "Single-pass generation of static single-assignment form for structured languages"
-//! (1994). Which of the new results are needed is left to dead code elimination.
+//! Each scalar of such a local is tracked as one scalar variable. A load becomes the variable's value at that point;
+//! where regions store to it, the `if` gets one more result for it and the loop carries one more value. This is the
+//! construction of SSA form on structured control flow, as in Brandis and Mössenböck, "Single-pass generation of static
+//! single-assignment form for structured languages" (1994). Unneeded results are left to dead code elimination.
 
 use std::collections::BTreeSet;
 
@@ -15,18 +14,18 @@ use rtsl_ir::{
 
 use crate::substitution::Substitution;
 
-/// Longer slots stay: they are tables, not local variables.
-const MAX_SLOT_LEN: u32 = 64;
+/// The greatest length of a promoted local; longer ones are lookup tables.
+const MAX_LOCAL_LEN: u32 = 64;
 
-/// No more scalars of a function than this, so that regions do not yield hundreds of values.
+/// The greatest number of promoted scalars in a function, so that regions do not yield hundreds of values.
 const MAX_SCALARS: u32 = 512;
 
-/// Promotes the slots that can be.
+/// Promotes the locals of `function` within these limits.
 pub fn run(function: &mut Function) {
     let mut is_candidate: Vec<bool> = function
         .variables
         .iter()
-        .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_SLOT_LEN)
+        .map(|variable| variable.kind == VariableKind::Local && variable.len <= MAX_LOCAL_LEN)
         .collect();
     function.body.for_each_op(&mut |op| match op.kind {
         OpKind::Load(variable, Index::Dynamic(_))
@@ -48,7 +47,7 @@ pub fn run(function: &mut Function) {
     }
 }
 
-/// Promotes these slots, which are accessed at constant indices only.
+/// Promotes these locals, which are accessed at constant indices only.
 pub(crate) fn promote(function: &mut Function, locals: &[VariableId]) {
     let mut variables = Variables::default();
     variables.first.resize(function.variables.len(), None);
@@ -79,14 +78,14 @@ pub(crate) fn promote(function: &mut Function, locals: &[VariableId]) {
     constants.define_in(function);
 }
 
-/// The scalars of the slots that are promoted.
+/// The scalars of the promoted locals.
 #[derive(Default)]
 struct Variables {
-    /// For each place that is promoted its first variable.
+    /// For each promoted local, the index of its first scalar.
     first: Vec<Option<usize>>,
-    /// The type of each variable.
+    /// The type of each scalar.
     scalars: Vec<Scalar>,
-    /// What each is called.
+    /// The name of each scalar.
     names: Vec<Name>,
 }
 
@@ -100,8 +99,8 @@ impl Variables {
     }
 }
 
-/// Appends the variables that each operation with regions stores to, in the order of the text;
-/// returns those of the region.
+/// Appends the scalars that each operation with regions stores to, in the order of the text; returns those of the
+/// region.
 fn collect_stored(
     variables: &Variables,
     region: &Region,
@@ -129,9 +128,9 @@ fn collect_stored(
 struct Promotion<'a> {
     function: &'a mut Function,
     variables: Variables,
-    /// The value of each variable at the current position.
+    /// The value of each scalar at the current position.
     current: Vec<Value>,
-    /// What [`collect_stored`] found.
+    /// The result of [`collect_stored`].
     stored: std::vec::IntoIter<BTreeSet<usize>>,
     substitution: Substitution,
 }
@@ -149,7 +148,7 @@ impl Promotion<'_> {
         self.substitution.apply_to_yields(region);
     }
 
-    /// False: the operation is no longer needed.
+    /// Rewrites an operation; returns false if it is no longer needed.
     fn op(&mut self, op: &mut Op) -> bool {
         match &mut op.kind {
             OpKind::Load(variable, index) => match self.variables.at(*variable, *index) {
@@ -201,7 +200,7 @@ impl Promotion<'_> {
         }
     }
 
-    /// New values of these types, then one for each variable.
+    /// Allocates new values of these types, then one for each scalar.
     fn new_values(&mut self, scalars: &[Scalar], variables: &BTreeSet<usize>) -> Values {
         let added = variables.iter().map(|variable| self.variables.scalars[*variable]);
         let first = scalars.len();
@@ -213,7 +212,7 @@ impl Promotion<'_> {
         new
     }
 
-    /// One more result for each variable, which is its value from here on.
+    /// Adds a result for each scalar, which is its value from here on.
     fn extend_results(&mut self, results: &mut Values, variables: &BTreeSet<usize>) {
         if variables.is_empty() {
             return;
@@ -269,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dynamic_index_keeps_the_slot() {
+    fn a_dynamic_index_keeps_the_local() {
         let text = "
             %i: i32 = load scratch:i@0
             store local:r@1, %i

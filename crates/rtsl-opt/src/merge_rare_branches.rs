@@ -1,8 +1,8 @@
-//! Joining: rare cases that do not depend on each other are one branch.
+//! Merging of rare branches: independent rare cases become one branch.
 //!
-//! A logarithm treats zero, infinity and NaN in a branch that is seldom taken. The logarithms of three
-//! colours have three such branches, which keep apart what could be done side by side: constants are loaded
-//! again for each, and every branch is a test. So the branches become one:
+//! A logarithm handles zero, infinity and NaN in a rarely taken branch. The logarithms of three colours have three such
+//! branches, which prevent interleaving the computations: constants are loaded again for each, and every branch is a
+//! test. So the branches become one:
 //!
 //! ```text
 //! s = seldom(c)    x = if s { a } else { b }
@@ -11,9 +11,8 @@
 //! u = seldom(c | d)    x, y = if u { select(c, a, b), select(d, e, f) } else { b, f }
 //! ```
 //!
-//! What is done where a case is not rare moves before the branch, and what is computed from the first result
-//! comes after what the last condition needs. Only operations without effects change places, so operations
-//! with effects are walls.
+//! Operations of the common case move before the branch, and operations that use the first result move after those that
+//! the last condition needs. Only operations without effects are reordered; operations with effects are barriers.
 
 use std::collections::HashMap;
 
@@ -21,11 +20,11 @@ use rtsl_ir::{BinaryOp, Effect, Function, Op, OpKind, Region, Scalar, UnaryOp, V
 
 use crate::substitution::Substitution;
 
-/// So many operations at most lie between a branch and the next that joins it: what waits for them
-/// takes registers.
+/// The greatest number of operations between a branch and the next merged with it: values that wait for it occupy
+/// registers.
 const MAX_DISTANCE: usize = 128;
 
-/// Joins rare branches in all of `function`.
+/// Merges the rare branches of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let (seldom, substitution) = Default::default();
@@ -39,7 +38,7 @@ pub fn run(function: &mut Function) {
 
 struct Joining<'a> {
     function: &'a mut Function,
-    /// Conditions that are seldom true, and the bool that each is the same as.
+    /// Conditions that are rarely true, and the bool that each equals.
     seldom: HashMap<Value, Value>,
     substitution: Substitution,
 }
@@ -66,7 +65,7 @@ impl Joining<'_> {
         region.ops = ops;
     }
 
-    /// Joins branches among operations that may change places.
+    /// Merges branches among operations that may be reordered.
     fn join(&mut self, free: Vec<Op>, ops: &mut Vec<Op>) {
         let groups = self.groups(&free);
         if groups.is_empty() {
@@ -98,7 +97,7 @@ impl Joining<'_> {
         }
     }
 
-    /// The branches that become one, by their indices: no group depends on a later one.
+    /// Returns the groups of branches to merge, by their indices: no group depends on a later one.
     fn groups(&self, free: &[Op]) -> Vec<Vec<usize>> {
         let mut levels: Vec<Vec<usize>> = Vec::new();
         let mut depths = Depths::default();
@@ -116,7 +115,7 @@ impl Joining<'_> {
         groups.filter(|group| group.len() > 1).map(<[usize]>::to_vec).collect()
     }
 
-    /// A branch that is seldom taken, with neither branches nor loops inside.
+    /// True for a rare branch without branches or loops inside.
     fn is_rare(&self, op: &Op) -> bool {
         match &op.kind {
             OpKind::If { condition, then, otherwise } => {
@@ -165,21 +164,21 @@ impl Joining<'_> {
     }
 }
 
-/// What comes after one joined branch and before or in the next.
+/// The operations between one merged branch and the next, and those in the next.
 #[derive(Default)]
 struct Stage {
     others: Vec<Op>,
     branches: Vec<Op>,
 }
 
-/// How many branches lie before values, one after the other; 0 for those from elsewhere.
+/// For each value, the number of branches on the dependency path to it; 0 for values from elsewhere.
 #[derive(Default)]
 struct Depths {
     of: HashMap<Value, usize>,
 }
 
 impl Depths {
-    /// The greatest of what an operation uses, regions included.
+    /// Returns the greatest number of any operand, regions included.
     fn of(&self, op: &Op) -> usize {
         let mut greatest = 0;
         let mut visit = |value: Value| greatest = greatest.max(*self.of.get(&value).unwrap_or(&0));
@@ -195,7 +194,7 @@ impl Depths {
     }
 }
 
-/// Whether an operation or what is in its regions does more than give results, or may not end.
+/// True if an operation or its regions have effects or may not end.
 fn has_effect(op: &Op, variables: &[Variable]) -> bool {
     match &op.kind {
         OpKind::If { then, otherwise, .. } => {
@@ -311,7 +310,7 @@ mod tests {
         assert_eq!(transformed(text, run), unchanged);
     }
 
-    /// Takes all conditions for seldom true.
+    /// Marks all conditions as rarely true.
     fn make_rare(function: &mut Function, region: &mut Region) {
         for mut op in std::mem::take(&mut region.ops) {
             for region in op.kind.regions_mut() {

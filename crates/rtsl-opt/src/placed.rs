@@ -1,9 +1,9 @@
-//! Placed objects: the ray is taken into the object's own space.
+//! Placed objects: transforms the ray into object space.
 //!
-//! A placement is an affine map from the space of the call's rays into the space that the method was written
-//! for, three columns and where the origin goes. It is data of the object, so which of ray and placement is
-//! the same for all lanes is the shape's business. The parameter of points along the ray stays what
-//! it is, since the direction keeps the length that it is mapped to.
+//! A placement is an affine map from the space of the call's rays into the space for which the method was written: the
+//! images of the three axes and of the origin. It is data of the object, so the call mode determines if the placement,
+//! the ray or both are uniform. The parameter of points along the ray is preserved, since the direction is not
+//! normalised after the transformation.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Region, Scalar, Value, Variable,
@@ -12,17 +12,16 @@ use rtsl_ir::{
 
 use crate::substitution::Substitution;
 
-/// The member that holds the placement: nothing that a shader declares can have its name.
+/// The name of the member that holds the placement, which no shader can declare.
 pub const PLACEMENT: &str = "rt_Placement";
 
-/// The placement's scalars: the images of the three axes, then that of the origin.
+/// The number of the placement's scalars: the images of the three axes, then that of the origin.
 pub const PLACEMENT_SCALARS: u32 = 12;
 
 /// The state variables of a ray, in the order in which they are computed.
 const RAY: [&str; 3] = ["rt_RayOrigin", "rt_RayDirection", "rt_InverseRayDirection"];
 
-/// Takes what the function reads of the ray through its object's placement, with `fma` where `contract`
-/// says that products are contracted.
+/// Transforms the function's loads of the ray by its object's placement, with `fma` if `contract` is true.
 pub fn run(function: &mut Function, contract: bool) {
     let variables = RAY.map(|name| function.find_variable(VariableKind::State, name));
     if variables == [None; 3] {
@@ -43,7 +42,7 @@ pub fn run(function: &mut Function, contract: bool) {
     function.body = body;
 }
 
-/// Computes the ray in the object's space.
+/// Computes the ray in object space.
 struct Mapping<'a> {
     function: &'a mut Function,
     contract: bool,
@@ -51,9 +50,9 @@ struct Mapping<'a> {
 }
 
 impl Mapping<'_> {
-    /// The vectors of those of the places that the function has.
+    /// Returns the vectors of those variables that the function has.
     fn ray(&mut self, variables: &[Option<VariableId>; 3]) -> Vec<[Value; 3]> {
-        let placement = self.function.intern_place(Variable {
+        let placement = self.function.intern_variable(Variable {
             kind: VariableKind::Member,
             name: PLACEMENT.to_owned(),
             scalar: Scalar::F32,
@@ -78,7 +77,7 @@ impl Mapping<'_> {
     }
 
     fn direction(&mut self) -> VariableId {
-        self.function.intern_place(Variable {
+        self.function.intern_variable(Variable {
             kind: VariableKind::State,
             name: RAY[1].to_owned(),
             scalar: Scalar::F32,
@@ -124,7 +123,7 @@ impl Mapping<'_> {
 /// Replaces loads of the ray.
 struct Loads<'a> {
     function: &'a mut Function,
-    /// By place.
+    /// The replacement vectors, by variable.
     vectors: Vec<(VariableId, [Value; 3])>,
     substitution: Substitution,
 }
@@ -144,7 +143,7 @@ impl Loads<'_> {
         self.substitution.apply_to_yields(region);
     }
 
-    /// What stands for a load of the ray; operations that it needs go to `ops`.
+    /// Returns the replacement of a load of the ray; operations that it needs are appended to `ops`.
     fn mapped(&mut self, kind: &OpKind, ops: &mut Vec<Op>) -> Option<Value> {
         let OpKind::Load(variable, index) = kind else { return None };
         let (_, vector) = self.vectors.iter().find(|(mapped, _)| mapped == variable)?;
@@ -254,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn who_reads_no_ray_has_no_placement() {
+    fn a_method_that_reads_no_ray_has_no_placement() {
         let text =
             "function f scratch f: f32[1] { %a: f32 = load scratch:f@0 return scratch:f@0 = %a }";
         assert!(!placed(text, true).contains("rt_Placement"));

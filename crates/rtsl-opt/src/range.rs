@@ -1,16 +1,16 @@
-//! Range analysis: integers of which it is known where they lie need no clamps, and no tests.
+//! Range analysis of integers: removes clamps and tests that known bounds make redundant.
 //!
-//! Every integer and bool has an [`Interval`], found forward over the structured code by interval
-//! arithmetic (Harrison, "Compiler Analysis of the Value Ranges for Variables", 1977). Inside an `if` the
-//! condition narrows what it compares, and so does "again" for what a loop carries on. Carried values
-//! and slots are followed to a fixpoint: a bound that keeps moving is given up at the next constant of the
-//! function or the type's limit (widening) and then found again from there (narrowing).
+//! Every integer and bool has an [`Interval`], found forward over the structured code by interval arithmetic (Harrison,
+//! "Compiler Analysis of the Value Ranges for Variables", 1977). Inside an `if` the condition narrows the values it
+//! compares, and the condition of a loop narrows the carried values. Carried values and locals are iterated to a
+//! fixpoint: a bound that keeps moving jumps to the next constant of the function or the type's limit (widening) and is
+//! then refined from there (narrowing).
 //!
-//! Where intervals show it,
-//! - integers and bools of one possible value become constants, `min` and `max` one of their operands, and
-//!   a mask that keeps all bits goes;
-//! - division of what is not negative by a power of two becomes a shift, the remainder a mask;
-//! - a u32 below 2^31 becomes an f32 by way of i32, for which machines have an instruction.
+//! Where intervals permit it,
+//! - integers and bools with one possible value become constants, `min` and `max` become one of their operands, and a
+//!   mask that keeps all bits is removed;
+//! - division of a non-negative value by a power of two becomes a shift, the remainder a mask;
+//! - a u32 below 2^31 is converted to f32 through i32, for which machines have an instruction.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -22,21 +22,21 @@ use rtsl_ir::{
 use crate::conditions::Conditions;
 use crate::substitution::Substitution;
 
-/// Rounds after which moving bounds are given up.
+/// The number of rounds before moving bounds are widened.
 const ROUNDS_BEFORE_WIDENING: u32 = 3;
 
-/// Rounds after which whatever still moves is given up, in all loops and slots.
+/// The number of rounds after which every bound that still moves, in all loops and locals, becomes the type's limit.
 const MAX_ROUNDS: u32 = 12;
 
-/// Rounds in which bounds that were given up are found again.
+/// The number of rounds that refine widened bounds.
 const NARROWING_ROUNDS: u32 = 2;
 
-/// Uses the ranges in all of `function`.
+/// Applies range analysis to `function`.
 pub fn run(function: &mut Function) {
     run_knowing(function, &BTreeMap::new());
 }
 
-/// The same where scalars of members are known.
+/// Applies range analysis to `function` with known scalars of members.
 pub fn run_knowing(function: &mut Function, known: &BTreeMap<(VariableId, u32), Constant>) {
     let ranges = Ranges::find(function, known);
     let mut pool = ConstantPool::of(function);
@@ -48,19 +48,19 @@ pub fn run_knowing(function: &mut Function, known: &BTreeMap<(VariableId, u32), 
     pool.define_in(function);
 }
 
-/// What is known of the values of a function.
+/// The ranges of the values of a function.
 struct Ranges {
-    /// By value; `None` for f32 and for what has not been reached.
+    /// The range of each value; `None` for f32 and for unreachable values.
     of: Vec<Option<Interval>>,
     scalars: Vec<Scalar>,
-    /// By place, what a load may give.
+    /// For each variable, the range of a load.
     variables: Vec<Option<Interval>>,
-    /// Slots keep what was found of them until the end of a round.
+    /// For each local, the union of the values stored in the current round.
     stored: Vec<Option<Interval>>,
-    /// The carried values of each loop, by its first parameter.
+    /// The ranges of the carried values of each loop, by its first parameter.
     params: HashMap<Value, Vec<Option<Interval>>>,
     conditions: Conditions,
-    /// The integer constants of the function, in order: loops mostly end at one of them.
+    /// The integer constants of the function, in order: most loops are bounded by one of them.
     limits: Vec<i64>,
     phase: Phase,
     changed: bool,
@@ -70,9 +70,9 @@ struct Ranges {
 enum Phase {
     /// Bounds may move outward.
     Growing,
-    /// Bounds that move are given up.
+    /// Bounds that move jump to the next constant.
     Widening,
-    /// All that moves is given up altogether.
+    /// Bounds that move become the type's limits.
     GivingUp,
     /// Bounds move inward.
     Narrowing,
@@ -159,7 +159,7 @@ impl Ranges {
         }
     }
 
-    /// An operation without regions.
+    /// Computes the ranges of an operation without regions.
     fn plain(&mut self, op: &Op) {
         let Some(result) = op.results.iter().next() else { return };
         self.conditions.remember(op);
@@ -216,7 +216,7 @@ impl Ranges {
         self.params.insert(*first, params);
     }
 
-    /// The next carried values of a loop that goes round again; `None` for f32.
+    /// Returns the next carried values of a loop that repeats; `None` for f32.
     fn carried_on(&mut self, body: &Region) -> Vec<Option<Interval>> {
         let (again, next) = body.yields.split_first().expect("a loop's body yields a bool");
         let truths = self.conditions.conclusions(*again, true);
@@ -227,7 +227,7 @@ impl Ranges {
         self.assuming(*again, true, |ranges| next.iter().map(|value| ranges.get(*value)).collect())
     }
 
-    /// Does something where a bool is known.
+    /// Runs `work` under the assumption that a bool is `truth`.
     fn assuming<T>(&mut self, value: Value, truth: bool, work: impl FnOnce(&mut Self) -> T) -> T {
         let before = self.assume(value, truth);
         let result = work(self);
@@ -235,7 +235,7 @@ impl Ranges {
         result
     }
 
-    /// Narrows ranges by what a bool says; returns what they were.
+    /// Narrows ranges under the assumption that a bool is `truth`; returns the previous ranges.
     fn assume(&mut self, value: Value, truth: bool) -> Vec<(Value, Option<Interval>)> {
         let mut before = Vec::new();
         for (value, truth) in self.conditions.conclusions(value, truth) {
@@ -263,7 +263,7 @@ impl Ranges {
         before: &mut Vec<(Value, Option<Interval>)>,
     ) {
         let (Some(left), Some(right)) = (self.get(a), self.get(b)) else { return };
-        // Where it cannot hold nothing is ever done.
+        // If it cannot hold, the region is never executed.
         let Some((left, right)) = Interval::where_holds(op, left, right) else { return };
         for (value, range) in [(a, left), (b, right)] {
             before.push((value, self.get(value)));
@@ -271,7 +271,7 @@ impl Ranges {
         }
     }
 
-    /// What becomes of a range that is found anew.
+    /// Combines the previous and the new range of a value according to the phase.
     fn moved(
         &mut self,
         scalar: Scalar,
@@ -301,13 +301,13 @@ impl Ranges {
         })
     }
 
-    /// The greatest limit that is no greater.
+    /// Returns the greatest limit not above `value`.
     fn limit_below(&self, value: i64, all: Interval) -> i64 {
         let found = self.limits[..self.limits.partition_point(|limit| *limit <= value)].last();
         found.copied().unwrap_or(all.low).max(all.low)
     }
 
-    /// The least limit that is no less.
+    /// Returns the least limit not below `value`.
     fn limit_above(&self, value: i64, all: Interval) -> i64 {
         let found = self.limits.get(self.limits.partition_point(|limit| *limit < value));
         found.copied().unwrap_or(all.high).min(all.high)
@@ -325,14 +325,14 @@ impl Ranges {
         self.of[value.0 as usize] = range;
     }
 
-    /// The function's next value.
+    /// Adds the range of the function's next value.
     fn add(&mut self, scalar: Scalar, range: Option<Interval>) {
         self.scalars.push(scalar);
         self.of.push(range);
     }
 }
 
-/// The integer constants in a region, in order.
+/// Returns the integer constants in a region, in order.
 fn limits(region: &Region) -> Vec<i64> {
     let mut limits = Vec::new();
     collect_limits(region, &mut limits);
@@ -352,7 +352,7 @@ fn collect_limits(region: &Region, limits: &mut Vec<i64>) {
     }
 }
 
-/// The comparison of integers that holds where this one does not.
+/// Returns the negation of a comparison of integers.
 fn opposite(op: CompareOp) -> CompareOp {
     match op {
         CompareOp::Equal => CompareOp::NotEqual,
@@ -364,7 +364,7 @@ fn opposite(op: CompareOp) -> CompareOp {
     }
 }
 
-/// Of an `if` or select that is decided, for each result what it is.
+/// For an `if` or select with a known condition, pairs each result with the value it equals.
 fn taken(op: &Op, truths: &[(Value, bool)]) -> Vec<(Value, Value)> {
     let truth = |condition| truths.iter().find(|(value, _)| *value == condition).map(|it| it.1);
     match &op.kind {
@@ -383,7 +383,7 @@ fn taken(op: &Op, truths: &[(Value, bool)]) -> Vec<(Value, Value)> {
     }
 }
 
-/// What the scalars of a place have in common, if all are known.
+/// Returns the hull of the scalars of a variable, if all are known.
 fn known_range(
     variable: VariableId,
     len: u32,
@@ -395,7 +395,7 @@ fn known_range(
     ranges.try_fold(first, |all, range| Some(all.hull(range?)))
 }
 
-/// Rewrites operations by what is known.
+/// Rewrites operations using the ranges.
 struct Use<'a> {
     ranges: Ranges,
     pool: &'a mut ConstantPool,
@@ -403,7 +403,7 @@ struct Use<'a> {
     substitution: Substitution,
 }
 
-/// What becomes of an operation.
+/// The replacement of an operation.
 enum Rewritten {
     Value(Value),
     Kind(OpKind),
@@ -448,14 +448,14 @@ impl Use<'_> {
         ops.push(op);
     }
 
-    /// Does something where a bool is known.
+    /// Runs `work` under the assumption that a bool is `truth`.
     fn assuming(&mut self, value: Value, truth: bool, work: impl FnOnce(&mut Self)) {
         let before = self.ranges.assume(value, truth);
         work(self);
         self.ranges.restore(before);
     }
 
-    /// What an operation may be replaced by; `before` gets what must stand before it.
+    /// Returns the replacement of an operation; operations that it needs are appended to `before`.
     fn rewritten(&mut self, op: &Op, before: &mut Vec<Op>) -> Option<Rewritten> {
         let result = op.results.iter().next()?;
         let scalar = self.ranges.scalar(result);
@@ -526,13 +526,13 @@ impl Use<'_> {
     }
 }
 
-/// Which power of two the one value of the interval is.
+/// Returns the base-2 logarithm of the single value of the interval, if it is a power of two.
 fn power_of_two(interval: Interval) -> Option<u32> {
     let value = u32::try_from(interval.low).ok()?;
     (interval.low == interval.high && value.is_power_of_two()).then(|| value.trailing_zeros())
 }
 
-/// Whether a mask of this one value changes nothing.
+/// True if a mask with this single value keeps all bits of the interval.
 fn keeps_all_bits(interval: Interval, mask: Interval) -> bool {
     let used = u64::MAX.checked_shr(interval.high.leading_zeros()).unwrap_or(0) as i64;
     mask.low == mask.high && interval.low >= 0 && mask.low & used == used
@@ -544,7 +544,7 @@ mod tests {
 
     use crate::testing::{check_preserves, transformed};
 
-    /// Uses ranges and then removes what is unused.
+    /// Applies range analysis and dead code elimination.
     fn check(text: &str, expected: Expect) {
         let found = transformed(text, |function| {
             super::run(function);

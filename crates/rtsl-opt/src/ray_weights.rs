@@ -1,5 +1,5 @@
-//! Weights of traced rays: how much of the answer counts, so that hosts can leave rays untraced of whose light little
-//! would arrive.
+//! Weights of traced rays: bounds on the contribution of the answers, so that hosts can skip rays that contribute
+//! little light.
 //!
 //! # The rule
 //!
@@ -7,32 +7,32 @@
 //!
 //! | use | bound |
 //! |---|---|
-//! | a product, also within an fma | the factor's absolute value, times the bound of the product where all of its uses are of this table |
-//! | a negation, a choice of `select`, a yield of an `if` | the bound of what that gives |
+//! | a product, also within an fma | `abs` of the factor, times the product's bound if all its uses are in this table |
+//! | a negation, a choice of `select`, a yield of an `if` | the bound of the result |
 //! | anything else | none |
 //!
-//! A factor counts once, however often it stands there: contraction repeats a product in each sum that it is part of.
-//! The weight of a request is the greatest bound of its components, and 1 as before where a component has none: a
-//! factor must be known in front of the request, and the use must not stand in a loop of its own, which multiplies it.
-//! Operations that compute a factor behind the request are done once more in front of it; [`gvn`](crate::gvn)
-//! merges the two. Requests whose weight is not the constant 1 have theirs.
+//! A factor counts once, however often it occurs: contraction repeats a product in each sum that it is part of. The
+//! weight of a request is the greatest bound of its components, or remains 1 if a component has none. A factor must be
+//! known before the request, and the use must not be in a further loop, which would repeat it. Operations that compute
+//! a factor after the request are duplicated before it; [`gvn`](crate::gvn) merges the two. Requests whose weight is
+//! not the constant 1 keep theirs.
 //!
-//! What a factor that is NaN makes of the weight is left to `max`: NaN, by which no host leaves out a ray, or the bound
-//! of the other components; the product is NaN with any answer.
+//! A NaN factor has the effect of `max`: the weight is NaN, for which no host skips a ray, or the bound of the other
+//! components; the product is NaN with any answer.
 //!
-//! This pass comes before those that only make a function faster, and always, so that weights are a function of the
-//! text alone: they have the same bits however much is optimised and whatever is known of the caller. Before it
-//! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave the uses that count.
+//! This pass runs before those that only make a function faster, and at every level, so that weights depend on the
+//! source alone: they have the same bits at every level of optimisation and for every caller. Before it
+//! [`mem2reg`](crate::mem2reg) and [`dce`](crate::dce) leave only the uses that count.
 
 use rtsl_ir::{
     BinaryOp, Constant, Function, Op, OpKind, Region, Scalar, UnaryOp, Value, Values, Variable,
     VariableKind,
 };
 
-/// How many uses are looked at and operations copied for one request, at most: what takes more has no bound.
+/// The greatest number of uses visited and operations copied per request; beyond it there is no bound.
 const MAX_STEPS: u32 = 128;
 
-/// Weighs all requests of `function`.
+/// Computes the weights of all requests of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut traces = false;
@@ -44,17 +44,17 @@ pub fn run(function: &mut Function) {
     function.body = body;
 }
 
-/// How a value is used.
+/// A use of a value.
 #[derive(Clone, Copy)]
 enum Use {
-    /// Multiplied.
+    /// As a factor of a product.
     Factor {
-        /// With this.
+        /// The other factor.
         by: Value,
-        /// The product, where nothing is added to it.
+        /// The product, if nothing is added to it.
         product: Option<Value>,
     },
-    /// This value may be it, or it with the other sign.
+    /// Passed on, possibly negated, as this value.
     Passed(Value),
     Other,
 }
@@ -65,13 +65,13 @@ impl Use {
     }
 }
 
-/// Where values come from and where they go.
+/// The definitions and uses of values.
 struct Flow {
-    /// For each value the operation that can be done once more elsewhere to have it.
+    /// For each value, the operation that defines it if it can be duplicated.
     definitions: Vec<Option<Op>>,
-    /// For each value its uses, with the number of the innermost loop.
+    /// For each value its uses, with the index of the innermost loop.
     uses: Vec<Vec<(Use, u32)>>,
-    /// For each value the number of the innermost loop around its definition; 0 for none.
+    /// For each value, the index of the innermost loop around its definition; 0 for none.
     loops: Vec<u32>,
     loop_count: u32,
 }
@@ -89,7 +89,7 @@ impl Flow {
         flow
     }
 
-    /// A region in this loop, whose yields become these results.
+    /// Collects a region in this loop, whose yields become these results.
     fn region(
         &mut self,
         variables: &[Variable],
@@ -156,7 +156,7 @@ impl Flow {
     }
 }
 
-/// Whether the operation gives the same wherever its operands are known, and is worth it.
+/// True if the operation depends on its operands only and is cheap enough to duplicate.
 fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
     match kind {
         OpKind::Constant(_)
@@ -187,7 +187,7 @@ fn can_be_copied(kind: &OpKind, variables: &[Variable]) -> bool {
 struct Weighing<'a> {
     function: &'a mut Function,
     flow: Flow,
-    /// For each value whether it can be used at the current position.
+    /// For each value, true if it can be used at the current position.
     visible: Vec<bool>,
 }
 
@@ -210,7 +210,7 @@ impl Weighing<'_> {
         region.ops = ops;
     }
 
-    /// Only values of the function as it was are asked for.
+    /// Marks values as visible; only values of the original function are queried.
     fn show(&mut self, values: impl Iterator<Item = Value>, visible: bool) {
         for value in values {
             if let Some(entry) = self.visible.get_mut(value.0 as usize) {
@@ -226,7 +226,7 @@ impl Weighing<'_> {
         definition.as_ref().is_some_and(|op| op.kind == one)
     }
 
-    /// Gives a request its weight; `before` gets what computes it.
+    /// Computes the weight of a request; the operations are appended to `before`.
     fn weigh(&mut self, op: &mut Op, before: &mut Vec<Op>) {
         let within = self.flow.loops[op.results.first as usize];
         let code = Code::default();
@@ -240,28 +240,28 @@ impl Weighing<'_> {
     }
 }
 
-/// What stands in front of a request to compute its weight.
+/// The operations before a request that compute its weight.
 #[derive(Default)]
 struct Code {
     ops: Vec<Op>,
-    /// What has been copied, and the copy's result.
+    /// Pairs of a copied value and its copy.
     copies: Vec<(Value, Value)>,
 }
 
 /// The bounds of one request's components.
 struct Bounds<'w, 'f> {
     weighing: &'w mut Weighing<'f>,
-    /// The loop that the request stands in.
+    /// The loop that contains the request.
     within: u32,
     code: Code,
-    /// How many more uses and operations are looked at.
+    /// The number of uses and operations that may still be visited.
     steps: u32,
 }
 
 impl Bounds<'_, '_> {
     fn greatest(&mut self, components: Values) -> Option<Value> {
         let mut greatest = None;
-        // What nobody uses has the bound 0, which is no greater than others.
+        // An unused component has the bound 0, which never exceeds the others.
         let used = |component: &Value| !self.weighing.flow.uses[component.0 as usize].is_empty();
         let used: Vec<Value> = components.iter().filter(used).collect();
         for component in used {
@@ -316,7 +316,7 @@ impl Bounds<'_, '_> {
         }
     }
 
-    /// A value in front of the request.
+    /// Returns a copy of a value before the request.
     fn copy(&mut self, value: Value) -> Option<Value> {
         if self.weighing.visible[value.0 as usize] {
             return Some(value);
@@ -356,7 +356,8 @@ mod tests {
 
     use crate::testing::{check_preserves, function_of, transformed};
 
-    /// `%r`, `%g`, `%b` are the answer; `%a` to `%d` are known before it.
+    /// Runs the pass on a trace with this continuation: `%r`, `%g`, `%b` are the answer; `%a` to `%d` are known before
+    /// it.
     fn weighed(rest: &str) -> String {
         let text = format!(
             "%a: f32 = load scratch:f@0 %b: f32 = load scratch:f@1 %c: f32 = load scratch:f@2
@@ -473,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_branch_yields_counts_by_its_uses() {
+    fn a_branch_result_counts_by_its_uses() {
         expect![[r#"
             %4: f32 = constant 1.0
             %5: f32 = abs %1
@@ -506,9 +507,9 @@ mod tests {
             "%x: f32 = multiply %red, %b return scratch:f@0 = %x, scratch:f@1 = %red",
             "%x: f32 = multiply %red, %red return scratch:f@0 = %x",
             "%x: f32 = fma %red, %a, %red return scratch:f@0 = %x",
-            // A number that is drawn after the request.
+            // A random number drawn after the request.
             "%n: f32 = rand %x: f32 = multiply %red, %n return scratch:f@0 = %x",
-            // As often as the loop runs.
+            // The factor applies once per iteration.
             "%s: f32 = loop (%sum: f32 = %a) {
                 %x: f32 = fma %red, %b, %sum %more: bool = less %x, %c repeat %more, %x
             } return scratch:f@0 = %s",
@@ -521,7 +522,7 @@ mod tests {
         }
     }
 
-    /// Neither does it take long, nor much of the stack.
+    /// A long chain takes neither much time nor much of the stack.
     #[test]
     fn a_long_chain_has_no_bound() {
         let mut rest = String::from("%x0: f32 = multiply %red, %b %m0: f32 = sqrt %a");
@@ -534,7 +535,7 @@ mod tests {
         assert!(!weighed(&rest).contains("abs"));
     }
 
-    /// Weights that are known already stay.
+    /// Known weights are kept.
     #[test]
     fn runs_once() {
         let text = "

@@ -1,14 +1,13 @@
-//! Folding: operations on constants are computed, exact algebra is applied, and control that is
-//! decided goes away.
+//! Folding: computes operations on constants, applies exact algebra and removes decided control flow.
 //!
-//! - An operation whose operands are constants is the constant that the interpreter would compute; others
-//!   are rewritten by the rules of the `algebra` module.
-//! - An `if` with a known condition is its region. Inside the regions of any other its
-//!   condition is known, and what was selected by it before is the side that was chosen.
-//! - An `if` whose regions yield one and the same value gives that value.
-//! - A loop that never runs again is its body; a carried value that never changes is its first.
+//! - An operation whose operands are constants becomes the constant that the interpreter would compute; others are
+//!   rewritten by the rules of the `algebra` module.
+//! - An `if` with a known condition becomes its region. Inside the regions of any other its condition is known, and
+//!   earlier selects by it are the chosen side.
+//! - An `if` whose regions yield the same value gives that value.
+//! - A loop that never repeats becomes its body; a carried value that never changes becomes its initial value.
 //!
-//! What has become unused is left to dead code elimination.
+//! Unused operations are left to dead code elimination.
 
 use std::collections::HashMap;
 
@@ -17,13 +16,13 @@ use rtsl_ir::{Constant, Function, Op, OpKind, Region, UnaryOp, Value};
 use crate::algebra::{Definition, Facts, Simplified, simplify};
 use crate::substitution::Substitution;
 
-/// Rules are applied to the result of a rule, so often.
+/// The greatest number of successive rules applied to an operation.
 const MAX_STEPS: u32 = 8;
 
-/// So many selects by a condition are looked at where it is known, the last ones.
+/// The greatest number of selects by a condition that are replaced where it is known, the last ones.
 const MAX_CHOSEN: usize = 32;
 
-/// Folds all of `function`.
+/// Folds the operations of `function`.
 pub fn run(function: &mut Function) {
     let mut body = std::mem::take(&mut function.body);
     let mut folding = Folding {
@@ -67,7 +66,7 @@ impl Folding<'_> {
         }
     }
 
-    /// An operation without regions.
+    /// Folds an operation without regions.
     fn fold_plain(&mut self, mut op: Op, out: &mut Vec<Op>) {
         for _ in 0..MAX_STEPS {
             let facts = Facts {
@@ -122,7 +121,7 @@ impl Folding<'_> {
         out.push(op);
     }
 
-    /// Does something where a bool is known.
+    /// Runs `work` under the assumption that a bool is `is`.
     fn assuming(&mut self, condition: Value, is: bool, work: impl FnOnce(&mut Self)) {
         let opposite = match self.definitions[condition.0 as usize] {
             Some(Definition::Unary(UnaryOp::Not, opposite)) => Some(opposite),
@@ -150,7 +149,7 @@ impl Folding<'_> {
         }
     }
 
-    /// What was selected by a condition, and the side that it is where that is known.
+    /// Returns the selects by a condition, with the side chosen if it is `is`.
     fn chosen(&self, condition: Value, is: bool) -> impl Iterator<Item = (Value, Value)> {
         let selected = self.selected.get(&condition).into_iter().flatten();
         selected
@@ -168,7 +167,7 @@ impl Folding<'_> {
                 self.substitution.set(op.results.get(index as u32), *first);
             }
         }
-        // What is known to run once is folded once, as the body that it becomes.
+        // A loop known to run once is folded once, as the body that replaces it.
         if !self.runs_once(body) {
             self.region(body);
         }
@@ -196,7 +195,7 @@ mod tests {
 
     use crate::testing::{check_preserves, transformed};
 
-    /// Folds and then removes what is unused.
+    /// Folds and then eliminates dead code.
     fn check(text: &str, expected: Expect) {
         let folded = transformed(text, |function| {
             super::run(function);
@@ -223,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_selected_by_a_condition_is_one_side_where_that_is_known() {
+    fn a_select_is_one_side_where_its_condition_is_known() {
         let text = "
             %c: bool = load scratch:b@0 %x: f32 = load scratch:f@0 %y: f32 = load scratch:f@1
             %s: f32 = select %c, %x, %y %n: bool = not %c
@@ -374,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_loop_never_changes_is_not_carried() {
+    fn unchanged_carried_values_are_removed() {
         let text = "
             %x: f32 = load scratch:f@0 %c: bool = load scratch:b@0
             %r: f32, %s: f32, %q: f32 = loop (%p: f32 = %x, %k: f32 = %x, %m: f32 = %x) {

@@ -1,12 +1,12 @@
-//! Specialisation: members of known value become constants.
+//! Specialisation: replaces members of known value by constants.
 
 use std::collections::BTreeMap;
 
 use rtsl_ir::{Constant, Function, Index, OpKind, Region, VariableId};
 
-/// Replaces loads of these scalars of places by their values. Loads at dynamic indices stay.
+/// Replaces loads of these scalars of variables by their values. Loads at dynamic indices remain.
 ///
-/// The values must have the types of their places; folding then spreads them.
+/// The values must have the types of their variables; folding then propagates them.
 pub fn run(function: &mut Function, known: &BTreeMap<(VariableId, u32), Constant>) {
     region(&mut function.body, known);
 }

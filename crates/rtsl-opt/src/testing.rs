@@ -1,17 +1,17 @@
-//! What the tests of passes share.
+//! Helpers shared by the tests of passes.
 
 use rtsl_ir::{Constant, Function, Interpreter, Outcome, verify::verify};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function};
 
-/// Places that the bodies of tests may name.
-const PLACES: &str = "
+/// The variables that the bodies of tests may use.
+const VARIABLES: &str = "
     scratch f: f32[4] scratch i: i32[4] scratch u: u32[4] scratch b: bool[4]
     member m: f32[3] member n: i32[3] buffer t: f32[3] local s: f32[4] local q: f32[4] local r: i32[4]
     accepted hit: bool[1]";
 
-/// The function with these places and this body.
+/// Parses a function with these variables and this body.
 pub(crate) fn function_of(body: &str) -> Function {
-    let function: Function = match format!("function f {PLACES} {{ {body} }}").parse() {
+    let function: Function = match format!("function f {VARIABLES} {{ {body} }}").parse() {
         Ok(function) => function,
         Err(error) => panic!("{error}\n{body}"),
     };
@@ -19,7 +19,7 @@ pub(crate) fn function_of(body: &str) -> Function {
     function
 }
 
-/// The body after a pass, without the loads from scratch that tests start with, numbered anew.
+/// Returns the renumbered body after a pass, without the loads from scratch that tests start with.
 pub(crate) fn transformed(body: &str, pass: impl FnOnce(&mut Function)) -> String {
     let mut function = function_of(body);
     pass(&mut function);
@@ -31,7 +31,7 @@ pub(crate) fn transformed(body: &str, pass: impl FnOnce(&mut Function)) -> Strin
     lines.map(|line| format!("{}\n", line.strip_prefix("  ").unwrap_or(line))).collect()
 }
 
-/// Checks on generated functions that a pass keeps functions valid and results the same to the bit.
+/// Checks on generated functions that a pass keeps functions valid and preserves results to the bit.
 pub(crate) fn check_preserves(pass: impl Fn(&mut Function)) {
     for seed in 0..300 {
         let size = 40 + seed as usize * 3;
@@ -47,12 +47,12 @@ pub(crate) fn check_preserves(pass: impl Fn(&mut Function)) {
     }
 }
 
-/// What a function leaves in its places but for slots, whatever the weights of its rays.
+/// Returns the content of a function's variables, except locals, after a run, ignoring the weights of its rays.
 pub(crate) fn outcome(function: &Function, inputs: &[u8]) -> (Vec<Vec<Constant>>, Outcome) {
     outcome_with(HashHost::ignoring_weights(), function, inputs)
 }
 
-/// The same with this host.
+/// Like [`outcome`], with this host.
 pub(crate) fn outcome_with(
     mut host: HashHost,
     function: &Function,

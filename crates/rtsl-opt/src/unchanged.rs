@@ -1,29 +1,29 @@
-//! Outputs that leave a place as it was are no outputs: the caller need not store what it has there.
+//! Unchanged outputs: removes outputs that store the value the variable already has.
 //!
-//! A camera that does not touch the ray's greatest distance, say, is lowered to yield what it loaded.
+//! A camera that does not change the ray's greatest distance, for example, is lowered to yield the value it loaded.
 //!
-//! This holds where a kernel stores to the lane that it reads. Where all lanes read what one has and store to their own,
-//! it does not: there [`restore`] makes them outputs again, so that what is stored does not depend on what the passes
-//! found out.
+//! This is valid if a kernel stores to the lane that it reads. It is not if all lanes read one lane and store to
+//! separate ones: there [`restore`] makes them outputs again, so that the stored values do not depend on the
+//! optimisations applied.
 
 use std::collections::HashSet;
 
 use rtsl_ir::{Function, Index, OpKind, Output, Value, Variable, VariableKind};
 
-/// A scalar of a place: an output of a function, whatever the numbers of its places are.
+/// A scalar of a variable, identified independently of the variable's index in a function.
 pub type VariableScalar = (Variable, u32);
 
-/// The outputs of a function.
+/// Returns the outputs of a function.
 pub fn outputs(function: &Function) -> impl Iterator<Item = VariableScalar> {
     function.outputs.iter().map(|it| (function.variable(it.variable).clone(), it.component))
 }
 
-/// Makes scalars of places outputs that yield what is in them.
+/// Makes scalars of variables outputs that yield their current values.
 pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'a VariableScalar>) {
     let mut loads = Vec::new();
     for (variable, component) in scalars {
         let (scalar, component) = (variable.scalar, *component);
-        let variable = function.intern_place(variable.clone());
+        let variable = function.intern_variable(variable.clone());
         let load = OpKind::Load(variable, Index::Constant(component));
         let value = function.push(&mut loads, scalar, load);
         function.outputs.push(Output { variable, component });
@@ -32,7 +32,7 @@ pub fn restore<'a>(function: &mut Function, scalars: impl IntoIterator<Item = &'
     function.body.ops.splice(0..0, loads);
 }
 
-/// Removes such outputs of state and scratch.
+/// Removes unchanged outputs of state and scratch.
 pub fn run(function: &mut Function) {
     let mut loaded: HashSet<(Value, Output)> = HashSet::new();
     function.body.for_each_op(&mut |op| {
@@ -62,7 +62,7 @@ mod tests {
     use crate::testing::{check_preserves, transformed};
 
     #[test]
-    fn only_what_stays_in_its_place_goes() {
+    fn only_unchanged_outputs_are_removed() {
         let text = "
             %a: f32 = load scratch:f@0 %b: f32 = load scratch:f@1 %m: f32 = load member:m@0
             return scratch:f@0 = %a, scratch:f@1 = %a, scratch:f@2 = %b, member:m@0 = %m";
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn what_went_is_restored() {
+    fn removed_outputs_are_restored() {
         let text = "
             %a: f32 = load scratch:f@0 %m: f32 = load member:m@0
             return scratch:f@0 = %a, scratch:f@1 = %m";

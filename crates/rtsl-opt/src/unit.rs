@@ -1,8 +1,7 @@
-//! Vectors of unit length: the sum of their components' squares is 1.
+//! Unit vectors: replaces the sum of the squares of their components by 1.
 //!
-//! Which places hold such vectors is a promise of the caller. As numbers are rounded the sum
-//! is 1 only nearly, so this changes results. Folding then makes 1 of a vector's length, and the vector itself
-//! of what normalises it.
+//! The caller guarantees that the variables hold unit vectors. Because of rounding the sum is only nearly 1, so this
+//! changes results. Folding then reduces a vector's length to 1 and a normalised vector to the vector itself.
 
 use std::collections::HashMap;
 
@@ -10,7 +9,7 @@ use rtsl_ir::{
     BinaryOp, Constant, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value, VariableId,
 };
 
-/// Replaces the squares of the lengths of these places, three f32 each, by 1.
+/// Replaces the squared lengths of these variables, three f32 each, by 1.
 pub fn run(function: &mut Function, vectors: &[VariableId]) {
     let mut body = std::mem::take(&mut function.body);
     let mut squares =
@@ -19,17 +18,17 @@ pub fn run(function: &mut Function, vectors: &[VariableId]) {
     function.body = body;
 }
 
-/// A component of a vector, or some of its components.
+/// A component index of a vector variable, or a bit mask of components.
 type Part = (VariableId, u32);
 
-/// All three components, a bit each.
+/// The mask of all three components.
 const ALL: u32 = 0b111;
 
 struct Squares<'a> {
     vectors: &'a [VariableId],
     /// Values that are a component of a vector, or its negative.
     components: HashMap<Value, Part>,
-    /// Values that are sums of the squares of different components, a bit each.
+    /// Values that are sums of the squares of different components, as bit masks.
     squares: HashMap<Value, Part>,
     function: &'a mut Function,
 }
@@ -86,7 +85,7 @@ impl Squares<'_> {
     }
 }
 
-/// The sum of two, if they are of one vector and have no component in common.
+/// Returns the union of two masks if they belong to one vector and are disjoint.
 fn disjoint((a, left): Part, (b, right): Part) -> Option<Part> {
     (a == b && left & right == 0).then_some((a, left | right))
 }

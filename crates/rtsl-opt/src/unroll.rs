@@ -1,24 +1,24 @@
-//! Unrolling: a loop that runs a small, known number of times becomes so many copies of its body.
+//! Loop unrolling: replaces a loop with a small, known trip count by copies of its body.
 //!
-//! The number is found by running the loop on what is constant in it: carried values that
-//! start as constants, and what follows from them. A loop is unrolled if "again" is known each time
-//! and there are at most [`MAX_TRIPS`] rounds of at most [`MAX_OPS`] operations in all, inner loops
-//! first. Indices that count the rounds become constants, so that slots can be promoted after this.
+//! The trip count is found by running the loop on its constant part: carried values that start as constants, and values
+//! computed from them. A loop is unrolled if its condition is known in each iteration and there are at most
+//! [`MAX_TRIPS`] iterations of at most [`MAX_OPS`] operations in all, inner loops first. Indices that count the
+//! iterations become constants, so that [`mem2reg`](crate::mem2reg) can promote locals afterwards.
 
 use rtsl_ir::{Constant, Function, Op, OpKind, Region, Value, Values, evaluate};
 
 use crate::substitution::Substitution;
 
-/// Rounds of a loop that is unrolled.
+/// The greatest trip count of an unrolled loop.
 pub const MAX_TRIPS: u32 = 16;
 
-/// Operations that the copies of a loop's body may have.
+/// The greatest number of operations in the copies of a loop's body.
 pub const MAX_OPS: u32 = 256;
 
-/// Operations that all copies in a function may have.
+/// The greatest number of operations in all copies in a function.
 pub const MAX_TOTAL_OPS: u32 = 16_384;
 
-/// Unrolls what it can in all of `function`.
+/// Unrolls the loops of `function` within these limits.
 pub fn run(function: &mut Function) {
     let mut known = vec![None; function.values.len()];
     function.body.for_each_op(&mut |op| {
@@ -41,12 +41,12 @@ pub fn run(function: &mut Function) {
 
 struct Unrolling<'a> {
     function: &'a mut Function,
-    /// The constants, by value; while a loop is tried also what is constant in a round.
+    /// The constants, by value; during a trial run also the values constant in the iteration.
     known: Vec<Option<Constant>>,
     substitution: Substitution,
-    /// The latest copies of values that are defined in what has been copied.
+    /// The latest copies of the values defined in copied regions.
     names: Substitution,
-    /// Operations that may still be added.
+    /// The number of operations that may still be added.
     left: u32,
 }
 
@@ -70,7 +70,7 @@ impl Unrolling<'_> {
         self.substitution.apply_to_yields(region);
     }
 
-    /// How often the body runs, if that is known and little enough.
+    /// Returns the trip count if it is known and within the limits.
     fn trips(&mut self, initial: &[Value], body: &Region) -> Option<u32> {
         let size = count_ops(body);
         let limit = MAX_TRIPS.min(MAX_OPS.min(self.left).checked_div(size).unwrap_or(MAX_TRIPS));
@@ -96,7 +96,7 @@ impl Unrolling<'_> {
         trips
     }
 
-    /// Finds what is constant in a region, with what is known of its parameters.
+    /// Finds the constants in a region from the known parameters.
     fn follow(&mut self, region: &Region) {
         for op in &region.ops {
             match &op.kind {
@@ -121,7 +121,7 @@ impl Unrolling<'_> {
         }
     }
 
-    /// Of what was found in a trial, keeps what holds in every round.
+    /// Removes the constants of a trial run that do not hold in every iteration.
     fn forget(&mut self, body: &Region) {
         body.params.iter().for_each(|param| self.set_known(*param, None));
         body.for_each_op(&mut |op| {
@@ -167,7 +167,7 @@ impl Unrolling<'_> {
         self.substitution.set_all(results, carried);
     }
 
-    /// Copies of operations, with new values.
+    /// Copies operations, with new values.
     fn copies(&mut self, ops: &[Op]) -> Vec<Op> {
         ops.iter().map(|op| self.copy(op)).collect()
     }

@@ -1,4 +1,4 @@
-//! Large and deep functions: in time, and without overflowing the stack of a small thread.
+//! Large and deeply nested functions: bounded time, and no overflow of the stack of a small thread.
 
 use rtsl_ir::verify::verify;
 use rtsl_ir::{
@@ -24,7 +24,7 @@ fn optimize_and_run(mut function: Function) {
     Interpreter::prepare(&function).unwrap().run(0, &mut memory, &mut HashHost::default());
 }
 
-/// As deep as the verifier lets it, alternating between `if` and loops.
+/// The greatest depth that the verifier accepts, alternating between `if` and loops.
 #[test]
 fn the_deepest_nesting() {
     let (mut builder, variable) = builder();
@@ -75,7 +75,7 @@ fn very_many_operations() {
     optimize_and_run(builder.finish());
 }
 
-/// Very many loops, each with the same few rounds.
+/// Very many loops, each with the same small number of iterations.
 #[test]
 fn very_many_loops() {
     let (mut builder, variable) = builder();

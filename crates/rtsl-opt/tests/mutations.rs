@@ -1,13 +1,11 @@
-//! Functions that nobody would write: what the verifier lets through makes no later stage panic or
-//! change its results.
+//! Mutated functions: those that the verifier accepts neither make a later stage panic nor change its results.
 
 use rtsl_ir::verify::verify;
 use rtsl_ir::{Constant, Function, Interpreter, Outcome};
 use rtsl_opt::{Options, budget, optimize};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, seeded_function};
 
-/// The printed form of a generated function with some uses of values exchanged for others, and now
-/// and then any word.
+/// Prints a generated function with some uses of values exchanged for others, and occasionally a random word.
 fn mutated_text(seed: u64) -> String {
     let text = seeded_function(seed, 150).to_string();
     let mut words: Vec<&str> = text.split_inclusive([' ', ',', '\n']).collect();
@@ -38,7 +36,7 @@ fn outcome(function: &Function) -> (Vec<Vec<Constant>>, Outcome) {
 }
 
 #[test]
-fn what_verifies_can_be_optimized_and_run() {
+fn verified_functions_can_be_optimized_and_run() {
     let mut verified = 0;
     for seed in 0..1500 {
         let Ok(mut function) = mutated_text(seed).parse::<Function>() else { continue };
@@ -46,7 +44,7 @@ fn what_verifies_can_be_optimized_and_run() {
             continue;
         }
         verified += 1;
-        // A loop may have lost its end; with the budget in it a loop has one that passes keep.
+        // A mutated loop may not end; the budget inserts an exit that passes preserve.
         budget::run(&mut function, 500);
         let expected = outcome(&function);
         let options = Options { contract: false, ..Options::default() };

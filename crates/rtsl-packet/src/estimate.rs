@@ -1,7 +1,7 @@
-//! How long packet code takes, roughly: what of it waits for earlier results, and what there is to do.
+//! A rough estimate of the execution time of packet code: latency and throughput.
 //!
-//! Latencies and rates are about those of today's processors, in cycles; nothing here decides what
-//! a result is. Work on uniform values is not counted, for little of it is left in the body.
+//! Latencies and rates approximate those of current processors, in cycles; they do not affect results. Work on uniform
+//! values is not counted, since little of it is left in the body.
 
 use std::collections::HashMap;
 
@@ -10,33 +10,33 @@ use rtsl_ir::{BinaryOp, Index, Scalar, UnaryOp, Value, VariableKind};
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region, Type};
 
-/// Operations that a processor looks at ahead of the oldest that is not done.
+/// The size of the processor's out-of-order window, in operations.
 const WINDOW: f32 = 224.0;
 
-/// Operations on vectors that begin in a cycle.
+/// The number of vector operations issued per cycle.
 const RATE: f32 = 3.0;
 
-/// How often a loop is taken to go round.
+/// The assumed trip count of a loop.
 const ROUNDS: f32 = 8.0;
 
-/// The time of one chunk of a kernel.
+/// The estimated time of one chunk of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Operations on lanes in the text of the body.
+    /// The number of operations on lanes in the code of the body.
     pub operations: u32,
-    /// Cycles in which operations begin.
+    /// Issue cycles.
     pub issue: f32,
-    /// Cycles of the unit that divides and takes roots.
+    /// Cycles of the divide and square root unit.
     pub divider: f32,
-    /// Cycles until results are there, less those in which the processor does later chunks, or rounds
-    /// of loops, as far as it looks ahead.
+    /// Cycles of latency, less those in which the processor executes later chunks, or iterations of loops, within its
+    /// window.
     pub waiting: f32,
-    /// It has a loop.
+    /// True if it has a loop.
     pub loops: bool,
 }
 
 impl Estimate {
-    /// Of the body of `kernel`.
+    /// Estimates the body of `kernel`.
     pub fn new(kernel: &Kernel) -> Estimate {
         let mut walk = Walk {
             kernel,
@@ -56,22 +56,22 @@ impl Estimate {
         }
     }
 
-    /// Cycles for which the execution units are busy.
+    /// Returns the cycles for which the execution units are busy.
     pub fn busy(&self) -> f32 {
         self.issue.max(self.divider)
     }
 }
 
-/// The part of `cycles` that passes while the processor can't look further ahead.
+/// Returns the part of `cycles` during which the window is exhausted.
 fn beyond_window(cycles: f32, operations: f32) -> f32 {
     cycles * operations / (operations + WINDOW)
 }
 
-/// What execution units do.
+/// The load of the execution units.
 #[derive(Clone, Copy, Default)]
 struct Work {
     operations: f32,
-    /// Cycles of the unit that divides and takes roots.
+    /// Cycles of the divide and square root unit.
     divider: f32,
 }
 
@@ -80,25 +80,25 @@ struct Cost {
     work: Work,
 }
 
-/// `operations` that begin at once, the result `latency` later.
+/// Returns the cost of `operations` issued at once, with the result after `latency` cycles.
 const fn cost(latency: f32, operations: f32) -> Cost {
     Cost { latency, work: Work { operations, divider: 0.0 } }
 }
 
-/// A pass over the code, in which every operation begins when its operands are there.
+/// A pass over the code in which every operation starts when its operands are ready.
 struct Walk<'a> {
     kernel: &'a Kernel,
-    /// When each value is there.
+    /// The time at which each value is ready.
     ready: Vec<f32>,
     operations: u32,
     done: Work,
-    /// In loops.
+    /// The waiting cycles in loops.
     waiting: f32,
     loops: bool,
 }
 
 impl Walk<'_> {
-    /// When the yields of a region that begins at `start` are there.
+    /// Returns the time at which the yields of a region that begins at `start` are ready.
     fn region(&mut self, region: &Region, start: f32) -> f32 {
         region.ops.iter().for_each(|op| self.op(op, start));
         region.yields.iter().map(|value| self.ready[value.0 as usize]).fold(start, f32::max)
@@ -137,7 +137,7 @@ impl Walk<'_> {
         end
     }
 
-    /// The longest chain from what a round of a loop is given to the same for the next one.
+    /// Returns the longest dependency chain from a carried value to a carried value of the next iteration.
     fn recurrence(&self, body: &Region) -> f32 {
         let carried = body.params.iter().zip(body.yields.iter().skip(1));
         let chains =
@@ -149,7 +149,7 @@ impl Walk<'_> {
         chains.fold(0.0, f32::max)
     }
 
-    /// Adds to `reached` what depends on it, with the length of the chain.
+    /// Adds to `reached` the values that depend on it, with the length of the chain.
     fn follow(&self, region: &Region, reached: &mut HashMap<Value, f32>) {
         for op in &region.ops {
             let mut values = Vec::new();
@@ -184,7 +184,7 @@ impl Walk<'_> {
                 UnaryOp::Floor | UnaryOp::Ceil | UnaryOp::Trunc | UnaryOp::RoundEven,
                 _,
             ) => cost(6.0, 1.0),
-            // An estimate of the machine and one step.
+            // The machine's estimate and one Newton step.
             OpKind::Unary(
                 UnaryOp::ApproximateReciprocal
                 | UnaryOp::ApproximateInverseSqrt

@@ -1,59 +1,52 @@
-//! Packet code: what one method does for W rays at once.
+//! Packet code: one method for W rays at once.
 //!
-//! # What a kernel means
+//! # Semantics of a kernel
 //!
-//! A [`Kernel`] is called for any number of rays. Its [prologue](Kernel::prologue) runs once per call
-//! and computes what all rays share. Its [body](Kernel::body) runs once for each chunk of W
-//! rays, in order, and yields one value for each [output](Kernel::outputs), which are then
-//! stored. The first chunk starts at ray 0, or where the call says [so](Kernel::begins_at_any_chunk); the last
-//! may stretch past the last ray.
+//! A [`Kernel`] is called for any number of rays. Its [prologue](Kernel::prologue) runs once per call and computes the
+//! values common to all rays. Its [body](Kernel::body) runs once for each chunk of W rays, in order, and yields one
+//! value for each [output](Kernel::outputs), which are then stored. The first chunk starts at ray 0, or at a ray [given
+//! by the call](Kernel::begins_at_any_chunk); the last may extend beyond the last ray.
 //!
 //! # Uniform values, lanes and masks
 //!
-//! A value is *uniform* (one scalar, the same for all rays) or *lanes* (W scalars, lane `i` for
-//! ray `i` of the chunk). Lanes of bool are a *mask*. Where an operation takes lanes, a uniform
-//! operand stands for W equal ones; a result is uniform where all operands are. Nothing but
-//! [`Kernel::width`] says what W is: the same code serves every width.
+//! A value is *uniform* (one scalar, the same for all rays) or *lanes* (W scalars, lane `i` for ray `i` of the chunk).
+//! Lanes of bool are a *mask*. If an operation takes lanes, a uniform operand is broadcast; a result is uniform if all
+//! operands are. W occurs only in [`Kernel::width`]: the same code serves every width.
 //!
-//! # Which lanes are on
+//! # Active lanes
 //!
-//! The body's one parameter is the mask of the chunk: rays that exist and that the caller
-//! asked for. At least one lane of it is on. From it every other mask derives:
+//! The body's one parameter is the mask of the chunk: rays that exist and that the caller selected. At least one lane
+//! of it is on. All other masks derive from it:
 //!
-//! 1. A lane that is off computes along, and what it computes is *unspecified but harmless*: all
-//!    pure operations are total, and every address is clamped. So pure operations carry
-//!    no mask.
-//! 2. What could be seen carries a mask: stores into slots, requests to the host,
-//!    and the outputs, which are stored under the chunk's mask.
-//! 3. A branch on a condition that varies runs a side if any lane wants it, under the mask of
-//!    those lanes: the enclosing mask and the condition. Where the sides meet again, a select by the
-//!    condition takes each lane's value from its own side. A short side without effects
-//!    runs for all lanes with no branch.
-//! 4. A loop whose condition varies carries the mask of the lanes that are still in it, and
-//!    runs while any is. Lanes leave and never come back; what a lane had when it left is kept for it
-//!    by a select in each further round, and only if anything after the loop reads it.
-//! 5. An `if` or a `loop` of packet code branches on a uniform bool: masks are data. [`OpKind::Any`]
-//!    makes the one of the other.
+//! 1. A lane that is off also computes, and its results are *unspecified but harmless*: all pure operations are total,
+//!    and every address is clamped. So pure operations carry no mask.
+//! 2. Observable effects carry a mask: stores to locals, requests to the host, and the outputs, which are stored under
+//!    the chunk's mask.
+//! 3. A branch on a varying condition runs a side if any lane takes it, under the mask of those lanes: the enclosing
+//!    mask and the condition. At the join, a select by the condition takes each lane's value from its side. A short
+//!    side without effects runs for all lanes with no branch.
+//! 4. A loop whose condition varies carries the mask of the lanes that are still in it, and runs while any is. Lanes
+//!    never re-enter; the values of a lane that has left are preserved by a select in each further iteration, and only
+//!    if they are read after the loop.
+//! 5. An `if` or a `loop` of packet code branches on a uniform bool: masks are data. [`OpKind::Any`] converts a mask to
+//!    a uniform bool.
 //!
-//! Because all lanes of a loop's mask go round together, a value that is uniform at the start of a loop
-//! and whose next value is uniform stays uniform inside. It is lanes only after a loop that
-//! lanes leave at different times.
+//! Because all lanes of a loop's mask iterate together, a value that is uniform at the start of a loop and whose next
+//! value is uniform remains uniform inside. It becomes lanes only after a loop that lanes leave at different times.
 //!
-//! For W = 1 no condition diverges, so there is none of this: every branch is a real one.
+//! For W = 1 no condition diverges, so these rules are void: every branch is a real one.
 //!
 //! # The nearest hit
 //!
-//! In the leaf shape lanes are objects, and each is tested with the ray as it was before the call, so
-//! that nothing depends on the width. A kernel with the accepted output [keeps the
-//! nearest](Kernel::keeps_nearest) of all hits: the least `rt_HitDistance`, NaN and infinity being farthest, and
-//! of equal ones that of the object with the lowest number. Its outputs are those of that object alone, they
-//! go to the ray's lane, and the test says which object it was. No chunk's outputs are stored before the
-//! last chunk is done.
+//! In the leaf mode lanes are objects, and each is tested with the ray as it was before the call, so that nothing
+//! depends on the width. A kernel with the accepted output [keeps the nearest](Kernel::keeps_nearest) of all hits: the
+//! least `rt_HitDistance`, NaN and infinity being farthest, and of equal ones that of the object with the lowest index.
+//! Its outputs are those of that object alone; they go to the ray's lane, and the test returns the object's index.
+//! Outputs are stored only after the last chunk.
 //!
 //! # One ray
 //!
-//! A kernel of [`CallMode::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants
-//! only.
+//! A kernel of [`CallMode::Single`] has W = 1 and one chunk, whose lane is on; its prologue holds constants only.
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
@@ -64,72 +57,71 @@ use rtsl_ir::{
 /// The type of a packet value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Type {
-    /// Of each lane, or of the one value.
+    /// The scalar type of each lane, or of the uniform value.
     pub scalar: Scalar,
-    /// One for each ray of a chunk; else one for all.
+    /// True for one value per ray of a chunk, false for a uniform value.
     pub lanes: bool,
 }
 
 impl Type {
-    /// A bool for each lane.
+    /// The type of a mask: a bool for each lane.
     pub const MASK: Type = Type::lanes(Scalar::Bool);
-    /// A bool to branch on.
+    /// The type of a branch condition: a uniform bool.
     pub const CONDITION: Type = Type::uniform(Scalar::Bool);
 
-    /// One value for all rays.
+    /// Returns the type of a uniform value.
     pub const fn uniform(scalar: Scalar) -> Type {
         Type { scalar, lanes: false }
     }
 
-    /// A value for each ray.
+    /// Returns the type of one value per ray.
     pub const fn lanes(scalar: Scalar) -> Type {
         Type { scalar, lanes: true }
     }
 }
 
-/// A place and where the caller keeps it.
+/// A variable and its location in the caller's memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KernelVariable {
-    /// The single-ray function's place.
+    /// The single-ray function's variable.
     pub variable: Variable,
-    /// It differs from ray to ray: for a slot, its memory holds lanes.
+    /// True if it differs from ray to ray; the memory of such a local holds lanes.
     pub varies: bool,
-    /// State: the index of its first component. Scratch: its first lane array. Members and
-    /// buffers: the word of the instance's block, or of each object. Slots and accepted: 0.
+    /// State: the index of the first component. Scratch: the first lane array. Members and buffers: the word of the
+    /// instance's block, or of each object. Locals and accepted: 0.
     pub location: u32,
-    /// Members and buffers: it stands in blocks of objects, not in the instance's block.
+    /// True for members and buffers in blocks of objects instead of the instance's block.
     pub of_objects: bool,
 }
 
-/// Where a value that the body yields goes.
+/// The destination of a value that the body yields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KernelOutput {
-    /// A state or scratch place, or the accepted one.
+    /// A state, scratch or accepted variable.
     pub variable: VariableId,
-    /// Which scalar of it.
+    /// The index of the scalar within it.
     pub component: u32,
 }
 
-/// The state variable that says how far away a hit is.
+/// The state variable that holds the distance of a hit.
 pub const HIT_DISTANCE: &str = "rt_HitDistance";
 
-/// What one method does for W rays at once.
+/// The packet code of one method, for W rays at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kernel {
     /// `Class.method`.
     pub name: String,
-    /// What the rays have in common.
-    pub shape: CallMode,
-    /// Rays in a chunk: a power of two, at most [`rtsl_ir::host::MAX_LANES`].
+    /// The call mode.
+    pub mode: CallMode,
+    /// The number of rays in a chunk: a power of two, at most [`rtsl_ir::host::MAX_LANES`].
     pub width: u32,
-    /// Chunks in which all rays take part are done so many at a time, as one, by the same body:
-    /// where one ray's chain of operations is long, others fill the time that it waits. Where
-    /// `None`, those chunks are done like all others.
+    /// The number of full chunks (in which all rays take part) that one execution of the body processes together: if
+    /// one ray's chain of operations is long, the others hide its latency. If `None`, full chunks are processed like
+    /// all others.
     pub interleave: Option<u32>,
-    /// Words of each of the objects that it takes in blocks; `None` where it takes one instance's
-    /// block and nothing else.
+    /// The number of words of each object in blocks of objects; `None` if the kernel takes one instance's block only.
     pub object_words: Option<u32>,
-    /// What it reads and stores, by [`VariableId`].
+    /// The variables that it reads and stores, by [`VariableId`].
     pub variables: Vec<KernelVariable>,
     /// The type of every value.
     pub values: Vec<Type>,
@@ -137,41 +129,40 @@ pub struct Kernel {
     pub prologue: Region,
     /// Runs for each chunk. One parameter, the chunk's mask; one yield for each output.
     pub body: Region,
-    /// Where the body's yields go.
+    /// The destinations of the body's yields.
     pub outputs: Vec<KernelOutput>,
 }
 
 impl Kernel {
-    /// The type of `value`.
+    /// Returns the type of `value`.
     pub fn ty(&self, value: Value) -> Type {
         self.values[value.0 as usize]
     }
 
-    /// Whether a call may begin with any of its chunks, as the call says. So it is where the body asks for rays
-    /// or light: chunks can then be called side by side, and what they ask for can be answered
-    /// together.
+    /// True if a call may begin with any of its chunks. This holds if the body requests rays or light: chunks can then
+    /// be run as coroutines, and their requests answered together.
     pub fn begins_at_any_chunk(&self) -> bool {
-        match self.shape {
-            // What accepts hits writes for chunks without rays, too.
+        match self.mode {
+            // Kernels that accept hits also write for chunks without rays.
             CallMode::Packet | CallMode::Stream => {
                 self.width > 1 && self.accepted_output().is_none() && self.asks_for_rays()
             }
-            // The one reads what all rays share from the first, the others have one ray.
+            // Common-origin kernels read shared values from the first ray; leaf and single kernels have one ray.
             CallMode::CommonOrigin | CallMode::Leaf | CallMode::Single => false,
         }
     }
 
-    /// Whether it asks the host for rays or light.
+    /// True if it requests rays or light from the host.
     pub fn asks_for_rays(&self) -> bool {
         self.body.asks_for_rays()
     }
 
-    /// The place `id`.
+    /// Returns the variable `id`.
     pub fn variable(&self, id: VariableId) -> &KernelVariable {
         &self.variables[id.0 as usize]
     }
 
-    /// The position among the outputs of the accepted one.
+    /// Returns the position of the accepted output.
     pub fn accepted_output(&self) -> Option<usize> {
         let is_accepted = |output: &KernelOutput| {
             self.variable(output.variable).variable.kind == VariableKind::Accepted
@@ -179,7 +170,7 @@ impl Kernel {
         self.outputs.iter().position(is_accepted)
     }
 
-    /// The position among the outputs of `rt_HitDistance`.
+    /// Returns the position of the output of `rt_HitDistance`.
     pub fn distance_output(&self) -> Option<usize> {
         let is_distance = |output: &KernelOutput| {
             let variable = &self.variable(output.variable).variable;
@@ -188,26 +179,26 @@ impl Kernel {
         self.outputs.iter().position(is_distance)
     }
 
-    /// Whether of all lanes' outputs those of the nearest hit are kept.
+    /// True if only the outputs of the nearest hit of all lanes are stored.
     pub fn keeps_nearest(&self) -> bool {
-        self.shape == CallMode::Leaf && self.accepted_output().is_some()
+        self.mode == CallMode::Leaf && self.accepted_output().is_some()
     }
 }
 
-/// Operations in order, and the values handed to whoever holds the region.
+/// A list of operations, and the values that the region passes to the operation or kernel that holds it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     /// The chunk's mask, or the carried values of a loop; none elsewhere.
     pub params: Vec<Value>,
     /// The operations, in order.
     pub ops: Vec<Op>,
-    /// The results of an `if`; for the body of a loop a uniform bool, "again", then the next
-    /// carried values; for a kernel's body one value for each output.
+    /// The results of an `if`; for the body of a loop a uniform bool that continues the loop, then the next carried
+    /// values; for a kernel's body one value for each output.
     pub yields: Vec<Value>,
 }
 
 impl Region {
-    /// Whether it asks the host for rays or light, here or in what it holds.
+    /// True if it or a nested region requests rays or light from the host.
     fn asks_for_rays(&self) -> bool {
         self.ops.iter().any(|op| match &op.kind {
             OpKind::Trace { .. } | OpKind::Occluded { .. } | OpKind::LightSample { .. } => true,
@@ -219,17 +210,17 @@ impl Region {
 /// An operation with its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Op {
-    /// The values it defines.
+    /// The values that it defines.
     pub results: Values,
-    /// What it does.
+    /// The operation itself.
     pub kind: OpKind,
 }
 
-/// What an operation does. Those with the names of single-ray operations do the same in each
-/// lane; one result where the text does not say otherwise.
+/// The operations. Those with the names of single-ray operations do the same in each lane. Each has one result unless
+/// its documentation states otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OpKind {
-    /// This constant, uniform.
+    /// A uniform constant.
     Constant(Constant),
     /// As [`rtsl_ir::OpKind::Unary`].
     Unary(UnaryOp, Value),
@@ -245,60 +236,60 @@ pub enum OpKind {
     Convert(Scalar, Value),
     /// As [`rtsl_ir::OpKind::Bitcast`].
     Bitcast(Scalar, Value),
-    /// The same bits as another type, those of NaNs too: where they show nowhere.
+    /// Reinterprets the bits as another type without canonicalising NaNs, which must be unobservable.
     Reinterpret(Scalar, Value),
-    /// Lanes that nobody looks at; any value, the same at each use.
+    /// Lanes of any value, the same at each use, on which no observable result depends.
     Unspecified,
-    /// Whether any lane of a mask is on; uniform.
+    /// True if any lane of a mask is on; uniform.
     Any(Value),
-    /// The second operand, lanes, in the first lane that is on in the first, a mask with a lane on;
-    /// uniform.
+    /// The value of the second operand, lanes, in the first lane that is on in the first operand, a mask with a lane
+    /// on; uniform.
     First(Value, Value),
-    /// As [`rtsl_ir::OpKind::Load`]; uniform where neither place nor index varies.
+    /// As [`rtsl_ir::OpKind::Load`]; uniform if neither variable nor index varies.
     Load(VariableId, Index),
-    /// Into a slot, in the lanes of the mask; without one in all of them. No result.
+    /// Stores to a local, in the lanes of the mask, or in all of them without one. No result.
     Store {
-        /// The slot.
+        /// The local.
         variable: VariableId,
-        /// Which scalar of it, clamped.
+        /// The index of the scalar, clamped.
         index: Index,
-        /// What to store.
+        /// The stored value.
         value: Value,
-        /// Where. None where the slot is uniform.
+        /// The mask of the lanes to store. `None` for a uniform local.
         mask: Option<Value>,
     },
     /// As [`rtsl_ir::OpKind::Length`].
     Length(VariableId),
-    /// One of two regions, by a uniform bool.
+    /// Executes one of two regions, by a uniform bool.
     If {
         /// The uniform bool.
         condition: Value,
-        /// Where it is true.
+        /// The region executed if it is true.
         then: Region,
-        /// Where it is false.
+        /// The region executed if it is false.
         otherwise: Region,
     },
-    /// As [`rtsl_ir::OpKind::Loop`]; "again" is uniform.
+    /// As [`rtsl_ir::OpKind::Loop`], with a uniform condition.
     Loop {
         /// The first carried values.
         initial: Vec<Value>,
-        /// What is repeated.
+        /// The repeated region.
         body: Region,
     },
     /// As [`rtsl_ir::OpKind::Trace`], for the lanes of a mask.
     Trace {
-        /// Which rays ask.
+        /// The mask of the request.
         mask: Value,
-        /// See there.
+        /// The ray.
         ray: Ray,
-        /// See there.
+        /// The weight of the answer.
         weight: Value,
     },
     /// As [`rtsl_ir::OpKind::Occluded`]; a mask, off where `mask` is.
     Occluded {
-        /// Which rays ask.
+        /// The mask of the request.
         mask: Value,
-        /// See there.
+        /// The ray.
         ray: Ray,
     },
     /// As [`rtsl_ir::OpKind::LightCount`]; uniform.
@@ -306,45 +297,45 @@ pub enum OpKind {
     /// As [`rtsl_ir::OpKind::LightSample`], for the lanes of a mask; the first result is
     /// off where `mask` is.
     LightSample {
-        /// Which rays ask.
+        /// The mask of the request.
         mask: Value,
-        /// Which sample; uniform.
+        /// The index of the sample; uniform.
         index: Value,
-        /// See there.
+        /// The point to be lit.
         point: [Value; 3],
-        /// See there.
+        /// The cone's axis.
         normal: [Value; 3],
-        /// See there.
+        /// The least cosine between axis and light.
         cosine: Value,
     },
     /// As [`rtsl_ir::OpKind::Ambient`]; uniform.
     Ambient,
     /// As [`rtsl_ir::OpKind::Rand`], for the lanes of a mask.
     Rand(Value),
-    /// As [`rtsl_ir::OpKind::ReportBudget`]: some lane that is on did. No result.
+    /// As [`rtsl_ir::OpKind::ReportBudget`], if any active lane reports. No result.
     ReportBudget,
 }
 
 /// The operands of a request for a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// World space.
+    /// The origin, world space.
     pub origin: [Value; 3],
-    /// World space, any length.
+    /// The direction, world space, of any length.
     pub direction: [Value; 3],
-    /// The greatest parameter of a hit.
+    /// The greatest ray parameter of a hit.
     pub limit: Value,
 }
 
 impl Ray {
-    /// The seven operands in the order in which hosts get them.
+    /// Returns the seven operands in the order in which hosts receive them.
     pub fn operands(&self) -> impl Iterator<Item = Value> {
         self.origin.into_iter().chain(self.direction).chain([self.limit])
     }
 }
 
 impl OpKind {
-    /// Calls `visit` with each operand, those of nested regions left out.
+    /// Calls `visit` with each operand, without those of nested regions.
     pub fn for_each_operand(&self, mut visit: impl FnMut(Value)) {
         match self {
             OpKind::Constant(_)
@@ -386,7 +377,7 @@ impl OpKind {
         }
     }
 
-    /// The regions it holds, in order.
+    /// Returns the regions of the operation, in order.
     pub fn regions(&self) -> impl Iterator<Item = &Region> {
         let (first, second) = match self {
             OpKind::If { condition: _, then, otherwise } => (Some(then), Some(otherwise)),

@@ -1,8 +1,8 @@
-//! Packet lowering: single-ray code to code for W rays at once.
+//! Packet lowering: translates single-ray code to code for W rays at once.
 //!
-//! What varies from ray to ray is found here ([`uniformity`]), and masks are made explicit here
-//! ([`lower`]); [`kernel`] says what the result means, [`interpreter`] runs it and counts what it
-//! does. This crate knows no LLVM and no instruction set; W and the shape are parameters.
+//! [`uniformity`] finds the values that vary from ray to ray, and [`lower`] makes masks explicit. [`kernel`] defines
+//! the semantics of the result; [`interpreter`] runs it and counts its operations. This crate does not depend on LLVM
+//! or an instruction set; W and the call mode are parameters.
 
 mod estimate;
 pub mod interleave;

@@ -1,7 +1,7 @@
-//! The text form of kernels, for people and tests.
+//! The text form of kernels, for debugging and tests.
 //!
-//! Types are `f32` for a uniform value, `f32xW` for lanes and `mask` for lanes of bool. An
-//! operation stands on one line, `results = name operands : types`; regions are indented.
+//! Types are `f32` for a uniform value, `f32xW` for lanes and `mask` for lanes of bool. An operation is one line,
+//! `results = name operands : types`; regions are indented.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -24,13 +24,13 @@ impl Display for Type {
 
 impl Display for Kernel {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "kernel {} {} W={}", self.name, self.shape.name(), self.width)?;
+        write!(f, "kernel {} {} W={}", self.name, self.mode.name(), self.width)?;
         if let Some(interleave) = self.interleave {
             write!(f, " full=W*{interleave}")?;
         }
         writeln!(f, " {{")?;
         for variable in &self.variables {
-            writeln!(f, "  {}", KernelPlaceText(variable))?;
+            writeln!(f, "  {}", KernelVariableText(variable))?;
         }
         let printer = Printer { kernel: self };
         writeln!(f, "  prologue {{")?;
@@ -47,9 +47,9 @@ impl Display for Kernel {
     }
 }
 
-struct KernelPlaceText<'a>(&'a KernelVariable);
+struct KernelVariableText<'a>(&'a KernelVariable);
 
-impl Display for KernelPlaceText<'_> {
+impl Display for KernelVariableText<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let KernelVariable { variable, varies, location, of_objects } = self.0;
         let ty = Type { scalar: variable.scalar, lanes: *varies };

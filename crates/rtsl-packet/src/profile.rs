@@ -1,17 +1,15 @@
-//! What a run of packet code did, counted.
+//! Operation counts of a run of packet code.
 //!
-//! The convention: a float addition, subtraction, multiplication, division, minimum, maximum, square
-//! root or rounding to an integral value is one float operation, an `fma` two. Divisions and square
-//! roots are also counted apart, since they bound many kernels. Comparisons, selects, conversions,
-//! integer operations, and logic (of bools and of the sign of floats) are no float operations.
-//! Constants and bit casts are nothing at all.
+//! The convention: a float addition, subtraction, multiplication, division, minimum, maximum, square root or rounding
+//! to an integral value is one float operation, an `fma` two. Divisions and square roots are also counted separately,
+//! since they bound many kernels. Comparisons, selects, conversions, integer operations, and logic (of bools and of the
+//! sign of floats) are no float operations. Constants and bit casts are not counted.
 //!
-//! A load or store moves 4 bytes a lane. What a kernel keeps for itself, its slots, is counted apart
-//! from what its caller gave it.
+//! A load or store moves 4 bytes per lane. Accesses to the kernel's locals are counted separately from those to the
+//! caller's memory.
 //!
-//! Everything has two [counts](Count): an operation on lanes is executed in all W of them, but is wanted
-//! only in those that are on where it stands. An operation on uniform values is executed once, and
-//! wanted.
+//! Everything has two [counts](Count): an operation on lanes is executed in all W of them, but is active only in those
+//! that are on at that point. An operation on uniform values is executed once, and active.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -20,14 +18,14 @@ use rtsl_ir::{BinaryOp, Scalar, UnaryOp, Value, VariableKind};
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
 
-/// What a run did.
+/// The counts of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Profile {
     /// The rays of the call.
     pub rays: u64,
-    /// Lanes in which operations on lanes were done: how well packets are filled.
+    /// Lanes in which operations on lanes were done: the occupancy of packets.
     pub lanes: Count,
-    /// Float operations, those of the next two included.
+    /// Float operations, including the next two.
     pub float_operations: Count,
     /// Float divisions.
     pub divisions: Count,
@@ -43,7 +41,7 @@ pub struct Profile {
     pub integer_operations: Count,
     /// Logic of bools and of the sign of floats.
     pub logic: Count,
-    /// State and acceptance.
+    /// State and the accepted output.
     pub state: Traffic,
     /// Scratch.
     pub scratch: Traffic,
@@ -51,17 +49,17 @@ pub struct Profile {
     pub members: Traffic,
     /// Buffers.
     pub buffers: Traffic,
-    /// The kernel's own arrays.
+    /// The kernel's locals.
     pub locals: Traffic,
-    /// Branches that were executed, by side.
+    /// Executed branches, by side.
     pub branches: Sides,
-    /// Rounds of loops.
+    /// Iterations of loops.
     pub rounds: u64,
-    /// The conditions that vary from ray to ray, in the order of their definition.
+    /// The varying conditions, in the order of their definition.
     pub decisions: Vec<Decision>,
 }
 
-/// How often something was done.
+/// The number of executions of an operation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// In all lanes.
@@ -86,12 +84,12 @@ pub struct Traffic {
     pub stored: Count,
 }
 
-/// How often a branch went which way.
+/// The number of executions of each side of a branch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sides {
-    /// Its condition held.
+    /// The condition was true.
     pub taken: u64,
-    /// It did not.
+    /// The condition was false.
     pub not_taken: u64,
 }
 
@@ -105,13 +103,12 @@ impl Sides {
     }
 }
 
-/// A condition by which rays go different ways: that of a branch, of a loop going round again, or
-/// of selects.
+/// A condition on which rays diverge: of a branch, of a loop, or of selects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decision {
-    /// The first ray for which it held.
+    /// The first ray for which it was true.
     pub held: Option<u32>,
-    /// The first ray for which it did not.
+    /// The first ray for which it was false.
     pub failed: Option<u32>,
 }
 
@@ -121,7 +118,7 @@ impl Profile {
         Profile { rays: rays.into(), decisions, ..Profile::default() }
     }
 
-    /// Bytes that the caller's memory gave or took.
+    /// Returns the bytes moved from and to the caller's memory.
     pub fn bytes(&self) -> Count {
         let Profile { state, scratch, members, buffers, .. } = self;
         let mut bytes = Count::default();
@@ -132,7 +129,7 @@ impl Profile {
         bytes
     }
 
-    /// Adds what another run of the same kernel did.
+    /// Adds the counts of another run of the same kernel.
     pub fn add(&mut self, other: &Profile) {
         self.rays += other.rays;
         self.rounds += other.rounds;
@@ -157,7 +154,7 @@ impl Profile {
         first.get_or_insert(base + lanes.trailing_zeros());
     }
 
-    /// Counts an operation done while the lanes `active` are on.
+    /// Counts an operation executed while the lanes `active` are on.
     pub(crate) fn count(&mut self, kernel: &Kernel, op: &Op, active: u32) {
         let Some(work) = Work::of(kernel, op) else { return };
         let is_lanes = match &op.kind {
@@ -175,7 +172,7 @@ impl Profile {
         self.count_work(work, lanes);
     }
 
-    /// Counts the store of an output in the lanes `on`. If there is none, there is no store.
+    /// Counts the store of an output in the lanes `on`. If no lane is on, there is no store.
     pub(crate) fn count_output(&mut self, kind: VariableKind, width: u32, on: u32) {
         if on == 0 {
             return;
@@ -219,7 +216,7 @@ impl Profile {
 
 const WORD_BYTES: u64 = 4;
 
-/// What an operation is counted as.
+/// The category under which an operation is counted.
 enum Work {
     Float(u64),
     Division,
@@ -294,11 +291,11 @@ impl Work {
     }
 }
 
-/// The conditions of a kernel.
+/// The varying conditions of a kernel.
 pub(crate) struct Conditions {
-    /// By value: the mask of which it says whether any lane is on.
+    /// By value: the mask whose [`OpKind::Any`] the value is.
     masks: Vec<Option<Value>>,
-    /// By value: the number of its decision.
+    /// By value: the index of its decision.
     indices: Vec<Option<usize>>,
     decisions: usize,
 }
@@ -318,12 +315,12 @@ impl Conditions {
         conditions
     }
 
-    /// The mask of which `condition` says whether any lane is on.
+    /// Returns the mask whose [`OpKind::Any`] is `condition`.
     pub fn mask_of(&self, condition: Value) -> Option<Value> {
         self.masks[condition.0 as usize]
     }
 
-    /// The number of the decision that `condition` is.
+    /// Returns the index of the decision that `condition` belongs to.
     pub fn index_of(&self, condition: Value) -> Option<usize> {
         self.indices[condition.0 as usize]
     }
@@ -353,7 +350,7 @@ impl Conditions {
     }
 }
 
-/// One line for each thing that was done at all.
+/// Prints one line for each count that is not zero.
 impl Display for Profile {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "rays: {}", self.rays)?;

@@ -1,23 +1,23 @@
-//! Which integers an index can be: what is known to lie inside a place need not be clamped again.
+//! Range analysis of indices: an index known to lie inside a variable need not be clamped again.
 //!
-//! A forward analysis in one pass, for values are defined before their uses; what loops carry is
-//! unknown. It follows [`Interval`]s, and which values are less than the length of which buffer. Masks
-//! play no part in it, so that what it finds holds in lanes that are off too.
+//! A forward analysis in one pass, since values are defined before their uses; carried values of loops are unbounded.
+//! It tracks [`Interval`]s, and upper bounds relative to the lengths of buffers. It ignores masks, so its results also
+//! hold in lanes that are off.
 
 use rtsl_ir::{BinaryOp, Interval, Scalar, Value, VariableId, VariableKind};
 
 use crate::Kernel;
 use crate::kernel::{OpKind, Region};
 
-/// What is known of an integer.
+/// The known bounds of an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Range {
     interval: Interval,
-    /// It is at most the length of this buffer.
+    /// The upper bound relative to the length of a buffer, if known.
     within: Option<Bound>,
 }
 
-/// At most the length of a buffer less something.
+/// An upper bound: the length of a buffer minus a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Bound {
     buffer: VariableId,
@@ -30,9 +30,9 @@ impl From<Interval> for Range {
     }
 }
 
-/// The integers that the values of a kernel can be.
+/// The ranges of the values of a kernel.
 pub struct Ranges {
-    /// By value; `None` for f32.
+    /// The range of each value; `None` for f32.
     of: Vec<Option<Range>>,
 }
 
@@ -46,13 +46,12 @@ impl Ranges {
         ranges
     }
 
-    /// Whether `index` is an index of a scalar of the place. For a buffer it may be -1 where that is
-    /// empty.
+    /// True if `index` is always the index of a scalar of the variable. For an empty buffer the index may be -1.
     pub fn is_inside(&self, kernel: &Kernel, index: Value, variable: VariableId) -> bool {
         let Some(Range { interval, within }) = self.get(index) else { return false };
         let declared = &kernel.variable(variable).variable;
         match declared.kind {
-            // An index of an element is one of a scalar only where they are the same.
+            // An index of an element is an index of a scalar only if elements have one scalar.
             VariableKind::Buffer => {
                 let below = within.is_some_and(|it| it.buffer == variable && it.below >= 1);
                 below && declared.len == 1 && interval.low >= -1
@@ -84,7 +83,7 @@ impl Ranges {
         }
     }
 
-    /// What is known of the result of an operation besides its type.
+    /// Returns the bounds of the result of an operation that its type does not imply.
     fn result(&self, kernel: &Kernel, kind: &OpKind) -> Option<Range> {
         let scalar = |value: Value| kernel.ty(value).scalar;
         match kind {
@@ -128,7 +127,7 @@ mod tests {
     use super::*;
     use rtsl_abi::{CallMode, Layout};
 
-    /// Whether the index of the one load with a dynamic one is known to be inside.
+    /// True if the index of the only load with a dynamic one is known to be inside.
     fn is_inside(index: &str) -> bool {
         let text = format!(
             "function f buffer b: f32[1] buffer wide: f32[2] member t: f32[4] scratch n: i32[1]
@@ -185,7 +184,7 @@ mod tests {
              %x: f32 = load member:t@%j",
             "%a: i32 = and %n, %three %i: i32 = add %a, %one %x: f32 = load member:t@%i",
             "%a: i32 = and %n, %three %i: i32 = subtract %a, %one %x: f32 = load member:t@%i",
-            // Not the last element, and not this buffer's.
+            // Not bounded by the last element, or by the length of another buffer.
             "%l: i32 = length buffer:b %m: i32 = max %n, %zero %i: i32 = min %m, %l
              %x: f32 = load buffer:b@%i",
             "%l: i32 = length buffer:wide %last: i32 = subtract %l, %one

@@ -1,4 +1,4 @@
-//! The kernels that a [record](RayRecord) of a host suffices for.
+//! Checks that a kernel can be called with a [record](RayRecord) of a host.
 
 use std::collections::BTreeSet;
 
@@ -7,33 +7,33 @@ use rtsl_ir::{VariableId, VariableKind};
 
 use crate::kernel::{Kernel, OpKind, Region};
 
-/// Why a kernel can't be called for a record.
+/// The reason a kernel cannot be called with a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
-    /// It is of another shape, or of a method that accepts no hits.
+    /// The kernel has another call mode, or its method accepts no hits.
     #[error("records are for packets of rays that may hit something")]
     CallMode,
-    /// It reads or sets what the record has no row for.
+    /// It reads or stores state for which the record has no row.
     #[error("the record has no row for a component of `{0}`")]
     NoRow(String),
-    /// It reads or sets scratch, or takes members of objects.
-    #[error("records have no variable for `{0}`")]
+    /// It reads or stores scratch, or takes members of objects.
+    #[error("records have no storage for `{0}`")]
     NoPlace(String),
-    /// It asks for rays, light or random numbers.
-    #[error("it asks its host for something, and a record says nothing of a host")]
+    /// It requests rays, light or random numbers from the host.
+    #[error("it makes requests to its host, but a record has no host")]
     AsksHost,
 }
 
 impl Kernel {
-    /// Checks that a record has all that the kernel reads and sets.
+    /// Checks that a record has every row that the kernel reads and stores.
     ///
     /// # Errors
     /// See [`RecordError`].
     pub fn check_record(&self, record: &RayRecord) -> Result<(), RecordError> {
-        if self.shape != CallMode::Packet || self.accepted_output().is_none() {
+        if self.mode != CallMode::Packet || self.accepted_output().is_none() {
             return Err(RecordError::CallMode);
         }
-        for id in used_places(self) {
+        for id in used_variables(self) {
             let variable = self.variable(id);
             let name = || variable.variable.name.clone();
             let mut components = variable.location..variable.location + variable.variable.len;
@@ -53,14 +53,14 @@ impl Kernel {
     }
 }
 
-fn used_places(kernel: &Kernel) -> BTreeSet<VariableId> {
+fn used_variables(kernel: &Kernel) -> BTreeSet<VariableId> {
     let mut used = kernel.outputs.iter().map(|output| output.variable).collect();
-    add_used_places(&kernel.prologue, &mut used);
-    add_used_places(&kernel.body, &mut used);
+    add_used_variables(&kernel.prologue, &mut used);
+    add_used_variables(&kernel.body, &mut used);
     used
 }
 
-fn add_used_places(region: &Region, used: &mut BTreeSet<VariableId>) {
+fn add_used_variables(region: &Region, used: &mut BTreeSet<VariableId>) {
     for op in &region.ops {
         if let OpKind::Load(variable, _)
         | OpKind::Store { variable, .. }
@@ -68,7 +68,7 @@ fn add_used_places(region: &Region, used: &mut BTreeSet<VariableId>) {
         {
             used.insert(variable);
         }
-        op.kind.regions().for_each(|region| add_used_places(region, used));
+        op.kind.regions().for_each(|region| add_used_variables(region, used));
     }
 }
 
@@ -96,11 +96,11 @@ mod tests {
         RayRecord { rays: 0, mask: None, instances: 8, number: None, rows, marks: Vec::new() }
     }
 
-    fn check(text: &str, shape: CallMode) -> Result<(), RecordError> {
+    fn check(text: &str, mode: CallMode) -> Result<(), RecordError> {
         let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
         let mut layout = Layout::default();
         layout.scratch.insert("s".to_owned(), 0);
-        let kernel = crate::lower(&function, &layout, shape, 4).unwrap();
+        let kernel = crate::lower(&function, &layout, mode, 4).unwrap();
         let distance = rtsl_spec::lookup_state("rt_HitDistance").unwrap().first_component;
         kernel.check_record(&record(&[distance]))
     }
@@ -110,7 +110,7 @@ mod tests {
         %t: f32 = load state:rt_HitDistance@0 %c: bool = less %t, %t ";
 
     #[test]
-    fn what_has_rows_and_asks_nobody_fits() {
+    fn kernels_with_rows_and_without_requests_fit() {
         let hit = format!("{HIT} return accepted:a@0 = %c, state:rt_HitDistance@0 = %t }}");
         assert_eq!(check(&hit, CallMode::Packet), Ok(()));
         assert_eq!(check(&hit, CallMode::Stream), Err(RecordError::CallMode));

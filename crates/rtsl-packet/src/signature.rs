@@ -1,4 +1,4 @@
-//! The signature of a kernel, by which calls of its code are checked.
+//! The signature of a kernel, against which calls of its code are checked.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use rtsl_ir::{Index, VariableKind};
 use crate::kernel::{Kernel, KernelVariable, OpKind, Region};
 
 impl Kernel {
-    /// What calls of the kernel must bring.
+    /// Returns the requirements on calls of the kernel.
     pub fn signature(&self) -> Signature {
         let variables = |kind| self.variables.iter().filter(move |it| it.variable.kind == kind);
         let end =
@@ -31,14 +31,14 @@ impl Kernel {
             buffers,
             object_words: self.object_words,
             object_buffers,
-            shape: self.shape,
+            mode: self.mode,
             accepts: self.accepted_output().is_some(),
             separate_chunks: self.begins_at_any_chunk().then_some(self.width),
         }
     }
 }
 
-/// The state components that a kernel loads or stores.
+/// Returns the state components that a kernel loads or stores.
 fn state_components(kernel: &Kernel) -> ComponentSet {
     let mut components = ComponentSet::default();
     add_loaded(kernel, &kernel.prologue, &mut components);

@@ -1,11 +1,11 @@
-//! Which values differ from ray to ray.
+//! Uniformity analysis: finds the values that vary from ray to ray.
 //!
-//! A forward analysis over the structured code, to a fixpoint for loops and slots. A value varies
-//! if it comes from a place that varies, from an operand that does, or from control that does:
+//! A forward analysis over the structured code, to a fixpoint for loops and locals. A value varies if it comes from a
+//! varying variable, operand or control flow:
 //! - the results of an `if` whose condition varies, unless both sides yield the same value;
-//! - the results of a loop that rays leave at different times, though the carried values inside
-//!   may be uniform, for all rays that are still in the loop went round it equally often;
-//! - what a slot holds, if a varying value, index or condition was there at any store.
+//! - the results of a loop that rays leave at different times. The carried values inside may be uniform, since all rays
+//!   still in the loop have made the same number of iterations;
+//! - the content of a local, if the value, index or condition of any store varies.
 
 use rtsl_ir::{Function, Index, Op, OpKind, ReferencePath, Region, Value, VariableId};
 
@@ -19,8 +19,8 @@ pub struct Uniformity {
 }
 
 impl Uniformity {
-    /// Analyses `function` for calls in which what these places, in the function's order, hold varies where
-    /// they say so. Slots begin as what they say.
+    /// Analyses `function` for calls in which the variables, in the function's order, vary as their `varies` flag gives
+    /// it. For locals the flag is the initial assumption.
     pub fn new(function: &Function, variables: &[KernelVariable]) -> Uniformity {
         let mut analysis = Analysis {
             result: Uniformity {
@@ -29,21 +29,21 @@ impl Uniformity {
             },
             changed: true,
         };
-        // Facts only ever turn from uniform to varying, so that this ends. Without slots one round
-        // is enough; with them another is needed where a load precedes the store in a loop.
+        // Values only change from uniform to varying, so this terminates. Without locals one iteration suffices; with
+        // them another is needed if a load precedes the store in a loop.
         while std::mem::take(&mut analysis.changed) {
             analysis.region(&function.body, false);
         }
         analysis.result
     }
 
-    /// Whether `value` may differ from ray to ray.
+    /// True if `value` may differ from ray to ray.
     pub fn varies(&self, value: Value) -> bool {
         self.values[value.0 as usize]
     }
 
-    /// Whether what the place holds may differ from ray to ray.
-    pub fn place_varies(&self, variable: VariableId) -> bool {
+    /// True if the content of the variable may differ from ray to ray.
+    pub fn variable_varies(&self, variable: VariableId) -> bool {
         self.variables[variable.0 as usize]
     }
 }
@@ -54,7 +54,7 @@ struct Analysis {
 }
 
 impl Analysis {
-    /// `diverged`: rays may be here without the others.
+    /// Analyses a region. `diverged` is true if only some of the rays may execute it.
     fn region(&mut self, region: &Region, diverged: bool) {
         for op in &region.ops {
             self.op(op, diverged);
@@ -120,9 +120,9 @@ impl Analysis {
             OpKind::Binary(_, a, b) | OpKind::Compare(_, a, b) => self.any(&[*a, *b]),
             OpKind::Select(a, b, c) | OpKind::Fma(a, b, c) => self.any(&[*a, *b, *c]),
             OpKind::Load(variable, index) => {
-                self.result.place_varies(*variable) || self.index_varies(*index)
+                self.result.variable_varies(*variable) || self.index_varies(*index)
             }
-            OpKind::Length(variable) => self.result.place_varies(*variable),
+            OpKind::Length(variable) => self.result.variable_varies(*variable),
             OpKind::IsSet(_, ReferencePath::Single) => false,
             OpKind::IsSet(_, ReferencePath::Element(index)) => self.any(&[*index]),
             OpKind::Trace { .. }

@@ -1,21 +1,18 @@
-//! Checks a kernel against the rules that code generation relies on:
+//! Checks a kernel against the invariants on which code generation relies:
 //!
-//! 1. Every value is defined once, before its uses, and is visible where it is used: in the
-//!    region that defines it and those inside; values of the prologue everywhere.
-//! 2. The prologue and what it holds define uniform values only, and change nothing.
+//! 1. Every value is defined once, before its uses, and is visible where it is used: in the region that defines it and
+//!    those nested in it; values of the prologue everywhere.
+//! 2. The prologue and its regions define uniform values only, and have no effects.
 //! 3. The result of a pure operation is uniform if all its operands are, else lanes.
-//! 4. Operands have the scalar types that the operation wants; the two of a binary
-//!    operation the same.
-//! 5. Conditions of `if` and "again" of `loop` are uniform bools.
-//! 6. Regions yield as many values as are wanted. A uniform result or carried value never
-//!    gets lanes.
+//! 4. Operands have the scalar types that the operation takes; the two of a binary operation the same.
+//! 5. Conditions of `if` and `loop` are uniform bools.
+//! 6. Regions yield as many values as required. A uniform result or carried value is never given lanes.
 //! 7. Masks are lanes of bool. A request to the host has one; its light index is uniform.
-//! 8. Places that are named exist and have a kind that the operation may use. Constant
-//!    indices lie inside. A uniform slot never gets lanes, nor a mask, nor an index of lanes.
-//!    A place other than a slot varies if the shape says so; state is in the one table. Slots, all
-//!    together, are within [`MAX_SLOT_WORDS`].
-//! 9. There is one yield of the body for each output, and the outputs are of state, scratch
-//!    and accepted places.
+//! 8. Variables used by operations exist and have a kind that the operation may use. Constant indices are in range. A
+//!    uniform local is never stored lanes, nor under a mask, nor at an index of lanes. A variable other than a local
+//!    varies as the call mode gives it; state is a state variable of the language. All locals together are within
+//!    [`MAX_LOCAL_WORDS`].
+//! 9. There is one yield of the body for each output, and the outputs are state, scratch and accepted variables.
 
 use rtsl_abi::offsets::BUFFER_WORDS;
 use rtsl_ir::{BinaryOp, CompareOp, Index, Scalar, UnaryOp, Value, VariableId, VariableKind};
@@ -23,22 +20,22 @@ use rtsl_spec::COLOR_COMPONENTS;
 
 use crate::Kernel;
 use crate::kernel::{KernelVariable, Op, OpKind, Region, Type};
-use crate::lower::{MAX_SLOT_WORDS, local_words};
+use crate::lower::{MAX_LOCAL_WORDS, local_words};
 
-/// A broken rule: a mistake in the compiler, never in a shader.
+/// A violated invariant: a bug in the compiler, never in a shader.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{kernel}: {what}")]
 pub struct VerifyError {
     /// The kernel's name.
     pub kernel: String,
-    /// Which value or operation breaks which rule.
+    /// The violation: the value or operation and the invariant.
     pub what: String,
 }
 
-/// Checks `kernel` against the rules above.
+/// Checks `kernel` against the invariants above.
 ///
 /// # Errors
-/// The first broken rule.
+/// The first violated invariant.
 pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
     let mut verifier =
         Verifier { kernel, visible: vec![false; kernel.values.len()], pure_only: false };
@@ -48,7 +45,7 @@ pub fn verify(kernel: &Kernel) -> Result<(), VerifyError> {
 struct Verifier<'a> {
     kernel: &'a Kernel,
     visible: Vec<bool>,
-    /// In the prologue.
+    /// True in the prologue.
     pure_only: bool,
 }
 
@@ -61,7 +58,9 @@ fn ensure(condition: bool, what: impl FnOnce() -> String) -> Checked {
 impl Verifier<'_> {
     fn kernel(&mut self) -> Checked {
         let Kernel { prologue, body, outputs, width, .. } = self.kernel;
-        ensure(width.is_power_of_two() && *width <= 16, || format!("width {width}"))?;
+        ensure(width.is_power_of_two() && *width <= 16, || {
+            format!("width {width} is not a power of two up to 16")
+        })?;
         self.variables()?;
         ensure(prologue.params.is_empty() && prologue.yields.is_empty(), || {
             "the prologue has parameters or yields".to_owned()
@@ -69,10 +68,12 @@ impl Verifier<'_> {
         self.pure_only = true;
         self.ops(prologue)?;
         self.pure_only = false;
-        ensure(body.params.len() == 1, || "the body has one parameter".to_owned())?;
+        ensure(body.params.len() == 1, || "the body does not have one parameter".to_owned())?;
         self.region(body)?;
-        ensure(body.yields.len() == outputs.len(), || "outputs and yields differ".to_owned())?;
-        // The body's values went out of scope with it; its yields were checked there.
+        ensure(body.yields.len() == outputs.len(), || {
+            "the numbers of outputs and yields differ".to_owned()
+        })?;
+        // The body's values are out of scope here; its yields were checked in the body.
         for (output, value) in outputs.iter().zip(&body.yields) {
             let variable = &self.variable(output.variable)?.variable;
             let kind = matches!(
@@ -80,26 +81,26 @@ impl Verifier<'_> {
                 VariableKind::State | VariableKind::Scratch | VariableKind::Accepted
             );
             ensure(kind && output.component < variable.len, || {
-                format!("output to {}", variable.name)
+                format!("{}[{}] cannot be an output", variable.name, output.component)
             })?;
             ensure(self.kernel.ty(*value).scalar == variable.scalar, || {
-                format!("output {} has another type", variable.name)
+                format!("output {} has the wrong type", variable.name)
             })?;
         }
         Ok(())
     }
 
     fn variables(&self) -> Checked {
-        let Kernel { shape, object_words, .. } = self.kernel;
-        ensure(!shape.has_many_objects() || object_words.is_some(), || {
-            "the shape has many objects, and there are no blocks of them".to_owned()
+        let Kernel { mode, object_words, .. } = self.kernel;
+        ensure(!mode.has_many_objects() || object_words.is_some(), || {
+            "the call mode has many objects, but there are no blocks of them".to_owned()
         })?;
         let states = rtsl_spec::state_component_count();
         for KernelVariable { variable, varies, location, of_objects } in &self.kernel.variables {
             let name = &variable.name;
-            let as_shape = variable.kind == VariableKind::Local
-                || *varies == self.kernel.shape.varies(variable, *of_objects);
-            ensure(as_shape, || format!("{name} varies otherwise in the shape"))?;
+            let as_mode = variable.kind == VariableKind::Local
+                || *varies == self.kernel.mode.varies(variable, *of_objects);
+            ensure(as_mode, || format!("{name} varies differently from the call mode"))?;
             let end = location.saturating_add(variable.len);
             let is_data = matches!(variable.kind, VariableKind::Member | VariableKind::Buffer);
             let words = match variable.kind {
@@ -117,10 +118,12 @@ impl Verifier<'_> {
                 format!("{name} is not in the blocks of objects")
             })?;
             let in_table = variable.kind != VariableKind::State || end <= states;
-            ensure(in_table, || format!("state {name} is not in the table"))?;
+            ensure(in_table, || format!("state {name} is not a state variable of the language"))?;
         }
         let words = local_words(self.kernel);
-        ensure(words <= MAX_SLOT_WORDS, || format!("locals of {words} words"))
+        ensure(words <= MAX_LOCAL_WORDS, || {
+            format!("locals have {words} words, more than {MAX_LOCAL_WORDS}")
+        })
     }
 
     fn region(&mut self, region: &Region) -> Checked {
@@ -167,7 +170,10 @@ impl Verifier<'_> {
     }
 
     fn variable(&self, id: VariableId) -> Result<&KernelVariable, String> {
-        self.kernel.variables.get(id.0 as usize).ok_or_else(|| format!("no variable {}", id.0))
+        self.kernel
+            .variables
+            .get(id.0 as usize)
+            .ok_or_else(|| format!("there is no variable {}", id.0))
     }
 
     fn ty(&self, value: Value) -> Type {
@@ -179,25 +185,31 @@ impl Verifier<'_> {
         let joined = operands.iter().any(|operand| self.ty(*operand).lanes);
         let want = |scalars: &[Scalar], lanes: bool| {
             let wanted = scalars.iter().map(|&scalar| Type { scalar, lanes });
-            ensure(wanted.eq(results.iter().copied()), || "results of another type".to_owned())
+            ensure(wanted.eq(results.iter().copied()), || {
+                "the results have the wrong types".to_owned()
+            })
         };
         match &op.kind {
             OpKind::Constant(constant) => want(&[constant.scalar()], false),
             OpKind::Unary(op, a) => {
                 let scalar = self.ty(*a).scalar;
-                ensure(unary_takes(*op, scalar), || "operand type".to_owned())?;
+                ensure(unary_takes(*op, scalar), || {
+                    "the operation does not take the operand's type".to_owned()
+                })?;
                 want(&[scalar], joined)
             }
             OpKind::Binary(op, a, _) => {
                 let scalar = self.same(operands)?;
-                ensure(binary_takes(*op, self.ty(*a).scalar), || "operand type".to_owned())?;
+                ensure(binary_takes(*op, self.ty(*a).scalar), || {
+                    "the operation does not take the operand's type".to_owned()
+                })?;
                 want(&[scalar], joined)
             }
             OpKind::Compare(op, a, b) => {
                 self.same(&[*a, *b])?;
                 let equality = matches!(op, CompareOp::Equal | CompareOp::NotEqual);
                 let ordered = self.ty(*a).scalar != Scalar::Bool;
-                ensure(ordered || equality, || "bools have no order".to_owned())?;
+                ensure(ordered || equality, || "bools cannot be ordered".to_owned())?;
                 want(&[Scalar::Bool], joined)
             }
             OpKind::Select(condition, a, b) => {
@@ -215,16 +227,16 @@ impl Verifier<'_> {
                 ensure(!bools, || "bools have no bits".to_owned())?;
                 want(&[*to], joined)
             }
-            OpKind::Unspecified => {
-                ensure(results.len() == 1 && results[0].lanes, || "one result of lanes".to_owned())
-            }
+            OpKind::Unspecified => ensure(results.len() == 1 && results[0].lanes, || {
+                "the result is not lanes".to_owned()
+            }),
             OpKind::Any(mask) => {
                 self.check_mask(*mask)?;
                 want(&[Scalar::Bool], false)
             }
             OpKind::First(mask, value) => {
                 self.check_mask(*mask)?;
-                ensure(self.ty(*value).lanes, || "of a uniform value".to_owned())?;
+                ensure(self.ty(*value).lanes, || "the operand is uniform".to_owned())?;
                 want(&[self.ty(*value).scalar], false)
             }
             OpKind::Load(id, index) => {
@@ -233,31 +245,37 @@ impl Verifier<'_> {
                 let loads = variable.variable.kind != VariableKind::Accepted;
                 ensure(loads, || "accepted cannot be read".to_owned())?;
                 let local = variable.variable.kind == VariableKind::Local;
-                ensure(!(local && self.pure_only), || "locals in the prologue".to_owned())?;
+                ensure(!(local && self.pure_only), || "the prologue accesses a local".to_owned())?;
                 want(&[variable.variable.scalar], lanes)
             }
             OpKind::Store { variable, index, value, mask } => {
                 self.check_effect()?;
                 let lanes = self.check_element(*variable, *index)?;
                 let local = self.variable(*variable)?;
-                ensure(local.variable.kind == VariableKind::Local, || "not a local".to_owned())?;
+                ensure(local.variable.kind == VariableKind::Local, || {
+                    "the variable is not a local".to_owned()
+                })?;
                 self.check_scalar(*value, local.variable.scalar)?;
                 mask.map_or(Ok(()), |mask| self.check_mask(mask))?;
                 let any_lanes = lanes || self.ty(*value).lanes || mask.is_some();
-                ensure(local.varies || !any_lanes, || "lanes into a uniform local".to_owned())?;
+                ensure(local.varies || !any_lanes, || {
+                    "lanes are stored to a uniform local".to_owned()
+                })?;
                 want(&[], false)
             }
             OpKind::Length(id) => {
                 let variable = self.variable(*id)?;
                 ensure(variable.variable.kind == VariableKind::Buffer, || {
-                    "not a buffer".to_owned()
+                    "the variable is not a buffer".to_owned()
                 })?;
                 want(&[Scalar::I32], variable.varies)
             }
             OpKind::If { condition, then, otherwise } => {
                 self.check_condition(*condition)?;
                 for side in [then, otherwise] {
-                    ensure(side.params.is_empty(), || "sides have no parameters".to_owned())?;
+                    ensure(side.params.is_empty(), || {
+                        "a side of a branch has parameters".to_owned()
+                    })?;
                     self.check_passed(&side.yields, &results)?;
                 }
                 Ok(())
@@ -265,7 +283,7 @@ impl Verifier<'_> {
             OpKind::Loop { initial, body } => {
                 let params: Vec<Type> = body.params.iter().map(|param| self.ty(*param)).collect();
                 let Some((again, next)) = body.yields.split_first() else {
-                    return Err("the body yields nothing".to_owned());
+                    return Err("the body of a loop yields nothing".to_owned());
                 };
                 self.check_condition(*again)?;
                 self.check_passed(initial, &params)?;
@@ -284,7 +302,7 @@ impl Verifier<'_> {
             OpKind::LightSample { mask, index, .. } => {
                 self.check_request(*mask, &operands[2..])?;
                 let uniform = self.ty(*index) == Type::uniform(Scalar::I32);
-                ensure(uniform, || "the index is a uniform i32".to_owned())?;
+                ensure(uniform, || "the index is not a uniform i32".to_owned())?;
                 let mut scalars = vec![Scalar::F32; 6 + COLOR_COMPONENTS as usize];
                 scalars[0] = Scalar::Bool;
                 want(&scalars, true)
@@ -312,19 +330,19 @@ impl Verifier<'_> {
     }
 
     fn check_scalar(&self, value: Value, scalar: Scalar) -> Checked {
-        ensure(self.ty(value).scalar == scalar, || format!("%{} is no {}", value.0, scalar.name()))
+        ensure(self.ty(value).scalar == scalar, || format!("%{} is not {}", value.0, scalar.name()))
     }
 
     fn check_mask(&self, value: Value) -> Checked {
-        ensure(self.ty(value) == Type::MASK, || format!("%{} is no mask", value.0))
+        ensure(self.ty(value) == Type::MASK, || format!("%{} is not a mask", value.0))
     }
 
     fn check_condition(&self, value: Value) -> Checked {
-        ensure(self.ty(value) == Type::CONDITION, || format!("%{} is no uniform bool", value.0))
+        ensure(self.ty(value) == Type::CONDITION, || format!("%{} is not a uniform bool", value.0))
     }
 
     fn check_effect(&self) -> Checked {
-        ensure(!self.pure_only, || "the prologue changes nothing".to_owned())
+        ensure(!self.pure_only, || "the prologue has an effect".to_owned())
     }
 
     fn check_request(&self, mask: Value, floats: &[Value]) -> Checked {
@@ -333,24 +351,24 @@ impl Verifier<'_> {
         self.check_scalars(floats, Scalar::F32)
     }
 
-    /// Values handed on as `types`: the same scalars; uniform ones may become lanes.
+    /// Checks that values passed on as `types` have the same scalar types; uniform ones may become lanes.
     fn check_passed(&self, values: &[Value], types: &[Type]) -> Checked {
-        ensure(values.len() == types.len(), || "number of values".to_owned())?;
+        ensure(values.len() == types.len(), || "the number of values is wrong".to_owned())?;
         for (value, ty) in values.iter().zip(types) {
             self.check_scalar(*value, ty.scalar)?;
             ensure(ty.lanes || !self.ty(*value).lanes, || {
-                format!("%{} is lanes where a uniform value is wanted", value.0)
+                format!("%{} is lanes, expected a uniform value", value.0)
             })?;
         }
         Ok(())
     }
 
-    /// Whether the element differs from ray to ray.
+    /// Checks an access and returns true if the element differs from ray to ray.
     fn check_element(&self, id: VariableId, index: Index) -> Result<bool, String> {
         let variable = self.variable(id)?;
         match index {
             Index::Constant(index) => {
-                ensure(index < variable.variable.len, || format!("index {index}"))?;
+                ensure(index < variable.variable.len, || format!("index {index} is out of range"))?;
                 Ok(variable.varies)
             }
             Index::Dynamic(index) => {
@@ -365,7 +383,7 @@ fn unary_takes(op: UnaryOp, scalar: Scalar) -> bool {
     match op {
         UnaryOp::Negate | UnaryOp::Abs => scalar != Scalar::Bool,
         UnaryOp::Not => scalar != Scalar::F32,
-        // The lowering has made a branch of it.
+        // The lowering has replaced it by a branch.
         UnaryOp::Seldom => false,
         UnaryOp::Sqrt
         | UnaryOp::Floor

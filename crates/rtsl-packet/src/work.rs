@@ -1,28 +1,28 @@
-//! The work that a kernel is for a code generator.
+//! The work of generating code for a kernel.
 //!
-//! LLVM's register allocation and scheduling take time by the square of a function's length and worse: a method of 28,000
-//! operations in a row takes 24 seconds, one of 11,000 three (LLVM 22, 8 lanes, Zen 3). Straight code generation takes
-//! time by the length: one second and a half. So methods are counted, long ones are compiled straight, and beyond
-//! [`MAX_WORK`] they are refused. What counts is the packet code before it is made for a width or a target: where a method
-//! is refused, it is refused on every machine.
+//! The time of LLVM's register allocation and scheduling grows with the square of a function's length or worse: a
+//! method of 28,000 operations without branches takes 24 seconds, one of 11,000 three (LLVM 22, 8 lanes, Zen 3). The
+//! time of unoptimised code generation is linear: one second and a half. So methods are measured, long ones are
+//! compiled without optimisation, and beyond [`MAX_WORK`] they are rejected. The measure is taken on packet code before
+//! it is specialised for a width or a target: a method that is rejected is rejected on every machine.
 
 use rtsl_ir::{BinaryOp, Index, Scalar, Value};
 
 use crate::Kernel;
 use crate::kernel::{OpKind, Region};
 
-/// The most work that a kernel may be, in operations.
+/// The greatest work of a kernel, in operations.
 pub const MAX_WORK: u64 = 1 << 16;
 
-/// Operations that no vector instruction does, such as access by an index that differs from ray to ray, become a piece of
-/// code for every lane.
+/// The work of operations without a vector instruction, such as accesses by a varying index, which become a sequence of
+/// code per lane.
 const WORK_OF_LANES: u64 = 16;
 
-/// An output is loaded, blended and stored.
+/// The work of an output, which is loaded, blended and stored.
 const WORK_OF_OUTPUT: u64 = 4;
 
 impl Kernel {
-    /// The work of generating its code, in operations. It is the same for every width.
+    /// Returns the work of generating the kernel's code, in operations. It is the same for every width.
     pub fn work(&self) -> u64 {
         let outputs = WORK_OF_OUTPUT * self.outputs.len() as u64;
         outputs + self.region_work(&self.prologue) + self.region_work(&self.body)

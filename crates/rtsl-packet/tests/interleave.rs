@@ -1,11 +1,11 @@
-//! Which kernels do several full chunks at a time.
+//! Tests of the choice of interleaving.
 
 use rtsl_abi::{CallMode, Layout};
 use rtsl_ir::{Function, VariableKind};
 use rtsl_packet::Kernel;
 use rtsl_packet::interleave::{FACTORS, choose};
 
-fn lower(text: &str, shape: CallMode, width: u32) -> Kernel {
+fn lower(text: &str, mode: CallMode, width: u32) -> Kernel {
     let function: Function = text.parse().unwrap_or_else(|error| panic!("{error}"));
     rtsl_ir::verify::verify(&function).unwrap_or_else(|error| panic!("{error}"));
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
@@ -14,7 +14,7 @@ fn lower(text: &str, shape: CallMode, width: u32) -> Kernel {
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    rtsl_packet::lower(&function, &layout, shape, width).unwrap()
+    rtsl_packet::lower(&function, &layout, mode, width).unwrap()
 }
 
 /// A method that reads `x` and gives `r`.
@@ -52,7 +52,7 @@ fn short_code_is_interleaved_for_the_sake_of_its_loop() {
     assert_eq!(choose(&lower(&accepting, CallMode::Packet, 8), None), Some(2), "stores if any hit");
 }
 
-/// Sums that do not wait for one another, and a chain of short operations.
+/// Independent sums, and a chain of short operations.
 fn wide(sums: u32) -> String {
     let terms: Vec<String> = (0..sums)
         .map(|it| format!("%a{it}: f32 = constant {it}.5 %b{it}: f32 = add %x, %a{it}"))
@@ -79,9 +79,9 @@ fn loops_are_interleaved_though_they_keep_the_machine_busy() {
 }
 
 #[test]
-fn what_cannot_be_interleaved_is_not() {
-    let forced = |body: &str, shape, width| {
-        let kernel = lower(&method(body), shape, width);
+fn some_kernels_cannot_be_interleaved() {
+    let forced = |body: &str, mode, width| {
+        let kernel = lower(&method(body), mode, width);
         FACTORS.map(|factor| choose(&kernel, Some(factor)).is_some())
     };
     let root = "%r: f32 = sqrt %x";

@@ -1,5 +1,5 @@
-//! Packet code against the single-ray interpreter: the same bits for every shape and width, under
-//! random masks. And what its runs are counted as.
+//! Packet code against the single-ray interpreter: the same bits for every call mode and width, under random masks.
+//! Also tests the counts of runs.
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
@@ -9,23 +9,23 @@ use rtsl_packet::Kernel;
 use rtsl_packet::interpreter::{self, Outcome, Rays, Storage};
 use rtsl_testing::functions::{Entropy, HashHost, Memory, function, seeded_function};
 
-/// Full chunks and a part of one at every width.
+/// Full chunks and a partial one at every width.
 const RAYS: u32 = 37;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
-fn lower(function: &Function, shape: CallMode, width: u32) -> Kernel {
+fn lower(function: &Function, mode: CallMode, width: u32) -> Kernel {
     let variables = |kind| function.variables.iter().filter(move |variable| variable.kind == kind);
     let layout = Layout::new(
         variables(VariableKind::Member),
         variables(VariableKind::Buffer),
         variables(VariableKind::Scratch),
     );
-    let kernel = rtsl_packet::lower(function, &layout, shape, width).unwrap();
+    let kernel = rtsl_packet::lower(function, &layout, mode, width).unwrap();
     rtsl_packet::verify(&kernel).unwrap();
     kernel
 }
 
-/// The memory of all rays. A place that does not vary is that of ray 0.
+/// The memory of all rays. A uniform variable is that of ray 0.
 #[derive(Clone)]
 struct RayMemories<'a> {
     kernel: &'a Kernel,
@@ -81,9 +81,9 @@ impl rtsl_ir::Storage for OneRay<'_> {
 }
 
 fn check(function: &Function, seed: u64) {
-    for shape in CallMode::ALL {
+    for mode in CallMode::ALL {
         for width in WIDTHS {
-            let kernel = lower(function, shape, width);
+            let kernel = lower(function, mode, width);
             let before = RayMemories::random(&kernel, function, seed);
             for masked in [false, true] {
                 let is_on = |ray: u32| !masked || (seed ^ u64::from(ray)).is_multiple_of(3);
@@ -108,7 +108,7 @@ fn check_call(
         .iter()
         .find(|output| function.variable(output.variable).kind == VariableKind::Accepted);
     let mut budget_exceeded = false;
-    let count = if kernel.shape == CallMode::Single { 1 } else { RAYS };
+    let count = if kernel.mode == CallMode::Single { 1 } else { RAYS };
     let mut nearest: Option<(u32, Memory)> = None;
     for ray in 0..count {
         if kernel.keeps_nearest() {
@@ -155,12 +155,12 @@ fn check_call(
     }
     for ray in 0..count as usize {
         let (expected, found) = (expected.rays[ray].snapshot(), found.rays[ray].snapshot());
-        let (shape, width) = (kernel.shape.name(), kernel.width);
-        assert_eq!(found, expected, "seed {seed}, {shape} {width}, ray {ray}\n{function}{kernel}");
+        let (mode, width) = (kernel.mode.name(), kernel.width);
+        assert_eq!(found, expected, "seed {seed}, {mode} {width}, ray {ray}\n{function}{kernel}");
     }
 }
 
-/// By what hits are compared.
+/// The key by which hits are compared.
 fn distance(function: &Function, memory: &Memory) -> f32 {
     let mut variables = function.variables.iter();
     let variable = variables.position(|variable| variable.name == "rt_HitDistance").unwrap();
@@ -265,7 +265,7 @@ fn one_ray_at_a_time_wastes_no_lane() {
     );
 }
 
-/// A branch that is taken from ray 3 on, with a loop that ray `i` goes round `2 i` times.
+/// A branch taken from ray 3 on, with a loop that makes `2 i` iterations for ray `i`.
 const BRANCH: &str = "function f state rt_du: f32[1] {
     %x: f32 = load state:rt_du@0
     %step: f32 = constant 0.125

@@ -1,17 +1,17 @@
-//! Single-ray text in, packet text out.
+//! Tests of the lowering: single-ray text in, packet text out.
 
 use expect_test::{Expect, expect};
 use rtsl_abi::{CallMode, Layout, ObjectForm};
 use rtsl_ir::{Function, VariableKind};
 use rtsl_packet::{Kernel, LowerError};
 
-fn lower(text: &str, shape: CallMode, width: u32) -> Result<Kernel, LowerError> {
-    lower_for(text, shape, width, None)
+fn lower(text: &str, mode: CallMode, width: u32) -> Result<Kernel, LowerError> {
+    lower_for(text, mode, width, None)
 }
 
 fn lower_for(
     text: &str,
-    shape: CallMode,
+    mode: CallMode,
     width: u32,
     objects: Option<ObjectForm>,
 ) -> Result<Kernel, LowerError> {
@@ -24,7 +24,7 @@ fn lower_for(
         variables(VariableKind::Scratch),
     );
     let layout = Layout { objects, ..layout };
-    let kernel = rtsl_packet::lower(&function, &layout, shape, width)?;
+    let kernel = rtsl_packet::lower(&function, &layout, mode, width)?;
     rtsl_packet::verify(&kernel).unwrap_or_else(|error| panic!("{error}"));
     Ok(kernel)
 }
@@ -45,7 +45,7 @@ const SHARED_WORK: &str = "function f member radius: f32[1] member table: f32[8]
     }";
 
 #[test]
-fn what_rays_share_is_done_once() {
+fn uniform_work_is_hoisted_to_the_prologue() {
     check(
         SHARED_WORK,
         expect![[r#"
@@ -71,7 +71,7 @@ fn what_rays_share_is_done_once() {
 
 #[test]
 fn branches_and_loops_that_rays_share_are_run_once() {
-    // The loop under the condition might not end, and no ray might come there: it stays.
+    // The loop under the condition might not end, and no ray might reach it: it is not hoisted.
     check(
         "function f member count: i32[1] member flag: bool[1] state rt_HitDistance: f32[1] {
             %t: f32 = load state:rt_HitDistance@0
@@ -153,7 +153,7 @@ fn branches_and_loops_that_rays_share_are_run_once() {
 }
 
 #[test]
-fn in_the_stream_shape_members_are_lanes() {
+fn in_the_stream_mode_members_are_lanes() {
     let kernel = lower(SHARED_WORK, CallMode::Stream, 8).unwrap();
     assert!(kernel.prologue.ops.is_empty());
     expect![[r#"
@@ -177,9 +177,9 @@ fn in_the_stream_shape_members_are_lanes() {
     .assert_eq(&kernel.to_string());
 }
 
-/// Only what stands for each object varies, and where one object is called for nothing of it does.
+/// Only per-object values vary; in modes with one object none of them does.
 #[test]
-fn what_objects_share_is_uniform() {
+fn data_shared_by_objects_is_uniform() {
     let radius = Some(ObjectForm::new([0]));
     let kernel = lower_for(SHARED_WORK, CallMode::Leaf, 8, radius.clone()).unwrap();
     expect![[r#"
@@ -204,7 +204,7 @@ fn what_objects_share_is_uniform() {
     let kernel = lower_for(SHARED_WORK, CallMode::Packet, 8, radius).unwrap();
     let variables = kernel.variables.iter().map(|it| (it.of_objects, it.varies, it.location));
     assert_eq!(variables.collect::<Vec<_>>()[..2], [(true, false, 0), (false, false, 1)]);
-    // A part of the table.
+    // Only a part of the table is per object.
     let part = lower_for(SHARED_WORK, CallMode::Leaf, 8, Some(ObjectForm::new(3..5)));
     assert_eq!(part, Err(LowerError::NoLocation(VariableKind::Member, "table".to_owned())));
 }
@@ -251,7 +251,7 @@ fn short_sides_are_selected() {
     );
 }
 
-/// A side that is too long to be done in vain.
+/// A side that is too long to be speculated.
 const LONG: &str = "%q: f32 = divide %t, %t %a: f32 = sqrt %q %b: f32 = sqrt %a
     %c: f32 = sqrt %b %e: f32 = sqrt %c %f: f32 = sqrt %e %d: f32 = divide %f, %b";
 const LONG_TOO: &str = "%k: f32 = divide %0, %t %l: f32 = sqrt %k %m: f32 = sqrt %l
@@ -350,8 +350,8 @@ fn long_sides_are_branched_over() {
 }
 
 #[test]
-fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
-    // An early out whose rest costs 42 units, with another in it whose rest costs 20.
+fn the_speculation_limit_grows_with_the_width() {
+    // An early out whose remainder costs 42 units, and in it another whose remainder costs 20.
     let text = "function f state rt_HitDistance: f32[1] {
         %t: f32 = load state:rt_HitDistance@0
         %0: f32 = constant 0.0
@@ -370,7 +370,7 @@ fn the_more_lanes_the_longer_is_what_they_do_in_vain() {
 }
 
 #[test]
-fn to_what_is_loaded_the_opposite_is_added() {
+fn the_negation_is_added_to_loaded_lanes() {
     let text = "function f state rt_HitDistance: f32[1] member m: f32[1] {
         %t: f32 = load state:rt_HitDistance@0
         %m: f32 = load member:m@0
@@ -380,8 +380,8 @@ fn to_what_is_loaded_the_opposite_is_added() {
         %d: f32 = subtract %c, %t
         return state:rt_HitDistance@0 = %d
     }";
-    let lowered = |shape| {
-        let text = lower(text, shape, 8).unwrap().to_string();
+    let lowered = |mode| {
+        let text = lower(text, mode, 8).unwrap().to_string();
         text[text.find("  prologue").unwrap()..].to_owned()
     };
     expect![[r#"
@@ -400,7 +400,7 @@ fn to_what_is_loaded_the_opposite_is_added() {
         }
     "#]]
     .assert_eq(&lowered(CallMode::Packet));
-    // There the opposite would be work of its own.
+    // Here the negation would be an additional operation.
     expect![[r#"
           prologue {
           }
@@ -694,12 +694,12 @@ fn errors_say_why() {
     let linked = "function f { %1: bool = is_set kd return }";
     for (text, width, message) in [
         (local, 8, "local arrays take 144000 words for 16 rays, more than 65536"),
-        (parameter, 8, "the parameter `p` has no variable in a call"),
+        (parameter, 8, "a call has no storage for the parameter `p`"),
         (member, 8, "kernels do not store the member `m`"),
         (linked, 8, "the reference `kd` is not linked"),
-        ("function f { return }", 5, "no packets have 5 rays"),
-        ("function f { return }", 32, "no packets have 32 rays"),
-        ("function f { return }", 0, "no packets have 0 rays"),
+        ("function f { return }", 5, "packets cannot have 5 rays"),
+        ("function f { return }", 32, "packets cannot have 32 rays"),
+        ("function f { return }", 0, "packets cannot have 0 rays"),
     ] {
         assert_eq!(lower(text, CallMode::Packet, width).unwrap_err().to_string(), message);
     }

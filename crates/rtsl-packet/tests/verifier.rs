@@ -1,4 +1,4 @@
-//! Kernels that break one rule each.
+//! Kernels that violate one invariant each.
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{
@@ -19,7 +19,7 @@ fn valid() -> Kernel {
     let op = |first, count, kind| Op { results: Values { first, count }, kind };
     Kernel {
         name: "f".to_owned(),
-        shape: CallMode::Packet,
+        mode: CallMode::Packet,
         width: 8,
         interleave: None,
         object_words: None,
@@ -69,7 +69,7 @@ fn the_valid_kernel_is_valid() {
 }
 
 #[test]
-fn every_broken_rule_is_found() {
+fn every_violated_invariant_is_found() {
     let float = Type::uniform(Scalar::F32);
     let lanes = Type::lanes(Scalar::F32);
     let store = |value, mask| OpKind::Store {
@@ -86,7 +86,7 @@ fn every_broken_rule_is_found() {
     type Break<'a> = Box<dyn Fn(&mut Kernel) + 'a>;
     let broken: Vec<(&str, Break<'_>)> = vec![
         ("width 3", Box::new(|k| k.width = 3)),
-        ("there are no blocks of them", Box::new(|k| k.shape = CallMode::Stream)),
+        ("there are no blocks of them", Box::new(|k| k.mode = CallMode::Stream)),
         ("radius is not in the blocks of objects", Box::new(|k| k.variables[1].of_objects = true)),
         (
             "rt_HitDistance is not in the blocks of objects",
@@ -104,30 +104,30 @@ fn every_broken_rule_is_found() {
                 k.prologue.ops.push(load);
             }),
         ),
-        ("results of another type", Box::new(|k| k.values[4] = float)),
-        ("results of another type", Box::new(|k| k.values[4] = Type::lanes(Scalar::I32))),
+        ("the results have the wrong types", Box::new(|k| k.values[4] = float)),
+        ("the results have the wrong types", Box::new(|k| k.values[4] = Type::lanes(Scalar::I32))),
         (
-            "%0 is no f32",
+            "%0 is not f32",
             Box::new(|k| {
                 append(k, &[lanes], OpKind::Binary(BinaryOp::Add, Value(3), Value(0)));
             }),
         ),
         (
-            "operand type",
+            "the operation does not take the operand's type",
             Box::new(|k| {
                 append(k, &[lanes], OpKind::Binary(BinaryOp::And, Value(3), Value(3)));
             }),
         ),
-        ("%3 is no mask", Box::new(|k| append(k, &[Type::CONDITION], OpKind::Any(Value(3))))),
-        ("%0 is no uniform bool", Box::new(|k| append(k, &[float], branch(0, vec![Value(2)])))),
-        ("number of values", Box::new(|k| append(k, &[float], branch(5, Vec::new())))),
+        ("%3 is not a mask", Box::new(|k| append(k, &[Type::CONDITION], OpKind::Any(Value(3))))),
+        ("%0 is not a uniform bool", Box::new(|k| append(k, &[float], branch(0, vec![Value(2)])))),
+        ("the number of values is wrong", Box::new(|k| append(k, &[float], branch(5, Vec::new())))),
         (
-            "%3 is lanes where a uniform value is wanted",
+            "%3 is lanes, expected a uniform value",
             Box::new(|k| {
                 append(k, &[float], branch(5, vec![Value(3)]));
             }),
         ),
-        ("%5 is no mask", Box::new(|k| append(k, &[lanes], OpKind::Rand(Value(5))))),
+        ("%5 is not a mask", Box::new(|k| append(k, &[lanes], OpKind::Rand(Value(5))))),
         (
             "index 4",
             Box::new(|k| {
@@ -141,24 +141,27 @@ fn every_broken_rule_is_found() {
             }),
         ),
         (
-            "not a buffer",
+            "the variable is not a buffer",
             Box::new(|k| {
                 append(k, &[Type::uniform(Scalar::I32)], OpKind::Length(VariableId(1)));
             }),
         ),
-        ("lanes into a uniform local", Box::new(|k| append(k, &[], store(3, None)))),
-        ("lanes into a uniform local", Box::new(|k| append(k, &[], store(2, Some(Value(0)))))),
+        ("lanes are stored to a uniform local", Box::new(|k| append(k, &[], store(3, None)))),
         (
-            "the prologue changes nothing",
+            "lanes are stored to a uniform local",
+            Box::new(|k| append(k, &[], store(2, Some(Value(0))))),
+        ),
+        (
+            "the prologue has an effect",
             Box::new(|k| {
                 let results = Values { first: 6, count: 0 };
                 k.prologue.ops.push(Op { results, kind: store(2, None) });
             }),
         ),
-        ("outputs and yields differ", Box::new(|k| k.body.yields.push(Value(3)))),
-        ("output to radius", Box::new(|k| k.outputs[0].variable = VariableId(1))),
+        ("the numbers of outputs and yields differ", Box::new(|k| k.body.yields.push(Value(3)))),
+        ("radius[0] cannot be an output", Box::new(|k| k.outputs[0].variable = VariableId(1))),
         ("%1 is defined twice", Box::new(|k| k.prologue.ops.push(k.prologue.ops[0].clone()))),
-        ("the body has one parameter", Box::new(|k| k.body.params.clear())),
+        ("the body does not have one parameter", Box::new(|k| k.body.params.clear())),
         (
             "%6 has no type",
             Box::new(|k| {

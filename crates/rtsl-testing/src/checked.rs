@@ -1,4 +1,4 @@
-//! Shader texts, parsed and checked against the project's prelude.
+//! Shader sources, parsed and checked against the project's prelude.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -15,7 +15,7 @@ pub static PRELUDE: LazyLock<Prelude> = LazyLock::new(|| {
     prelude
 });
 
-/// The project's prelude, and what there is to say of it.
+/// Returns the project's prelude and its diagnostics.
 pub fn checked_prelude() -> (Prelude, String) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../prelude");
     let mut paths: Vec<_> =
@@ -34,7 +34,7 @@ pub fn checked_prelude() -> (Prelude, String) {
     (prelude, text)
 }
 
-/// The tree of a text, with the map it points into.
+/// Returns the tree of a source, with its source map.
 pub fn parse_text(text: &str, diagnostics: &mut Diagnostics) -> (SourceMap, ast::TranslationUnit) {
     let mut map = SourceMap::new();
     let file = map.add("shader.rtsl", text);
@@ -42,7 +42,7 @@ pub fn parse_text(text: &str, diagnostics: &mut Diagnostics) -> (SourceMap, ast:
     (map, unit)
 }
 
-/// The typed tree of a text and what there is to say of it.
+/// Returns the typed tree of a source and its diagnostics.
 pub fn check(text: &str) -> (Module, SourceMap, Vec<Diagnostic>) {
     let mut diagnostics = Diagnostics::new();
     let (map, unit) = parse_text(text, &mut diagnostics);
@@ -50,23 +50,23 @@ pub fn check(text: &str) -> (Module, SourceMap, Vec<Diagnostic>) {
     (module, map, diagnostics.into_vec())
 }
 
-/// What there is to say of a text, as people read it.
+/// Returns the rendered diagnostics of a source.
 pub fn diagnostics(text: &str) -> String {
     let (_, map, diagnostics) = check(text);
     render::all_to_text(&map, &diagnostics, false)
 }
 
-/// The codes of what there is to say of a text.
+/// Returns the codes of the diagnostics of a source.
 pub fn codes(text: &str) -> Vec<&'static str> {
     check(text).2.iter().map(|diagnostic| diagnostic.code.as_str()).collect()
 }
 
-/// The text of a texture whose `lookup` has this body.
+/// Returns the source of a texture whose `lookup` has this body.
 pub fn texture(body: &str) -> String {
     format!("class C : rt_Texture;\nvoid lookup() {{\n{body}\n}}\n")
 }
 
-/// `inner` within so many pairs of `open` and `close`.
+/// Returns `inner` within `depth` pairs of `open` and `close`.
 pub fn nested(open: &str, inner: &str, close: &str, depth: usize) -> String {
     open.repeat(depth) + inner + &close.repeat(depth)
 }

@@ -6,29 +6,29 @@
 pub struct Random(u64);
 
 impl Random {
-    /// The generator with this seed.
+    /// Returns the generator with this seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         let bits = mix(self.0);
         self.0 = self.0.wrapping_add(GAMMA);
         bits
     }
 
-    /// A number less than `count`, which is not 0.
+    /// Returns a number less than `count`, which is not 0.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.bits() >> 11) % count as u64) as usize
     }
 
-    /// A multiple of 2^-24 in [0,1).
+    /// Returns a multiple of 2^-24 in [0,1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// In [`low`, `high`).
+    /// Returns a number in [`low`, `high`).
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }

@@ -52,7 +52,7 @@ impl InterpretedKernel {
 
     /// The same for arguments that were found to fit.
     fn run(&self, call: CallArguments<'_>) -> CallStatus {
-        if self.signature.shape == CallMode::Leaf && self.signature.accepts {
+        if self.signature.mode == CallMode::Leaf && self.signature.accepts {
             self.keep_nearest(call, 0)
         } else {
             self.store_each(call)

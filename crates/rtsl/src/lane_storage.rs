@@ -48,7 +48,7 @@ enum Location {
 impl LaneVariables {
     /// The places of a function whose calls the signature describes.
     pub fn new(variables: &[Variable], layout: &Layout, signature: &Signature) -> LaneVariables {
-        let shape = signature.shape;
+        let shape = signature.mode;
         let form = layout.object_form(shape);
         let variables = variables.iter().map(|variable| {
             let location =

@@ -76,7 +76,7 @@ pub use variant::{KnownMembers, Outputs, Variant};
 
 pub use rtsl_abi::description;
 pub use rtsl_abi::offsets::{
-    NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, shape_number, shape_of_number,
+    NO_OBJECT, OBJECTS_IN_BLOCK, VERSION as KERNEL_ABI, call_mode_number, call_mode_of_number,
 };
 pub use rtsl_abi::{
     CallArguments, CallError, CallStatus, ComponentSet, HostArguments, HostLanes, InstanceBlock,

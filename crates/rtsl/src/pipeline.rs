@@ -351,7 +351,7 @@ fn signature(job: Job<'_>) -> Signature {
         buffers: buffers.into(),
         object_words: form.map(|form| form.words().len() as u32),
         object_buffers: object_buffers.into(),
-        shape: job.shape,
+        mode: job.shape,
         accepts: job.function.outputs.iter().any(|output| kind(output) == VariableKind::Accepted),
         // Only machine code has chunks.
         separate_chunks: None,

@@ -1,4 +1,4 @@
-//! Makes flat programs of functions.
+//! Compiles functions to flat programs.
 
 use super::PrepareError;
 use super::program::{Instruction, Program, Register};
@@ -6,7 +6,7 @@ use crate::{
     Function, Index, Op, OpKind, Region, Value, Values, VariableId, VariableKind, evaluate,
 };
 
-/// The program of a verified function.
+/// Compiles a verified function.
 pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
     let mut compiler = Compiler::new(function);
     compiler.region(&function.body)?;
@@ -19,7 +19,7 @@ pub(super) fn compile(function: &Function) -> Result<Program, PrepareError> {
         instructions: compiler.instructions,
         operands: compiler.operands,
         registers: compiler.initial,
-        slot_scalars: compiler.slot_scalars,
+        local_scalars: compiler.local_scalars,
         outputs,
         accepted: accepted.first().map(|(_, register)| *register),
     })
@@ -29,22 +29,22 @@ struct Compiler<'a> {
     function: &'a Function,
     instructions: Vec<Instruction>,
     operands: Vec<Register>,
-    /// What each register holds at first.
+    /// The initial content of each register.
     initial: Vec<u32>,
-    /// Of each value.
+    /// The register of each value.
     registers: Vec<Register>,
-    /// The first scalar of each place that is a slot.
-    slot_bases: Vec<u32>,
-    slot_scalars: u32,
+    /// The first scalar of each variable that is a local.
+    local_bases: Vec<u32>,
+    local_scalars: u32,
 }
 
 impl<'a> Compiler<'a> {
     fn new(function: &'a Function) -> Self {
-        let mut slot_scalars = 0;
-        let slot_bases = function.variables.iter().map(|variable| {
-            let base = slot_scalars;
+        let mut local_scalars = 0;
+        let local_bases = function.variables.iter().map(|variable| {
+            let base = local_scalars;
             if variable.kind == VariableKind::Local {
-                slot_scalars += variable.len;
+                local_scalars += variable.len;
             }
             base
         });
@@ -54,8 +54,8 @@ impl<'a> Compiler<'a> {
             operands: Vec::new(),
             initial: Vec::new(),
             registers: vec![Register::MAX; function.values.len()],
-            slot_bases: slot_bases.collect(),
-            slot_scalars,
+            local_bases: local_bases.collect(),
+            local_scalars,
         }
     }
 
@@ -95,8 +95,8 @@ impl<'a> Compiler<'a> {
         Ok(())
     }
 
-    /// A loop's results are in the registers of its parameters: what is carried into the
-    /// next round is the result where there is none.
+    /// A loop's results share the registers of its parameters: the values carried into the next iteration are the
+    /// results if there is none.
     fn repeat(
         &mut self,
         results: Values,
@@ -189,13 +189,13 @@ impl<'a> Compiler<'a> {
 
     fn load(&self, to: Register, variable: VariableId, index: Index) -> Instruction {
         let len = self.function.variable(variable).len;
-        let base = self.slot_bases[variable.0 as usize];
+        let base = self.local_bases[variable.0 as usize];
         match (self.function.variable(variable).kind, index) {
             (VariableKind::Local, Index::Constant(index)) => {
-                Instruction::LoadSlot { to, address: base + index }
+                Instruction::LoadLocal { to, address: base + index }
             }
             (VariableKind::Local, Index::Dynamic(index)) => {
-                Instruction::LoadSlotAt { to, index: self.register(index), base, len }
+                Instruction::LoadLocalAt { to, index: self.register(index), base, len }
             }
             (VariableKind::Buffer, Index::Constant(index)) => {
                 Instruction::LoadBuffer { to, variable, index }
@@ -211,18 +211,18 @@ impl<'a> Compiler<'a> {
     }
 
     fn store(&self, variable: VariableId, index: Index, value: Value) -> Instruction {
-        let base = self.slot_bases[variable.0 as usize];
+        let base = self.local_bases[variable.0 as usize];
         let value = self.register(value);
         match index {
-            Index::Constant(index) => Instruction::StoreSlot { address: base + index, value },
+            Index::Constant(index) => Instruction::StoreLocal { address: base + index, value },
             Index::Dynamic(index) => {
                 let len = self.function.variable(variable).len;
-                Instruction::StoreSlotAt { value, index: self.register(index), base, len }
+                Instruction::StoreLocalAt { value, index: self.register(index), base, len }
             }
         }
     }
 
-    /// Copies to registers that none of the values is in.
+    /// Copies to registers that hold none of the values.
     fn copy_yields(&mut self, to: Register, values: &[Value]) {
         for (to, value) in (to..).zip(values) {
             let from = self.register(*value);
@@ -230,7 +230,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Copies to registers that may be among the sources, as if all at once.
+    /// Copies to registers that may be among the sources, as if all copies were simultaneous.
     fn copy_in_parallel(&mut self, to: Register, values: &[Value]) {
         let targets = to..to + values.len() as u32;
         let sources: Vec<Register> = (to..)
@@ -258,7 +258,7 @@ impl<'a> Compiler<'a> {
         self.registers[value.0 as usize]
     }
 
-    /// Consecutive registers for results; the first of them.
+    /// Allocates consecutive registers for results and returns the first.
     fn define(&mut self, results: Values) -> Register {
         let first = self.new_registers(results.count);
         for (value, register) in results.iter().zip(first..) {
@@ -277,7 +277,7 @@ impl<'a> Compiler<'a> {
         self.instructions.push(instruction);
     }
 
-    /// Makes the jump at `position` go to what comes next.
+    /// Makes the jump at `position` target the next instruction.
     fn set_target(&mut self, position: usize) {
         let next = self.instructions.len() as u32;
         match &mut self.instructions[position] {

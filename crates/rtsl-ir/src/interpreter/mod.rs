@@ -1,10 +1,10 @@
-//! The interpreter: the oracle that says what a function means, and the backend of hosts
-//! without a code generator.
+//! The interpreter: the oracle that defines the meaning of a function, and the backend of hosts without a code
+//! generator.
 //!
-//! It runs one function for one ray, plainly. [`Interpreter::prepare`] makes a flat program with
-//! jumps out of the regions once; [`Interpreter::run`] then works on one array of registers that is
-//! kept from run to run: it neither allocates nor recurses. How long a run takes is up to the
-//! function: loops that may run for ever are bounded by instrumenting the function, not here.
+//! It runs one function for one ray. [`Interpreter::prepare`] compiles the regions to a flat program with jumps once;
+//! [`Interpreter::run`] then works on one array of registers that is kept between runs: it neither allocates nor
+//! recurses. The running time is not bounded here: functions with loops that may not end are instrumented with a budget
+//! instead.
 
 mod compile;
 mod program;
@@ -17,42 +17,42 @@ use program::{Instruction, Program, Register};
 use crate::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 use crate::{Function, VariableId, evaluate};
 
-/// Where a function's places are, but for slots, which are the interpreter's. Scalars are
+/// The storage of a function's variables except locals, which the interpreter holds. Scalars are
 /// [bits](crate::Constant::bits); a bool is 0 or 1.
 pub trait Storage {
-    /// The scalar at `index` of a state, member, parameter or scratch place or buffer; the index is
-    /// less than the place's length, for buffers times the number of elements.
+    /// Returns the scalar at `index` of a state, member, parameter or scratch variable or a buffer; the index is less
+    /// than the variable's length, for buffers times the number of elements.
     fn load(&self, variable: VariableId, index: u32) -> u32;
 
-    /// The number of elements of a buffer.
+    /// Returns the number of elements of a buffer.
     fn elements(&self, buffer: VariableId) -> u32;
 
     /// Stores an output. All loads of a run come before its first store.
     fn store(&mut self, variable: VariableId, component: u32, bits: u32);
 }
 
-/// What a run did besides storing outputs.
+/// The result of a run, apart from the stored outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Outcome {
-    /// The value of the accepted output; false where the function has none. Where it has one
-    /// and this is false nothing was stored.
+    /// The value of the accepted output; false if the function has none. If it has one and this is false, nothing was
+    /// stored.
     pub accepted: bool,
-    /// The budget of loop iterations was used up.
+    /// True if the budget of loop iterations was used up.
     pub budget_exceeded: bool,
 }
 
-/// A function, ready to run. Clones share the program, so that each thread can have its own.
+/// A function ready to run. Clones share the program, so that each thread can have one.
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     program: Arc<Program>,
-    /// Constants are in place from the start and nothing overwrites them.
+    /// Constants are initialised once and never overwritten.
     registers: Vec<u32>,
     locals: Vec<u32>,
     lanes: Box<Lanes>,
 }
 
-/// Requests and answers of the host, of which only lane 0 is used. Answers are zeros before each request, as hosts are
-/// promised: what they do not say is no answer that was given before.
+/// Requests to the host and its answers, of which only lane 0 is used. Answers are zeroed before each request, since
+/// hosts may rely on that and leave them unset.
 #[derive(Clone, Debug, Default)]
 struct Lanes {
     rays: RayLanes,
@@ -68,13 +68,13 @@ impl Interpreter {
         let program = compile::compile(function)?;
         Ok(Interpreter {
             registers: program.registers.clone(),
-            locals: vec![0; program.slot_scalars as usize],
+            locals: vec![0; program.local_scalars as usize],
             program: Arc::new(program),
             lanes: Box::default(),
         })
     }
 
-    /// Runs for the ray with the number `ray` within the call, of which the host is told.
+    /// Runs for the ray with index `ray` within the call, which is passed to the host.
     pub fn run<S: Storage + ?Sized>(
         &mut self,
         ray: u32,
@@ -111,10 +111,10 @@ impl Interpreter {
     }
 }
 
-/// Why a function cannot be prepared.
+/// The reason a function cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PrepareError {
-    /// It calls or asks about this reference, which linking would have replaced.
+    /// It calls or tests this reference, which linking would have replaced.
     Unlinked(String),
 }
 
@@ -130,7 +130,7 @@ impl Display for PrepareError {
 
 impl std::error::Error for PrepareError {}
 
-/// One run.
+/// The state of one run.
 struct Run<'a> {
     registers: &'a mut [u32],
     locals: &'a mut [u32],
@@ -178,17 +178,17 @@ impl Run<'_> {
                     let index = clamp_index(self.get(index), scalars);
                     self.set(to, if scalars == 0 { 0 } else { storage.load(variable, index) });
                 }
-                Instruction::LoadSlot { to, address } => {
+                Instruction::LoadLocal { to, address } => {
                     self.set(to, self.locals[address as usize]);
                 }
-                Instruction::LoadSlotAt { to, index, base, len } => {
+                Instruction::LoadLocalAt { to, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
                     self.set(to, self.locals[address as usize]);
                 }
-                Instruction::StoreSlot { address, value } => {
+                Instruction::StoreLocal { address, value } => {
                     self.locals[address as usize] = self.get(value);
                 }
-                Instruction::StoreSlotAt { value, index, base, len } => {
+                Instruction::StoreLocalAt { value, index, base, len } => {
                     let address = base + clamp_index(self.get(index), len.into());
                     self.locals[address as usize] = self.get(value);
                 }
@@ -282,7 +282,7 @@ impl Run<'_> {
     }
 }
 
-/// An i32 clamped to `0..count`; 0 where there is nothing.
+/// Clamps an i32 to `0..count`; 0 if `count` is 0.
 fn clamp_index(index: u32, count: u64) -> u32 {
     let last = count.saturating_sub(1).min(i32::MAX as u64) as u32;
     (index as i32).clamp(0, last as i32) as u32

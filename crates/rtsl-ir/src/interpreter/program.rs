@@ -6,24 +6,24 @@ use crate::{Output, VariableId};
 /// An index into the registers.
 pub(super) type Register = u32;
 
-/// A function without regions.
+/// A program without regions.
 #[derive(Debug)]
 pub(super) struct Program {
-    /// Run from the first until past the last.
+    /// The instructions, run from the first until past the last.
     pub instructions: Vec<Instruction>,
-    /// The registers of instructions with many operands, which know where theirs start.
+    /// The operand registers of instructions with many operands, which hold the index of their first.
     pub operands: Vec<Register>,
-    /// What the registers hold before the first run.
+    /// The content of the registers before the first run.
     pub registers: Vec<u32>,
-    /// The size of all slots together.
-    pub slot_scalars: u32,
-    /// The outputs but for the accepted one.
+    /// The size of all locals together.
+    pub local_scalars: u32,
+    /// The outputs except the accepted one.
     pub outputs: Vec<(Output, Register)>,
     /// The register of the accepted output.
     pub accepted: Option<Register>,
 }
 
-/// A step. Results go to `to`, or to the registers from it on.
+/// An instruction. Results go to `to`, or to consecutive registers from it.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs, reason = "as the operations that they are made of")]
 pub(super) enum Instruction {
@@ -36,10 +36,10 @@ pub(super) enum Instruction {
     LoadAt { to: Register, variable: VariableId, index: Register, len: u32 },
     LoadBuffer { to: Register, variable: VariableId, index: u32 },
     LoadBufferAt { to: Register, variable: VariableId, index: Register, len: u32 },
-    LoadSlot { to: Register, address: u32 },
-    LoadSlotAt { to: Register, index: Register, base: u32, len: u32 },
-    StoreSlot { address: u32, value: Register },
-    StoreSlotAt { value: Register, index: Register, base: u32, len: u32 },
+    LoadLocal { to: Register, address: u32 },
+    LoadLocalAt { to: Register, index: Register, base: u32, len: u32 },
+    StoreLocal { address: u32, value: Register },
+    StoreLocalAt { value: Register, index: Register, base: u32, len: u32 },
     Length { to: Register, variable: VariableId },
     Jump { target: u32 },
     JumpIf { condition: Register, target: u32 },

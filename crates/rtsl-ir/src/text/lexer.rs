@@ -1,17 +1,17 @@
-//! Cuts the text form into words and punctuation.
+//! Splits the text form into words and punctuation.
 
-/// A piece of the text.
+/// A token of the text form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Token<'a> {
-    /// Names, keywords, numbers, values: letters, digits and `_.[]%+-#`.
+    /// A name, keyword, number or value: letters, digits and `_.[]%+-#`.
     Word(&'a str),
-    /// One of `{}(),=:@`, or a character that the text form does not know.
+    /// One of `{}(),=:@`, or a character that the text form does not use.
     Punctuation(char),
     /// The end of the text.
     End,
 }
 
-/// The tokens of a text, one after the other.
+/// An iterator-like reader of the tokens of a text.
 #[derive(Clone, Debug)]
 pub(super) struct Lexer<'a> {
     text: &'a str,
@@ -23,7 +23,7 @@ impl<'a> Lexer<'a> {
         Lexer { text, offset: 0 }
     }
 
-    /// The next token and the offset of its first byte.
+    /// Returns the next token and the offset of its first byte.
     pub fn next(&mut self) -> (Token<'a>, usize) {
         self.skip_blanks();
         let start = self.offset;
@@ -51,7 +51,7 @@ impl<'a> Lexer<'a> {
     }
 }
 
-/// Whether names of places and functions may contain it.
+/// True if names of variables and functions may contain `character`.
 pub(crate) fn is_word_character(character: char) -> bool {
     character.is_ascii_alphanumeric() || "_.[]%+-#".contains(character)
 }

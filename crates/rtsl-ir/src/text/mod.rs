@@ -1,5 +1,4 @@
-//! The text form, for tests and for people: what [`print`](Function)ing a function writes and
-//! [`parse`] reads.
+//! The text form, for tests and debugging: [`print`](Function)ing a function writes it and [`parse`] reads it.
 //!
 //! ```text
 //! function Sphere.intersect
@@ -24,10 +23,10 @@
 //! }
 //! ```
 //!
-//! First the name and the places, then the body. Each definition gives the types of its
-//! results. `kind:name@index` is one scalar of a place. `//` starts a comment that ends with the
-//! line. Values have any names; the reader numbers them in the order of the text, so that it gives
-//! back what was printed up to the numbers of values.
+//! The name and the variables come first, then the body. Each definition gives the types of its results.
+//! `kind:name@index` is one scalar of a variable. `//` starts a comment that ends with the line. Values may have any
+//! names. The parser numbers them in the order of the text, so that parsing the printed form of a function restores it
+//! up to the numbers of values.
 
 mod lexer;
 mod parser;
@@ -53,7 +52,7 @@ mod tests {
 
     use super::parse;
 
-    /// Every operation once.
+    /// A function with every operation.
     const EVERYTHING: &str = "\
 function Class.method
 state rt_RayOrigin: f32[3]
@@ -143,7 +142,7 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
     }
 
     #[test]
-    fn errors_say_where_and_what() {
+    fn errors_have_a_position_and_a_message() {
         let table = [
             ("", "1:1: expected `function`, found the end of the text"),
             ("function f {\n %a: i32 = constant x }", "2:21: `x` is not a constant of type i32"),
@@ -153,7 +152,7 @@ light_sample %4, %0, %0, %0, %1, %1, %1, %2
             ("function f { %a: x = rand }", "1:18: `x` is not a type"),
             (
                 "function f local s: f32 { }",
-                "1:20: `f32` is not a type of a variable like `f32[3]`",
+                "1:21: `f32` is not a type of a variable like `f32[3]`",
             ),
             ("function f { ä }", "1:14: expected an operation, found `ä`"),
             ("function f { return } x", "1:23: expected the end of the text, found `x`"),

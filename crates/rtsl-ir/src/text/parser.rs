@@ -1,4 +1,4 @@
-//! Reads the text form.
+//! Parses the text form.
 
 use std::collections::HashMap;
 use std::fmt::{self, Display, Formatter};
@@ -12,19 +12,19 @@ use crate::{
     VariableKind,
 };
 
-/// Reads a function. It is not verified: what the text says of types may be wrong.
+/// Parses a function without verifying it: types may be inconsistent.
 pub fn parse(text: &str) -> Result<Function, ParseError> {
     Parser::new(text).function()
 }
 
-/// Why a text is not the text form of a function.
+/// The position and reason of a syntax error.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseError {
-    /// From 1.
+    /// The line, from 1.
     pub line: u32,
-    /// From 1, in characters.
+    /// The column, from 1, in characters.
     pub column: u32,
-    /// What was found and what was expected.
+    /// A description of the token found and the token expected.
     pub message: String,
 }
 
@@ -42,10 +42,10 @@ struct Parser<'a> {
     text: &'a str,
     lexer: Lexer<'a>,
     token: Token<'a>,
-    /// Where `token` starts.
+    /// The offset of `token`.
     offset: usize,
     function: Function,
-    /// Only looked up, so that their order does not matter.
+    /// Used for lookup only, so the iteration order cannot affect results.
     values: HashMap<&'a str, Value>,
     variables: HashMap<(VariableKind, &'a str), VariableId>,
     depth: usize,
@@ -71,7 +71,7 @@ impl<'a> Parser<'a> {
         self.expect_keyword("function")?;
         self.function.name = self.expect_word("the function's name")?.to_owned();
         while let Token::Word(_) = self.token {
-            self.parse_place_declaration()?;
+            self.parse_variable_declaration()?;
         }
         self.expect('{')?;
         let mut body = Region { ops: self.parse_ops()?, ..Region::default() };
@@ -98,12 +98,12 @@ impl<'a> Parser<'a> {
         Ok(self.function)
     }
 
-    fn parse_place_declaration(&mut self) -> Result<()> {
-        let kind = self.parse_place_kind()?;
+    fn parse_variable_declaration(&mut self) -> Result<()> {
+        let kind = self.parse_variable_kind()?;
         let name = self.expect_word("the variable's name")?;
         self.expect(':')?;
         let (offset, element) = (self.offset, self.expect_word("a type like `f32[3]`")?);
-        let Some((scalar, len)) = parse_place_type(element) else {
+        let Some((scalar, len)) = parse_variable_type(element) else {
             let message = format!("`{element}` is not a type of a variable like `f32[3]`");
             return Err(self.error_at(offset, message));
         };
@@ -115,7 +115,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn parse_place_kind(&mut self) -> Result<VariableKind> {
+    fn parse_variable_kind(&mut self) -> Result<VariableKind> {
         let Token::Word(word) = self.token else { return Err(self.expected("a kind of variable")) };
         let Some(kind) = VariableKind::from_name(word) else {
             return Err(self.expected("a kind of variable or `{`"));
@@ -124,7 +124,7 @@ impl<'a> Parser<'a> {
         Ok(kind)
     }
 
-    /// Operations up to the keyword that ends the region.
+    /// Parses operations up to the keyword that ends the region.
     fn parse_ops(&mut self) -> Result<Vec<Op>> {
         let mut ops = Vec::new();
         loop {
@@ -162,7 +162,7 @@ impl<'a> Parser<'a> {
         Ok(Op { results, precise, kind })
     }
 
-    /// `%name: type`
+    /// Parses `%name: type`.
     fn parse_definition(&mut self) -> Result<Value> {
         let (offset, name) = (self.offset, self.expect_word("a value")?);
         self.expect(':')?;
@@ -175,7 +175,7 @@ impl<'a> Parser<'a> {
         Ok(value)
     }
 
-    /// An operation without regions. Apart from the others, which recurse, for its large frame.
+    /// Parses an operation without regions. Separate from the recursive functions because its stack frame is large.
     fn parse_plain_kind(&mut self, results: Values) -> Result<OpKind> {
         let offset = self.offset;
         let keyword = self.expect_word("an operation")?;
@@ -211,7 +211,7 @@ impl<'a> Parser<'a> {
                 self.expect(',')?;
                 OpKind::Store(variable, index, self.parse_value()?)
             }
-            "length" => OpKind::Length(self.parse_place()?),
+            "length" => OpKind::Length(self.parse_variable()?),
             "trace" => {
                 let [a, b, c, d, e, f, limit, weight] = self.parse_values()?;
                 OpKind::Trace { origin: [a, b, c], direction: [d, e, f], limit, weight }
@@ -325,7 +325,7 @@ impl<'a> Parser<'a> {
         Ok(ReferencePath::Element(self.parse_value()?))
     }
 
-    /// In parentheses, with commas between.
+    /// Parses a parenthesised, comma-separated list.
     fn parse_list<T>(&mut self, mut item: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
         self.expect('(')?;
         let mut items = Vec::new();
@@ -349,10 +349,10 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `kind:name`
-    fn parse_place(&mut self) -> Result<VariableId> {
+    /// Parses `kind:name`.
+    fn parse_variable(&mut self) -> Result<VariableId> {
         let offset = self.offset;
-        let kind = self.parse_place_kind()?;
+        let kind = self.parse_variable_kind()?;
         self.expect(':')?;
         let name = self.expect_word("the variable's name")?;
         self.variables.get(&(kind, name)).copied().ok_or_else(|| {
@@ -360,9 +360,9 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `kind:name@index`
+    /// Parses `kind:name@index`.
     fn parse_element(&mut self) -> Result<(VariableId, Index)> {
-        let variable = self.parse_place()?;
+        let variable = self.parse_variable()?;
         self.expect('@')?;
         let index = match self.at_value() {
             true => Index::Dynamic(self.parse_value()?),
@@ -470,14 +470,14 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// `f32[3]`
-fn parse_place_type(word: &str) -> Option<(Scalar, u32)> {
+/// Parses `f32[3]`.
+fn parse_variable_type(word: &str) -> Option<(Scalar, u32)> {
     let (scalar, rest) = word.split_once('[')?;
     let len = rest.strip_suffix(']')?.parse().ok()?;
     Some((Scalar::from_name(scalar)?, len))
 }
 
-/// `texture.lookup`
+/// Parses `texture.lookup`.
 fn parse_callee(word: &str) -> Option<(Role, Method)> {
     let (role, method) = word.split_once('.')?;
     let role = Role::ALL.into_iter().find(|candidate| candidate.name() == role)?;

@@ -26,7 +26,7 @@ impl Display for Value {
 impl Display for Constant {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            // The bits of a NaN are part of it.
+            // Equality of constants includes the payload of a NaN, so the bits are printed.
             Constant::F32(value) if value.is_nan() => write!(out, "{:#x}", value.to_bits()),
             Constant::F32(value) => write!(out, "{value:?}"),
             Constant::I32(value) => write!(out, "{value}"),
@@ -36,7 +36,7 @@ impl Display for Constant {
     }
 }
 
-/// The first line of the text form of an operation.
+/// Returns the first line of the text form of an operation.
 pub(crate) fn op_line(function: &Function, op: &Op) -> String {
     struct Line<'a>(&'a Function, &'a Op);
     impl Display for Line<'_> {
@@ -51,7 +51,7 @@ struct Printer<'a, 'b> {
     function: &'a Function,
     out: &'a mut Formatter<'b>,
     depth: usize,
-    /// Print what stands in braces; the function may be broken by its depth.
+    /// Print the regions in braces. Nesting is unbounded if the function is not verified.
     regions: bool,
 }
 
@@ -166,7 +166,7 @@ impl Printer<'_, '_> {
         }
     }
 
-    /// A keyword and the operands.
+    /// Prints a keyword and the operands.
     fn plain(&mut self, keyword: &str, kind: &OpKind) -> fmt::Result {
         self.out.write_str(keyword)?;
         let mut separator = " ";
@@ -179,7 +179,7 @@ impl Printer<'_, '_> {
     }
 
     fn definition(&mut self, value: Value) -> fmt::Result {
-        // A broken function must still print, for the verifier's messages.
+        // The verifier's messages print functions that are not valid.
         let scalar = self.function.values.get(value.0 as usize).map_or("?", |scalar| scalar.name());
         write!(self.out, "{value}: {scalar}")
     }
@@ -206,7 +206,7 @@ impl Printer<'_, '_> {
         }
     }
 
-    /// What stands in braces, and the closing one.
+    /// Prints the operations of a region, its terminator and the closing brace.
     fn region(&mut self, region: &Region, terminator: &str) -> fmt::Result {
         if !self.regions {
             return Ok(());

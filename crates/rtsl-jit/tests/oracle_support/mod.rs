@@ -14,31 +14,31 @@ use rtsl_llvm::TargetFeatures;
 use rtsl_packet::{Kernel, interleave};
 use rtsl_testing::functions::{Entropy, HashHost};
 
-/// Full chunks and a part of one at every width.
+/// Full chunks and a partial one at every width.
 const RAYS: usize = 37;
-/// The leaf shape takes as many as rays, from this one on.
+/// The first object in the leaf mode, which takes as many objects as there are rays.
 const FIRST: usize = 8;
 const OBJECTS: usize = FIRST + RAYS;
-/// The one that the shapes with one object take.
+/// The object in the modes with one object.
 const OBJECT: usize = 13;
 const WIDTHS: [u32; 4] = [1, 4, 8, 16];
 
-/// A function with data for its places.
+/// A function with data for its variables.
 pub struct Case {
     function: Function,
-    /// Without a form of objects: they share nothing, and shapes with one object take an instance.
+    /// The layout without a form of objects: they share nothing, and modes with one object take an instance.
     layout: Layout,
-    /// With one: some places differ from object to object.
+    /// The layout with a form: some variables differ from object to object.
     sharing: Layout,
     instances: Vec<InstanceBlock>,
-    /// The object of each ray, for the stream shape.
+    /// The object of each ray, for the stream mode.
     indices: LaneIndices,
     state: LaneBlock,
     scratch: LaneBlock,
     mask: LaneMask,
 }
 
-/// What a run for all rays gives.
+/// The result of a run for all rays.
 struct Outcome {
     state: LaneBlock,
     scratch: LaneBlock,
@@ -102,8 +102,8 @@ impl Case {
         }
     }
 
-    /// Compares all kernels with the interpreter, with text made for this machine and for others:
-    /// LLVM makes up for what this one lacks.
+    /// Compares all kernels with the interpreter, with text for this machine and for others: LLVM emulates features
+    /// that this one lacks.
     pub fn check(&self) -> Result<(), String> {
         let target = llvm().host();
         let host = TargetFeatures::new(target.triple(), target.cpu(), target.features());
@@ -120,17 +120,17 @@ impl Case {
     }
 
     fn check_code(&self, features: &TargetFeatures, widths: &[u32]) -> Result<(), String> {
-        // With a form shapes differ less from one another.
+        // With a form the modes differ less from one another.
         let of_objects = [CallMode::Packet, CallMode::Stream, CallMode::Leaf];
         let all =
             [(&self.layout, CallMode::ALL.as_slice()), (&self.sharing, of_objects.as_slice())];
-        for (layout, shapes) in all {
+        for (layout, modes) in all {
             let mut kernels = Vec::new();
-            for (shape, width) in shapes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
-                let mut kernel = rtsl_packet::lower(&self.function, layout, shape, width)
+            for (mode, width) in modes.iter().flat_map(|it| widths.iter().map(|w| (*it, *w))) {
+                let mut kernel = rtsl_packet::lower(&self.function, layout, mode, width)
                     .map_err(|error| error.to_string())?;
                 rtsl_packet::verify(&kernel).map_err(|error| format!("{error}\n{kernel}"))?;
-                // As many rays as there are allow.
+                // The greatest interleaving for the number of rays.
                 kernel.interleave = interleave::choose(&kernel, Some(16 / width.max(4)));
                 kernels.push(kernel);
             }
@@ -149,9 +149,9 @@ impl Case {
             .map_err(|error| error.to_string())?;
         for mask in [None, Some(&self.mask)] {
             for (kernel, compiled) in kernels.iter().zip(&compiled) {
-                let mask = mask.filter(|_| kernel.shape != CallMode::Single);
-                let expected = self.interpret(kernel.shape, layout, mask);
-                let found = self.call(compiled, kernel.shape, layout, mask);
+                let mask = mask.filter(|_| kernel.mode != CallMode::Single);
+                let expected = self.interpret(kernel.mode, layout, mask);
+                let found = self.call(compiled, kernel.mode, layout, mask);
                 self.compare(&expected, &found).map_err(|difference| {
                     format!("masked: {}: {difference}\n{kernel}", mask.is_some())
                 })?;
@@ -163,16 +163,16 @@ impl Case {
     fn call(
         &self,
         kernel: &CompiledKernel,
-        shape: CallMode,
+        mode: CallMode,
         layout: &Layout,
         mask: Option<&LaneMask>,
     ) -> Outcome {
         let (mut state, mut scratch) = (self.state.clone(), self.scratch.clone());
         let mut accepted =
-            LaneMask::from_fn(RAYS, |ray| shape != CallMode::Leaf && ray < count(shape));
-        let form = layout.object_form(shape);
+            LaneMask::from_fn(RAYS, |ray| mode != CallMode::Leaf && ray < count(mode));
+        let form = layout.object_form(mode);
         let objects = form.map(|form| Objects::of_instances(form, &self.instances));
-        let instances = match (shape, &objects) {
+        let instances = match (mode, &objects) {
             (_, None) => Instances::One(&self.instances[0]),
             (CallMode::Packet | CallMode::CommonOrigin | CallMode::Single, Some(objects)) => {
                 Instances::Object(objects, OBJECT as u32)
@@ -183,7 +183,7 @@ impl Case {
         let status = kernel.call(CallArguments {
             state: &mut state,
             scratch: &mut scratch,
-            count: count(shape),
+            count: count(mode),
             mask,
             accepted: Some(&mut accepted),
             instances,
@@ -193,22 +193,22 @@ impl Case {
         Outcome { state, scratch, accepted, nearest, budget }
     }
 
-    fn interpret(&self, shape: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
+    fn interpret(&self, mode: CallMode, layout: &Layout, mask: Option<&LaneMask>) -> Outcome {
         let mut interpreter =
             Interpreter::prepare(&self.function).expect("generated functions run");
         let mut outcome = self.untouched();
         let accepts = |output: &Output| {
             self.function.variable(output.variable).kind == VariableKind::Accepted
         };
-        let keeps_nearest = shape == CallMode::Leaf && self.function.outputs.iter().any(accepts);
+        let keeps_nearest = mode == CallMode::Leaf && self.function.outputs.iter().any(accepts);
         let mut nearest: Option<(f32, Outcome)> = None;
-        for ray in (0..count(shape)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
+        for ray in (0..count(mode)).filter(|ray| mask.is_none_or(|mask| mask.get(*ray))) {
             if keeps_nearest {
-                // Its own ray's outputs to begin with, as if it were the only object.
+                // Initially the outputs of the ray itself, as if this were the only object.
                 let mut alone = self.untouched();
                 let result = self.interpret_ray(
                     &mut interpreter,
-                    (shape, layout),
+                    (mode, layout),
                     FIRST + ray,
                     (ray, 0),
                     &mut alone,
@@ -222,14 +222,14 @@ impl Case {
                 }
                 continue;
             }
-            let object = match shape {
+            let object = match mode {
                 CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => OBJECT,
                 CallMode::Stream => self.indices.as_slice()[ray] as usize,
                 CallMode::Leaf => FIRST + ray,
             };
             let result = self.interpret_ray(
                 &mut interpreter,
-                (shape, layout),
+                (mode, layout),
                 object,
                 (ray, ray),
                 &mut outcome,
@@ -243,7 +243,7 @@ impl Case {
         }
     }
 
-    /// Before the call.
+    /// Returns the values before the call.
     fn untouched(&self) -> Outcome {
         Outcome {
             state: self.state.clone(),
@@ -254,19 +254,19 @@ impl Case {
         }
     }
 
-    /// Runs for the ray of this number and the object; outputs go to a lane of their own.
+    /// Runs for the ray with this index and the object; outputs go to a separate lane.
     fn interpret_ray(
         &self,
         interpreter: &mut Interpreter,
-        (shape, layout): (CallMode, &Layout),
+        (mode, layout): (CallMode, &Layout),
         object: usize,
         (ray, output): (usize, usize),
         outcome: &mut Outcome,
     ) -> rtsl_ir::Outcome {
         let mut storage = RayStorage {
             case: self,
-            shape,
-            form: layout.object_form(shape),
+            mode,
+            form: layout.object_form(mode),
             object: &self.instances[object],
             ray,
             output,
@@ -276,7 +276,7 @@ impl Case {
         interpreter.run(ray as u32, &mut storage, &mut HashHost::default())
     }
 
-    /// What hits are compared by: the distance that the ray has now, or nothing.
+    /// Returns the key by which hits are compared: the distance of the ray, or nothing.
     fn distance(&self, outcome: &Outcome) -> f32 {
         let sets =
             |output: &Output| self.function.variable(output.variable).name == "rt_HitDistance";
@@ -332,7 +332,7 @@ impl Case {
     }
 }
 
-/// The bits to compare: every NaN is the same.
+/// Returns the bits to compare, with canonical NaNs.
 fn canonical(scalar: Scalar, bits: u32) -> u32 {
     let nan = scalar == Scalar::F32 && f32::from_bits(bits).is_nan();
     if nan { CANONICAL_NAN } else { bits }
@@ -342,7 +342,7 @@ fn first_component(variable: &Variable) -> u32 {
     rtsl_spec::lookup_state(&variable.name).expect("a state variable").first_component
 }
 
-/// An instance with members and buffers drawn from `entropy`.
+/// Returns an instance with members and buffers drawn from `entropy`.
 fn instance(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> InstanceBlock {
     let mut members = vec![0; layout.block_words as usize];
     let mut buffers = Vec::new();
@@ -370,7 +370,7 @@ fn instance(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> 
     InstanceBlock::new(&members, buffers)
 }
 
-/// Some of the members and buffers.
+/// Returns a form with some of the members and buffers.
 fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> ObjectForm {
     let variables =
         function.variables.iter().filter_map(|variable| match layout.locate(variable, None)? {
@@ -383,9 +383,9 @@ fn form(function: &Function, layout: &Layout, entropy: &mut Entropy<'_>) -> Obje
     ObjectForm::new(variables.filter(|_| entropy.chance(128)).flat_map(words))
 }
 
-/// The rays of a call.
-fn count(shape: CallMode) -> usize {
-    match shape {
+/// Returns the number of rays of a call.
+fn count(mode: CallMode) -> usize {
+    match mode {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => RAYS,
         CallMode::Single => 1,
     }
@@ -394,7 +394,7 @@ fn count(shape: CallMode) -> usize {
 /// One ray's view of the data.
 struct RayStorage<'a> {
     case: &'a Case,
-    shape: CallMode,
+    mode: CallMode,
     form: Option<ObjectForm>,
     object: &'a InstanceBlock,
     ray: usize,
@@ -410,7 +410,7 @@ impl RayStorage<'_> {
         matches!(location, Some(DataLocation::Objects(_)))
     }
 
-    /// The instance in which a place stands: what objects share is the first one's.
+    /// Returns the instance that holds a variable: shared data is in the first one.
     fn instance(&self, variable: &Variable) -> &InstanceBlock {
         if self.is_of_objects(variable) { self.object } else { &self.case.instances[0] }
     }
@@ -425,9 +425,8 @@ impl RayStorage<'_> {
 impl Storage for RayStorage<'_> {
     fn load(&self, id: VariableId, index: u32) -> u32 {
         let variable = self.case.function.variable(id);
-        // What rays share is what the first one had before the call.
-        let (state, scratch, ray) = match self.shape.varies(variable, self.is_of_objects(variable))
-        {
+        // Uniform variables have the value of the first ray before the call.
+        let (state, scratch, ray) = match self.mode.varies(variable, self.is_of_objects(variable)) {
             true => (&*self.state, &*self.scratch, self.ray),
             false => (&self.case.state, &self.case.scratch, 0),
         };

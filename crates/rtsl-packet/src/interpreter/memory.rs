@@ -6,7 +6,7 @@ use rtsl_ir::{Index, Value, VariableId, VariableKind};
 use super::{Execution, Hit, Lanes};
 use crate::Kernel;
 
-/// Memory for the slots of a kernel.
+/// Allocates the memory of a kernel's locals.
 pub(super) fn locals(kernel: &Kernel) -> Vec<Vec<Lanes>> {
     let len =
         |kind: VariableKind, len: u32| if kind == VariableKind::Local { len as usize } else { 0 };
@@ -15,7 +15,7 @@ pub(super) fn locals(kernel: &Kernel) -> Vec<Vec<Lanes>> {
 }
 
 impl Execution<'_> {
-    pub(super) fn clear_slots(&mut self) {
+    pub(super) fn clear_locals(&mut self) {
         self.locals.iter_mut().for_each(|local| local.fill([0; MAX_LANES]));
     }
 
@@ -24,10 +24,10 @@ impl Execution<'_> {
     }
 
     fn element(&self, id: VariableId, index: Index, lane: usize) -> u32 {
-        let kernel_place = self.kernel.variable(id);
-        let variable = &kernel_place.variable;
-        let ray = if kernel_place.varies { self.base + lane as u32 } else { 0 };
-        if kernel_place.varies
+        let kernel_variable = self.kernel.variable(id);
+        let variable = &kernel_variable.variable;
+        let ray = if kernel_variable.varies { self.base + lane as u32 } else { 0 };
+        if kernel_variable.varies
             && variable.kind != VariableKind::Local
             && self.chunk >> lane & 1 == 0
         {
@@ -53,7 +53,7 @@ impl Execution<'_> {
         }
     }
 
-    /// An index clamped to `0..count`; 0 where there is nothing.
+    /// Returns the index clamped to `0..count`; 0 if `count` is 0.
     fn clamped(&self, index: Index, lane: usize, count: u64) -> u32 {
         let index = match index {
             Index::Constant(index) => return index,
@@ -108,21 +108,21 @@ impl Execution<'_> {
         }
     }
 
-    /// Stores which rays accept a hit, if the kernel says so, and gives the lanes that do.
+    /// Stores the accepted output, if the kernel has one, and returns the lanes that accept a hit.
     fn store_accepted(&mut self) -> Option<u32> {
         let kernel = self.kernel;
         let mut outputs = kernel.outputs.iter().zip(&kernel.body.yields);
         let is_accepted =
             |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
         let (output, value) = outputs.find(|(output, _)| is_accepted(output.variable))?;
-        // A uniform one holds in the lanes that do not exist, too.
+        // A uniform value is also true in the lanes beyond the last ray.
         let accepted = self.lanes_of(*value) & self.chunk;
         self.outcome.profile.count_output(VariableKind::Accepted, kernel.width, self.chunk);
         self.store_acceptance(output.variable, accepted);
         Some(accepted)
     }
 
-    /// Of the hits of the chunk and those before keeps the nearest.
+    /// Keeps the nearest of the hits of this chunk and the previous ones.
     pub(super) fn keep_nearest(&mut self) {
         let kernel = self.kernel;
         let value = |output: usize| kernel.body.yields[output];
@@ -131,7 +131,7 @@ impl Execution<'_> {
         self.outcome.profile.count_output(VariableKind::Accepted, kernel.width, self.chunk);
         for lane in (0..MAX_LANES).filter(|lane| hits >> lane & 1 != 0) {
             let distance = kernel.distance_output().map_or(0, |it| self.get(value(it), lane));
-            // Of NaN and infinity this is infinity.
+            // `min` turns NaN into infinity.
             let distance = f32::from_bits(distance).min(f32::INFINITY);
             if self.nearest.as_ref().is_none_or(|nearest| distance < nearest.distance) {
                 let bits = kernel.body.yields.iter().map(|value| self.get(*value, lane));
@@ -141,7 +141,7 @@ impl Execution<'_> {
         }
     }
 
-    /// At the end of the call.
+    /// Stores the nearest hit at the end of the call.
     pub(super) fn store_nearest(&mut self) {
         let Some(Hit { object, distance: _, bits }) = self.nearest.take() else { return };
         self.outcome.nearest = Some(object);
@@ -154,7 +154,7 @@ impl Execution<'_> {
         }
     }
 
-    /// For a chunk that nobody asked for.
+    /// Stores false for a chunk without active rays.
     pub(super) fn store_nothing_accepted(&mut self) {
         if self.kernel.keeps_nearest() {
             return;

@@ -1,12 +1,12 @@
-//! Runs packet code, plainly: chunk by chunk, operation by operation, lane by lane, on the scalar
-//! functions of [`rtsl_ir::evaluate`].
+//! The interpreter of packet code: chunk by chunk, operation by operation, lane by lane, on the scalar functions of
+//! [`rtsl_ir::evaluate`].
 //!
-//! It has two uses. It checks the lowering without any code generator: what it gives is, to
-//! the bit, what the single-ray interpreter gives. And it counts: the [`Profile`] of a run says what
-//! machine code of the same kernel has to do for the same rays.
+//! It has two uses. It tests the lowering without any code generator: its results equal those of the single-ray
+//! interpreter to the bit. And it counts: the [`Profile`] of a run lists the operations that machine code of the same
+//! kernel executes for the same rays.
 //!
-//! Rays that are off are never looked at: in their lanes, loads and unspecified values are noise that
-//! differs from lane to lane, so that a lowering which lets it through shows.
+//! Rays that are off are never read: in their lanes, loads and unspecified values are noise that differs from lane to
+//! lane, which exposes a lowering that uses them.
 
 mod memory;
 mod requests;
@@ -18,43 +18,42 @@ use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
 use crate::profile::{Conditions, Profile};
 
-/// Where a kernel's places are, but for slots, which are the interpreter's. Scalars are
-/// [bits](rtsl_ir::Constant::bits); a bool is 0 or 1. Places that do not vary are asked for
-/// as those of ray 0.
+/// The storage of a kernel's variables except locals, which the interpreter holds. Scalars are
+/// [bits](rtsl_ir::Constant::bits); a bool is 0 or 1. Uniform variables are accessed as those of ray 0.
 pub trait Storage {
-    /// The scalar at `index` of a state, member or scratch place or buffer; the index is less than
-    /// the place's length, for buffers times the number of elements.
+    /// Returns the scalar at `index` of a state, member or scratch variable or a buffer; the index is less than the
+    /// variable's length, for buffers times the number of elements.
     fn load(&self, variable: VariableId, index: u32, ray: u32) -> u32;
 
-    /// The number of elements of a buffer.
+    /// Returns the number of elements of a buffer.
     fn elements(&self, buffer: VariableId, ray: u32) -> u32;
 
-    /// Stores an output. The accepted one is stored for every ray, on or off; not at all by a kernel
-    /// that [keeps the nearest hit](Kernel::keeps_nearest), which stores for ray 0.
+    /// Stores an output. The accepted one is stored for every ray, on or off; not at all by a kernel that [keeps the
+    /// nearest hit](Kernel::keeps_nearest), which stores for ray 0.
     fn store(&mut self, variable: VariableId, component: u32, ray: u32, bits: u32);
 }
 
 /// The rays of a call.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
-    /// How many.
+    /// The number of rays.
     pub count: u32,
-    /// Which take part.
+    /// Returns true for the rays that take part.
     pub is_on: &'a dyn Fn(u32) -> bool,
-    /// After so many rounds of loops, all together, the run ends, done or not.
+    /// The greatest number of iterations of all loops together, after which the run is aborted.
     pub round_limit: u64,
 }
 
-/// What a run did besides storing outputs.
+/// The result of a run, apart from the stored outputs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
-    /// A ray used up the budget of loop iterations.
+    /// True if a ray used up the budget of loop iterations.
     pub budget_exceeded: bool,
-    /// The lane of the call that is the object with the nearest hit.
+    /// The index within the call of the object with the nearest hit.
     pub nearest: Option<u32>,
-    /// The limit of rounds ended it.
+    /// True if the limit of iterations aborted the run.
     pub cut_short: bool,
-    /// What was done.
+    /// The operation counts.
     pub profile: Profile,
 }
 
@@ -84,10 +83,10 @@ pub fn run(
     execution.outcome
 }
 
-/// A value's bits by lane; those of a uniform value stand in all of them.
+/// A value's bits by lane; those of a uniform value are in all of them.
 type Lanes = [u32; MAX_LANES];
 
-/// A run.
+/// The state of a run.
 struct Execution<'a> {
     kernel: &'a Kernel,
     rays: Rays<'a>,
@@ -95,11 +94,11 @@ struct Execution<'a> {
     host: &'a mut dyn Host,
     conditions: Conditions,
     values: Vec<Lanes>,
-    /// By place; empty for those that are no slots.
+    /// The memory of each variable; empty for those that are not locals.
     locals: Vec<Vec<Lanes>>,
     /// The ray of lane 0.
     base: u32,
-    /// Bit `i`: lane `i` is on in the chunk's mask.
+    /// The chunk's mask: bit `i` is set if lane `i` is on.
     chunk: u32,
     /// The lanes for which the open region runs.
     active: u32,
@@ -107,12 +106,12 @@ struct Execution<'a> {
     outcome: Outcome,
 }
 
-/// A hit that may be the nearest.
+/// A candidate for the nearest hit.
 struct Hit {
     object: u32,
-    /// Infinite at most.
+    /// The distance, with infinity instead of NaN.
     distance: f32,
-    /// By output.
+    /// The bits of each output.
     bits: Vec<u32>,
 }
 
@@ -134,7 +133,7 @@ impl<'a> Execution<'a> {
             let chunk = self.chunk;
             self.values[kernel.body.params[0].0 as usize] =
                 std::array::from_fn(|lane| chunk >> lane & 1);
-            self.clear_slots();
+            self.clear_locals();
             self.ops(&kernel.body);
             if self.outcome.cut_short {
                 return;
@@ -148,7 +147,7 @@ impl<'a> Execution<'a> {
         self.store_nearest();
     }
 
-    /// The lanes of the chunk that have a ray which takes part.
+    /// Returns the lanes of the chunk whose rays exist and take part.
     fn lanes_on(&self) -> u32 {
         let is_on = |lane: &u32| {
             let ray = self.base + lane;
@@ -172,7 +171,7 @@ impl<'a> Execution<'a> {
         }
     }
 
-    /// An operation without regions: apart from those with regions, whose stack frames are as many as regions nest.
+    /// Executes an operation without regions. Separate from operations with regions, whose stack frames recurse.
     fn plain(&mut self, op: &'a Op, kind: &'a OpKind) {
         let result = || op.results.get(0);
         match kind {
@@ -287,14 +286,14 @@ impl<'a> Execution<'a> {
         values.iter().map(|value| self.values[value.0 as usize]).collect()
     }
 
-    /// Goes on for the lanes of the mask of which `condition` says that any is on.
+    /// Restricts the active lanes to the mask whose [`OpKind::Any`] is `condition`.
     fn narrow(&mut self, condition: Value) {
         if let Some(mask) = self.conditions.mask_of(condition) {
             self.active &= self.lanes_of(mask);
         }
     }
 
-    /// Notes which lanes go which way.
+    /// Records the lanes for which a condition is true and false.
     fn observe(&mut self, condition: Value) {
         if let Some(index) = self.conditions.index_of(condition) {
             let holds = self.lanes_of(condition);
@@ -313,7 +312,7 @@ impl<'a> Execution<'a> {
         self.values[value.0 as usize][lane]
     }
 
-    /// The lanes of a mask that are on.
+    /// Returns the lanes of a mask that are on.
     fn lanes_of(&self, mask: Value) -> u32 {
         let lanes = 0..self.kernel.width as usize;
         lanes.fold(0, |on, lane| on | self.get(mask, lane) << lane)
@@ -330,7 +329,7 @@ impl<'a> Execution<'a> {
         self.values[result.0 as usize] = lanes;
     }
 
-    /// Bits that nobody may look at.
+    /// Returns bits that no observable result may depend on.
     fn noise(&self, scalar: Scalar, lane: usize) -> u32 {
         let bits = (self.base + lane as u32 + 1).wrapping_mul(0x9e37_79b9);
         if scalar == Scalar::Bool { bits >> 31 } else { bits }

@@ -73,7 +73,7 @@ impl Execution<'_> {
         self.values[value.0 as usize].map(f32::from_bits)
     }
 
-    /// Results in the lanes that were answered; the others are nobody's business.
+    /// Defines the results in the lanes that were answered; the others are unspecified.
     fn define_answers<'b>(
         &mut self,
         results: impl Iterator<Item = Value>,
@@ -88,7 +88,7 @@ impl Execution<'_> {
         }
     }
 
-    /// Lights that do not reach a point read as zeros there.
+    /// Lights that do not reach a point read as zero there.
     fn zero_unless(&mut self, op: &Op, reached: u32) {
         for result in op.results.iter() {
             for (lane, bits) in self.values[result.0 as usize].iter_mut().enumerate() {

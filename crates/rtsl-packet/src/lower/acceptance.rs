@@ -1,8 +1,7 @@
-//! What outputs are where no hit is accepted.
+//! Simplifies outputs for lanes that accept no hit.
 //!
-//! The outputs of a method that accepts hits are stored only in lanes that do. Elsewhere they may be
-//! anything, so that the selects which keep the old value there, one for each condition on the way to
-//! the hit, have nothing to do.
+//! The outputs of a method that accepts hits are stored only in lanes that accept. In other lanes they may have any
+//! value, so the selects that preserve the old value there, one for each condition on the way to the hit, are removed.
 
 use std::collections::HashMap;
 
@@ -11,7 +10,7 @@ use rtsl_ir::{BinaryOp, Constant, UnaryOp, Value, VariableKind};
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region};
 
-/// Lets outputs be anything in lanes that accept no hit.
+/// Makes the outputs unspecified in lanes that accept no hit.
 pub fn run(kernel: &mut Kernel) {
     let is_accepted = |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
     let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.variable))
@@ -30,8 +29,7 @@ pub fn run(kernel: &mut Kernel) {
     kernel.body = body;
 }
 
-/// Simplifies the yields `demanded` of a region, which matter only in lanes where the yield `accepted` is
-/// true.
+/// Simplifies the yields `demanded` of a region, which matter only in lanes where the yield `accepted` is true.
 fn relax(
     region: &mut Region,
     accepted: usize,
@@ -52,8 +50,8 @@ fn relax(
     }
 }
 
-/// The same for what the sides of a branch of `region` give, where the branch's result `accepted` is
-/// true, as far as nothing but `yields` of the region uses it.
+/// Likewise simplifies the results of a branch of `region`, which matter only in lanes where the branch's result
+/// `accepted` is true, as far as only `yields` of the region use them.
 fn relax_branch(
     region: &mut Region,
     branch: Value,
@@ -79,7 +77,7 @@ fn relax_branch(
     }
 }
 
-/// What is known of bools in the lanes that matter.
+/// Known bools in the lanes that matter.
 struct Facts<'a> {
     /// The operations of the region itself, by their results.
     defined: HashMap<Value, &'a Op>,
@@ -91,7 +89,7 @@ impl<'a> Facts<'a> {
         let results = region.ops.iter().flat_map(|op| op.results.iter().map(move |it| (it, op)));
         let mut facts = Facts { defined: results.collect(), truths: HashMap::new() };
         let mut open = vec![(accepted, true)];
-        // Where two facts exclude each other no lane matters, and either will do.
+        // If two facts contradict each other no lane matters, and either may be used.
         while let Some((value, truth)) = open.pop() {
             if facts.truths.insert(value, truth).is_none() {
                 facts.conclude(value, truth, constants, &mut open);
@@ -125,7 +123,7 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// What `value` is in the lanes that matter, as far as selects show.
+    /// Returns the value that `value` equals in the lanes that matter, as far as selects determine it.
     fn follow(&self, mut value: Value) -> Value {
         while let Some(op) = self.defined.get(&value)
             && let OpKind::Select(condition, a, b) = &op.kind
@@ -136,8 +134,8 @@ impl<'a> Facts<'a> {
         value
     }
 
-    /// A branch of which a result is true in the lanes that matter: the first of its results, and the
-    /// number of that one.
+    /// Returns a branch with a result that is true in the lanes that matter: the first of its results, and the index of
+    /// that one.
     fn branch(&self) -> Option<(Value, usize)> {
         let results = self.truths.iter().filter(|(_, truth)| **truth).filter_map(|(value, _)| {
             let op = self.defined.get(value)?;
@@ -148,7 +146,7 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// How often values are used in a region and those inside.
+/// The number of uses of values in a region and those nested in it.
 pub(super) struct Uses(HashMap<Value, usize>);
 
 impl Uses {
@@ -171,7 +169,7 @@ impl Uses {
     }
 }
 
-/// Removes selects, and their conditions, that nothing uses.
+/// Removes unused selects and their conditions.
 pub(super) fn remove_unused(region: &mut Region) {
     let mut uses = Uses::of(region);
     let mut kept = Vec::with_capacity(region.ops.len());
@@ -202,7 +200,7 @@ mod tests {
 
     use rtsl_abi::{CallMode, Layout};
 
-    /// The chunk of a function that offers a hit in a branch, and ends like this.
+    /// Lowers a function that offers a hit in a branch, with this end, and prints its body.
     fn lowered(end: &str) -> String {
         let text = format!(
             "function f state rt_HitDistance: f32[1] state rt_Epsilon: f32[1] accepted a: bool[1] {{

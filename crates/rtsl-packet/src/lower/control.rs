@@ -1,4 +1,4 @@
-//! Branches and loops: real ones where all rays agree, masks where they may not.
+//! Branches and loops: real ones if all rays agree, masks if they may diverge.
 
 use rtsl_ir::{Constant, Scalar, Value};
 
@@ -6,19 +6,19 @@ use super::cost::AGREED_SPECULATION_LIMIT;
 use super::{LowerError, Lowering};
 use crate::kernel::{Op, OpKind, Region, Type};
 
-/// Which lanes want a side of a branch.
+/// The lanes that take a side of a branch.
 #[derive(Clone, Copy)]
 enum Wanted {
-    /// Those where the condition holds.
+    /// Those where the condition is true.
     True,
-    /// The same, and nobody looks at the other lanes.
+    /// Those where the condition is true, with unspecified results in the other lanes.
     TrueAlone,
-    /// Those where it does not hold.
+    /// Those where the condition is false.
     False,
 }
 
 impl Lowering<'_> {
-    /// Whether rays may want different ways at this condition. One ray agrees with itself.
+    /// True if rays may diverge at this condition. One ray never does.
     fn diverges(&self, condition: Value) -> bool {
         self.kernel.width > 1 && self.uniformity.varies(condition)
     }
@@ -63,7 +63,7 @@ impl Lowering<'_> {
                 self.branch_over(condition, otherwise, &then, Wanted::False)?
             }
         };
-        // What both sides take from outside is what it was, however the rays went.
+        // A value from outside that both sides yield is the same for all rays.
         for (result, (a, b)) in results.iter_mut().zip(then.yields.iter().zip(&otherwise.yields)) {
             if a == b {
                 *result = self.value(*a);
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         scalars.into_iter().map(|scalar| self.pure(OpKind::Unspecified, scalar)).collect()
     }
 
-    /// A branch that all rays take the same way.
+    /// Lowers a branch that all rays take the same way.
     fn branch_agreed(
         &mut self,
         op: &rtsl_ir::Op,
@@ -101,8 +101,8 @@ impl Lowering<'_> {
         Ok(self.push_control(OpKind::If { condition, then, otherwise }, &types))
     }
 
-    /// Runs `side` for the lanes that want it, if any does; gives its values there and
-    /// `others` elsewhere.
+    /// Runs `side` for the lanes that take it, if there are any; returns its values in those lanes and `others`
+    /// elsewhere.
     fn branch_over(
         &mut self,
         condition: Value,
@@ -133,8 +133,8 @@ impl Lowering<'_> {
         Ok(self.join(any, ops, merged, others))
     }
 
-    /// An `if` that gives `yields` after `ops`, and `others` where it is not taken; values
-    /// that are the same in both are left out.
+    /// Adds an `if` that executes `ops` and gives `yields`, or `others` if it is not taken; values that are the same in
+    /// both are omitted.
     fn join(
         &mut self,
         condition: Value,
@@ -188,7 +188,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The types that the analysis gives to values of the function.
+    /// Returns the packet types of values of the function, by the uniformity analysis.
     fn types_of(&self, values: impl Iterator<Item = Value>) -> Vec<Type> {
         let ty = |value| Type {
             scalar: self.function.scalar(value),
@@ -197,7 +197,7 @@ impl Lowering<'_> {
         values.map(ty).collect()
     }
 
-    /// Opens the body of a loop with carried values of these types; returns what was open.
+    /// Opens the body of a loop with carried values of these types; returns the region open before.
     fn open_loop(&mut self, body: &rtsl_ir::Region, params: &[Value]) -> Vec<Op> {
         for (param, value) in body.params.iter().zip(params) {
             self.values[param.0 as usize] = Some(*value);
@@ -205,7 +205,7 @@ impl Lowering<'_> {
         std::mem::take(&mut self.open)
     }
 
-    /// A loop that all rays which are in it leave together.
+    /// Lowers a loop that all its rays leave together.
     fn loop_agreed(
         &mut self,
         op: &rtsl_ir::Op,
@@ -221,16 +221,15 @@ impl Lowering<'_> {
         yields[0] = self.any(yields[0]);
         let ops = std::mem::replace(&mut self.open, outer);
         let kind = OpKind::Loop { initial, body: Region { params, ops, yields } };
-        // What was lanes only at first is uniform after the last round.
+        // Values that are lanes only initially are uniform after the last iteration.
         let types = self.types_of(op.results.iter());
         let results = self.push_control(kind, &types);
         self.set_results(op, &results);
         Ok(())
     }
 
-    /// A loop that rays leave at different times. It carries the mask of those still in it,
-    /// the carried values, and for each uniform carried value that is read after the loop a copy in
-    /// lanes, since there the rays differ.
+    /// Lowers a loop that rays leave at different times. It carries the mask of those still in it, the carried values,
+    /// and for each uniform carried value that is read after the loop a copy in lanes, since there the rays differ.
     fn loop_while_any(
         &mut self,
         op: &rtsl_ir::Op,
@@ -288,9 +287,8 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Runs `body` once for each value that the lanes of `index`, an i32, have, with that value,
-    /// uniform, and under the mask of the lanes that have it. It gives lanes of `scalars`,
-    /// which are collected.
+    /// Runs `body` once for each distinct value in the lanes of `index`, an i32, with that uniform value and under the
+    /// mask of the lanes that have it. `body` returns lanes of `scalars`, which are combined.
     pub(super) fn for_each_distinct(
         &mut self,
         index: Value,

@@ -1,38 +1,37 @@
-//! What it costs to do an operation for all lanes, wanted or not.
+//! The cost of speculating an operation in all lanes.
 //!
-//! The unit is about one addition of a vector, 0.4 cycles among other work. The figures weigh
-//! speculation against a branch; they need not be right for any one machine.
+//! The unit is about one vector addition, 0.4 cycles among other work. The figures weigh speculation against a branch;
+//! they need not be exact for any one machine.
 
 use rtsl_abi::CallMode;
 use rtsl_ir::{BinaryOp, Index, Op, OpKind, Region, Scalar, UnaryOp, VariableKind};
 
 use super::{Calls, Lowering};
 
-/// For each lane, what may be done in vain rather than branched over: the more lanes, the less often
-/// a branch saves anything.
+/// The speculation limit per lane: the more lanes, the less often a branch is skipped.
 const SPECULATION_LIMIT_OF_A_LANE: u32 = 8;
 
-/// The most that is done in vain, however many lanes: about 25 cycles, those of a misprediction, of
-/// testing a mask and of joining. On Zen 3 (W = 8, packets of 64) the triangle, whose three early outs
-/// are 60 together, takes 1.42 ns a ray without branches and 1.51 with.
+/// The greatest speculation limit at any width: about 25 cycles, those of a misprediction, of testing a mask and of
+/// blending. On Zen 3 (W = 8, packets of 64) the triangle, whose three early outs have a cost of 60 together, takes
+/// 1.42 ns per ray without branches and 1.51 with.
 const MAX_SPECULATION_LIMIT: u32 = 64;
 
-/// Up to this, both sides of a condition on which all rays agree are done.
+/// The greatest cost of the sides of a uniform condition that are both executed.
 pub const AGREED_SPECULATION_LIMIT: u32 = 3;
 
 impl Lowering<'_> {
-    /// Up to this, both sides of a condition that varies are done by all lanes, with no branch.
+    /// Returns the greatest cost of the sides of a varying condition that all lanes execute, without a branch.
     pub(super) fn speculation_limit(&self) -> u32 {
         match self.calls {
             Calls::Large => {
                 (SPECULATION_LIMIT_OF_A_LANE * self.kernel.width).min(MAX_SPECULATION_LIMIT)
             }
-            // Under Embree spheres are 2 to 4 percent faster with the branches of one lane than with those of sixteen.
+            // In Embree spheres are 2 to 4 percent faster with the branches of one lane than with those of sixteen.
             Calls::OfOnePacket => SPECULATION_LIMIT_OF_A_LANE,
         }
     }
 
-    /// What doing `region` in vain costs; `None` if that cannot be done.
+    /// Returns the cost of speculating `region`; `None` if it cannot be speculated.
     pub(super) fn speculation_cost(&self, region: &Region) -> Option<u32> {
         let costs = region.ops.iter().map(|op| self.op_cost(op));
         costs.sum()
@@ -54,7 +53,7 @@ impl Lowering<'_> {
             | OpKind::ReferenceCall(_)
             | OpKind::IsSet(..)
             | OpKind::ReportBudget => return None,
-            // Most likely done in the prologue.
+            // Most likely hoisted to the prologue.
             _ if !varies => return Some(0),
             _ => {}
         }
@@ -79,7 +78,7 @@ impl Lowering<'_> {
                 let in_lanes = match variable.variable.kind {
                     VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
                     VariableKind::Member | VariableKind::Parameter => {
-                        variable.of_objects && self.kernel.shape == CallMode::Leaf
+                        variable.of_objects && self.kernel.mode == CallMode::Leaf
                     }
                     VariableKind::Buffer | VariableKind::Accepted => false,
                 };

@@ -1,4 +1,4 @@
-//! What can be done once per call.
+//! Hoisting of operations to the prologue, which runs once per call.
 
 use std::collections::BTreeSet;
 
@@ -9,15 +9,14 @@ use super::Lowering;
 use crate::kernel::{OpKind, Region};
 
 impl Lowering<'_> {
-    /// Whether an operation can be done in the prologue: it is uniform, all that it needs is there,
-    /// and it is pure. Of a loop that is pure and uniform but might never end the caller must
-    /// know that every ray comes by.
+    /// True if an operation can be moved to the prologue: it is uniform, its operands are in the prologue, and it is
+    /// pure. For a pure and uniform loop that might never end the caller must ensure that every ray executes it.
     ///
-    /// Where the chunk is all there is, doing work before it saves none, and takes it out of the
-    /// branches that might have left it out. So it is where a branch is seldom taken, unless it moves as a
-    /// whole. Constants are no work.
+    /// If the call has only one chunk, hoisting saves no work and executes operations outside of branches that might
+    /// have skipped them. The same holds for rarely taken branches, unless they move as a whole. Constants are always
+    /// hoisted.
     pub(super) fn is_hoistable(&self, kind: &OpKind) -> bool {
-        match self.kernel.shape {
+        match self.kernel.mode {
             _ if self.rare_sides > 0 => matches!(kind, OpKind::Constant(_)),
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => {
                 self.is_hoistable_among(kind, &mut BTreeSet::new())
@@ -26,7 +25,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The same in a region, where the values `inside` were defined on the way.
+    /// Like `is_hoistable` for an operation in a region, where the values `inside` are defined in that region.
     fn is_hoistable_among(&self, kind: &OpKind, inside: &mut BTreeSet<Value>) -> bool {
         let mut operands_there = true;
         kind.for_each_operand(|operand| {
@@ -53,7 +52,7 @@ impl Lowering<'_> {
         region.yields.iter().all(|value| self.hoisted[value.0 as usize] || inside.contains(value))
     }
 
-    /// Whether an operation itself gives the same wherever and how often it is done.
+    /// True if the result of an operation does not depend on its position or the number of executions.
     fn is_pure(&self, kind: &OpKind) -> bool {
         match kind {
             OpKind::Constant(_)
@@ -86,7 +85,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether an operation is a loop or holds one.
+/// True if an operation is a loop or contains one.
 pub fn has_loop(kind: &OpKind) -> bool {
     matches!(kind, OpKind::Loop { .. })
         || kind.regions().any(|region| region.ops.iter().any(|op| has_loop(&op.kind)))

@@ -9,7 +9,7 @@ use crate::kernel::{OpKind, Ray, Type};
 const COLOR: [Scalar; COLOR_COMPONENTS as usize] = [Scalar::F32; COLOR_COMPONENTS as usize];
 
 impl Lowering<'_> {
-    /// Lowers what only the host can answer.
+    /// Lowers an operation that queries the host.
     pub(super) fn lower_request(&mut self, op: &rtsl_ir::Op) {
         use rtsl_ir::OpKind as Request;
         let mask = self.mask;
@@ -51,8 +51,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Hosts take one light index at a time. Loops over lights give it; where a shader's
-    /// text has made it vary after all, lanes with the same one go together.
+    /// Hosts take one light index at a time. Loops over lights make it uniform. If it varies in a shader, lanes with
+    /// the same index are grouped.
     fn light_sample(
         &mut self,
         index: Value,

@@ -1,10 +1,9 @@
-//! Conditions of a hit that its other conditions imply.
+//! Removes conditions of a hit that its other conditions imply.
 //!
-//! `if (discriminant >= 0.0) { float root = sqrt(discriminant); ... }` guards against roots of negative
-//! numbers. Where all lanes take the root anyway it is a NaN there, and so are the distances computed of
-//! it, which no comparison accepts: the guard has nothing left to say. For a sphere and directions of unit
-//! length that is 2 of 28 operations on vectors. (An approximate root of a negative number that is not a
-//! normal one may be no NaN; such a discriminant is as good as 0.)
+//! `if (discriminant >= 0.0) { float root = sqrt(discriminant); ... }` guards against roots of negative numbers. If all
+//! lanes compute the root anyway, it is a NaN there, and so are the distances derived from it, which no comparison
+//! accepts: the guard is redundant. For a sphere and directions of unit length this saves 2 of 28 vector operations.
+//! (An approximate root of a negative subnormal number may not be NaN; such a discriminant is as good as 0.)
 
 use std::collections::HashMap;
 
@@ -14,7 +13,7 @@ use super::acceptance::{Uses, remove_unused};
 use crate::Kernel;
 use crate::kernel::{Op, OpKind, Region, Type};
 
-/// Drops conditions of acceptance that others imply.
+/// Removes conditions of acceptance that others imply.
 pub fn run(kernel: &mut Kernel) {
     let is_accepted = |variable| kernel.variable(variable).variable.kind == VariableKind::Accepted;
     let Some(accepted) = kernel.outputs.iter().position(|output| is_accepted(output.variable))
@@ -33,7 +32,7 @@ pub fn run(kernel: &mut Kernel) {
     accept(kernel, accepted, &kept);
 }
 
-/// The values of which `value` is the conjunction, as far as nothing else uses what is between.
+/// Returns the values whose conjunction is `value`, as far as intermediate values have no other use.
 fn factors(region: &Region, value: Value) -> Vec<Value> {
     let uses = Uses::of(region);
     let mut factors = Vec::new();
@@ -54,7 +53,7 @@ fn definition(region: &Region, value: Value) -> Option<&OpKind> {
     Some(&op.kind)
 }
 
-/// Makes the conjunction of `factors` what accepts hits, if it is another.
+/// Replaces the accepted output by the conjunction of `factors`, if that differs.
 fn accept(kernel: &mut Kernel, accepted: usize, factors: &[Value]) {
     let before = self::factors(&kernel.body, kernel.body.yields[accepted]);
     let Some((first, rest)) = factors.split_first().filter(|_| before.len() > factors.len()) else {
@@ -73,14 +72,14 @@ fn accept(kernel: &mut Kernel, accepted: usize, factors: &[Value]) {
     remove_unused(&mut kernel.body);
 }
 
-/// What is known of a value.
+/// A known fact about a value.
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
     Nan,
     Is(bool),
 }
 
-/// The body, and the zeros before it.
+/// The body, and the zero constants before it.
 struct Guards<'a> {
     body: &'a Region,
     zeros: Vec<Value>,
@@ -94,7 +93,7 @@ impl<'a> Guards<'a> {
         Guards { body, zeros }
     }
 
-    /// Whether one of `others` is false wherever `guard` is.
+    /// True if one of `others` is false whenever `guard` is.
     fn is_implied(&self, guard: Value, others: &[Value]) -> bool {
         let Some(number) = self.not_negative(guard) else { return false };
         let mut roots = self.body.ops.iter().filter(|op| match op.kind {
@@ -107,7 +106,7 @@ impl<'a> Guards<'a> {
         })
     }
 
-    /// The number that is less than 0, or a NaN, wherever `guard` is false.
+    /// Returns the number that is less than 0, or a NaN, whenever `guard` is false.
     fn not_negative(&self, guard: Value) -> Option<Value> {
         let is_zero = |value: &Value| self.zeros.contains(value);
         match definition(self.body, guard)? {
@@ -122,7 +121,7 @@ impl<'a> Guards<'a> {
         }
     }
 
-    /// What is known of other values where this one is a NaN.
+    /// Returns the facts about other values if this one is a NaN.
     fn suppose_nan(&self, nan: Value) -> HashMap<Value, Known> {
         let mut known = HashMap::from([(nan, Known::Nan)]);
         for op in &self.body.ops {
@@ -134,7 +133,7 @@ impl<'a> Guards<'a> {
     }
 }
 
-/// What is known of an operation's result.
+/// Returns the fact about an operation's result.
 fn conclude(kind: &OpKind, known: &HashMap<Value, Known>) -> Option<Known> {
     let of = |value: &Value| known.get(value).copied();
     let is_nan = |value: &Value| of(value) == Some(Known::Nan);
@@ -173,7 +172,7 @@ mod tests {
 
     use rtsl_abi::{CallMode, Layout};
 
-    /// Whether the chunk of a function that offers a hit still asks whether the root exists.
+    /// True if the body of a function that offers a hit still tests the guard.
     fn asks(guard: &str, rest: &str) -> bool {
         let function = function(guard, rest);
         let kernel = crate::lower(&function, &Layout::default(), CallMode::Packet, 8).unwrap();
@@ -202,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn comparisons_of_what_is_computed_of_a_root_imply_that_it_exists() {
+    fn comparisons_of_values_derived_from_a_root_imply_that_it_exists() {
         let near = "%e: f32 = subtract %1, %a %near: bool = less %e, %t";
         let chosen = "%b: f32 = add %a, %1 %far: bool = greater %b, %1
             %e: f32 = select %far, %b, %a %near: bool = less %e, %t";
@@ -212,16 +211,16 @@ mod tests {
         }
     }
 
-    /// Lanes or not, as the shape has it.
+    /// Uniform or lanes, depending on the call mode.
     #[test]
-    fn what_remains_is_valid_in_every_shape() {
+    fn the_result_is_valid_in_every_call_mode() {
         let rest = "%e: f32 = subtract %1, %a %far: bool = less %x, %e %close: bool = less %e, %t
             %open: bool = less %x, %1 %both: bool = and %far, %close
             %near: bool = and %both, %open";
         let function = function("greater_equal %x, %0", rest);
-        for shape in CallMode::ALL {
+        for mode in CallMode::ALL {
             for width in [1, 4, 8] {
-                let kernel = crate::lower(&function, &Layout::default(), shape, width).unwrap();
+                let kernel = crate::lower(&function, &Layout::default(), mode, width).unwrap();
                 assert_eq!(crate::verify(&kernel), Ok(()), "{kernel}");
             }
         }
@@ -230,11 +229,11 @@ mod tests {
     #[test]
     fn other_guards_stay() {
         let near = "%e: f32 = subtract %1, %a %near: bool = less %e, %t";
-        // 0 and 1 have roots.
+        // The roots of 0 and 1 are not NaN.
         for guard in ["greater %x, %0", "greater_equal %x, %1", "less_equal %x, %0"] {
             assert!(asks(guard, near), "{guard}");
         }
-        // True for a NaN, or without it.
+        // True for a NaN, or independent of it.
         for rest in [
             "%e: f32 = subtract %1, %a %near: bool = not_equal %e, %t",
             "%e: f32 = max %1, %a %near: bool = less %e, %t",

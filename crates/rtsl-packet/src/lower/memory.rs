@@ -6,8 +6,8 @@ use rtsl_ir::{BinaryOp, CompareOp, Constant, Index, Scalar, Value, VariableId, V
 use super::Lowering;
 use crate::kernel::OpKind;
 
-/// Up to this many scalars a dynamic index becomes a choice among constant ones: a vector whose
-/// components are chosen by number then never goes to memory.
+/// The greatest number of scalars for which a dynamic index becomes selects among constant ones, so that a vector
+/// indexed dynamically is not stored to memory.
 const CHAIN_LIMIT: u32 = 4;
 
 impl Lowering<'_> {
@@ -22,11 +22,11 @@ impl Lowering<'_> {
         };
         let chain = match kind {
             VariableKind::State | VariableKind::Scratch | VariableKind::Local => true,
-            // A vector of each member's scalars is one load, as of the state elsewhere.
-            VariableKind::Member if variable.of_objects && self.kernel.shape == CallMode::Leaf => {
+            // A vector of each member's scalars is one load, like a state variable in other modes.
+            VariableKind::Member if variable.of_objects && self.kernel.mode == CallMode::Leaf => {
                 true
             }
-            // A gather of members in lanes does not mind an index in lanes.
+            // A gather of members in lanes also takes an index in lanes.
             VariableKind::Member | VariableKind::Parameter => index_lanes && !variable.varies,
             VariableKind::Buffer | VariableKind::Accepted => false,
         };
@@ -92,7 +92,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether `index` clamped to `len` is `position`; `None` where it must be.
+    /// Adds the condition that `index` clamped to `len` is `position`; `None` if it is always true.
     fn is_clamped_to(&mut self, index: Value, position: u32, len: u32) -> Option<Value> {
         let op = match position {
             0 if len == 1 => return None,

@@ -1,16 +1,15 @@
-//! Where nobody can tell which NaN it is.
+//! Finds bitcasts whose NaN payload is unobservable, so canonicalisation can be skipped.
 //!
-//! A bitcast of an f32 to an integer shows every NaN with the same bits, which takes a
-//! comparison and a select. Most such integers have only their sign changed and become an f32 again; then a
-//! NaN stays some NaN whatever its bits were, and the bits may be taken as they are. For the rest a
-//! [`Shadow`] is asked.
+//! A bitcast of an f32 to an integer gives every NaN the same bits, which takes a comparison and a select. Most such
+//! integers only have their sign changed and become an f32 again: a NaN remains some NaN whatever its bits, so they
+//! need not be canonical. The others are analysed by [`Shadow`].
 
 use super::nan_shadow::Shadow;
 use rtsl_ir::{BinaryOp, Constant, Function, OpKind, Region, Scalar, Value};
 
 const SIGN: u32 = 1 << 31;
 
-/// By value of `function`, whether it is a bitcast of an f32 whose bits show nowhere for a NaN.
+/// For each value of `function`, true if it is a bitcast of an f32 whose bits are unobservable for a NaN.
 pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
     let mut uses = Uses {
         function,
@@ -40,7 +39,7 @@ pub fn hidden_bitcasts(function: &Function) -> Vec<bool> {
         .collect()
 }
 
-/// Whether all bits of an integer but the highest are 0; `definitions` by value.
+/// True if all bits of an integer except the highest are 0; `definitions` is indexed by value.
 pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
     let constant = |value| constant(definitions, value);
     match definitions[value.0 as usize] {
@@ -55,7 +54,7 @@ pub fn is_sign(definitions: &[Option<&OpKind>], value: Value) -> bool {
     }
 }
 
-/// The bits of an integer constant.
+/// Returns the bits of an integer constant.
 fn constant(definitions: &[Option<&OpKind>], value: Value) -> Option<u32> {
     match definitions[value.0 as usize] {
         Some(OpKind::Constant(constant @ (Constant::I32(_) | Constant::U32(_)))) => {
@@ -65,12 +64,12 @@ fn constant(definitions: &[Option<&OpKind>], value: Value) -> Option<u32> {
     }
 }
 
-/// How values are used.
+/// The uses of values.
 struct Uses<'a> {
     function: &'a Function,
     definitions: Vec<Option<&'a OpKind>>,
     all: Vec<u32>,
-    /// The uses after which the value is only an f32, a NaN if it was one.
+    /// The number of uses after which the value is only an f32, and a NaN if it was one.
     hiding: Vec<u32>,
 }
 
@@ -91,7 +90,7 @@ impl<'a> Uses<'a> {
         self.source(value).is_some() && self.is_hidden(value)
     }
 
-    /// Of what f32 `value` is the bits.
+    /// Returns the f32 whose bits `value` is.
     fn source(&self, value: Value) -> Option<Value> {
         match self.definitions[value.0 as usize] {
             Some(OpKind::Bitcast(Scalar::I32 | Scalar::U32, source)) => {
@@ -101,7 +100,7 @@ impl<'a> Uses<'a> {
         }
     }
 
-    /// Counts the use of `bits` in `op` with `other`, if that keeps NaNs.
+    /// Counts the use of `bits` in `op` with `other`, if that preserves NaNs.
     fn count_sign_change(&mut self, op: BinaryOp, bits: Value, other: Value) {
         let keeps_nan = match op {
             BinaryOp::Xor | BinaryOp::Or => is_sign(&self.definitions, other),

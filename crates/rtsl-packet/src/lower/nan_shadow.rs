@@ -1,9 +1,8 @@
-//! Whether anybody can tell which NaN a value is.
+//! Analysis of the observability of NaN payloads.
 //!
-//! Mathematics on the bits of a number mostly comes to nothing for a NaN: what the bits gave is
-//! multiplied with another NaN, or a comparison with the NaN chooses something else. So suppose that
-//! the value is a NaN, and follow what becomes of everything else. Its bits are hidden if nothing
-//! that can be seen tells them.
+//! The bits of a number usually have no effect if it is a NaN: a value computed from the bits is multiplied with
+//! another NaN, or a comparison with the NaN selects another value. So this analysis assumes that the value is a NaN,
+//! and propagates that assumption to all other values. The payload is hidden if no observable value depends on it.
 
 use rtsl_ir::{
     BinaryOp, CompareOp, Constant, Function, Index, Op, OpKind, Region, Scalar, UnaryOp, Value,
@@ -11,18 +10,18 @@ use rtsl_ir::{
 
 use super::nan_bits::is_sign;
 
-/// What a value is where the NaN is one.
+/// The state of a value under the assumption that another is a NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Supposed {
     /// The same for every NaN.
     Same,
-    /// A NaN, it does not matter which.
+    /// A NaN with any payload.
     Nan,
     /// This bool.
     Is(bool),
     /// An integer with the bits of some NaN.
     NanBits,
-    /// It may tell which NaN it was.
+    /// It may depend on the payload.
     Tells,
 }
 
@@ -36,7 +35,7 @@ impl Supposed {
         }
     }
 
-    /// One or the other, by something that does not tell.
+    /// Joins two states that are selected by a condition independent of the payload.
     fn or(self, other: Supposed) -> Supposed {
         if self == other {
             self
@@ -47,35 +46,35 @@ impl Supposed {
         }
     }
 
-    /// Computed from both.
+    /// Combines the states of two operands.
     fn with(self, other: Supposed) -> Supposed {
         if self.tells() || other.tells() { Tells } else { Same }
     }
 }
 
-/// It can be seen which NaN it is.
+/// The error for an observable payload.
 struct Seen;
 
-/// Looks at one value after the other.
+/// The analysis, run for one value at a time.
 pub struct Shadow<'a> {
     function: &'a Function,
     definitions: &'a [Option<&'a OpKind>],
     values: Vec<Supposed>,
-    /// Operations that may still be looked at: the work stays in proportion to the function.
+    /// The number of operations that may still be visited, which keeps the work linear in the function's size.
     budget: usize,
 }
 
-/// How often all of a function may be looked at; what is left keeps its comparison and select.
+/// The greatest number of visits of the whole function; the remaining bitcasts keep their comparison and select.
 const MAX_ROUNDS: usize = 64;
 
 impl<'a> Shadow<'a> {
-    /// `definitions` by value.
+    /// Returns an analysis of `function`; `definitions` is indexed by value.
     pub fn new(function: &'a Function, definitions: &'a [Option<&'a OpKind>]) -> Self {
         let budget = function.values.len().saturating_mul(MAX_ROUNDS);
         Shadow { function, definitions, values: Vec::new(), budget }
     }
 
-    /// Whether nobody can tell which NaN `value`, an f32, is, when its bits are taken as they are.
+    /// True if the payload of `value`, an f32, is unobservable when its bits are used directly.
     pub fn hides(&mut self, value: Value) -> bool {
         let Some(value) = self.origin(value) else { return true };
         self.values.clear();
@@ -85,7 +84,7 @@ impl<'a> Shadow<'a> {
             && !self.function.body.yields.iter().any(|value| self.at(*value).tells())
     }
 
-    /// A value that is a NaN where this one is, as far back as there is one; `None` if it never is.
+    /// Returns the earliest value that is a NaN whenever this one is; `None` if it never is.
     fn origin(&self, value: Value) -> Option<Value> {
         let definition = self.definitions[value.0 as usize];
         let earlier = match definition {
@@ -105,7 +104,7 @@ impl<'a> Shadow<'a> {
                 | UnaryOp::ApproximateSqrt
                 | UnaryOp::Seldom => None,
             },
-            // Where either is a NaN they give the first.
+            // If either operand is a NaN the result is the first.
             Some(OpKind::Binary(BinaryOp::Min | BinaryOp::Max, a, _)) => Some(*a),
             Some(OpKind::Binary(BinaryOp::Add | BinaryOp::Subtract | BinaryOp::Multiply, a, b)) => {
                 if self.is_factor(*b) {
@@ -125,7 +124,7 @@ impl<'a> Shadow<'a> {
         }
     }
 
-    /// A finite constant that is not 0: added to or multiplied with something else it makes no NaN.
+    /// True for a finite constant other than 0: adding or multiplying it creates no NaN.
     fn is_factor(&self, value: Value) -> bool {
         match self.definitions[value.0 as usize] {
             Some(OpKind::Constant(Constant::F32(number))) => number.is_finite() && *number != 0.0,
@@ -201,7 +200,8 @@ impl<'a> Shadow<'a> {
         Ok(())
     }
 
-    /// The result of an operation without effects; `None` for others, whose operands must not tell.
+    /// Returns the state of the result of an operation without effects; `None` for others, whose operands must not
+    /// depend on the payload.
     fn pure(&self, kind: &OpKind) -> Option<Supposed> {
         Some(match *kind {
             OpKind::Constant(constant) => match constant {
@@ -242,7 +242,7 @@ impl<'a> Shadow<'a> {
                 (Scalar::I32 | Scalar::U32, Nan) => NanBits,
                 (Scalar::I32 | Scalar::U32, a) => a,
             },
-            // An address is clamped: it tells no more than what lies there.
+            // Addresses are clamped, so the result depends on the payload only through the loaded value.
             OpKind::Load(_, Index::Dynamic(index)) => self.at(index).with(Same),
             OpKind::Load(_, Index::Constant(_)) | OpKind::Length(_) | OpKind::LightCount => Same,
             OpKind::Store(..)
@@ -263,7 +263,7 @@ impl<'a> Shadow<'a> {
         let (first, second) = (self.at(a), self.at(b));
         match self.function.scalar(a) {
             Scalar::F32 => match (op, first, second) {
-                // Where the second is a NaN they give the first.
+                // If the second operand is a NaN the result is the first.
                 (BinaryOp::Min | BinaryOp::Max, first, Nan) => first,
                 (_, Nan, _) | (_, _, Nan) => Nan,
                 (_, first, second) => first.with(second),
@@ -320,7 +320,7 @@ mod tests {
             ("%m: f32 = min %a, %2 %k: f32 = floor %m", true),
             // Never a NaN.
             ("%k: f32 = min %2, %a", true),
-            // A NaN for infinities too, which the result does not show.
+            // Also a NaN for infinities, which the result does not show.
             ("%k: f32 = subtract %a, %a", false),
             ("%k: f32 = multiply %a, %0", false),
             ("%k: f32 = sqrt %a", false),
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaves_or_steers_shows() {
+    fn outputs_and_conditions_are_observable() {
         let bits = "%b: u32 = bitcast %a %c: u32 = shift_left %b, %23 %s: f32 = bitcast %c";
         for rest in [
             "return scratch:n@0 = %c",
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_carry_nothing_that_tells() {
+    fn carried_values_must_not_depend_on_the_payload() {
         for (carried, hidden) in [("%a", true), ("%s", false)] {
             let text = format!(
                 "%b: u32 = bitcast %a %c: u32 = shift_left %b, %23 %s: f32 = bitcast %c

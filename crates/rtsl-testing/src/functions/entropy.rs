@@ -1,60 +1,60 @@
-//! Choices drawn from bytes.
+//! Random choices drawn from bytes.
 
 use rtsl_ir::{Constant, Scalar};
 
 use crate::random;
 
-/// Choices drawn from bytes; where they run out every choice is the first. So a test tool that
-/// shortens and lowers the bytes makes the outcome simpler.
+/// Random choices drawn from bytes; once the bytes are exhausted every choice is the first. So a fuzzer that shortens
+/// and lowers the bytes makes the outcome simpler.
 #[derive(Clone, Debug)]
 pub struct Entropy<'a> {
     bytes: &'a [u8],
 }
 
 impl<'a> Entropy<'a> {
-    /// Choices from these bytes.
+    /// Returns a source of choices from these bytes.
     pub fn new(bytes: &'a [u8]) -> Self {
         Entropy { bytes }
     }
 
-    /// `len` bytes for this seed.
+    /// Returns `len` bytes for this seed.
     pub fn bytes(seed: u64, len: usize) -> Vec<u8> {
         (0..len as u64).map(|index| mix(seed.wrapping_add(index << 32)) as u8).collect()
     }
 
-    /// Nothing is left to draw from.
+    /// True if all bytes have been drawn.
     pub fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
 
-    /// The next byte.
+    /// Returns the next byte.
     pub fn byte(&mut self) -> u8 {
         let Some((first, rest)) = self.bytes.split_first() else { return 0 };
         self.bytes = rest;
         *first
     }
 
-    /// A number less than `count`, which is at most 256.
+    /// Returns a number less than `count`, which is at most 256.
     pub fn below(&mut self, count: usize) -> usize {
         usize::from(self.byte()) * count / 256
     }
 
-    /// One of these.
+    /// Returns one of these choices.
     pub fn choose<T: Copy>(&mut self, choices: &[T]) -> T {
         choices[self.below(choices.len())]
     }
 
-    /// True in `part` of 256 cases.
+    /// Returns true with probability `part` / 256.
     pub fn chance(&mut self, part: u8) -> bool {
         !self.byte() < part
     }
 
-    /// Four bytes.
+    /// Returns four bytes.
     pub fn bits(&mut self) -> u32 {
         u32::from_le_bytes(std::array::from_fn(|_| self.byte()))
     }
 
-    /// A value of this type: mostly small, often at an edge, sometimes any bits.
+    /// Returns a value of this type: mostly small, often a boundary value, sometimes any bits.
     pub fn constant(&mut self, scalar: Scalar) -> Constant {
         match scalar {
             Scalar::F32 => Constant::F32(self.f32()),

@@ -1,4 +1,4 @@
-//! Values of a function's places, and a host, for generated functions.
+//! Values of a function's variables, and a host, for generated functions.
 
 use rtsl_ir::evaluate::CANONICAL_NAN;
 use rtsl_ir::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
@@ -8,7 +8,7 @@ use rtsl_spec::COLOR_COMPONENTS;
 use super::Entropy;
 use super::entropy::mix;
 
-/// The places of one function for one ray, in vectors.
+/// The variables of one function for one ray, in vectors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Memory {
     variables: Vec<PlaceMemory>,
@@ -22,7 +22,7 @@ struct PlaceMemory {
 }
 
 impl Memory {
-    /// Storage for the places of `function` (slots have none here), filled from the bytes.
+    /// Returns storage for the variables of `function` except locals, filled from the bytes.
     pub fn new(function: &Function, entropy: &mut Entropy<'_>) -> Self {
         let variables = function.variables.iter().map(|variable| {
             let elements =
@@ -35,12 +35,12 @@ impl Memory {
         Memory { variables: variables.collect() }
     }
 
-    /// The scalars of a place.
+    /// Returns the scalars of a variable.
     pub fn bits(&self, variable: VariableId) -> &[u32] {
         &self.variables[variable.0 as usize].bits
     }
 
-    /// All scalars, as constants; every NaN is the same, since their bits are nobody's business.
+    /// Returns all scalars as constants; NaNs are canonicalised, since their payloads are unspecified.
     pub fn snapshot(&self) -> Vec<Vec<Constant>> {
         let snapshot = |variable: &PlaceMemory| {
             let constants =
@@ -65,24 +65,25 @@ impl Storage for Memory {
     }
 }
 
-/// A host whose answers are hashes of the request with its weight, the ray and how often the ray has asked before.
+/// A host whose answers are hashes of the request with its weight, the ray and the number of previous requests of the
+/// ray.
 #[derive(Clone, Debug, Default)]
 pub struct HashHost {
-    /// Requests so far of each ray.
+    /// The number of requests so far of each ray.
     requests: Vec<u32>,
     ignores_weights: bool,
 }
 
-/// As many lights as a [`HashHost`] has.
+/// The number of lights of a [`HashHost`].
 const LIGHTS: u32 = 3;
 
 impl HashHost {
-    /// One whose answers do not depend on the weights of traced rays, as those of renderers do not.
+    /// Returns a host whose answers do not depend on the weights of traced rays, like those of renderers.
     pub fn ignoring_weights() -> Self {
         HashHost { ignores_weights: true, ..HashHost::default() }
     }
 
-    /// A hash for the next request of the ray in `lane`.
+    /// Returns a hash for the next request of the ray in `lane`.
     fn next(&mut self, lanes: LaneSet, lane: usize, request: &[f32]) -> u64 {
         let ray = lanes.base as usize + lane;
         if self.requests.len() <= ray {
@@ -165,7 +166,7 @@ impl Host for HashHost {
     }
 }
 
-/// A number in [0,1) of a hash.
+/// Returns a number in [0,1) from a hash.
 fn unit(hash: u64, component: usize) -> f32 {
     (mix(hash.wrapping_add(component as u64)) >> 40) as f32 / (1 << 24) as f32
 }

@@ -1,8 +1,8 @@
-//! For testing: random functions, values for their places, and a host that answers them.
+//! Random functions, values for their variables, and a host that answers their requests.
 //!
-//! Passes and backends must agree with the interpreter on what [`function`] makes of any bytes. The
-//! functions use every operation but reference calls, nest regions, run every loop only a few times,
-//! and ask for lights only in uniform loops.
+//! Passes and backends must agree with the interpreter on every result of [`function`]. The functions use every
+//! operation except reference calls, nest regions, run every loop only a few times, and request lights only in uniform
+//! loops.
 
 mod entropy;
 mod memory;
@@ -15,30 +15,30 @@ use rtsl_ir::{
     VariableId, VariableKind, evaluate,
 };
 
-/// A verified function made of these bytes: about one operation for three bytes.
+/// Generates a verified function from these bytes: about one operation for three bytes.
 pub fn function(entropy: &[u8]) -> Function {
     let mut generator = Generator::new(Entropy::new(entropy));
-    // One in three; asked for first, since statements use all the bytes up.
+    // One in three; drawn first, since statements use all the bytes.
     let accepts = generator.entropy.chance(85);
     generator.statements(MAX_OPERATIONS);
     generator.outputs(accepts);
     generator.builder.finish()
 }
 
-/// The function for this seed; `size` is the number of bytes.
+/// Generates the function for this seed; `size` is the number of bytes.
 pub fn seeded_function(seed: u64, size: usize) -> Function {
     function(&Entropy::bytes(seed, size))
 }
 
-/// No more operations than this, wherever regions nest.
+/// The greatest number of operations, including those of nested regions.
 const MAX_OPERATIONS: usize = 2000;
-/// Regions nested in the body.
+/// The greatest depth of regions in the body.
 const MAX_DEPTH: usize = 4;
-/// Rounds of a loop.
+/// The greatest trip count of a loop.
 const MAX_ROUNDS: usize = 4;
 
-/// Places that every function has: kind, name, type, length.
-const PLACES: [(VariableKind, &str, Scalar, u32); 14] = [
+/// The variables of every function: kind, name, type, length.
+const VARIABLES: [(VariableKind, &str, Scalar, u32); 14] = [
     (VariableKind::State, "rt_RayOrigin", Scalar::F32, 3),
     (VariableKind::State, "rt_RayDirection", Scalar::F32, 3),
     (VariableKind::State, "rt_HitDistance", Scalar::F32, 1),
@@ -55,16 +55,16 @@ const PLACES: [(VariableKind, &str, Scalar, u32); 14] = [
     (VariableKind::Local, "local", Scalar::F32, 2),
 ];
 
-/// The positions in [`PLACES`] of the buffers.
+/// The positions of the buffers in [`VARIABLES`].
 const BUFFERS: std::ops::Range<usize> = 9..11;
-/// The positions of the slots; the last is only accessed at constant indices.
-const SLOTS: std::ops::Range<usize> = 11..14;
+/// The positions of the locals; the last is only accessed at constant indices.
+const LOCALS: std::ops::Range<usize> = 11..14;
 
 struct Generator<'a> {
     entropy: Entropy<'a>,
     builder: Builder,
     variables: Vec<VariableId>,
-    /// What can be used here.
+    /// The values visible at the current position.
     available: Vec<Value>,
     operations: usize,
 }
@@ -75,11 +75,11 @@ impl<'a> Generator<'a> {
         let variable = |&(kind, name, scalar, len): &(VariableKind, &str, Scalar, u32)| {
             builder.variable(Variable { kind, name: name.to_owned(), scalar, len })
         };
-        let variables = PLACES.iter().map(variable).collect();
+        let variables = VARIABLES.iter().map(variable).collect();
         Generator { entropy, builder, variables, available: Vec::new(), operations: 0 }
     }
 
-    /// Up to `count` operations.
+    /// Generates up to `count` operations.
     fn statements(&mut self, count: usize) {
         for _ in 0..count {
             if self.entropy.is_empty() || self.operations >= MAX_OPERATIONS {
@@ -150,7 +150,7 @@ impl<'a> Generator<'a> {
         self.builder.binary(op, a, b)
     }
 
-    /// A sum or difference of products, which contraction looks for.
+    /// Generates a sum or difference of products, to which contraction applies.
     fn contractible(&mut self) -> Value {
         let [a, b, c, d] = std::array::from_fn(|_| self.pick(Scalar::F32));
         let product = self.builder.multiply(a, b);
@@ -216,7 +216,7 @@ impl<'a> Generator<'a> {
     }
 
     fn store(&mut self) {
-        let local = self.entropy.choose(&self.variables[SLOTS]);
+        let local = self.entropy.choose(&self.variables[LOCALS]);
         let scalar = self.builder.function().variable(local).scalar;
         let value = self.pick(scalar);
         let index = self.pick(Scalar::I32);
@@ -256,14 +256,14 @@ impl<'a> Generator<'a> {
         self.builder.end_region(yields)
     }
 
-    /// A loop with a counter and perhaps another way out.
+    /// Generates a loop with a counter and perhaps another exit.
     fn repeat(&mut self) {
         let rounds = self.entropy.below(MAX_ROUNDS) as i32 + 1;
         let rounds = self.builder.i32(rounds);
         self.counted_loop(rounds, |_, _| ());
     }
 
-    /// A loop over all lights.
+    /// Generates a loop over all lights.
     fn light_loop(&mut self) {
         let count = self.builder.push(OpKind::LightCount).get(0);
         self.counted_loop(count, |generator, index| {
@@ -307,7 +307,7 @@ impl<'a> Generator<'a> {
         (self.vector(), self.vector(), self.pick(Scalar::F32))
     }
 
-    /// Not known, or anything.
+    /// Generates a weight: unknown (1), or any value.
     fn weight(&mut self) -> Value {
         match self.entropy.chance(128) {
             true => self.builder.f32(1.0),
@@ -319,10 +319,10 @@ impl<'a> Generator<'a> {
         std::array::from_fn(|_| self.pick(Scalar::F32))
     }
 
-    /// Outputs to the state, some scratch, and perhaps the acceptance.
+    /// Generates outputs to the state, some scratch, and perhaps the accepted variable.
     fn outputs(&mut self, accepts: bool) {
         for variable in [2, 0, 1, 7, 8] {
-            let (_, _, scalar, len) = PLACES[variable];
+            let (_, _, scalar, len) = VARIABLES[variable];
             for component in 0..len {
                 let value = self.pick(scalar);
                 self.builder.output(self.variables[variable], component, value);
@@ -337,7 +337,7 @@ impl<'a> Generator<'a> {
         }
     }
 
-    /// A value of this type, more often a late one; a new constant where there is none.
+    /// Returns a visible value of this type, more often a late one; a new constant if there is none.
     fn pick(&mut self, scalar: Scalar) -> Value {
         let fits = |value: &Value| self.builder.scalar(*value) == scalar;
         let fitting: Vec<Value> = self.available.iter().rev().copied().filter(fits).collect();
@@ -369,17 +369,17 @@ impl<'a> Generator<'a> {
     }
 
     fn is_local(&self, variable: VariableId) -> bool {
-        variable == self.variables[PLACES.len() - 1]
+        variable == self.variables[VARIABLES.len() - 1]
     }
 
-    /// A value that is no constant, or one in range.
+    /// True if `index` is not a constant, or is one in range.
     fn known_in_range(&self, variable: VariableId, index: Value) -> bool {
         let len = self.builder.function().variable(variable).len;
         self.builder.known(index).is_none_or(|constant: Constant| constant.bits() < len)
     }
 }
 
-/// How many operations there are of each kind, for tests of the generator.
+/// Returns the number of operations of each kind, for tests of the generator.
 #[cfg(test)]
 fn count_kinds(function: &Function) -> std::collections::BTreeMap<String, usize> {
     let mut counts = std::collections::BTreeMap::new();
@@ -414,7 +414,7 @@ mod tests {
             let mut interpreter = Interpreter::prepare(&function).unwrap();
             interpreter.run(0, &mut memory, &mut HashHost::default());
         }
-        // All but reference calls, the question whether a reference is set, and the budget.
+        // All but reference calls, tests of references, and the budget.
         assert_eq!(counts.len(), 19, "{counts:?}");
     }
 }

@@ -89,7 +89,7 @@ pub(crate) fn describe_kernel(
     let written = linked.writes.iter().filter(|variable| outputs.has_state(variable));
     KernelDescription {
         method,
-        shape: variant.shape,
+        mode: variant.shape,
         width,
         symbol,
         reads: linked.reads.iter().flat_map(components).collect(),

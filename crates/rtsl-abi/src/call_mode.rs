@@ -1,21 +1,20 @@
-//! Which of a kernel's inputs differ from lane to lane.
+//! Call modes of kernels: the inputs that vary from lane to lane.
 
 use rtsl_ir::{Variable, VariableKind};
 
-/// What the lanes of one call have in common. The author of a shader wrote for one ray and
-/// one object; the shape says which of the two is many.
+/// The call mode of a kernel. A shader is written for one ray and one object; the mode determines which of the two
+/// varies between the lanes of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CallMode {
-    /// Rays vary, the object is one.
+    /// Many rays, one object.
     Packet,
-    /// As [`CallMode::Packet`], but all rays start where the first one does.
+    /// As [`CallMode::Packet`], but all rays have the origin of the first.
     CommonOrigin,
-    /// Rays vary, and each has its own of many objects.
+    /// Many rays, each with its object.
     Stream,
-    /// One ray, objects vary: lane `i` is object `i` of a range. A kernel that accepts hits keeps the
-    /// nearest.
+    /// One ray, many objects: lane `i` is object `i` of a range. A kernel that accepts hits keeps the nearest.
     Leaf,
-    /// One ray, one object: plain scalar code.
+    /// One ray, one object: scalar code.
     Single,
 }
 
@@ -23,7 +22,7 @@ pub enum CallMode {
 const ORIGIN: &str = "rt_RayOrigin";
 
 impl CallMode {
-    /// All shapes.
+    /// All call modes.
     pub const ALL: [CallMode; 5] = [
         CallMode::Packet,
         CallMode::CommonOrigin,
@@ -32,7 +31,7 @@ impl CallMode {
         CallMode::Single,
     ];
 
-    /// The name that the command line and the text form use.
+    /// Returns the name on the command line and in the text form.
     pub const fn name(self) -> &'static str {
         match self {
             CallMode::Packet => "packet",
@@ -43,15 +42,15 @@ impl CallMode {
         }
     }
 
-    /// The shape of this name.
+    /// Returns the call mode with this name.
     pub fn from_name(name: &str) -> Option<CallMode> {
-        CallMode::ALL.into_iter().find(|shape| shape.name() == name)
+        CallMode::ALL.into_iter().find(|mode| mode.name() == name)
     }
 
-    /// Whether what `place` holds before a call differs from lane to lane; where it does not,
-    /// kernels read it in lane 0, before they store anything. This is all that the lowering knows of
-    /// a shape's meaning. `of_objects`: it stands in blocks of objects, not once for all of them. Slots are
-    /// absent from the table: what they hold depends on what is stored.
+    /// True if the content of `variable` before a call differs from lane to lane; otherwise kernels read it from lane
+    /// 0, before they store anything. The lowering knows the meaning of a call mode only through this function.
+    /// `of_objects` is true for variables in blocks of objects. Locals are not included: their content depends on the
+    /// stores.
     pub fn varies(self, variable: &Variable, of_objects: bool) -> bool {
         let of_ray = matches!(
             variable.kind,
@@ -73,20 +72,20 @@ impl CallMode {
         }
     }
 
-    /// Whether a kernel stores what it sets of `place`, state or scratch, to the lane that it reads there. Where it does
-    /// not, to store what was read changes other lanes. `accepts`: the method accepts hits.
+    /// True if a kernel stores its output to `variable`, a state or scratch variable, in the lane from which it reads
+    /// it. Otherwise storing the value read changes other lanes. `accepts` is true if the method accepts hits.
     pub fn stores_where_it_reads(self, variable: &Variable, accepts: bool) -> bool {
         match self {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
                 self.varies(variable, false)
             }
-            // The lane of the one ray; in the other methods of the leaf shape, those of the objects.
             CallMode::Single => true,
+            // Outputs of methods that accept hits go to the ray's lane, those of other methods to the objects' lanes.
             CallMode::Leaf => accepts,
         }
     }
 
-    /// Whether there are many objects in a call.
+    /// True if a call has many objects.
     pub const fn has_many_objects(self) -> bool {
         match self {
             CallMode::Stream | CallMode::Leaf => true,
@@ -94,7 +93,7 @@ impl CallMode {
         }
     }
 
-    /// The width of kernels of this shape where `width` is asked for.
+    /// Returns the width of kernels of this mode if `width` is requested.
     pub const fn width(self, width: u32) -> u32 {
         match self {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream | CallMode::Leaf => width,
