@@ -1,5 +1,4 @@
-//! The reader of scenes: what it understands, what it says of what it does not, and that no
-//! input brings it down.
+//! The reader of scenes: accepted inputs, diagnostics of invalid ones, and robustness against any input.
 
 use std::path::{Path, PathBuf};
 

@@ -20,7 +20,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// The structure of a file that has the buffer where `uri` says.
+/// The structure of a file whose buffer is at `uri`.
 fn json(uri: &str) -> String {
     let length = buffer().len();
     format!(
@@ -46,7 +46,7 @@ fn no_files(_path: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-/// With its buffer in its text.
+/// A file with its buffer embedded in the text.
 fn text() -> String {
     let data = base64::engine::general_purpose::STANDARD.encode(buffer());
     json(&format!(r#", "uri": "data:application/octet-stream;base64,{data}""#))
