@@ -1,4 +1,4 @@
-//! Rays of which little would arrive are not traced where the scene sets a cut-off.
+//! Rays whose contribution is below the scene's cutoff are not traced.
 
 use std::path::{Path, PathBuf};
 

@@ -24,7 +24,7 @@ pub struct CheckArguments {
     search_path: SearchPath,
 }
 
-/// Checks all files, and says how many problems there are.
+/// Checks all files, and says how many errors there are.
 pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     let compiler = compiler(&arguments.search_path);
     let (mut errors, mut warnings) = (0, 0);
@@ -45,14 +45,14 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     }
     if !arguments.json && errors + warnings > 0 {
         let files = counted(arguments.files.len(), "file");
-        let problems = [(errors, "error"), (warnings, "warning")];
-        let problems: Vec<String> = problems
+        let errors = [(errors, "error"), (warnings, "warning")];
+        let errors: Vec<String> = errors
             .into_iter()
             .filter(|(count, _)| *count > 0)
             .map(|(count, name)| counted(count, name))
             .collect();
         let kind = if errors > 0 { "error" } else { "warning" };
-        reporter.message(kind, &format!("{} in {files}", problems.join(" and ")));
+        reporter.message(kind, &format!("{} in {files}", errors.join(" and ")));
     }
     Ok(if errors > 0 { Outcome::InputAtFault } else { Outcome::Done })
 }

@@ -65,11 +65,11 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
         write_result(None, answer.to_line().as_bytes())?;
         return Ok(if answer.ok { Outcome::Done } else { Outcome::InputAtFault });
     }
-    let Evaluation { answer, compilation, problems } = session.evaluate(&request);
+    let Evaluation { answer, compilation, errors } = session.evaluate(&request);
     if let Some(compilation) = compilation {
         reporter.compilation(&compilation);
     }
-    problems.iter().for_each(|problem| reporter.diagnostic(problem));
+    errors.iter().for_each(|problem| reporter.diagnostic(problem));
     write_result(None, plain_text(&answer).as_bytes())?;
     match answer.error {
         Some(error) => Err(Failure::Usage(error)),

@@ -102,7 +102,7 @@ impl Tests<'_> {
         for (index, setting) in self.settings(class).iter().enumerate() {
             let instance = setting
                 .instance(class, &given)
-                .map_err(|problems| Failure::Diagnostics(problems.into_vec()))?;
+                .map_err(|errors| Failure::Diagnostics(errors.into_vec()))?;
             program.get_or_insert_with(|| self.engine.program(&instance));
             let report = self.check(&instance, index == 0)?;
             broken += report.broken().count();

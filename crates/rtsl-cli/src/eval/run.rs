@@ -58,7 +58,7 @@ pub fn run(
     let instance = values::make_instance(class, unit, params)?;
     let program = engine.program(&instance);
     let linked = program.method(method)?;
-    evaluation.problems.extend(linked.warnings.iter().cloned());
+    evaluation.errors.extend(linked.warnings.iter().cloned());
     let kernel = program.kernel(method, CallMode::Packet)?;
 
     let state_values = parse_lanes(&request.state);
@@ -86,7 +86,7 @@ pub fn run(
     if status.budget_exhausted {
         answer.ok = false;
         let problem = budget_exhausted(&program, method, request.budget());
-        evaluation.problems.push(problem);
+        evaluation.errors.push(problem);
     }
     let written = linked.writes.iter().map(|variable| show_state(variable, &state));
     answer.state = Some(written.collect());

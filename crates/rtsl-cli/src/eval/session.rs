@@ -34,7 +34,7 @@ pub struct Evaluation {
     /// The compiled text with its diagnostics.
     pub compilation: Option<Arc<Compilation>>,
     /// Further diagnostics, of parameters, linking and running, without a place.
-    pub problems: Vec<Diagnostic>,
+    pub errors: Vec<Diagnostic>,
 }
 
 /// A compiled text.
@@ -67,13 +67,13 @@ impl Session {
 
     /// The answer to a request.
     pub fn answer(&mut self, request: &Request) -> Answer {
-        let Evaluation { mut answer, compilation, problems } = self.evaluate(request);
+        let Evaluation { mut answer, compilation, errors } = self.evaluate(request);
         let compiled = compilation.iter().flat_map(|compilation| {
             let diagnostics = compilation.diagnostics.iter();
             diagnostics.map(|diagnostic| JsonDiagnostic::new(&compilation.sources, diagnostic))
         });
         let nowhere = SourceMap::new();
-        let others = problems.iter().map(|problem| JsonDiagnostic::new(&nowhere, problem));
+        let others = errors.iter().map(|problem| JsonDiagnostic::new(&nowhere, problem));
         answer.diagnostics = compiled.chain(others).collect();
         answer
     }
@@ -82,16 +82,16 @@ impl Session {
     pub fn evaluate(&mut self, request: &Request) -> Evaluation {
         let id = request.id.clone();
         let answer = Answer { id: id.clone(), ..Answer::default() };
-        let mut evaluation = Evaluation { answer, compilation: None, problems: Vec::new() };
+        let mut evaluation = Evaluation { answer, compilation: None, errors: Vec::new() };
         // A mistake of the compiler costs one answer, not the process.
         let completed =
             catch_unwind(AssertUnwindSafe(|| self.try_evaluate(request, &mut evaluation)));
         match completed {
             Ok(Ok(())) => {}
             Ok(Err(Refusal::Request(error))) => evaluation.answer = Answer::refusal(id, error),
-            Ok(Err(Refusal::Diagnostics(problems))) => {
+            Ok(Err(Refusal::Diagnostics(errors))) => {
                 evaluation.answer.ok = false;
-                evaluation.problems.extend(problems);
+                evaluation.errors.extend(errors);
             }
             Err(_) => {
                 let message = "internal error: the compiler failed on this request";
@@ -175,7 +175,7 @@ impl Session {
             return Ok(engine.clone());
         }
         let (engine, warnings) = Engine::new(options.clone())?;
-        evaluation.problems.extend(warnings.iter().cloned());
+        evaluation.errors.extend(warnings.iter().cloned());
         self.engines.push((options, engine.clone()));
         Ok(engine)
     }

@@ -126,7 +126,7 @@ pub fn make_instance<'a>(
         .map(|(name, value)| Ok((name.as_str(), parse_value(value, unit)?)))
         .collect::<Result<Vec<_>, ValueError>>()?;
     Instance::new(class, arguments)
-        .map_err(|problems| ValueError::Instance(problems.iter().cloned().collect()))
+        .map_err(|errors| ValueError::Instance(errors.iter().cloned().collect()))
 }
 
 /// All floats of a value, in order.

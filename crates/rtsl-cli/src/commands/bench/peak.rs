@@ -105,7 +105,7 @@ fn rate(
 
 fn instance(class: &Arc<Class>) -> Result<Arc<Instance>, Failure> {
     let instance = Instance::new(class, []);
-    instance.map_err(|problems| Failure::Diagnostics(problems.iter().cloned().collect()))
+    instance.map_err(|errors| Failure::Diagnostics(errors.iter().cloned().collect()))
 }
 
 /// Independent chains in registers; a step of one is an expression in `x`.
