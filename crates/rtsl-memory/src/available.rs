@@ -28,8 +28,8 @@ pub enum Limit {
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Limit::AddressSpace => "the limit on the process's address space (`ulimit -v`)",
-            Limit::ControlGroup => "the memory limit of the process's control group",
+            Limit::AddressSpace => "the process's address space (`ulimit -v`)",
+            Limit::ControlGroup => "the memory of the process's control group",
             Limit::Machine => "the free memory of the machine",
         })
     }

@@ -43,9 +43,9 @@ fn check(what: &str, need: Need, available: &[Available]) -> Result<(), Diagnost
             let note = match limit {
                 Limit::AddressSpace => {
                     let stacks = need.addresses;
-                    format!("the limit is {limit}; the stacks of threads take {stacks} of it")
+                    format!("limited by {limit}; the stacks of threads take {stacks} of it")
                 }
-                Limit::ControlGroup | Limit::Machine => format!("the limit is {limit}"),
+                Limit::ControlGroup | Limit::Machine => format!("limited by {limit}"),
             };
             return Err(Diagnostic::new(codes::OUT_OF_MEMORY, message).note(note).help(REMEDY));
         }
@@ -69,8 +69,8 @@ mod tests {
         assert!(check("", need, &[left(3, Limit::Machine), left(4, Limit::AddressSpace)]).is_ok());
         let text = said(&[left(9, Limit::Machine), left(3, Limit::AddressSpace)]);
         expect_test::expect![[r#"
-            error[E0641]: an image of 8 by 8 pixels takes about 4.0 GiB of memory, and there are 3.0 GiB
-             = note: the limit on the process's address space (`ulimit -v`) gives no more; the stacks of threads take 1.0 GiB of it
+            error[E0641]: an image of 8 by 8 pixels takes about 4.0 GiB of memory, but only 3.0 GiB are available
+             = note: limited by the process's address space (`ulimit -v`); the stacks of threads take 1.0 GiB of it
              = help: give a smaller size with `--size`, or ask for fewer images with `--aov`, or run it where there is more memory
 
         "#]].assert_eq(&text);

@@ -320,7 +320,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
                │
                = help: it was cut off: copy or export it again
 
-            error[E0620]: this `plymesh` cannot be used: it is no PLY file
+            error[E0620]: this `plymesh` cannot be used: it is not a PLY file
                ┌─ scene.pbrt:13:35
                │
             13 │ Shape "plymesh" "string filename" "scene.pbrt"
@@ -342,7 +342,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
                │
                = help: paths are relative to the folder of the scene
 
-            error[E0620]: this `gltf` cannot be used: it is no glTF file: expected value at line 1 column 1
+            error[E0620]: this `gltf` cannot be used: it is not a glTF file: expected value at line 1 column 1
                ┌─ scene.pbrt:16:32
                │
             16 │ Shape "gltf" "string filename" "cut.ply"

@@ -168,8 +168,8 @@ fn the_warning_says_what_to_look_for() {
     let text = warnings.to_text(false).replace(&dropped, "N");
     expect![[r#"
         warning[W0630]: N samples are not finite and count as black
-         = note: `emission` of `BrokenLamp` gave N values that are not finite
-         = help: look there, textures included, for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38
+         = note: `emission` of `BrokenLamp` returned N values that are not finite
+         = help: check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38
 
     "#]].assert_eq(&text);
     let json = statistics.to_json();

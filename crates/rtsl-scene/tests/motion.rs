@@ -106,7 +106,7 @@ fn what_cannot_move_so_is_said() {
         6 │ Shape "Sphere"
           │ ^^^^^
 
-        error[E0612]: `TransformTimes` stands after `WorldBegin`, expected before it
+        error[E0612]: `TransformTimes` appears after `WorldBegin`, expected before it
           ┌─ scene.pbrt:7:1
           │
         7 │ TransformTimes 0 1

@@ -40,7 +40,7 @@ pub struct KernelMaker<'a> {
     engine: &'a Engine,
     /// The requests so far; `None` once kernels are compiled.
     requests: Option<Vec<KernelRequest>>,
-    errors: Diagnostics,
+    diagnostics: Diagnostics,
 }
 
 impl<'a> KernelMaker<'a> {
@@ -53,13 +53,17 @@ impl<'a> KernelMaker<'a> {
         mut build: impl FnMut(&mut KernelMaker<'a>) -> T,
     ) -> Result<(T, Diagnostics), Diagnostics> {
         let mut maker =
-            KernelMaker { engine, requests: Some(Vec::new()), errors: Diagnostics::new() };
+            KernelMaker { engine, requests: Some(Vec::new()), diagnostics: Diagnostics::new() };
         build(&mut maker);
         let requests = maker.requests.take().unwrap_or_default();
         // Programs keep the compiled kernels.
         drop(engine.compile_all(&requests));
         let built = build(&mut maker);
-        if maker.errors.has_errors() { Err(maker.errors) } else { Ok((built, maker.errors)) }
+        if maker.diagnostics.has_errors() {
+            Err(maker.diagnostics)
+        } else {
+            Ok((built, maker.diagnostics))
+        }
     }
 
     /// Returns the kernel of a method for objects of a form; `None` if the class has no such method, or while requests
@@ -102,8 +106,8 @@ impl<'a> KernelMaker<'a> {
         match made {
             Ok(made) => Some(made),
             Err(problem) => {
-                if !self.errors.iter().any(|known| known.message == problem.message) {
-                    self.errors.push(problem);
+                if !self.diagnostics.iter().any(|known| known.message == problem.message) {
+                    self.diagnostics.push(problem);
                 }
                 None
             }

@@ -95,8 +95,8 @@ impl BatchScene {
             let groups: Vec<SurfaceGroup> = groups.collect();
             (groups, Lights::new(maker, scene, &compiled, &materials, &plan.objects))
         });
-        let ((groups, lights), errors) = made.map_err(|errors| failed(messages, errors))?;
-        messages.push(SourceMap::new(), errors);
+        let ((groups, lights), diagnostics) = made.map_err(|errors| failed(messages, errors))?;
+        messages.push(SourceMap::new(), diagnostics);
         // Paths are incoherent, so searches need all kernels at once.
         let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
         compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
@@ -182,8 +182,8 @@ fn warn_of_shade(
     }
 }
 
-fn failed(messages: &mut Messages, errors: Diagnostics) -> Messages {
-    messages.push(SourceMap::new(), errors);
+fn failed(messages: &mut Messages, diagnostics: Diagnostics) -> Messages {
+    messages.push(SourceMap::new(), diagnostics);
     std::mem::take(messages)
 }
 

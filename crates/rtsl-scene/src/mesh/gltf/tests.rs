@@ -107,11 +107,11 @@ fn what_is_wrong_is_said() {
         assert!(text.contains(from), "{from}");
         problem(text.replacen(from, to, 1).as_bytes())
     };
-    assert_eq!(problem(b"solid"), "it is no glTF file: expected value at line 1 column 1");
+    assert_eq!(problem(b"solid"), "it is not a glTF file: expected value at line 1 column 1");
     assert_eq!(problem(b"glTF\x02\0\0\0\x05\0\0\0"), "the file ends within its header");
     assert_eq!(
         with(r#""children": [1, 2]"#, r#""children": [1, 0]"#),
-        "node 0 has two parents, or is its own"
+        "node 0 has two parents or contains itself"
     );
     assert_eq!(
         with(r#""indices": 3"#, r#""indices": 9"#),
@@ -119,7 +119,7 @@ fn what_is_wrong_is_said() {
     );
     assert_eq!(
         with(r#""POSITION": 0"#, r#""POSITION": 4"#),
-        "it refers to accessor 4, which is none"
+        "it refers to accessor 4, which does not exist"
     );
     assert_eq!(with(r#""count": 6"#, r#""count": 7"#), "accessor 3 ends outside its buffer");
     assert_eq!(with(r#""count": 6"#, r#""count": 0"#), "accessor 3 ends outside its buffer");

@@ -112,7 +112,7 @@ fn what_is_wrong_is_said() {
     );
     let file = |text: &str| read_ply(text.as_bytes()).expect_err("it is wrong").to_string();
     assert_eq!(file("solid cube"), "the file ends within its header");
-    assert_eq!(file("solid cube\n"), "it is no PLY file");
+    assert_eq!(file("solid cube\n"), "it is not a PLY file");
     assert_eq!(file("ply\nend_header\n"), "its header has no line `format`");
     assert_eq!(file("ply\nformat gzip 1.0\n"), "its format is `gzip`");
     assert_eq!(file(&"x".repeat(1 << 17)), "its header has an endless line");
