@@ -55,7 +55,7 @@ mod tests {
         };
         expect_test::expect![[r#"
             error[E0704]: Open Image Denoise is not installed
-             = help: install Open Image Denoise, or set `RTSL_OIDN` to its library or the folder of that
+             = help: install Open Image Denoise, or set `RTSL_OIDN` to its library or to the folder that contains it
 
         "#]].assert_eq(&text(DenoiserError::Missing));
         let failed = text(DenoiserError::Failed("out of memory".to_owned()));

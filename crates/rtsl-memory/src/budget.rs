@@ -204,7 +204,7 @@ mod tests {
         let diagnostic = OverBudget::of(&error).unwrap().diagnostic("sky.png");
         drop(kept);
         expect_test::expect![[r#"
-            error[E0642]: `sky.png` takes about 1.5 GiB of memory, and of the 4.0 GiB for the scene's files 1.0 GiB are left
+            error[E0642]: `sky.png` takes about 1.5 GiB of memory, but only 1.0 GiB of the 4.0 GiB for the scene's files are left
              = help: allow more with `--input-memory 5GiB`
 
         "#]]
