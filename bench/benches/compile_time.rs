@@ -1,5 +1,5 @@
-//! How long compiling takes: text to callable kernel for every method of the standard library, with
-//! LLVM warm, and a scene from the start of a process to the first tile.
+//! Compile times: from text to callable kernel for every method of the standard library, with LLVM warm, and for a
+//! scene from the start of a process to the first tile.
 //!
 //! `cargo bench -p rtsl-bench --bench compile_time`; `RTSL_LLVM` chooses the LLVM.
 
@@ -16,9 +16,9 @@ use rtsl::{
 };
 use rtsl_render::{Progress, RenderRequest, render_scene};
 
-/// The best of so many counts: what else the machine does only adds.
+/// The number of repetitions, of which the best counts: disturbances only add time.
 const REPETITIONS: usize = 5;
-/// Renders the scene that follows and says when the first tile is done.
+/// The argument that makes the process render a scene and report its first tile.
 const CHILD: &str = "--first-tile";
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/three-spheres.pbrt");
 
@@ -41,18 +41,18 @@ fn options() -> EngineOptions {
     EngineOptions { backend: Backend::Jit, ..EngineOptions::default() }
 }
 
-/// One kernel's way.
+/// The times of one kernel.
 struct Row {
     name: String,
-    /// By the clock.
+    /// Elapsed time.
     clock: Duration,
-    /// What processors did for it: on an idle machine the same.
+    /// Processor time of all threads: on an idle machine the same.
     busy: Duration,
-    /// What they did in each of [`STAGES`].
+    /// The processor time of each of [`STAGES`].
     stages: Vec<Duration>,
 }
 
-/// The stages, and the form that each ends with.
+/// The stages, and the form that each produces.
 const STAGES: [(&str, Option<Emit>); 5] = [
     ("check", None),
     ("link, optimise", Some(Emit::Ir)),
@@ -80,7 +80,7 @@ fn measure(file: &LibraryFile, class: &Arc<Class>, method: Method) -> Row {
     let mut emitted = Duration::ZERO;
     let stages = STAGES.iter().map(|(_, emit)| match emit {
         None => best(busy_time, &|| drop(classes(file))),
-        // A form takes what those before it take too.
+        // The time for a form includes the stages before it.
         Some(emit) => {
             let time = best(busy_time, &|| emit_method(class, method, *emit));
             time.saturating_sub(std::mem::replace(&mut emitted, time))
@@ -98,8 +98,7 @@ fn time(work: &dyn Fn()) -> Duration {
     start.elapsed()
 }
 
-/// The time that all threads of this process run for some work; that of the clock where the
-/// system does not tell.
+/// The processor time of all threads of this process for some work; elapsed time if the system does not report it.
 fn busy_time(work: &dyn Fn()) -> Duration {
     let before = running_time();
     let clock = time(work);
@@ -108,7 +107,7 @@ fn busy_time(work: &dyn Fn()) -> Duration {
 }
 
 fn running_time() -> Option<Duration> {
-    // The kernel counts a thread's time when it stops running.
+    // The operating system updates a thread's time when it stops running.
     std::thread::yield_now();
     let threads = std::fs::read_dir("/proc/self/task").ok()?;
     let of_thread = |path: PathBuf| -> Option<u64> {
@@ -145,7 +144,7 @@ fn instance(class: &Arc<Class>) -> Arc<Instance> {
     Instance::new(class, arguments).expect("parameters of the right types")
 }
 
-/// A value for a parameter that has no default.
+/// A value for a parameter without a default.
 fn some_value(ty: &ParameterType) -> Value {
     let scalar = |scalar: &Scalar| match scalar {
         Scalar::F32 => Value::Float(0.75),
@@ -198,11 +197,11 @@ fn print_row(label: &str, row: &Row) {
     println!("{label:>8} {clock:7.2} {busy:7.2}  {name:<30} {}", stages.join(", "));
 }
 
-/// Renders the scene as this process's only work and prints a line at the first tile.
+/// Renders the scene in this process and prints a line at the first tile.
 fn report_first_tile(scene: &str) {
     let progress = |progress: Progress| {
         let Progress::Rendering(_) = progress else { return };
-        // The parent listens to the first of two threads.
+        // The parent waits for the line from whichever thread is first.
         let mut out = std::io::stdout().lock();
         let _ = out.write_all(b"tile\n").and_then(|()| out.flush());
         std::process::exit(0);

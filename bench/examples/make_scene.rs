@@ -1,4 +1,4 @@
-//! Writes the scenes that figures of rays per second are measured on, of any size, from formulas:
+//! Generates the scenes of the ray tracing benchmarks, in any size:
 //!
 //! ```text
 //! cargo run -p rtsl-bench --example make_scene -- spheres 10000 0.4 OUT.pbrt
@@ -6,11 +6,11 @@
 //! cargo run -p rtsl-bench --example make_scene -- metals OUT.pbrt
 //! ```
 //!
-//! - `spheres COUNT LARGEST`: spheres at random in a cube of side 20, with radii up to `LARGEST` and a
-//!   quarter of it at least, one of four of glass, under a white sky. 1000 with 0.8 and 10000 with 0.4
-//!   fill about the same share of the cube.
-//! - `terrain SIDE`: hills of `SIDE * SIDE` squares of two triangles each, in a PLY file beside the scene.
-//!   708 makes a million triangles, 2236 ten million.
+//! - `spheres COUNT LARGEST`: spheres at random in a cube of side 20, with radii up to `LARGEST` and a quarter of it at
+//!   least, one of four of glass, under a white sky. 1000 with 0.8 and 10000 with 0.4 fill about the same share of the
+//!   cube.
+//! - `terrain SIDE`: hills of `SIDE * SIDE` squares of two triangles each, in a PLY file beside the scene. 708 makes a
+//!   million triangles, 2236 ten million.
 //! - `metals`: three brushed metal spheres on a matte square, under an even sky and a lamp.
 //!
 //! All are square images of 1024 pixels; one sample a pixel.
@@ -49,7 +49,7 @@ fn usage() -> ExitCode {
     ExitCode::from(2)
 }
 
-/// What all scenes begin with: a camera at `eye` that looks at `target`.
+/// The beginning of all scenes: a camera at `eye` that looks at `target`.
 fn head(eye: &str, target: &str, field_of_view: u32) -> String {
     format!(
         "Scale -1 1 1\nLookAt {eye}  {target}  0 1 0\n\
@@ -59,8 +59,6 @@ fn head(eye: &str, target: &str, field_of_view: u32) -> String {
          Integrator \"path\" \"integer maxdepth\" 7\nWorldBegin\n"
     )
 }
-
-// Spheres.
 
 /// The linear congruential generator of Knuth's MMIX; numbers in [0,1) of its upper 24 bits.
 struct Numbers(u64);
@@ -73,9 +71,9 @@ impl Numbers {
     }
 }
 
-/// The side of the cube is twice this.
+/// Half the side of the cube.
 const HALF_SIDE: f64 = 10.0;
-/// So many matte colours.
+/// The number of matte colours.
 const COLORS: u32 = 16;
 
 fn spheres(count: usize, largest: f64) -> String {
@@ -113,8 +111,6 @@ fn spheres(count: usize, largest: f64) -> String {
 fn color_channel(step: u32) -> f64 {
     0.2 + 0.6 * f64::from(step % COLORS) / f64::from(COLORS - 1)
 }
-
-// Terrain.
 
 fn terrain(side: u32, out: &Path) -> io::Result<()> {
     let ply = out.with_extension("ply");
@@ -162,7 +158,7 @@ fn write_ply(side: u32, file: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Hills, with smaller hills on them, and smaller ones on those.
+/// Hills of three sizes, superimposed.
 #[expect(clippy::disallowed_methods, reason = "figures do not depend on the last bit of a height")]
 fn height(x: f64, z: f64) -> f64 {
     let hills = 1.2 * (0.9 * x).sin() * (0.7 * z).cos();
@@ -170,8 +166,6 @@ fn height(x: f64, z: f64) -> f64 {
     let bumps = 0.1 * (11.0 * x).sin() * (13.0 * z).cos();
     hills + mounds + bumps
 }
-
-// Metals.
 
 fn metals() -> String {
     let mut scene = head("0 2.2 8", "0 0.9 0", 45);

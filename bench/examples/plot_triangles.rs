@@ -13,9 +13,9 @@ use std::process::ExitCode;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 440.0;
-/// Left, right, top and bottom of the field.
+/// The left, right, top and bottom of the plot area.
 const FIELD: [f64; 4] = [64.0, 540.0, 24.0, 392.0];
-/// One for each series, in turn: told apart in grey and with any eyes.
+/// Colours of series, which can be distinguished in greyscale and with any colour vision.
 const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#56b4e9", "#e69f00", "#009e73", "#cc79a7"];
 
 fn main() -> ExitCode {
@@ -116,7 +116,7 @@ impl Plot {
                 ends.push(([*x, *y], name, color));
             }
         }
-        // Names stand beside the last points, none over another.
+        // Names are placed beside the last points, without overlaps.
         ends.sort_by(|one, other| one.0[1].total_cmp(&other.0[1]));
         let mut lowest = f64::NEG_INFINITY;
         for ([x, y], name, color) in ends {
@@ -154,7 +154,7 @@ struct Scale {
 
 #[expect(clippy::disallowed_methods, reason = "a plot does not depend on the last bit")]
 impl Scale {
-    /// Over values, with a little room on both sides.
+    /// A scale over these values with a margin on both sides.
     fn over(values: impl Iterator<Item = f64>, ends: [f64; 2]) -> Scale {
         let (least, greatest) =
             values.fold((f64::MAX, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
@@ -166,7 +166,7 @@ impl Scale {
         self.ends[0] + (self.ends[1] - self.ends[0]) * part
     }
 
-    /// 1, 2 and 5 of each power of ten; only the powers where there are many.
+    /// Ticks at 1, 2 and 5 times each power of ten; only at powers of ten if these are many.
     fn marks(&self) -> Vec<(f64, String)> {
         let decades = (self.greatest - self.least) / 10.0_f64.ln();
         let steps: &[f64] = if decades > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };

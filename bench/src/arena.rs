@@ -6,7 +6,7 @@ use crate::packet::RAYS;
 use crate::race::Race;
 use crate::random::Random;
 
-/// What outputs hold before anyone writes them.
+/// The value of outputs before they are written.
 pub const UNSET: f32 = -12345.0;
 
 /// The packets of a race.
@@ -15,26 +15,26 @@ pub struct Arena {
     pub packets: Vec<Memory>,
     /// The array that is changed in place, if there is one.
     in_place: Option<usize>,
-    /// Arrays that are inputs only or nobody's outputs.
+    /// The number of arrays that are inputs only, or unused.
     inputs: usize,
-    /// Arrays that the race names.
+    /// The number of arrays that the race names.
     arrays: usize,
 }
 
 /// The arrays of one packet.
 pub struct Memory {
-    /// The arrays that hand-written code shares, in the order of the race, then those of RTSL alone.
+    /// The arrays that hand-written code shares, in the order of the race, followed by those that only RTSL uses.
     pub state: LaneBlock,
     /// The scratch arrays of the class.
     pub scratch: LaneBlock,
-    /// Which rays RTSL's `intersect` says it accepted.
+    /// The rays for which RTSL's `intersect` accepted a hit.
     pub accepted: LaneMask,
-    /// The first content of the array that is changed in place.
+    /// The initial content of the array that is changed in place.
     restored: Vec<u32>,
 }
 
 impl Arena {
-    /// Memory for `packets` packets, with inputs.
+    /// Allocates memory for `packets` packets and fills their inputs.
     pub fn new(race: &Race, packets: usize, scratch_arrays: usize) -> Arena {
         let mut random = Random::new(1000);
         let mut components: Vec<u32> = race.state.iter().flat_map(|it| components_of(it)).collect();
@@ -61,7 +61,7 @@ impl Arena {
         Arena { packets: packets.collect(), in_place, inputs: race.inputs, arrays }
     }
 
-    /// Fills all that is output with [`UNSET`], and puts back what is changed in place.
+    /// Fills all outputs with [`UNSET`], and restores the array that is changed in place.
     pub fn clear(&mut self) {
         for packet in &mut self.packets {
             let unset = UNSET.to_bits();
@@ -71,8 +71,8 @@ impl Arena {
         }
     }
 
-    /// The outputs of all packets, array by array: those of the state, the one that is changed in place
-    /// first, then scratch. `None` where an array is as it was before the call.
+    /// Returns the outputs of all packets, array by array: those of the state, the array changed in place first, then
+    /// scratch. `None` marks elements that the call did not change.
     pub fn outputs(&self) -> Vec<Vec<Option<f32>>> {
         let state = self.in_place.into_iter().chain(self.inputs..self.arrays);
         let state = state.map(|index| {
@@ -93,7 +93,7 @@ impl Arena {
         state.chain(scratch).collect()
     }
 
-    /// Each packet in turn, what is changed in place put back.
+    /// Calls `work` for each packet, after restoring the array that is changed in place.
     #[inline]
     pub fn for_each(&mut self, mut work: impl FnMut(&mut Memory)) {
         for packet in &mut self.packets {
@@ -117,7 +117,7 @@ fn array(state: &LaneBlock, index: usize) -> &[u32] {
     &state.memory()[index * RAYS..(index + 1) * RAYS]
 }
 
-/// Floats where they differ from what they were.
+/// The floats that differ from their previous values.
 fn changed(words: &[u32], before: impl Iterator<Item = u32>) -> impl Iterator<Item = Option<f32>> {
     let pairs = words.iter().zip(before);
     pairs.map(|(word, before)| (*word != before).then(|| f32::from_bits(*word)))

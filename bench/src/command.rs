@@ -23,25 +23,25 @@ use crate::report::{self, Entry};
 #[derive(Debug, Parser)]
 #[command(name = "races")]
 struct Arguments {
-    /// Only races whose name contains this.
+    /// Only races whose name contains this text.
     filter: Option<String>,
-    /// How many packets are worked on in turn: 1 is a packet that stays in the first cache and whose branches
-    /// are predicted well.
+    /// The number of packets that are processed in turn: 1 packet stays in the first-level cache, with well predicted
+    /// branches.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 64])]
     packets: Vec<usize>,
-    /// How many vectors RTSL does at a time, 1, 2 or 4; what suits each kernel if not given.
+    /// The number of SIMD vectors that RTSL processes at a time, 1, 2 or 4; selected for each kernel if not given.
     #[arg(long)]
     interleave: Option<u32>,
-    /// How often each contender is timed.
+    /// The number of times that each contender is timed.
     #[arg(long, default_value_t = 61)]
     repetitions: usize,
     /// Few and short repetitions.
     #[arg(long)]
     quick: bool,
-    /// Print one JSON object a line for each contender of each race.
+    /// Print one JSON object per line for each contender of each race.
     #[arg(long)]
     json: bool,
-    /// What cargo passes; without it, as under `cargo test`, one short repetition.
+    /// Passed by cargo; without it, as under `cargo test`, there is one short repetition.
     #[arg(long, hide = true)]
     bench: bool,
 }

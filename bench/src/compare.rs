@@ -1,4 +1,4 @@
-//! Whether contenders agree.
+//! Comparison of the contenders' outputs.
 
 use crate::arena::Arena;
 use crate::contenders::Contender;
@@ -7,23 +7,23 @@ use crate::measure::Subject;
 /// The outputs of a contender, array by array; `None` where it wrote nothing.
 pub type Outputs = Vec<Vec<Option<f32>>>;
 
-/// How a contender's outputs differ from others.
+/// The difference between a contender's outputs and the expected ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference {
-    /// The greatest relative error; values below a hundredth of the greatest count as that.
+    /// The greatest relative error; values below a hundredth of the greatest are scaled by that.
     pub error: f64,
-    /// Rays for which only one of both wrote a result.
+    /// The number of rays for which only one of both wrote a result.
     pub unmatched: usize,
 }
 
-/// What the contender computes, once.
+/// Returns the outputs of one call of the contender.
 pub fn outputs(contender: &Contender, arena: &mut Arena) -> Outputs {
     arena.clear();
     contender.run(arena, 1);
     arena.outputs()
 }
 
-/// How `outputs` differ from those expected.
+/// Compares `outputs` with the expected ones.
 pub fn difference(outputs: &Outputs, expected: &Outputs) -> Difference {
     let mut difference = Difference::default();
     for (own, other) in outputs.iter().zip(expected) {

@@ -1,4 +1,4 @@
-//! Who races.
+//! The contenders of races.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,8 +17,8 @@ use crate::written::Written;
 
 /// One form of a race's kernel.
 pub struct Contender {
-    /// What tables call it: `w8` and the like are RTSL at that width, `f8` with `--math=fast`,
-    /// `h256` to `h512t` hand-written, `mvec` and `sleef10` of vector libraries, and `scalar`.
+    /// The name in tables: `w8` and the like are RTSL at that width, `f8` with `--math=fast`, `h256` to `h512t`
+    /// hand-written, `mvec` and `sleef10` from vector libraries, and `scalar`.
     pub name: String,
     code: Code,
     parameters: Vec<f32>,
@@ -37,7 +37,7 @@ struct Compiled {
 }
 
 impl Contender {
-    /// A hand-written kernel.
+    /// Creates a contender from a hand-written kernel.
     pub fn written(race: &Race, name: &str, written: Written) -> Contender {
         Contender {
             name: name.to_owned(),
@@ -46,7 +46,7 @@ impl Contender {
         }
     }
 
-    /// RTSL's kernel, as `engine` makes it.
+    /// Compiles RTSL's kernel with `engine`.
     ///
     /// # Errors
     /// With a report, if the shader does not compile.
@@ -64,7 +64,7 @@ impl Subject<Arena> for Contender {
                     arena.for_each(|packet| compiled.call(packet));
                 }
             }
-            // Hand-written code runs with subnormal numbers taken for zero, RTSL's never does.
+            // Hand-written code runs with subnormal numbers flushed to zero, RTSL's never does.
             Code::Written(written) => with_subnormals_flushed(|| {
                 for _ in 0..times {
                     arena.for_each(|packet| {
@@ -106,7 +106,7 @@ impl Compiled {
     }
 }
 
-/// The shader's class.
+/// Compiles the shader's class.
 ///
 /// # Errors
 /// With a report, if it does not compile.
@@ -117,7 +117,7 @@ pub(crate) fn class(shader: Shader) -> Result<Arc<Class>, String> {
     unit.class(shader.class).cloned().map_err(|error| error.message)
 }
 
-/// An object of a class.
+/// Creates an object of a class.
 ///
 /// # Errors
 /// If the class takes other parameters.
@@ -139,17 +139,17 @@ fn with_subnormals_flushed(work: impl FnOnce()) {
     work();
 }
 
-/// The engines that race.
+/// The engines of RTSL's contenders.
 pub struct Engines {
     engines: Vec<(String, Engine)>,
 }
 
 impl Engines {
-    /// Width 1, and the widths of this processor's vectors with default and fast arithmetic, which do so
-    /// many vectors at a time.
+    /// Creates engines of width 1, and of the widths of this processor's vectors with default and fast arithmetic, with
+    /// this interleave factor.
     ///
     /// # Errors
-    /// Where there is no LLVM, or another number of vectors than it may be.
+    /// If there is no LLVM, or the factor is not supported.
     pub fn new(interleave: Option<u32>) -> Result<Engines, String> {
         let mut engines = vec![engine(1, Math::Contract, None)?];
         for width in vector_widths() {
@@ -159,20 +159,20 @@ impl Engines {
         Ok(Engines { engines })
     }
 
-    /// What compiles, and for which processor.
+    /// Returns the versions of the compiler and the processor.
     pub fn describe(&self) -> String {
         let llvm = self.widest().and_then(Engine::llvm);
         llvm.map(|llvm| format!("LLVM {}, {}", llvm.version(), llvm.host().cpu()))
             .unwrap_or_default()
     }
 
-    /// The engine with default arithmetic for the widest vectors.
+    /// Returns the engine with default arithmetic for the widest vectors.
     pub fn widest(&self) -> Option<&Engine> {
         let exact = |engine: &&Engine| engine.options().math == Math::Contract;
         self.engines.iter().map(|(_, engine)| engine).filter(exact).max_by_key(|it| it.width())
     }
 
-    /// All contenders of a race.
+    /// Returns all contenders of a race.
     ///
     /// # Errors
     /// As for [`Contender::compiled`].
@@ -186,7 +186,7 @@ impl Engines {
         Ok(contenders)
     }
 
-    /// How many scratch arrays the race's class has.
+    /// Returns the number of scratch arrays of the race's class.
     ///
     /// # Errors
     /// As for [`Contender::compiled`].

@@ -1,15 +1,15 @@
-//! The kernels that race, and the arrays each works on.
+//! The kernels of races and their arrays.
 //!
-//! State arrays are numbered in the order in which a race lays them out, a vector taking three; scratch
-//! arrays as the RTSL class declares them; parameters as the race lists them.
+//! State arrays are numbered in the order in which a race lays them out, a vector taking three; scratch arrays as the
+//! RTSL class declares them; parameters as the race lists them.
 
-/// A kernel, and what its hand-written code touches.
+/// A kernel with the sizes of its hand-written code's memory.
 pub trait Kernel {
-    /// State arrays.
+    /// The number of state arrays.
     const STATE: usize;
-    /// Scratch arrays.
+    /// The number of scratch arrays.
     const SCRATCH: usize;
-    /// Words of parameters.
+    /// The number of words of parameters.
     const PARAMETERS: usize;
 }
 

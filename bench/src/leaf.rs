@@ -1,4 +1,5 @@
-//! One ray against many objects: the leaf shape against a call of the single shape for each object.
+//! Tests of one ray against several objects: one call in the leaf call mode compared with a call in the single call
+//! mode for each object.
 
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
@@ -15,32 +16,32 @@ use crate::measure::{Plan, Subject, measure};
 use crate::race::{Parameter, Shader};
 use crate::random::{Random, normalize, subtract};
 
-/// Objects of a leaf.
+/// The number of objects of a leaf.
 pub const OBJECTS: usize = 16;
 
-/// Rays, one at a time.
+/// The number of rays, tested one at a time.
 const RAYS: usize = 64;
 
-/// A class whose objects are hit.
+/// A class of objects.
 pub struct Leaf {
     name: &'static str,
     shader: Shader,
     object: fn(&mut Random) -> Vec<Parameter>,
 }
 
-/// What was measured, nanoseconds for one ray and one object.
+/// A result, in nanoseconds per ray and object.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct LeafResult {
     /// The class.
     pub leaf: &'static str,
-    /// By a call of the single shape for each object.
+    /// By a call in the single call mode for each object.
     pub single: f64,
-    /// By one call of the leaf shape.
+    /// By one call in the leaf call mode.
     pub together: f64,
 }
 
-/// The classes whose names contain `filter`.
+/// Returns the classes whose names contain `filter`.
 pub fn leaves(filter: Option<&str>) -> Vec<Leaf> {
     let shader =
         |file, class| Shader { file, class, method: Method::Intersect, shape: CallMode::Leaf };
@@ -69,13 +70,13 @@ fn triangle(random: &mut Random) -> Vec<Parameter> {
     ]
 }
 
-/// Both ways to do it.
+/// The two methods that are compared.
 enum Way {
     Single(Arc<Kernel>),
     Together(LeafKernel),
 }
 
-/// Rays, one each in its own memory, and objects.
+/// Rays, each in separate memory, and objects.
 struct Rays {
     states: Vec<LaneBlock>,
     scratch: LaneBlock,
@@ -84,7 +85,7 @@ struct Rays {
     instances: Vec<InstanceBlock>,
 }
 
-/// Measures a class, and checks that both ways find the same hits.
+/// Measures a class, and checks that both methods find the same hits.
 ///
 /// # Errors
 /// If the shader does not compile, or the hits differ.
@@ -134,7 +135,7 @@ fn ray(random: &mut Random) -> LaneBlock {
 }
 
 impl Rays {
-    /// The nearest hit of each ray.
+    /// Returns the closest hit of each ray.
     fn hits(&mut self, way: &Way) -> Vec<u32> {
         way.run(self, 1);
         self.states.iter().map(|state| state.words(self.distance)[0]).collect()
@@ -167,7 +168,7 @@ impl Subject<Rays> for Way {
     }
 }
 
-/// Inlined, as `Kernel::call` is: no way is to pay for passing arguments on.
+/// Inlined, as `Kernel::call` is, so that passing arguments costs nothing.
 #[inline(always)]
 fn call(
     kernel: &Kernel,

@@ -1,37 +1,37 @@
-//! How long contenders take.
+//! Timing of contenders.
 
 use std::time::{Duration, Instant};
 
-/// How to measure.
+/// The plan of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// How often each contender is timed.
+    /// The number of times that each contender is timed.
     pub repetitions: usize,
-    /// How long each time takes, about.
+    /// The approximate duration of each.
     pub time: Duration,
 }
 
-/// What can be timed; `A` is the memory that all who are compared share.
+/// A subject of timing; `A` is the memory that all compared subjects share.
 pub trait Subject<A> {
-    /// Does its work `times` times.
+    /// Performs its work `times` times.
     fn run(&self, arena: &mut A, times: u32);
 }
 
-/// The times of a contender, nanoseconds a ray.
+/// The times of a contender, in nanoseconds per ray.
 #[derive(Clone, Debug)]
 pub struct Timing {
     /// The median.
     pub median: f64,
-    /// The least.
+    /// The minimum.
     pub least: f64,
-    /// A tenth is slower.
+    /// The 90th percentile.
     pub slow: f64,
     /// In the order of the repetitions.
     samples: Vec<f64>,
 }
 
-/// Times subjects, in turn in every repetition, so that what else the machine does troubles all
-/// alike. One time of each does `rays` rays.
+/// Times subjects, in turn in every repetition, so that disturbances of the machine affect all alike. One run of each
+/// processes `rays` rays.
 pub fn measure<A, S: Subject<A>>(
     subjects: &[S],
     arena: &mut A,
@@ -52,7 +52,7 @@ pub fn measure<A, S: Subject<A>>(
     samples.into_iter().map(Timing::new).collect()
 }
 
-/// How often the subject does its work in about that time.
+/// Returns the number of runs that take about the target time.
 fn calibrate<A>(subject: &impl Subject<A>, arena: &mut A, target: Duration) -> u32 {
     let mut times = 1;
     loop {
@@ -65,9 +65,9 @@ fn calibrate<A>(subject: &impl Subject<A>, arena: &mut A, target: Duration) -> u
     }
 }
 
-/// Runs `work` so many bytes further down the stack. Compilers align vectors there to 16 bytes only, and where
-/// they lie across cache lines kernels are up to a tenth slower: by chance of where the stack
-/// starts, were both alignments not given equal parts.
+/// Runs `work` with the stack pointer moved by so many bytes. Compilers align vectors on the stack to 16 bytes only,
+/// and kernels whose vectors cross cache lines are up to a tenth slower; using both alignments equally removes this
+/// dependence on the start of the stack.
 #[inline(never)]
 fn deeper<const BYTES: usize>(work: impl FnOnce() -> Duration) -> Duration {
     let room = std::hint::black_box([0_u8; BYTES]);
@@ -76,7 +76,7 @@ fn deeper<const BYTES: usize>(work: impl FnOnce() -> Duration) -> Duration {
     duration
 }
 
-/// The time of a second run: the first brings the caches and predictors back.
+/// Returns the time of a second run: the first warms up caches and predictors.
 fn time<A>(subject: &impl Subject<A>, arena: &mut A, times: u32) -> Duration {
     subject.run(arena, 1);
     let start = Instant::now();
@@ -85,14 +85,14 @@ fn time<A>(subject: &impl Subject<A>, arena: &mut A, times: u32) -> Duration {
 }
 
 impl Timing {
-    /// Of one sample for each repetition, at least one.
+    /// Creates the timing from one sample for each repetition, at least one.
     pub fn new(samples: Vec<f64>) -> Timing {
         let sorted = sorted(samples.iter().copied());
         let [median, least, slow] = [0.5, 0.0, 0.9].map(|part| quantile(&sorted, part));
         Timing { median, least, slow, samples }
     }
 
-    /// How much longer than `other` it takes: the median over the repetitions, in which both had the machine
+    /// Returns the ratio of its time to that of `other`: the median over the repetitions, in which both had the machine
     /// at the same speed.
     pub fn ratio(&self, other: &Timing) -> f64 {
         let pairs = self.samples.iter().zip(&other.samples);

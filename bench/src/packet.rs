@@ -8,11 +8,11 @@ pub const RAYS: usize = 64;
 /// for scratch.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet {
-    /// The state's arrays, in the order that the race names them.
+    /// The state's arrays, in the order in which the race names them.
     pub state: *mut f32,
     /// The scratch arrays of the class.
     pub scratch: *mut f32,
-    /// What is the same for all rays.
+    /// The parameters, which are the same for all rays.
     pub parameters: *const f32,
 }
 
@@ -43,7 +43,7 @@ impl Packet {
         }
     }
 
-    /// Where an array of the state starts.
+    /// Returns the start of an array of the state.
     ///
     /// # Safety
     /// The packet has it.
@@ -53,7 +53,7 @@ impl Packet {
         unsafe { self.state.add(array * RAYS) }
     }
 
-    /// Where a scratch array starts.
+    /// Returns the start of a scratch array.
     ///
     /// # Safety
     /// The packet has it.
@@ -63,7 +63,7 @@ impl Packet {
         unsafe { self.scratch.add(array * RAYS) }
     }
 
-    /// A parameter.
+    /// Returns a parameter.
     ///
     /// # Safety
     /// The race has it.

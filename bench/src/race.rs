@@ -1,4 +1,4 @@
-//! What a race is.
+//! Definition of races.
 
 use rtsl::{CallMode, Method, Numbers, Outputs, Scalar, Value, lookup_state};
 
@@ -12,37 +12,37 @@ pub use crate::races::races;
 
 /// One kernel, in RTSL and by hand.
 pub struct Race {
-    /// What tables call it.
+    /// The name in tables.
     pub name: &'static str,
     /// The RTSL method.
     pub shader: Shader,
     /// The state variables whose arrays hand-written code shares with RTSL's, in the order in which
     /// they lie in memory.
     pub state: &'static [&'static str],
-    /// State variables that only the RTSL kernel touches, and what they hold.
+    /// State variables that only the RTSL kernel uses, and their values.
     pub others: &'static [(&'static str, f32)],
-    /// How many of the arrays are inputs: the first ones.
+    /// The number of input arrays, which come first.
     pub inputs: usize,
-    /// Whether the last of the inputs is changed in place; it is put back before every call.
+    /// True if the last of the inputs is changed in place; it is restored before every call.
     pub in_place: bool,
     /// The inputs of a packet, ray by ray.
     pub rays: fn(&mut Random) -> Vec<Vec<f32>>,
-    /// What is the same for all rays.
+    /// The parameters, which are the same for all rays.
     pub parameters: Vec<Parameter>,
-    /// What hand-written code there is.
+    /// The hand-written code.
     pub written: WrittenForms,
 }
 
-/// Where a race's RTSL method is.
+/// The location of a race's RTSL method.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
-    /// In `shaders/`.
+    /// The file in `shaders/`.
     pub file: &'static str,
-    /// In that file.
+    /// The class in that file.
     pub class: &'static str,
-    /// Of that class.
+    /// The method of that class.
     pub method: Method,
-    /// What its rays have in common.
+    /// The call mode.
     pub shape: CallMode,
 }
 
@@ -52,7 +52,7 @@ pub struct WrittenForms {
     pub reference: Written,
     /// Single precision, one ray at a time.
     pub scalar: Written,
-    /// With SIMD: those that this processor can run, by name.
+    /// With SIMD: the forms that this processor supports, by name.
     pub rivals: Vec<(&'static str, Written)>,
 }
 
@@ -62,28 +62,28 @@ pub struct Parameter {
     pub name: Option<&'static str>,
     /// Its numbers; those of all parameters follow one another in memory.
     pub numbers: Vec<f32>,
-    /// What the bits of the numbers are.
+    /// The type of the numbers' bits.
     pub scalar: Scalar,
 }
 
 impl Parameter {
-    /// A member of the RTSL class.
+    /// Creates a member of the RTSL class.
     pub fn new(name: &'static str, numbers: &[f32]) -> Parameter {
         Parameter { name: Some(name), numbers: numbers.to_vec(), scalar: Scalar::F32 }
     }
 
-    /// What RTSL has from elsewhere.
+    /// Creates a parameter that only hand-written code takes.
     pub fn hidden(numbers: &[f32]) -> Parameter {
         Parameter { name: None, numbers: numbers.to_vec(), scalar: Scalar::F32 }
     }
 
-    /// Unsigned integers.
+    /// Creates a table of unsigned integers.
     pub fn table(name: &'static str, numbers: impl IntoIterator<Item = u32>) -> Parameter {
         let numbers = numbers.into_iter().map(f32::from_bits).collect();
         Parameter { name: Some(name), numbers, scalar: Scalar::U32 }
     }
 
-    /// For the RTSL class.
+    /// Returns the value for the RTSL class.
     pub fn value(&self) -> Value {
         let words: Vec<u32> = self.numbers.iter().map(|number| number.to_bits()).collect();
         match (words.as_slice(), self.scalar) {
@@ -94,7 +94,7 @@ impl Parameter {
 }
 
 impl WrittenForms {
-    /// Those of a kernel.
+    /// Returns the forms of a kernel.
     #[cfg(target_arch = "x86_64")]
     pub(crate) fn of<K: Kernel + scalar::Scalar + crate::rivals::Rival>() -> WrittenForms {
         WrittenForms {
@@ -104,7 +104,7 @@ impl WrittenForms {
         }
     }
 
-    /// Those of a kernel.
+    /// Returns the forms of a kernel.
     #[cfg(not(target_arch = "x86_64"))]
     pub(crate) fn of<K: Kernel + scalar::Scalar>() -> WrittenForms {
         let rivals = Vec::new();
@@ -113,8 +113,8 @@ impl WrittenForms {
 }
 
 impl Race {
-    /// The state variables that hosts of the race read: those past the inputs, and one that is
-    /// changed in place.
+    /// Returns the state variables that hosts of the race read: those after the inputs, and one that is changed in
+    /// place.
     pub fn outputs(&self) -> Outputs {
         let mut arrays = 0;
         let variables = self.state.iter().filter_map(|name| lookup_state(name));
@@ -124,13 +124,13 @@ impl Race {
         }))
     }
 
-    /// The numbers of all parameters.
+    /// Returns the numbers of all parameters.
     pub fn numbers(&self) -> Vec<f32> {
         self.parameters.iter().flat_map(|parameter| &parameter.numbers).copied().collect()
     }
 }
 
-/// The inputs of a packet whose rays have nothing to do with one another.
+/// Generates the inputs of a packet of independent rays.
 pub(crate) fn independent(
     random: &mut Random,
     mut ray: impl FnMut(&mut Random) -> Vec<f32>,

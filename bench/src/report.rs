@@ -15,24 +15,24 @@ pub struct Entry {
     pub race: &'static str,
     /// The contender.
     pub contender: String,
-    /// Packets that are worked on in turn.
+    /// The number of packets processed in turn.
     pub packets: usize,
-    /// Median, nanoseconds a ray.
+    /// The median, in nanoseconds per ray.
     pub median: f64,
-    /// Least time.
+    /// The minimum.
     pub least: f64,
-    /// Ninth decile.
+    /// The 90th percentile.
     pub slow: f64,
-    /// Greatest relative error against the reference in double precision.
+    /// The greatest relative error, compared with the reference in double precision.
     pub error: f64,
-    /// Rays for which only the contender or only the reference has a result.
+    /// The number of rays for which only the contender or only the reference has a result.
     pub unmatched: usize,
     #[serde(skip)]
     timing: Timing,
 }
 
 impl Entry {
-    /// A result.
+    /// Creates a result.
     pub fn new(
         race: &'static str,
         contender: &str,
@@ -47,12 +47,12 @@ impl Entry {
     }
 }
 
-/// A comparison: one contender's time over the best of others, [repetition by repetition](Timing::ratio).
+/// A comparison of one contender's time with the best of others, [repetition by repetition](Timing::ratio).
 struct Ratio {
     title: &'static str,
     own: &'static str,
     others: &'static [&'static str],
-    /// Whether a ratio of 1 or less wins a race.
+    /// True if a ratio of at most 1 wins a race.
     is_race: bool,
 }
 
@@ -75,11 +75,11 @@ const LIBRARY_RATIOS: &[Ratio] = &[
 const CONTENDERS: &[&str] =
     &["scalar", "w1", "w4", "w8", "f8", "h256", "h256t", "w16", "f16", "h512", "h512t"];
 
-/// Those of the table of the libraries.
+/// The contenders in the table of vector libraries.
 const LIBRARY_CONTENDERS: &[&str] = &["w8", "f8", "h256", "mvec", "sleef10", "sleef35"];
 
-/// The results of all races with one number of packets, for people: the races, and then those that libraries of
-/// vector functions took part in.
+/// Returns tables of all races with the same number of packets: the races, then those with contenders from vector
+/// libraries.
 pub fn tables(entries: &[Entry]) -> String {
     let is_library =
         |entry: &Entry| LIBRARY_RATIOS.iter().any(|it| it.others.contains(&&*entry.contender));
@@ -133,7 +133,7 @@ fn mean_row(entries: &[Entry], columns: &[&str], ratios: &[&Ratio]) -> String {
     format!("{:<width$}{means}\n", "geometric mean", width = 21 + 8 * columns.len())
 }
 
-/// What the contenders computed, for people: the greatest errors, and rays hit by one only.
+/// Returns a table of the greatest errors, and of rays for which only one has a hit.
 pub fn differences(entries: &[Entry]) -> String {
     let mut text = String::from("Greatest relative error against double precision");
     let _ = writeln!(text, " (+ rays with a result in one of both only)");
@@ -165,7 +165,7 @@ impl Ratio {
         mean
     }
 
-    /// Which races were won and which were lost, for people.
+    /// Returns the races that were won and those that were lost.
     fn verdict(&self, entries: &[Entry]) -> Option<String> {
         let races = races_of(entries).filter_map(|race| Some((race, self.of(entries, race)?)));
         let (won, lost): (Vec<_>, Vec<_>) = races.partition(|(_, ratio)| *ratio <= 1.0);
@@ -185,7 +185,7 @@ fn find<'a>(entries: &'a [Entry], race: &str, contender: &str) -> Option<&'a Ent
     entries.iter().find(|it| it.race == race && it.contender == contender)
 }
 
-/// The races, in order, each once.
+/// Returns the races, in order, each once.
 fn races_of(entries: &[Entry]) -> impl Iterator<Item = &'static str> {
     let first = |(index, entry): &(usize, &Entry)| {
         entries[..*index].iter().all(|other| other.race != entry.race)
@@ -209,7 +209,7 @@ mod tests {
             let timing = Timing::new(samples.to_vec());
             Entry::new(race, contender, 1, timing, Difference::default())
         };
-        // In two of three repetitions of the cone the machine was slow for both.
+        // In two of three repetitions of the cone the machine was slow for both contenders.
         let entries = [
             entry("cube", "w8", [1.0; 3]),
             entry("cube", "h256", [2.0; 3]),

@@ -125,7 +125,7 @@ pub trait Ints:
     fn less(self, other: Self) -> Self::Mask;
     /// `self == other`.
     fn equal(self, other: Self) -> Self::Mask;
-    /// Whether a bit is set; `bit` has only that one.
+    /// Tests a bit; `bit` has only that one.
     fn has_bit(self, bit: Self) -> Self::Mask;
     /// As floats of the same value.
     fn to_floats(self) -> Self::Floats;

@@ -1,6 +1,6 @@
 //! Elementary functions of vector libraries, where the machine has them: glibc's libmvec and SLEEF.
 //!
-//! They are opened at run time, so that nobody needs them to build or to race.
+//! They are loaded at run time, so that they are required neither to build nor to race.
 #![allow(
     improper_ctypes_definitions,
     reason = "code that has AVX passes vectors in registers, as these libraries expect"
@@ -13,19 +13,19 @@ use libloading::Library;
 
 use crate::packet::{Packet, RAYS};
 
-/// Floats that a call takes.
+/// The number of floats of a call.
 const LANES: usize = 8;
 
-/// What a library may have.
+/// A function of the libraries.
 #[derive(Clone, Copy, Debug)]
 pub enum Function {
-    /// Of state array 0, into 1.
+    /// Reads state array 0, writes 1.
     Exp,
     /// As [`Function::Exp`].
     Log,
-    /// Of state arrays 0 and 1, into 2.
+    /// Reads state arrays 0 and 1, writes 2.
     Pow,
-    /// Of state array 0, into 1 and scratch array 0.
+    /// Reads state array 0, writes 1 and scratch array 0.
     SinCos,
 }
 
@@ -51,7 +51,7 @@ type UnaryPair = unsafe extern "C" fn(__m256) -> Pair;
 #[derive(Clone, Copy)]
 pub struct Pair(__m256, __m256);
 
-/// A library at one accuracy: which file, and what its functions are called.
+/// A library at one accuracy: its file and the names of its functions.
 struct Names {
     contender: &'static str,
     file: &'static str,
@@ -66,7 +66,7 @@ enum SinCosNames {
     Together(&'static str),
 }
 
-/// SLEEF names its errors in tenths of a unit in the last place; libmvec's are below 4 units.
+/// SLEEF states its errors in tenths of a unit in the last place; libmvec's are below 4 units.
 static LIBRARIES: [Names; 3] = [
     Names {
         contender: "mvec",
@@ -94,7 +94,7 @@ static LIBRARIES: [Names; 3] = [
     },
 ];
 
-/// The forms of a function that there are on this machine, by the names of the contenders.
+/// Returns the forms of a function that this machine has, by the names of the contenders.
 pub fn available(function: Function) -> impl Iterator<Item = (&'static str, LibraryFunction)> {
     static OPEN: OnceLock<Vec<(&'static Names, Library)>> = OnceLock::new();
     let open = OPEN.get_or_init(|| {
@@ -140,7 +140,7 @@ unsafe fn symbol<T: Copy>(library: &Library, name: &str) -> Option<T> {
 }
 
 impl LibraryFunction {
-    /// Does a packet.
+    /// Processes a packet.
     ///
     /// # Safety
     /// The packet has the function's arrays, aligned for vectors, and the processor has AVX2.
@@ -152,7 +152,7 @@ impl LibraryFunction {
         }
     }
 
-    /// Does the first rays of the packet, as many as there are lanes.
+    /// Processes the first rays of the packet, as many as there are lanes.
     ///
     /// # Safety
     /// As for [`LibraryFunction::packet`].

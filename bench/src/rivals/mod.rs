@@ -1,14 +1,13 @@
-//! Kernels written by hand with SIMD intrinsics: what RTSL races against.
+//! Kernels written by hand with SIMD intrinsics, with which RTSL is compared.
 //!
-//! Each kernel is written once over [`lanes::Floats`] and made for AVX2 with 8 lanes and for
-//! AVX-512 with 16; and once over [`precision::Precision`]: straightforward, with the processor's
-//! division and square root, and tuned, with estimates and one step of Newton's method, uniform
-//! work done once a packet and, where it pays, several vectors at a time.
+//! Each kernel is written once over [`lanes::Floats`] and instantiated for AVX2 with 8 lanes and for AVX-512 with 16;
+//! and once over [`precision::Precision`]: straightforward, with the processor's division and square root, and tuned,
+//! with estimates and one step of Newton's method, uniform work done once a packet and, where it pays, several vectors
+//! at a time.
 //!
-//! This is `unsafe` on purpose: it is what people write who need speed and have no
-//! compiler for it. It reads and writes aligned arrays through pointers, unchecked, and calls
-//! intrinsics that the processor may lack. [`available`] asks the processor, and [`Written`] checks
-//! the arrays.
+//! This is `unsafe` on purpose: it represents code written for speed without a compiler like RTSL's. It reads and
+//! writes aligned arrays through pointers, unchecked, and calls intrinsics that the processor may lack. [`available`]
+//! queries the processor, and [`Written`] checks the arrays.
 #![allow(unsafe_code, reason = "hand-written SIMD is what RTSL is compared with")]
 #![allow(clippy::missing_safety_doc, reason = "`Rival` and `Chunk` say it for all kernels")]
 
@@ -40,23 +39,23 @@ use precision::{Exact, Precision, Tuned};
 
 /// A kernel for a packet of 64 rays.
 pub trait Rival {
-    /// What it is called in libraries of vector functions that also race.
+    /// Its name in vector libraries whose functions are contenders too.
     const FUNCTION: Option<Function> = None;
 
-    /// Does the packet.
+    /// Processes the packet.
     ///
     /// # Safety
-    /// The packet has the arrays and parameters that [`crate::kernels`] names, aligned to 64 bytes,
-    /// and the processor has the instructions of `F`.
+    /// The packet has the arrays and parameters that [`crate::kernels`] names, aligned to 64 bytes, and the processor
+    /// has the instructions of `F`.
     unsafe fn packet<F: Floats, P: Precision>(packet: Packet);
 }
 
-/// A kernel without work that all rays share.
+/// A kernel without work that is shared by all rays.
 pub trait Chunk {
     /// As for [`Rival`].
     const FUNCTION: Option<Function> = None;
 
-    /// Does the first rays of the packet, as many as there are lanes.
+    /// Processes the first rays of the packet, as many as there are lanes.
     ///
     /// # Safety
     /// As for [`Rival::packet`].
@@ -77,7 +76,7 @@ impl<C: Chunk> Rival for C {
     }
 }
 
-/// The hand-written forms of a kernel that this processor can run, by name, and the libraries' forms that this
+/// Returns the hand-written forms of a kernel that this processor supports, by name, and the libraries' forms that this
 /// machine has.
 pub fn available<K: Kernel + Rival>() -> Vec<(&'static str, Written)> {
     let mut forms = Vec::new();
@@ -94,7 +93,7 @@ pub fn available<K: Kernel + Rival>() -> Vec<(&'static str, Written)> {
     forms
 }
 
-/// Whether this processor has what the AVX-512 forms use.
+/// True if this processor has the instructions of the AVX-512 forms.
 pub fn has_avx512() -> bool {
     is_x86_feature_detected!("avx512f")
         && is_x86_feature_detected!("avx512dq")

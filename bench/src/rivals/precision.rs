@@ -1,10 +1,10 @@
-//! How the rivals divide and take roots.
+//! The division and square root of the rivals.
 
 use super::lanes::Floats;
 
 /// Division and square root, exact or good to about 22 bits.
 pub trait Precision {
-    /// Whether this is the tuned variant.
+    /// True for the tuned variant.
     const TUNED: bool;
     /// `1 / a`.
     fn reciprocal<F: Floats>(a: F) -> F;
@@ -24,8 +24,8 @@ pub trait Precision {
 /// The processor's division and square root, correctly rounded.
 pub struct Exact;
 
-/// The processor's estimates and one step of Newton's method; stores of what a vector blend makes,
-/// where masked stores are slow.
+/// The processor's estimates and one step of Newton's method; blends instead of masked stores, which are slow on some
+/// processors.
 pub struct Tuned;
 
 impl Precision for Exact {

@@ -44,7 +44,7 @@ impl<F: Floats> Quartic<F> {
         (F::splat(12.0) * t).mul_add(t, self.p2)
     }
 
-    /// The zero of the slope between `low` and `high`; `high` where there is none.
+    /// The zero of the slope between `low` and `high`; `high` if there is none.
     #[inline(always)]
     fn extremum<P: Precision>(self, low: F, high: F, active: F::Mask) -> F {
         let (at_low, at_high) = (self.slope(low), self.slope(high));

@@ -14,8 +14,8 @@ pub struct Bounds {
 /// Boxes that reach further are treated as unbounded: their areas would overflow.
 const FARTHEST: f32 = 1e17;
 
-/// How much a box grows on all sides, as a part of its diagonal and of its distance from the
-/// origin: more than rounding moves a hit off its surface.
+/// The padding of a box on all sides, as a fraction of its diagonal and of its distance from the origin: more than
+/// rounding moves a hit off its surface.
 const PAD_OF_DIAGONAL: f64 = 1e-4;
 const PAD_OF_DISTANCE: f64 = 2e-6;
 
@@ -26,20 +26,20 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// The box of what holds nothing; the union with it changes nothing.
+    /// The empty box: its union with another box is that box.
     pub const EMPTY: Bounds = Bounds { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// A box that lies farther than anything: what no ray is asked to meet.
+    /// A box farther away than any scene: no ray is tested against its content.
     pub const NOWHERE: Bounds = Bounds { min: [FARTHEST; 3], max: [FARTHEST; 3] };
 
-    /// A box, or `None` where the corners are those of no finite box.
+    /// Returns the box with these corners, or `None` if they are not finite or not ordered.
     pub fn new(min: [f32; 3], max: [f32; 3]) -> Option<Self> {
         let bounded = (0..3)
             .all(|axis| min[axis] <= max[axis] && min[axis] >= -FARTHEST && max[axis] <= FARTHEST);
         bounded.then_some(Bounds { min, max })
     }
 
-    /// The box around the images of this one's corners.
+    /// Returns the box around the images of the box's corners.
     pub fn transformed(&self, transform: Transform) -> Option<Self> {
         let mut min = [f64::INFINITY; 3];
         let mut max = [f64::NEG_INFINITY; 3];
@@ -54,15 +54,15 @@ impl Bounds {
         Bounds::new(min.map(|x| (x as f32).next_down()), max.map(|x| (x as f32).next_up()))
     }
 
-    /// The box that holds what this one holds while it moves: of points that go on straight lines from key
-    /// to key, the union over the keys.
+    /// Returns the box around the moving box over the whole shutter. Points move on straight lines between keys, so it
+    /// is the union over the keys.
     pub fn moved(&self, motion: &MovingTransform) -> Option<Self> {
         let mut keys = motion.keys().iter().map(|key| self.transformed(*key));
         let first = keys.next()??;
         keys.try_fold(first, |all, key| Some(all.union(&key?)))
     }
 
-    /// The box grown on all sides by the fixed rule that every object's own box obeys.
+    /// Returns the padded box, by the fixed rule that applies to every object's own box.
     pub fn padded(&self) -> Self {
         let farthest = self.min.iter().chain(&self.max).fold(0.0, |far: f32, x| far.max(x.abs()));
         let pad = self.diagonal() * PAD_OF_DIAGONAL + f64::from(farthest) * PAD_OF_DISTANCE;
@@ -72,7 +72,7 @@ impl Bounds {
         }
     }
 
-    /// The smallest box that holds both.
+    /// Returns the smallest box that contains both.
     pub fn union(&self, other: &Bounds) -> Self {
         Bounds {
             min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
@@ -80,7 +80,7 @@ impl Bounds {
         }
     }
 
-    /// The point at these parts of the ways along its sides.
+    /// Returns the point at these fractions of the box's sides.
     pub fn at(&self, parts: [f32; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| {
             let (min, max) = (f64::from(self.min[axis]), f64::from(self.max[axis]));
@@ -88,18 +88,18 @@ impl Bounds {
         })
     }
 
-    /// The point in its middle.
+    /// Returns the center of the box.
     pub fn center(&self) -> [f32; 3] {
         self.at([0.5; 3])
     }
 
-    /// Its surface; 0 for the empty box.
+    /// Returns the surface area; 0 for the empty box.
     pub fn area(&self) -> f64 {
         let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);
         2.0 * (side(0) * side(1) + side(1) * side(2) + side(2) * side(0))
     }
 
-    /// The distance of its corners; 0 for the empty box.
+    /// Returns the length of the diagonal; 0 for the empty box.
     pub fn diagonal(&self) -> f64 {
         let side = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);
         (side(0) * side(0) + side(1) * side(1) + side(2) * side(2)).sqrt()

@@ -1,8 +1,8 @@
-//! Building the hierarchy: a library makes a binary tree, which is folded into one of wide nodes.
+//! Construction of the hierarchy: a library builds a binary BVH, which is collapsed into one with eight children a
+//! node.
 //!
-//! The library's builder (parallel locally-ordered clustering, then reinsertion) is
-//! deterministic, on any number of threads. Which of its subtrees become leaves, of at most eight items, is
-//! the plan's to say: see the module `collapse`.
+//! The library's builder (parallel locally-ordered clustering, then reinsertion) is deterministic on any number of
+//! threads. The module `collapse` chooses the subtrees that become leaves of at most eight items.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -18,14 +18,14 @@ use super::bounds::Bounds;
 use super::bvh8::{Boxes, Bvh8, Child, Item, Leaf, Node8};
 use super::collapse::CollapsePlan;
 
-/// About so many nodes the first pass of reinsertion tries to place better, but at least this part of all.
-/// In small trees that is all of them, for which rays visit a tenth fewer nodes; a million items take a
-/// second that way, and half of that as it is.
+/// The approximate number of nodes that the first pass of reinsertion tries to improve, which is also limited from
+/// below by a fraction of all nodes. Small trees are covered entirely, and rays then visit a tenth fewer nodes;
+/// covering all of a million items would take a second, against half a second with this limit.
 const REINSERTED_NODES: f32 = 30_000.0;
 const MIN_REINSERTED: f32 = 0.03;
 
 impl Bvh8 {
-    /// Over items, which are numbered in their order.
+    /// Builds the hierarchy over items, which are identified by their index.
     pub fn build(items: &[Item]) -> Bvh8 {
         let bounded = items.iter().enumerate().filter(|(_, item)| item.bounds.is_some());
         let numbers: Vec<u32> = bounded.map(|(number, _)| number as u32).collect();
@@ -35,7 +35,7 @@ impl Bvh8 {
             plan: CollapsePlan::new(&binary),
             binary,
             numbers,
-            blocks_of_class: BTreeMap::new(),
+            leaves_of_class: BTreeMap::new(),
             tree: Bvh8::default(),
         };
         builder.fold();
@@ -46,9 +46,9 @@ impl Bvh8 {
         let tree = builder.tree;
         let visits_when_built = tree.visits();
         Bvh8 {
-            heads: in_huge_pages(tree.blocks.iter().map(Leaf::head).collect()),
+            heads: in_huge_pages(tree.leaves.iter().map(Leaf::head).collect()),
             nodes: in_huge_pages(tree.nodes),
-            blocks: in_huge_pages(tree.blocks),
+            leaves: in_huge_pages(tree.leaves),
             visits_when_built,
             ..tree
         }
@@ -60,7 +60,7 @@ fn binary_tree(items: &[Item], numbers: &[u32]) -> Bvh2 {
     let boxes = numbers.iter().map(own_box);
     let boxes: Vec<Aabb> =
         boxes.map(|bounds| Aabb::new(bounds.min.into(), bounds.max.into())).collect();
-    // Leaves are made in folding. After it nothing is reinserted: that takes as long again, and random rays
+    // There is no second pass of reinsertion after collapsing: it would double the build time, and random rays would
     // visit as many nodes.
     let ratio = REINSERTED_NODES / boxes.len().max(1) as f32;
     let parameters = BvhBuildParams {
@@ -78,22 +78,22 @@ struct Builder<'a> {
     items: &'a [Item],
     binary: Bvh2,
     plan: CollapsePlan,
-    /// The items with bounds, as the binary tree counts them.
+    /// The indices of the items with bounds, in the order of the binary tree's primitives.
     numbers: Vec<u32>,
-    /// How many blocks each class has so far.
-    blocks_of_class: BTreeMap<u32, u32>,
+    /// The number of leaves of each class so far.
+    leaves_of_class: BTreeMap<u32, u32>,
     tree: Bvh8,
 }
 
-/// A node whose child is to be set.
+/// A node of the binary tree whose counterpart is to be linked into its parent.
 struct Link {
-    /// The node of the binary tree that the child is made of.
+    /// The index of the node in the binary tree.
     source: usize,
-    /// The parent and which child; `None` for the root.
+    /// The index of the parent and the child's slot there; `None` for the root.
     parent: Option<(usize, usize)>,
 }
 
-/// An item of the leaf that is the child `slot` of a node.
+/// An item below the child `slot` of a node.
 #[derive(Clone, Copy)]
 struct LeafItem {
     item: u32,
@@ -109,7 +109,7 @@ impl Builder<'_> {
             let mut items = Vec::new();
             self.add_items(0, |item| items.push(item));
             self.tree.root = Some(Child::leaf(0));
-            self.add_blocks(items);
+            self.add_leaves(items);
             return;
         }
         let (mut sources, mut leaf_items) = (Vec::new(), Vec::new());
@@ -139,8 +139,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a leaf to those of a node that wait for a block. They share one where they fit: it takes less
-    /// memory, and a ray that meets several of them tests their items by one call.
+    /// Adds the items of a leaf child to those of its node that are not stored yet. Leaf children of one node share a
+    /// `Leaf` if they fit: this takes less memory, and a ray that meets several of them tests their items by one call.
     fn add_leaf(&mut self, node: usize, slot: usize, source: usize, waiting: &mut Vec<LeafItem>) {
         let before = waiting.len();
         self.add_items(source, |item| waiting.push(LeafItem { item, slot }));
@@ -154,24 +154,24 @@ impl Builder<'_> {
         }
     }
 
-    /// Makes the blocks of leaves of a node.
+    /// Stores the pending items of a node in leaves and links its children to them.
     fn place(&mut self, node: usize, leaves: &mut Vec<LeafItem>) {
         if leaves.is_empty() {
             return;
         }
-        let first = self.tree.blocks.len();
-        self.add_blocks(leaves.iter().map(|it| it.item).collect());
-        let is_one = self.tree.blocks.len() == first + 1;
+        let first = self.tree.leaves.len();
+        self.add_leaves(leaves.iter().map(|it| it.item).collect());
+        let is_one = self.tree.leaves.len() == first + 1;
         for LeafItem { item, slot } in leaves.drain(..) {
             let parent = &mut self.tree.nodes[node];
             parent.children[slot] = Child::leaf(first as u32);
-            let position = self.tree.blocks[first].items.iter().position(|it| *it == item);
+            let position = self.tree.leaves[first].items.iter().position(|it| *it == item);
             let bit = position.filter(|_| is_one).map_or(Node8::ALL_ITEMS, |it| 1 << it);
             parent.items[slot] |= bit;
         }
     }
 
-    /// The items below a node of the binary tree.
+    /// Calls `add` for each item below a node of the binary tree.
     fn add_items(&self, source: usize, mut add: impl FnMut(u32)) {
         let mut stack = vec![source];
         while let Some(index) = stack.pop() {
@@ -187,47 +187,47 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds the blocks of these items, which are one leaf or several.
-    fn add_blocks(&mut self, mut items: Vec<u32>) {
+    /// Appends a run of leaves with these items.
+    fn add_leaves(&mut self, mut items: Vec<u32>) {
         let class = |item: &u32| self.items[*item as usize].class;
         items.sort_unstable_by_key(|item| (class(item), *item));
         let runs: Vec<&[u32]> = items.chunk_by(|a, b| class(a) == class(b)).collect();
         for run in runs.into_iter().flat_map(|run| run.chunks(SIMD_LANES)) {
-            let block = self.block(run);
-            self.tree.blocks.push(block);
+            let leaf = self.new_leaf(run);
+            self.tree.leaves.push(leaf);
         }
-        if let Some(last) = self.tree.blocks.last_mut() {
+        if let Some(last) = self.tree.leaves.last_mut() {
             last.is_last = true;
         }
     }
 
-    fn block(&mut self, items: &[u32]) -> Leaf {
+    fn new_leaf(&mut self, items: &[u32]) -> Leaf {
         const BOUNDLESS: Bounds = Bounds { min: [f32::NEG_INFINITY; 3], max: [f32::INFINITY; 3] };
         let class = self.items[items[0] as usize].class;
-        let of_class = self.blocks_of_class.entry(class).or_default();
-        *of_class += 1;
-        let mut block = Leaf {
+        let index_in_class = self.leaves_of_class.entry(class).or_default();
+        *index_in_class += 1;
+        let mut leaf = Leaf {
             boxes: Boxes::EMPTY,
             items: [items[0]; SIMD_LANES],
-            of_class: *of_class - 1,
+            index_in_class: *index_in_class - 1,
             class,
             count: items.len() as u8,
             is_last: false,
         };
         for (index, item) in items.iter().enumerate() {
-            block.items[index] = *item;
+            leaf.items[index] = *item;
             let bounds = self.items[*item as usize].bounds;
-            block.boxes.set(index, &bounds.unwrap_or(BOUNDLESS));
+            leaf.boxes.set(index, &bounds.unwrap_or(BOUNDLESS));
         }
-        block
+        leaf
     }
 
     fn add_unbounded(&mut self) {
-        self.tree.first_unbounded = self.tree.blocks.len() as u32;
+        self.tree.first_unbounded = self.tree.leaves.len() as u32;
         let unbounded = self.items.iter().enumerate().filter(|(_, item)| item.bounds.is_none());
         let unbounded: Vec<u32> = unbounded.map(|(number, _)| number as u32).collect();
         if !unbounded.is_empty() {
-            self.add_blocks(unbounded);
+            self.add_leaves(unbounded);
         }
     }
 }

@@ -1,41 +1,42 @@
-//! The hierarchy: nodes of up to eight children, leaves of up to eight items.
+//! A bounding volume hierarchy whose nodes have up to eight children and whose leaves have up to eight items.
 //!
-//! One tree serves packets and single rays. A ray alone tests the eight boxes of a node at once; a
-//! packet tests them with the interval that holds its rays, then each that is left with every ray.
+//! Packets and single rays traverse the same tree. A single ray is tested against the eight boxes of a node at once; a
+//! packet is tested against them with the interval that bounds its rays, then against each remaining box ray by ray.
 
 use rtsl_math::SIMD_LANES;
 
 use super::bounds::Bounds;
 use super::geometry::INSTANCE;
 
-/// A tree over items, which are numbers.
+/// A tree over items, which are identified by their index.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh8 {
     /// The nodes, parents before their children.
     pub nodes: Vec<Node8>,
-    /// The blocks of items, leaf after leaf; those of items without bounds at the end.
-    pub blocks: Vec<Leaf>,
-    /// The head of each block.
+    /// The leaves. Each leaf child of a node refers to a run of them, which ends with the first leaf for which
+    /// `is_last` is true. The items without bounds come last.
+    pub leaves: Vec<Leaf>,
+    /// The head of each leaf.
     pub heads: Vec<LeafHead>,
-    /// Where the walk begins; `None` if no item has bounds.
+    /// The root; `None` if no item has bounds.
     pub root: Option<Child>,
     /// The box of all items with bounds.
     pub bounds: Bounds,
-    /// The first block of items without bounds.
+    /// The index of the first leaf of items without bounds.
     pub first_unbounded: u32,
-    /// How many classes its items have; instances have none.
+    /// The number of classes of items, [`INSTANCE`](super::geometry::INSTANCE) not counted.
     pub classes: u32,
-    /// The most nodes on a way from the root to a leaf.
+    /// The greatest number of nodes on a path from the root to a leaf.
     pub depth: usize,
-    /// What [`Bvh8::visits`] was when it was built.
+    /// The value of [`Bvh8::visits`] right after the build.
     pub(super) visits_when_built: f64,
 }
 
-/// Eight boxes, coordinate by coordinate.
+/// Eight boxes in structure-of-arrays form.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes {
-    /// The least coordinates, axis by axis, then the greatest.
+    /// The minima, axis by axis, then the maxima.
     pub planes: [[f32; SIMD_LANES]; 6],
 }
 
@@ -47,99 +48,99 @@ pub struct Node8 {
     pub boxes: Boxes,
     /// The children.
     pub children: [Child; SIMD_LANES],
-    /// Of each child that is a leaf, the items of its block that are its own, as bits: leaves of a node share
-    /// blocks. All where the leaf has several blocks.
+    /// For each leaf child, a mask of the items of its leaf that belong to it, because leaf children of one node may
+    /// share a leaf. All ones if the child has several leaves.
     pub items: [u8; SIMD_LANES],
-    /// How many children there are.
+    /// The number of children.
     pub count: u32,
 }
 
-/// A node or a leaf.
+/// A reference to a node or to a run of leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(u32);
 
-/// Items of one class, in ascending order.
+/// Up to eight items of one class, in ascending order.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf {
-    /// The items' own boxes; boundless for items without bounds.
+    /// The items' own boxes; infinite for items without bounds.
     pub boxes: Boxes,
     /// The items.
     pub items: [u32; SIMD_LANES],
-    /// The number of this block among those of its class.
-    pub of_class: u32,
-    /// What the items have in common: see [`Item`].
+    /// The index of this leaf among those of its class.
+    pub index_in_class: u32,
+    /// The class of the items: see [`Item`].
     pub class: u32,
-    /// How many items there are.
+    /// The number of items.
     pub count: u8,
-    /// Whether it is the last of its leaf.
+    /// True if this is the last leaf of its run.
     pub is_last: bool,
 }
 
-/// What a ray reads of a block that it does not hit. These lie apart from the boxes, which are much more, so
-/// that caches hold them.
+/// The part of a leaf that is read for a ray that hits none of its items. Heads are stored apart from the boxes, which
+/// are much larger, so that caches hold them.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafHead {
-    /// As in the [`Leaf`].
-    pub of_class: u32,
-    /// As in the [`Leaf`].
+    /// See [`Leaf::index_in_class`].
+    pub index_in_class: u32,
+    /// See [`Leaf::class`].
     pub class: u32,
-    /// As in the [`Leaf`].
+    /// See [`Leaf::count`].
     pub count: u8,
-    /// As in the [`Leaf`].
+    /// See [`Leaf::is_last`].
     pub is_last: bool,
 }
 
-/// What a tree is built over.
+/// An input of the build.
 #[derive(Clone, Copy, Debug)]
 pub struct Item {
-    /// Its own box; `None` where it is unbounded.
+    /// The item's own box; `None` if it is unbounded.
     pub bounds: Option<Bounds>,
-    /// Blocks hold items of one class only, so that one call can test all of them.
+    /// The class of the item. All items of a leaf have one class, so that one call can test them.
     pub class: u32,
 }
 
 impl Child {
     const LEAF: u32 = 1 << 31;
 
-    /// The node with this number.
+    /// Returns the reference to the node with this index.
     pub const fn node(index: u32) -> Self {
         Child(index)
     }
 
-    /// The leaf that begins with this block.
-    pub const fn leaf(block: u32) -> Self {
-        Child(block | Child::LEAF)
+    /// Returns the reference to the run that begins with the leaf of this index.
+    pub const fn leaf(leaf: u32) -> Self {
+        Child(leaf | Child::LEAF)
     }
 
-    /// Neither: there is nothing left to visit.
+    /// Neither a node nor a leaf: the end of a traversal stack.
     pub const END: Child = Child::node(Child::LEAF - 1);
 
-    /// Whether it is a node.
+    /// True if this is a node.
     #[inline(always)]
     pub const fn is_node(self) -> bool {
         self.0 < Child::END.0
     }
 
-    /// As a number of its own.
+    /// Returns the encoded reference.
     #[inline(always)]
     pub const fn bits(self) -> u32 {
         self.0
     }
 
-    /// The child with these bits.
+    /// Decodes a reference.
     #[inline(always)]
     pub const fn from_bits(bits: u32) -> Self {
         Child(bits)
     }
 
-    /// Whether it is a leaf.
+    /// True if this is a leaf.
     #[inline(always)]
     pub const fn is_leaf(self) -> bool {
         self.0 & Child::LEAF != 0
     }
 
-    /// The number of the node, or of the leaf's first block.
+    /// Returns the index of the node, or of the first leaf of the run.
     #[inline(always)]
     pub const fn index(self) -> usize {
         (self.0 & !Child::LEAF) as usize
@@ -147,7 +148,7 @@ impl Child {
 }
 
 impl Node8 {
-    /// No children.
+    /// A node without children.
     pub const EMPTY: Node8 = Node8 {
         boxes: Boxes::EMPTY,
         children: [Child::node(0); SIMD_LANES],
@@ -155,43 +156,43 @@ impl Node8 {
         count: 0,
     };
 
-    /// All items of a block.
+    /// The mask of all items of a leaf.
     pub const ALL_ITEMS: u8 = 0xFF;
 }
 
 impl Leaf {
-    /// What a ray reads of it first.
+    /// Returns the leaf's head.
     pub fn head(&self) -> LeafHead {
-        let Leaf { boxes: _, items: _, of_class, class, count, is_last } = *self;
-        LeafHead { of_class, class, count, is_last }
+        let Leaf { boxes: _, items: _, index_in_class, class, count, is_last } = *self;
+        LeafHead { index_in_class, class, count, is_last }
     }
 
-    /// Its items.
+    /// Returns the leaf's items.
     pub fn items(&self) -> &[u32] {
         &self.items[..usize::from(self.count)]
     }
 }
 
 impl Boxes {
-    /// No boxes: such as no ray meets.
+    /// Eight empty boxes, which no ray meets.
     pub const EMPTY: Boxes = {
         let (least, greatest) = ([f32::INFINITY; SIMD_LANES], [f32::NEG_INFINITY; SIMD_LANES]);
         Boxes { planes: [least, least, least, greatest, greatest, greatest] }
     };
 
-    /// The least coordinates along an axis.
+    /// Returns the minima along an axis.
     #[inline(always)]
     pub fn min(&self, axis: usize) -> &[f32; SIMD_LANES] {
         &self.planes[axis]
     }
 
-    /// The greatest coordinates along an axis.
+    /// Returns the maxima along an axis.
     #[inline(always)]
     pub fn max(&self, axis: usize) -> &[f32; SIMD_LANES] {
         &self.planes[3 + axis]
     }
 
-    /// One of the boxes.
+    /// Returns one of the boxes.
     #[inline(always)]
     pub fn get(&self, index: usize) -> Bounds {
         let [x, y, z, far_x, far_y, far_z] = &self.planes;
@@ -209,7 +210,7 @@ impl Boxes {
         }
     }
 
-    /// The smallest box that holds those of `which`, as bits, that are below `count`.
+    /// Returns the union of the boxes selected by the bits of `which` whose indices are below `count`.
     pub fn union(&self, which: u8, count: usize) -> Bounds {
         let indices = (0..count).filter(|index| which >> index & 1 != 0);
         indices.fold(Bounds::EMPTY, |all, index| all.union(&self.get(index)))
@@ -217,45 +218,45 @@ impl Boxes {
 }
 
 impl Bvh8 {
-    /// The blocks of a leaf.
-    pub fn leaf(&self, first: usize) -> &[Leaf] {
-        let rest = &self.blocks[first..];
-        let count = rest.iter().position(|block| block.is_last).map_or(rest.len(), |last| last + 1);
+    /// Returns the run of leaves that begins at the index `first`.
+    pub fn leaf_run(&self, first: usize) -> &[Leaf] {
+        let rest = &self.leaves[first..];
+        let count = rest.iter().position(|leaf| leaf.is_last).map_or(rest.len(), |last| last + 1);
         &rest[..count]
     }
 
-    /// The blocks of items without bounds.
+    /// Returns the leaves of the items without bounds.
     pub fn unbounded(&self) -> &[Leaf] {
-        &self.blocks[self.first_unbounded as usize..]
+        &self.leaves[self.first_unbounded as usize..]
     }
 
-    /// The tree for items that moved since it was built: with their boxes, and those of nodes computed
-    /// anew. `None` where it does not serve any more: an item got bounds or lost them, or rays would visit
-    /// many more nodes than when it was built.
+    /// Returns the same topology for items that moved since the build, with the boxes of items and nodes computed anew.
+    /// Returns `None` if the tree has to be rebuilt: an item gained or lost its bounds, or rays would visit many more
+    /// nodes than after the build.
     pub fn refitted(&self, items: &[Item]) -> Option<Bvh8> {
         const MAX_VISITS: f64 = 1.5;
         let is_bounded = |item: &u32| items.get(*item as usize).map(|it| it.bounds.is_some());
-        let keep = |blocks: &[Leaf], bounded: bool| {
-            let mut items = blocks.iter().flat_map(Leaf::items);
+        let keep = |leaves: &[Leaf], bounded: bool| {
+            let mut items = leaves.iter().flat_map(Leaf::items);
             items.all(|item| is_bounded(item) == Some(bounded))
         };
-        let (bounded, unbounded) = self.blocks.split_at(self.first_unbounded as usize);
+        let (bounded, unbounded) = self.leaves.split_at(self.first_unbounded as usize);
         if !(keep(bounded, true) && keep(unbounded, false)) {
             return None;
         }
         let mut tree = self.clone();
-        for block in &mut tree.blocks[..self.first_unbounded as usize] {
-            for index in 0..usize::from(block.count) {
-                let bounds = items[block.items[index] as usize].bounds;
-                block.boxes.set(index, &bounds.unwrap_or_default());
+        for leaf in &mut tree.leaves[..self.first_unbounded as usize] {
+            for index in 0..usize::from(leaf.count) {
+                let bounds = items[leaf.items[index] as usize].bounds;
+                leaf.boxes.set(index, &bounds.unwrap_or_default());
             }
         }
         tree.bound_nodes();
         (tree.visits() <= MAX_VISITS * self.visits_when_built).then_some(tree)
     }
 
-    /// Computes the boxes of nodes from those of items. Backwards, every child is done before its
-    /// parent.
+    /// Computes the boxes of nodes from those of items. Nodes are processed backwards, so every child is done before
+    /// its parent.
     pub(super) fn bound_nodes(&mut self) {
         for index in (0..self.nodes.len()).rev() {
             let node = self.nodes[index];
@@ -268,14 +269,14 @@ impl Bvh8 {
             self.root.map_or(Bounds::EMPTY, |root| self.bounds_of(root, Node8::ALL_ITEMS));
     }
 
-    /// Finds out how many classes there are.
+    /// Counts the classes of the items.
     pub(super) fn count_classes(&mut self) {
-        let classes = self.blocks.iter().map(|block| block.class);
+        let classes = self.leaves.iter().map(|leaf| leaf.class);
         let last = classes.filter(|class| *class != INSTANCE).max();
         self.classes = last.map_or(0, |last| last + 1);
     }
 
-    /// Finds out how deep the tree is.
+    /// Computes the depth of the tree.
     pub(super) fn measure_depth(&mut self) {
         let mut depths = vec![0; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
@@ -288,8 +289,8 @@ impl Bvh8 {
 
     fn bounds_of(&self, child: Child, items: u8) -> Bounds {
         if child.is_leaf() {
-            let blocks = self.leaf(child.index()).iter();
-            let bounds = blocks.map(|block| block.boxes.union(items, usize::from(block.count)));
+            let leaves = self.leaf_run(child.index()).iter();
+            let bounds = leaves.map(|leaf| leaf.boxes.union(items, usize::from(leaf.count)));
             bounds.fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
         } else {
             let node = &self.nodes[child.index()];
@@ -297,8 +298,8 @@ impl Bvh8 {
         }
     }
 
-    /// How many of its children a ray through its box meets on average, if children are met by their
-    /// surfaces' share.
+    /// Returns the expected number of children that a ray through the root's box meets, if the probability of meeting a
+    /// child is proportional to its surface area.
     pub fn visits(&self) -> f64 {
         let of_node = |node: &Node8| {
             let children = (0..node.count as usize).map(|child| node.boxes.get(child).area());

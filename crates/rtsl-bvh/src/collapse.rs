@@ -1,36 +1,36 @@
-//! Which subtrees of a binary tree become leaves, and which of its nodes those of the wide tree.
+//! Selection of the subtrees of a binary BVH that become leaves, and of the nodes that become nodes of the
+//! [`Bvh8`](super::bvh8::Bvh8).
 //!
-//! The plan is the cheapest of all by the surface area heuristic, found bottom up as Ylitie, Karras and
-//! Laine do ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017, section
-//! 3.3): for each node and each number of trees, the least cost of covering what is below the node by at most so
-//! many.
+//! The plan has the least cost by the surface area heuristic, found bottom up as Ylitie, Karras and Laine do
+//! ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017, section 3.3): for each node and
+//! each number of trees, it holds the least cost of covering the items below the node by at most that many trees.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use obvhs::bvh2::Bvh2;
 use rtsl_math::SIMD_LANES;
 
-/// What a visit of a leaf costs, in visits of nodes.
+/// The cost of visiting a leaf, relative to that of visiting a node.
 const LEAF_COST: f32 = 2.0;
 
-/// Subtrees this far down are planned by one thread each.
+/// The depth below which each subtree is planned by a single thread.
 const PARALLEL_DEPTH: u32 = 8;
 
-/// How a tree is folded.
+/// The plan for collapsing a binary tree.
 pub struct CollapsePlan {
-    /// For each inner node of the binary tree a byte for each number of trees.
+    /// For each inner node of the binary tree, one byte for each number of trees.
     choices: Vec<AtomicU64>,
 }
 
-/// How what is below a node is covered by at most so many trees: how many of them its first child gets, or
-/// one of these.
+/// The cheapest way to cover a subtree by at most n trees: the number of them that the first child gets, or one of the
+/// constants below.
 type Choice = u8;
-/// By one less.
+/// Cover it by at most n - 1 trees.
 const FEWER: Choice = 0xFF;
-/// By one leaf.
+/// Cover it by one leaf.
 const LEAF: Choice = 0xFE;
 
-/// The least costs for at most 1 to 8 trees, and how many items there are.
+/// The least costs of covering a subtree by at most 1 to 8 trees, and the number of its items.
 #[derive(Clone, Copy)]
 struct Cover {
     costs: [f32; SIMD_LANES],
@@ -38,7 +38,7 @@ struct Cover {
 }
 
 impl CollapsePlan {
-    /// The best for a tree.
+    /// Computes the plan of least cost.
     pub fn new(binary: &Bvh2) -> Self {
         let choices = std::iter::repeat_with(|| AtomicU64::new(0)).take(binary.nodes.len());
         let plan = CollapsePlan { choices: choices.collect() };
@@ -48,12 +48,12 @@ impl CollapsePlan {
         plan
     }
 
-    /// Whether the subtree below a node becomes a leaf where it is one tree.
+    /// True if the subtree below a node becomes a leaf when it is covered by one tree.
     pub fn is_leaf(&self, binary: &Bvh2, node: usize) -> bool {
         binary.nodes[node].is_leaf() || self.choice(node, 1) == LEAF
     }
 
-    /// Adds the nodes that become the children of the wide node that `node` becomes.
+    /// Adds the binary nodes that become the children of the node made from `node`.
     pub fn add_children(&self, binary: &Bvh2, node: usize, children: &mut Vec<usize>) {
         let mut stack = self.split(binary, node, self.choice(node, 1), SIMD_LANES).to_vec();
         while let Some((node, mut trees)) = stack.pop() {
@@ -68,7 +68,7 @@ impl CollapsePlan {
         }
     }
 
-    /// The children of a node, the second first, and how many trees each gets.
+    /// Returns the children of a node, the second first, and the number of trees that each gets.
     fn split(
         &self,
         binary: &Bvh2,
@@ -94,7 +94,7 @@ impl CollapsePlan {
         self.join(binary, node, &first, &second)
     }
 
-    /// Without recursion: trees may be deep.
+    /// Iterative, because trees may be deep.
     fn cover_alone(&self, binary: &Bvh2, root: usize) -> Cover {
         let mut stack = vec![(root, false)];
         let mut done: Vec<Cover> = Vec::new();
@@ -113,7 +113,7 @@ impl CollapsePlan {
         done.pop().unwrap_or(Cover { costs: [0.0; SIMD_LANES], items: 0 })
     }
 
-    /// Chooses for a node when its children are known.
+    /// Chooses the cover of a node from those of its children.
     fn join(&self, binary: &Bvh2, node: usize, first: &Cover, second: &Cover) -> Cover {
         let area = binary.nodes[node].aabb().half_area();
         let items = first.items + second.items;

@@ -1,4 +1,4 @@
-//! What rays are traced against: groups of items, each with its tree.
+//! The geometry that rays are traced against: groups of items, each with its tree.
 
 use std::sync::Arc;
 
@@ -14,37 +14,37 @@ use super::traversal::{moved_packet, moved_packet_by, moved_ray};
 /// Groups of items: the first is the scene itself, the others are placed by its instances.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// The groups. Instances lie in the first only, and lead to others only.
+    /// The groups. Only the first contains instances, and these refer to the other groups.
     pub groups: Vec<Group>,
-    /// What the items of the first group with the class [`INSTANCE`] are, in their order.
+    /// The instances: the items of the first group with the class [`INSTANCE`], in the order of these items.
     pub instances: Vec<Instance>,
-    /// The number of the first of those items: they stand behind all others.
+    /// The index of the first of those items; instances come after all other items.
     pub first_instance: u32,
 }
 
 /// The class of items that are instances.
 pub const INSTANCE: u32 = u32::MAX;
 
-/// Items in one space.
+/// Items in one coordinate space.
 #[derive(Clone, Debug, Default)]
 pub struct Group {
     /// The tree over the items.
     pub tree: Bvh8,
 }
 
-/// A group, placed.
+/// A group with an instance transform.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// The index of the group.
     pub group: u32,
-    /// From the scene's space into that group's; of what moves, when the shutter opens.
+    /// The transform from the scene's space to the group's; for moving instances, at shutter open.
     pub inverse: Affine,
-    /// From the group's space to the scene's for as long as the shutter is open, if it moves.
+    /// The transform from the group's space to the scene's over the shutter interval, if the instance moves.
     pub motion: Option<Arc<MovingTransform>>,
 }
 
 impl Instance {
-    /// The rays of a packet in the group's space. Of rays that move only those of `lanes` count.
+    /// Returns the rays of a packet in the group's space. If the instance moves, only the rays of `lanes` are valid.
     #[inline(always)]
     pub fn moved_packet(&self, rays: &RayPacket, lanes: LaneMask) -> RayPacket {
         match &self.motion {
@@ -53,7 +53,7 @@ impl Instance {
         }
     }
 
-    /// A ray in the group's space; `None` where it is not finite there.
+    /// Returns a ray in the group's space, or `None` if it is not finite there.
     #[inline(always)]
     pub fn moved_ray(&self, ray: &TraversalRay) -> Option<TraversalRay> {
         match &self.motion {
@@ -64,30 +64,30 @@ impl Instance {
 }
 
 impl Group {
-    /// A group of items, each with its bounds as its class gives them.
+    /// Builds a group of items, each with the bounds that its class computed.
     pub fn new(items: impl IntoIterator<Item = Item>) -> Self {
         Group { tree: Bvh8::build(&padded(items)) }
     }
 
-    /// A group of the same items after some of them moved. Nothing is built where that serves as well.
+    /// Returns the group after some of its items moved. The tree is refitted if that suffices, otherwise rebuilt.
     pub fn moved(&self, items: impl IntoIterator<Item = Item>) -> Self {
         let items = padded(items);
         Group { tree: self.tree.refitted(&items).unwrap_or_else(|| Bvh8::build(&items)) }
     }
 
-    /// The union of all own boxes; `None` where an item has none, or there is no item.
+    /// Returns the union of all own boxes, or `None` if an item is unbounded or there are no items.
     pub fn bounds(&self) -> Option<Bounds> {
         let is_bounded = self.tree.unbounded().is_empty() && self.tree.root.is_some();
         is_bounded.then_some(self.tree.bounds)
     }
 
-    /// Whether there is nothing to hit.
+    /// True if the group has no items.
     pub fn is_empty(&self) -> bool {
-        self.tree.blocks.is_empty()
+        self.tree.leaves.is_empty()
     }
 }
 
-/// Items with their own boxes.
+/// Returns the items with their own (padded) boxes.
 fn padded(items: impl IntoIterator<Item = Item>) -> Vec<Item> {
     let mut items: Vec<Item> = items.into_iter().collect();
     items.par_iter_mut().for_each(|item| item.bounds = item.bounds.map(|own| own.padded()));

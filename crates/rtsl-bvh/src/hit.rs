@@ -1,4 +1,4 @@
-//! Which hits rays have.
+//! Hits of rays.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -6,8 +6,8 @@ use rtsl_math::SIMD_LANES;
 
 use super::packet::{LANES, LaneMask, Lanes, RayPacket, lanes_of};
 
-/// Which object was hit: the item of the scene, and for an instance the item of its group.
-/// Ordered: the lower id wins ties.
+/// The identity of the object that was hit: the item of the scene and, for an instance, the item of its group. The
+/// lower id wins ties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HitId(u64);
 
@@ -15,28 +15,28 @@ impl HitId {
     /// No object; greater than every object's.
     pub const NONE: HitId = HitId(u64::MAX);
 
-    /// The item `inner` of the group that the item `outer` of the scene places; for an item of the
-    /// scene itself `inner` is 0.
+    /// The item `inner` of the group that the item `outer` of the scene places; for an item of the scene itself `inner`
+    /// is 0.
     pub fn new(outer: u32, inner: u32) -> Self {
         HitId(u64::from(outer) << 32 | u64::from(inner))
     }
 
-    /// The item of the scene.
+    /// Returns the index of the item of the scene.
     pub fn outer(self) -> u32 {
         (self.0 >> 32) as u32
     }
 
-    /// The item of the instance's group, where the item of the scene is an instance.
+    /// Returns the index of the item of the instance's group, if the item of the scene is an instance.
     pub fn inner(self) -> u32 {
         self.0 as u32
     }
 }
 
-/// The nearest hits of a packet.
+/// The closest hits of the rays of a packet.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub struct Hits {
-    /// The parameters; where nothing is hit the ray's limit.
+    /// The distances, in multiples of the direction; without a hit, the ray's limit.
     pub distance: Lanes,
     /// The objects.
     pub id: [HitId; LANES],
@@ -45,25 +45,25 @@ pub struct Hits {
 }
 
 impl Hits {
-    /// No hits of the rays.
+    /// Returns the state before the search: no hits.
     pub fn new(rays: &RayPacket) -> Self {
         Hits { distance: rays.limit, id: [HitId::NONE; LANES], found: 0 }
     }
 
-    /// The lanes of `mask` that hit something.
+    /// Returns the lanes of `mask` that hit something.
     pub fn lanes(&self, mask: LaneMask) -> LaneMask {
         self.found & mask
     }
 
-    /// Whether a hit of a lane is nearer than what it hit so far; of equally near ones the object with
-    /// the lower id is.
+    /// True if a hit is closer than the closest hit so far of its lane. Of equally close hits, the one with the lower
+    /// id is closer.
     #[inline(always)]
     pub fn is_nearer(&self, lane: usize, distance: f32, id: HitId) -> bool {
         let nearest = self.distance[lane];
         distance < nearest || (distance == nearest && id < self.id[lane])
     }
 
-    /// Takes those of the hits of one object that are nearer than what their lanes had.
+    /// Records the hits of one object in the lanes for which they are closer than the closest so far.
     #[inline(always)]
     pub fn keep_nearer<S: Simd>(&mut self, simd: S, lanes: LaneMask, found: &Lanes, id: HitId) {
         for start in (0..LANES).step_by(SIMD_LANES) {
@@ -89,7 +89,7 @@ impl Hits {
         }
     }
 
-    /// Takes a hit of one lane.
+    /// Records a hit of one lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, distance: f32, id: HitId) {
         self.distance[lane] = distance;
@@ -97,7 +97,7 @@ impl Hits {
         self.found |= 1 << lane;
     }
 
-    /// Notes that lanes hit something, wherever.
+    /// Records that lanes hit something, without a distance.
     #[inline(always)]
     pub fn mark(&mut self, lanes: LaneMask) {
         self.found |= lanes;

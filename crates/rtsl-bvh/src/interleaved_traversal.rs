@@ -1,9 +1,8 @@
-//! Rays that go through one tree in turns.
+//! Interleaved traversal: several single rays take turns in one tree.
 //!
-//! A ray alone waits: for a node from memory, then for the comparison that says which of its children
-//! come next. Rays that take turns fill each other's waits. What a ray visits next is known a round before its
-//! turn, and is fetched by then; and what depends on the ray's own way is computed without branches, which no
-//! processor could predict.
+//! A single ray waits for memory to deliver a node, then for the comparisons that select the next child. Interleaved
+//! rays fill each other's waits. The next node of a ray is known one round before its turn and is prefetched; the
+//! computations that depend on the path of the ray are free of branches, because no processor could predict them.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
@@ -13,21 +12,22 @@ use rtsl_math::SIMD_LANES;
 use super::bvh8::{Bvh8, Child, Node8};
 use super::traversal::TraversalStack;
 
-/// So many rays take turns at most.
-pub const MAX_IN_TURN: usize = 32;
+/// The greatest number of rays that are interleaved.
+pub const MAX_INTERLEAVED: usize = 32;
 
-/// So many children are put in order without a branch; few nodes have more that a ray meets.
-const MIN_IN_TURN: usize = 3;
+/// Up to so many children are sorted without branches; rays rarely meet more children of a node.
+const MAX_BRANCHLESS_SORT: usize = 3;
 
-/// A child that a ray meets, and where, at the earliest, in the upper half: ordered by that.
+/// A child that a ray meets. The upper half is the distance at which the ray enters its box, so that entries are
+/// ordered by it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct StackEntry(u64);
 
 impl StackEntry {
-    /// Not behind any other.
+    /// The entry that sorts after all others.
     const NONE: StackEntry = StackEntry(0);
 
-    /// What is visited last, behind no limit.
+    /// The bottom of a stack: no limit skips it.
     const END: StackEntry =
         StackEntry((f32::NEG_INFINITY.to_bits() as u64) << 32 | Child::END.bits() as u64);
 
@@ -42,14 +42,14 @@ impl StackEntry {
     }
 }
 
-/// The visits of the children of a node, by slot, and as many of [`StackEntry::NONE`].
+/// The entries of the children of a node, by slot, followed by as many of [`StackEntry::NONE`].
 pub struct NodeVisits([StackEntry; 2 * SIMD_LANES]);
 
 impl NodeVisits {
-    /// None.
+    /// No entries.
     pub const NONE: NodeVisits = NodeVisits([StackEntry::NONE; 2 * SIMD_LANES]);
 
-    /// Those of a node, where a ray enters each.
+    /// Sets the entries of the children of a node from the distances at which a ray enters them.
     #[inline(always)]
     pub fn set<S: Simd>(&mut self, simd: S, node: &Node8, entries: f32x8<S>) {
         let children = node.children.map(Child::bits);
@@ -65,7 +65,7 @@ impl NodeVisits {
     }
 }
 
-/// Some of the rays that take turns, as bits.
+/// A set of interleaved rays, as a bit mask.
 #[derive(Clone, Copy, Default)]
 pub struct Waiting(u32);
 
@@ -74,7 +74,7 @@ impl Iterator for Waiting {
 
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
-        let first = self.0.trailing_zeros() as usize % MAX_IN_TURN;
+        let first = self.0.trailing_zeros() as usize % MAX_INTERLEAVED;
         let is_any = self.0 != 0;
         self.0 &= self.0.wrapping_sub(1);
         is_any.then_some(first)
@@ -88,85 +88,89 @@ impl Waiting {
     }
 }
 
-/// Where rays that take turns have got to.
-pub struct Turns {
-    /// What each visits next.
-    next: [Child; MAX_IN_TURN],
-    /// The leaf that each visited last.
-    last_leaf: [Child; MAX_IN_TURN],
-    /// For each ray, the place behind the visits that it has left, the next of which is the last.
-    ends: [usize; MAX_IN_TURN],
-    /// The rays that are to visit a node.
+/// The state of interleaved rays.
+pub struct InterleavedTraversal {
+    /// The next node or leaf of each ray.
+    next: [Child; MAX_INTERLEAVED],
+    /// The leaf that each ray visited last.
+    last_leaf: [Child; MAX_INTERLEAVED],
+    /// For each ray, the end of its stack in [`TraversalStack`].
+    ends: [usize; MAX_INTERLEAVED],
+    /// The rays whose next visit is a node.
     at_nodes: Waiting,
-    /// The rays that are to visit a leaf.
+    /// The rays whose next visit is a leaf.
     at_leaves: Waiting,
-    /// The first place of all.
+    /// The start of the first ray's stack.
     base: usize,
 }
 
-impl Turns {
-    /// So many rays, which are to visit `root`. [`Turns::end`] must follow.
-    pub fn new(visits: &mut TraversalStack, tree: &Bvh8, root: Child, count: usize) -> Turns {
-        // The end, and what is written before it is known to be of use.
-        let room = 1 + MIN_IN_TURN + tree.depth * (SIMD_LANES - 1);
+impl InterleavedTraversal {
+    /// Begins the traversal of `count` rays at `root`. [`InterleavedTraversal::end`] must follow.
+    pub fn new(
+        visits: &mut TraversalStack,
+        tree: &Bvh8,
+        root: Child,
+        count: usize,
+    ) -> InterleavedTraversal {
+        // Room for the bottom entry and for entries that the branchless sort writes beyond the end.
+        let room = 1 + MAX_BRANCHLESS_SORT + tree.depth * (SIMD_LANES - 1);
         let base = visits.rays_in_use;
         visits.rays_in_use += count * room;
         if visits.rays.len() < visits.rays_in_use {
             visits.rays.resize(visits.rays_in_use, StackEntry::NONE);
         }
-        let mut turns = Turns {
-            next: [root; MAX_IN_TURN],
-            last_leaf: [Child::END; MAX_IN_TURN],
-            ends: [0; MAX_IN_TURN],
+        let mut interleaved = InterleavedTraversal {
+            next: [root; MAX_INTERLEAVED],
+            last_leaf: [Child::END; MAX_INTERLEAVED],
+            ends: [0; MAX_INTERLEAVED],
             at_nodes: Waiting::default(),
             at_leaves: Waiting::default(),
             base,
         };
         for ray in 0..count {
             visits.rays[base + ray * room] = StackEntry::END;
-            turns.ends[ray] = base + ray * room + 1;
-            turns.queue(ray, root);
+            interleaved.ends[ray] = base + ray * room + 1;
+            interleaved.queue(ray, root);
         }
-        turns
+        interleaved
     }
 
-    /// Gives back the memory.
+    /// Frees the stacks.
     pub fn end(self, visits: &mut TraversalStack) {
         visits.rays_in_use = self.base;
     }
 
-    /// Whether no ray has anything left to visit.
+    /// True if no ray has anything left to visit.
     #[inline(always)]
     pub fn is_over(&self) -> bool {
         self.at_nodes.0 | self.at_leaves.0 == 0
     }
 
-    /// What a ray visits next.
+    /// Returns the next node or leaf of a ray.
     #[inline(always)]
     pub fn next(&self, ray: usize) -> Child {
         self.next[ray]
     }
 
-    /// The rays that are to visit a node.
+    /// Takes the rays whose next visit is a node.
     #[inline(always)]
     pub fn take_at_nodes(&mut self) -> Waiting {
         std::mem::take(&mut self.at_nodes)
     }
 
-    /// The rays that are to visit a leaf.
+    /// Takes the rays whose next visit is a leaf.
     #[inline(always)]
     pub fn take_at_leaves(&mut self) -> Waiting {
         std::mem::take(&mut self.at_leaves)
     }
 
-    /// Whether a ray has not just visited the leaf that it is at: of leaves that share a block the first tests
-    /// all items.
+    /// False if the ray has just visited the leaf. Of the leaf children that share a leaf, the first tests all items.
     #[inline(always)]
     pub fn is_new_leaf(&mut self, ray: usize) -> bool {
         std::mem::replace(&mut self.last_leaf[ray], self.next[ray]) != self.next[ray]
     }
 
-    /// Notes which children of a node a ray meets.
+    /// Pushes the children of a node that a ray meets, the closest on top.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -178,15 +182,17 @@ impl Turns {
         let count = met.count_ones() as usize;
         let end = self.ends[ray];
         let NodeVisits(of_node) = of_node;
-        // Behind those that are met come some that are none.
+        // The entries of the children met are followed by empty ones.
         let mut rest = met as u32 | 0xFF00;
         let mut take = || {
             let visit = of_node[rest.trailing_zeros() as usize % (2 * SIMD_LANES)];
             rest &= rest.wrapping_sub(1);
             visit
         };
-        if count <= MIN_IN_TURN {
-            let Some(places) = visits.rays[end..].first_chunk_mut::<MIN_IN_TURN>() else { return };
+        if count <= MAX_BRANCHLESS_SORT {
+            let Some(places) = visits.rays[end..].first_chunk_mut::<MAX_BRANCHLESS_SORT>() else {
+                return;
+            };
             let (a, b, c) = (take(), take(), take());
             let (a, b) = (a.max(b), a.min(b));
             let (b, c) = (b.max(c), b.min(c));
@@ -200,14 +206,14 @@ impl Turns {
         self.ends[ray] = end + count;
     }
 
-    /// Finds what a ray visits next, before `limit`, and queues it.
+    /// Pops the next visit of a ray that is not beyond `limit` and queues it.
     #[inline(always)]
     pub fn queue_next(&mut self, visits: &TraversalStack, tree: &Bvh8, ray: usize, limit: f32) {
         let mut end = self.ends[ray];
         let visit = loop {
             end -= 1;
             let visit = visits.rays[end];
-            // The end is behind nothing, not even a NaN.
+            // The bottom entry is never skipped, even if `limit` is NaN.
             let is_behind = visit.entry() > limit;
             if !is_behind {
                 break visit;
@@ -220,7 +226,7 @@ impl Turns {
         }
     }
 
-    /// Queues a ray where it visits what `next` says.
+    /// Queues a ray for its next visit.
     #[inline(always)]
     pub fn queue(&mut self, ray: usize, next: Child) {
         self.next[ray] = next;
@@ -229,7 +235,7 @@ impl Turns {
     }
 }
 
-/// Sorts a few, the greatest first.
+/// Sorts a short slice in descending order.
 fn sort(few: &mut [StackEntry]) {
     for end in 1..few.len() {
         let mut place = end;

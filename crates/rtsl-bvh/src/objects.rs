@@ -1,4 +1,4 @@
-//! What the traversal asks of those who know what the items are.
+//! The interface through which the traversal tests items, whose types it does not know.
 
 use fearless_simd::Simd;
 
@@ -8,59 +8,57 @@ use super::ray_space::TraversalRay;
 use super::space::PacketSpace;
 use super::stream::{Pair, PairHit, RayStream};
 
-/// Tests single objects. What they answer must be a function of the ray and the object alone: the
-/// limit that counts is the ray's own, never that of a hit found before. So it does not matter in
-/// which order, and how often, objects are asked.
+/// Tests of single objects. A result must be a function of the ray and the object alone: the limit is the ray's own,
+/// never the distance of an earlier hit. The order and the number of the tests therefore have no influence on the hit.
 pub trait Objects {
-    /// Tests the rays of `lanes` against the `index`th item of a block; returns those that hit it.
-    /// [`Objects::distance`] then has where.
+    /// Tests the rays of `lanes` against the item of a leaf with this index; returns those that hit it.
+    /// [`Objects::distance`] then returns the distances.
     fn packet<S: Simd>(
         &mut self,
         simd: S,
         space: &PacketSpace<'_>,
-        block: &Leaf,
+        leaf: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask;
 
-    /// The parameters of the hits that [`Objects::packet`] found last.
+    /// Returns the distances of the hits that [`Objects::packet`] found last.
     fn distance(&self) -> &Lanes;
 
-    /// Is told that rays of a packet, in its [company](super::RayFrame::Packet), are going to be tested against
-    /// blocks.
+    /// Loads the rays of a packet, in its [frame](super::RayFrame::Packet), before they are tested against leaves.
     fn load_packet<S: Simd>(&mut self, simd: S, space: &PacketSpace<'_>);
 
-    /// Is told that a ray that is [alone](super::RayFrame::Alone) is going to be tested against blocks.
+    /// Loads a ray [alone](super::RayFrame::Alone) before it is tested against leaves.
     fn load_ray(&mut self, ray: &TraversalRay);
 
-    /// Is told which block will soon be asked about, so that it can be fetched from memory by then.
+    /// Prefetches the data for tests against a leaf.
     #[inline(always)]
     fn prefetch(&self, _head: &LeafHead) {}
 
-    /// Tests rays of a stream, each against an object of one class. Adds to `found` those that hit.
+    /// Tests rays of a stream against one object each, all of one class. Adds to `found` those that hit.
     fn pairs(&mut self, stream: &RayStream, class: u32, pairs: &[Pair], found: &mut Vec<PairHit>);
 
-    /// Makes tests of loaded rays of one company, at most one of each.
-    fn blocks(&mut self, tests: &mut [BlockTest<'_>]);
+    /// Performs tests of loaded rays of one frame, at most one for each ray.
+    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]);
 
-    /// Tests one loaded ray against the `index`th item of a block.
-    fn ray_against_one(&mut self, ray: &TraversalRay, block: &Leaf, index: usize) -> Option<f32>;
+    /// Tests one loaded ray against the item of a leaf with this index.
+    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32>;
 
-    /// Is told that the rays of `lanes` are tested against the boxes of a node or of a block. For
-    /// those who count.
+    /// Counts a test of the rays of `lanes` against the boxes of a node or leaf, for implementations that collect
+    /// statistics.
     #[inline(always)]
     fn visited(&mut self, _lanes: LaneMask) {}
 }
 
-/// A test of one ray against all items of a block.
+/// A test of one ray against all items of a leaf.
 #[derive(Clone, Copy, Debug)]
-pub struct BlockTest<'a> {
+pub struct RayLeafTest<'a> {
     /// The ray.
     pub ray: &'a TraversalRay,
-    /// What need not be read from the block.
+    /// The leaf's head.
     pub head: LeafHead,
-    /// The block.
-    pub block: &'a Leaf,
-    /// What is found: the index of the nearest hit, of equally near ones the lowest, and where it is.
+    /// The leaf.
+    pub leaf: &'a Leaf,
+    /// The result: the index of the closest hit, of equally close ones the lowest, and its distance.
     pub nearest: Option<(usize, f32)>,
 }

@@ -1,27 +1,27 @@
-//! Packets of rays, component by component.
+//! Packets of rays in structure-of-arrays form.
 
 /// The number of rays in a packet: a tile of 8 by 8 pixels.
 pub const LANES: usize = 64;
 
-/// Bit `i` stands for lane `i`.
+/// A set of lanes: bit `i` is lane `i`.
 pub type LaneMask = u64;
 
 /// One number for each lane.
 pub type Lanes = [f32; LANES];
 
-/// The lanes of a mask, in order.
+/// Returns an iterator over the lanes of a mask, in ascending order.
 pub fn lanes_of(mask: LaneMask) -> LanesOf {
     LanesOf(mask)
 }
 
-/// The lanes of a mask that are left.
+/// An iterator over the lanes of a mask.
 #[derive(Clone, Debug)]
 pub struct LanesOf(LaneMask);
 
 impl Iterator for LanesOf {
     type Item = usize;
 
-    // Always inlined: left to itself the compiler calls it for every lane of a packet.
+    // Without `inline(always)` the compiler emits a call for every lane of a packet.
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
         let lane = self.0.trailing_zeros() as usize;
@@ -30,7 +30,7 @@ impl Iterator for LanesOf {
     }
 }
 
-/// Rays.
+/// A packet of rays.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub struct RayPacket {
@@ -59,13 +59,13 @@ impl Default for RayPacket {
 }
 
 impl RayPacket {
-    /// The origin of a lane's ray.
+    /// Returns the origin of a lane's ray.
     #[inline(always)]
     pub fn origin_of(&self, lane: usize) -> [f32; 3] {
         [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]]
     }
 
-    /// The direction of a lane's ray.
+    /// Returns the direction of a lane's ray.
     #[inline(always)]
     pub fn direction_of(&self, lane: usize) -> [f32; 3] {
         [self.direction[0][lane], self.direction[1][lane], self.direction[2][lane]]

@@ -1,8 +1,8 @@
-//! Packets on their way through a tree.
+//! Traversal by packets.
 //!
-//! A child is tested twice: with the interval of all rays when its node is visited, eight children
-//! at once, and with each ray when its own turn comes, against the hits found until then. So is the own box of
-//! an object. Where few rays are left they go on one by one.
+//! A child is tested twice: with the interval of all rays when its node is visited, eight children at once, and ray by
+//! ray when it is popped, against the hits found until then. The same holds for the own box of an object. If few rays
+//! remain active, they continue as single rays.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -13,34 +13,34 @@ use smallvec::SmallVec;
 use super::bounds::Bounds;
 use super::bvh8::{Bvh8, Child, Leaf, Node8};
 use super::geometry::{Group, INSTANCE};
-use super::interleaved_traversal::MAX_IN_TURN;
+use super::interleaved_traversal::MAX_INTERLEAVED;
 use super::objects::Objects;
 use super::packet::{LANES, LaneMask, Lanes, lanes_of};
 use super::ray_space::TraversalRay;
 use super::space::{PacketSpace, finite_lanes, greatest};
 use super::traversal::{InstanceContext, Search, Traversal};
 
-/// Fewer rays than these go on from a node each on its own way. From half to four times as many the speed hardly
-/// differs; nor does it help to let such rays wait until there are more of them to take turns.
+/// If fewer rays than these reach a node, they continue as single rays. The speed hardly changes between half and four
+/// times as many, nor does it help to collect such rays in order to interleave more of them.
 const MIN_AT_NODES: u32 = 6;
 
-/// The same where the interval says little, and any hit will do. Where the nearest is looked for such rays go
-/// alone from the root on: each visits first what is nearest to it.
+/// The same threshold for any-hit searches with a loose interval. In closest-hit searches such rays continue as single
+/// rays from the root: each visits the closest nodes first.
 const MIN_IF_LOOSE: u32 = 24;
 
-/// Fewer rays than these test the objects of a leaf one by one.
+/// If fewer rays than these reach a leaf, they are tested as single rays.
 const MIN_AT_LEAVES: u32 = 4;
 
-/// In trees with no more nodes rays of all directions stay together for nearest hits as well: what each would save on a way
-/// of its own is less than what going alone costs. A box with 17 surfaces is rendered in three quarters of the time.
+/// In trees with at most so many nodes, incoherent rays stay together for closest hits as well: single traversal would
+/// cost more than it saves. A box with 17 surfaces renders in three quarters of the time.
 pub(super) const MAX_NODES_FOR_PACKETS: usize = 4;
 
-/// A child that lanes are to be tested against.
+/// A child that some lanes are to be tested against.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketVisit {
     /// The node.
     node: u32,
-    /// Which of its children.
+    /// The slot of the child.
     child: u32,
     lanes: LaneMask,
 }
@@ -48,7 +48,7 @@ pub struct PacketVisit {
 type PacketOuter<'a> = InstanceContext<'a, PacketSpace<'a>>;
 
 impl<'a, O: Objects> Traversal<'a, O> {
-    /// Takes a packet through a group.
+    /// Traverses a group with a packet.
     pub fn visit_group_with_packet<S: Simd>(
         &mut self,
         simd: S,
@@ -60,9 +60,9 @@ impl<'a, O: Objects> Traversal<'a, O> {
         simd.vectorize(
             #[inline(always)]
             || {
-                for block in group.tree.unbounded() {
+                for leaf in group.tree.unbounded() {
                     let all = Node8::ALL_ITEMS;
-                    self.visit_block_with_packet(simd, block, all, space, lanes, outer);
+                    self.visit_leaf_with_packet(simd, leaf, all, space, lanes, outer);
                 }
                 let Some(root) = group.tree.root else { return };
                 self.visit_tree_with_packet(simd, group, root, space, lanes, outer);
@@ -70,7 +70,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         );
     }
 
-    /// Fewer rays than these go on from a child one by one.
+    /// Returns the number of rays below which they continue as single rays from a child.
     #[inline(always)]
     fn fewest(&self, space: &PacketSpace<'_>, tree: &Bvh8, child: Child) -> u32 {
         if child.is_leaf() {
@@ -95,7 +95,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         outer: Option<&PacketOuter<'_>>,
     ) {
         let base = self.visits.packets.len();
-        // Of rays that go every way many miss all.
+        // Incoherent rays often miss the whole tree.
         let lanes = match space.interval.is_loose() {
             true => space.test(simd, &group.tree.bounds, lanes, &self.hits.distance),
             false => lanes,
@@ -125,7 +125,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// TraversalStack a node, or these items of a leaf.
+    /// Visits a node, or the given items of a leaf, with a packet.
     #[inline(always)]
     fn visit_child_with_packet<S: Simd>(
         &mut self,
@@ -137,8 +137,8 @@ impl<'a, O: Objects> Traversal<'a, O> {
         outer: Option<&PacketOuter<'_>>,
     ) {
         if child.is_leaf() {
-            for block in group.tree.leaf(child.index()) {
-                self.visit_block_with_packet(simd, block, items, space, lanes, outer);
+            for leaf in group.tree.leaf_run(child.index()) {
+                self.visit_leaf_with_packet(simd, leaf, items, space, lanes, outer);
             }
             return;
         }
@@ -160,22 +160,22 @@ impl<'a, O: Objects> Traversal<'a, O> {
             });
         }
         let entry = |visit: &PacketVisit| entries[visit.child as usize % SIMD_LANES];
-        // The nearest last, to be visited first.
+        // The closest is last, to be visited first.
         insertion_sort(&mut self.visits.packets[base..], |one, other| entry(one) > entry(other));
     }
 
-    /// Has what will be visited fetched from memory.
+    /// Prefetches the data of a child.
     #[inline(always)]
     fn fetch(&self, tree: &Bvh8, child: Child) {
         if !child.is_leaf() {
             prefetch(&tree.nodes[child.index()]);
         } else {
-            prefetch(&tree.blocks[child.index()]);
+            prefetch(&tree.leaves[child.index()]);
             self.objects.prefetch(&tree.heads[child.index()]);
         }
     }
 
-    /// Takes the rays of a packet on, each on its own way.
+    /// Continues the rays of a packet as single rays.
     #[inline(always)]
     fn visit_with_rays<S: Simd>(
         &mut self,
@@ -189,7 +189,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         let mut rest = lanes;
         while rest != 0 {
             self.objects.load_packet(simd, space);
-            let some = first_lanes(rest, MAX_IN_TURN);
+            let some = first_lanes(rest, MAX_INTERLEAVED);
             rest &= !some;
             let scene_rays = outer.map(|outer| rays_of(outer.space, some));
             let outer = outer.zip(scene_rays.as_deref());
@@ -202,19 +202,19 @@ impl<'a, O: Objects> Traversal<'a, O> {
     }
 
     #[inline(always)]
-    fn visit_block_with_packet<S: Simd>(
+    fn visit_leaf_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Leaf,
+        leaf: &'a Leaf,
         items: u8,
         space: &PacketSpace<'_>,
         lanes: LaneMask,
         outer: Option<&PacketOuter<'_>>,
     ) {
         self.objects.visited(lanes);
-        let count = usize::from(block.count);
+        let count = usize::from(leaf.count);
         let farthest = self.farthest(simd, lanes);
-        let (met, _) = space.interval.test(simd, &block.boxes, count, farthest);
+        let (met, _) = space.interval.test(simd, &leaf.boxes, count, farthest);
         let mut met = met & u64::from(items);
         while met != 0 {
             let index = met.trailing_zeros() as usize % SIMD_LANES;
@@ -224,16 +224,16 @@ impl<'a, O: Objects> Traversal<'a, O> {
                 return;
             }
             let mut entries = [0.0; LANES];
-            let bounds = block.boxes.get(index);
+            let bounds = leaf.boxes.get(index);
             let limit = &self.hits.distance;
             let lanes = space.test_with_entries(simd, &bounds, lanes, limit, &mut entries);
             if lanes == 0 {
                 continue;
             }
-            if block.class == INSTANCE {
-                self.visit_instance_with_packet(simd, block, index, space, lanes);
+            if leaf.class == INSTANCE {
+                self.visit_instance_with_packet(simd, leaf, index, space, lanes);
             } else {
-                let item = PacketItem { block, index, lanes, entries: &entries };
+                let item = PacketItem { leaf, index, lanes, entries: &entries };
                 self.test_object_with_packet(simd, item, space, outer);
             }
         }
@@ -242,13 +242,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
     fn visit_instance_with_packet<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Leaf,
+        leaf: &'a Leaf,
         index: usize,
         space: &PacketSpace<'_>,
         lanes: LaneMask,
     ) {
-        let item = block.items[index];
-        let bounds = block.boxes.get(index);
+        let item = leaf.items[index];
+        let bounds = leaf.boxes.get(index);
         let Some((group, instance)) = self.instance(item) else { return };
         simd.vectorize(
             #[inline(always)]
@@ -272,13 +272,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         space: &PacketSpace<'_>,
         outer: Option<&PacketOuter<'_>>,
     ) {
-        let PacketItem { block, index, lanes, entries } = item;
-        let hit = self.objects.packet(simd, space, block, index, lanes) & lanes;
+        let PacketItem { leaf, index, lanes, entries } = item;
+        let hit = self.objects.packet(simd, space, leaf, index, lanes) & lanes;
         if hit == 0 {
             return;
         }
         let distance = self.objects.distance();
-        // These lanes meet the box, so all that is left to ask is whether they do before they hit.
+        // These lanes meet the box; the remaining test is that they enter it before the hit.
         let mut held = not_greater(simd, entries, distance, hit);
         if let Some(outer) = outer {
             held = outer.space.test(simd, &outer.bounds, held, distance);
@@ -290,14 +290,14 @@ impl<'a, O: Objects> Traversal<'a, O> {
                     simd,
                     held,
                     distance,
-                    InstanceContext::id(outer, block.items[index]),
+                    InstanceContext::id(outer, leaf.items[index]),
                 );
                 self.farthest_of = 0;
             }
         }
     }
 
-    /// The farthest that any of `lanes`, at least one, still looks for hits.
+    /// Returns the greatest distance at which any of `lanes`, at least one, still searches.
     #[inline(always)]
     fn farthest<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> f32 {
         if self.farthest_of != lanes {
@@ -308,16 +308,16 @@ impl<'a, O: Objects> Traversal<'a, O> {
     }
 }
 
-/// An item of a block, and the rays that meet its box.
+/// An item of a leaf and the rays that meet its box.
 struct PacketItem<'a> {
-    block: &'a Leaf,
+    leaf: &'a Leaf,
     index: usize,
     lanes: LaneMask,
-    /// Where they meet it.
+    /// The distances at which they enter it.
     entries: &'a Lanes,
 }
 
-/// The rays that are to visit a child. Where an interval keeps rays together, a few that meet a node speak for all.
+/// Returns the rays that are to visit a child. If the interval is tight, a few rays that meet a node represent all.
 #[inline(always)]
 fn test_child<S: Simd>(
     simd: S,
@@ -332,7 +332,7 @@ fn test_child<S: Simd>(
     space.test_some(simd, bounds, lanes, limit, enough)
 }
 
-/// The lanes of `mask` for which the one number is not greater than the other.
+/// Returns the lanes of `mask` for which `one` is not greater than `other`.
 #[inline(always)]
 fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> LaneMask {
     let mut passed = 0;
@@ -346,7 +346,7 @@ fn not_greater<S: Simd>(simd: S, one: &Lanes, other: &Lanes, mask: LaneMask) -> 
     passed & mask
 }
 
-/// The first `count` lanes of some.
+/// Returns the first `count` lanes of a mask.
 #[inline(always)]
 fn first_lanes(lanes: LaneMask, count: usize) -> LaneMask {
     let mut rest = lanes;
@@ -354,15 +354,15 @@ fn first_lanes(lanes: LaneMask, count: usize) -> LaneMask {
     lanes & !rest
 }
 
-/// The rays of some lanes, at most [`MAX_IN_TURN`].
+/// Returns the rays of some lanes, at most [`MAX_INTERLEAVED`].
 #[inline(always)]
-fn rays_of(space: &PacketSpace<'_>, lanes: LaneMask) -> SmallVec<[TraversalRay; MAX_IN_TURN]> {
+fn rays_of(space: &PacketSpace<'_>, lanes: LaneMask) -> SmallVec<[TraversalRay; MAX_INTERLEAVED]> {
     let mut rays = SmallVec::new();
     lanes_of(lanes).for_each(|lane| rays.push(space.ray(lane)));
     rays
 }
 
-/// Sorts a few, so that `is_before` holds from each to the next.
+/// Sorts a short slice so that `is_before` holds from each element to the next.
 #[inline(always)]
 fn insertion_sort<T: Copy>(few: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
     for end in 1..few.len() {

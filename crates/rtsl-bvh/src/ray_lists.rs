@@ -1,4 +1,4 @@
-//! Lists of rays that are to visit the same nodes and leaves.
+//! Lists of the rays of a stream that are to visit a node or leaf.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x8, u32x8};
@@ -6,34 +6,35 @@ use rtsl_math::SIMD_LANES;
 
 use super::bvh8::{Child, Node8};
 
-/// What rays of a stream have still to visit: empty between searches, kept for its memory.
+/// The pending visits of a stream: empty between searches, kept to reuse its memory.
 #[derive(Debug, Default)]
 pub struct RayLists {
-    /// What is to be visited, the next last.
+    /// The visits, the next last.
     visits: Vec<Visit>,
-    /// The rays of all visits, by their places, those of the next last, with room for a step behind.
+    /// The rays of all visits, by their index in the stream, those of the next visit last, followed by room for one
+    /// vector.
     rays: Vec<u32>,
-    /// The rays of the visit that was taken last.
+    /// The rays of the visit taken last.
     pub taken: Vec<u32>,
-    /// For each step of these the children that they meet: bit `SIMD_LANES * slot + index`.
+    /// For each eight of these, the children that they meet: bit `SIMD_LANES * slot + index`.
     met: Vec<u64>,
 }
 
-/// What is visited: a child, of a leaf these items, as bits.
+/// The target of a visit: a child and, for a leaf, the mask of its items.
 pub type Target = (Child, u8);
 
 /// A visit.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     target: Target,
-    /// Where its rays begin.
+    /// The start of its rays in [`RayLists::rays`].
     start: usize,
-    /// And where they end.
+    /// The end of its rays.
     end: usize,
 }
 
 impl RayLists {
-    /// Begins with `count` rays, which are taken.
+    /// Begins a search with `count` rays, which count as taken.
     pub fn begin(&mut self, count: usize) {
         self.visits.clear();
         self.rays.clear();
@@ -41,14 +42,14 @@ impl RayLists {
         self.taken.extend(0..count as u32);
     }
 
-    /// All rays that are taken visit a target next.
+    /// Schedules a visit of a target by all rays taken.
     pub fn push_all(&mut self, target: Target) {
         let start = self.rays.len();
         self.rays.extend_from_slice(&self.taken);
         self.visits.push(Visit { target, start, end: self.rays.len() });
     }
 
-    /// Takes the next visit: what is visited; the rays are [`RayLists::taken`].
+    /// Takes the next visit: returns its target and fills [`RayLists::taken`] with its rays.
     #[inline(always)]
     pub fn take(&mut self) -> Option<Target> {
         let Visit { target, start, end } = self.visits.pop()?;
@@ -58,7 +59,7 @@ impl RayLists {
         Some(target)
     }
 
-    /// Asks for each of the rays that were taken which children of a node it meets, as bits.
+    /// Computes, for each of the rays taken, the mask of the children of a node that it meets.
     #[inline(always)]
     pub fn meet(&mut self, mut children_met_by: impl FnMut(u32) -> u64) {
         self.met.clear();
@@ -72,7 +73,7 @@ impl RayLists {
         self.taken.resize(self.met.len() * SIMD_LANES, 0);
     }
 
-    /// Puts the rays that meet a node's child in a `slot` on a list for it, to be visited next.
+    /// Schedules a visit of the child in a `slot` of a node by the rays that meet it.
     #[inline(always)]
     pub fn push<S: Simd>(&mut self, simd: S, node: &Node8, slot: usize) {
         let target = (node.children[slot], node.items[slot]);
@@ -90,7 +91,8 @@ impl RayLists {
     }
 }
 
-/// Bit `8 * a + b` of eight bytes as bit `8 * b + a` (Warren, "Hacker's Delight", 2nd edition, section 7-3).
+/// Transposes an 8 by 8 bit matrix: moves bit `8 * a + b` to bit `8 * b + a` (Warren, "Hacker's Delight", 2nd edition,
+/// section 7-3).
 #[inline(always)]
 fn transposed(bits: u64) -> u64 {
     let swap = |bits: u64, by: u32, which: u64| {

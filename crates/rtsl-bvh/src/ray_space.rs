@@ -1,4 +1,4 @@
-//! Single rays in one space, prepared for the tests of boxes: see the module `space` for what these compute.
+//! Single rays in one space, prepared for box tests: see the module `space` for the formulas.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
@@ -13,12 +13,12 @@ use super::stream::StreamRay;
 #[repr(align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct TraversalRay {
-    /// Where it starts.
+    /// The origin.
     pub origin: [f32; 3],
-    /// Its direction, of any length.
+    /// The direction, of any length.
     pub direction: [f32; 3],
-    /// One over the direction, held finite, and negative: `(origin - plane) * -inverse` needs an instruction
-    /// less than `(plane - origin) * inverse`, and has the same value.
+    /// The negated reciprocal of the direction, clamped to finite values: `(origin - plane) * -inverse` needs one
+    /// instruction less than `(plane - origin) * inverse` and has the same value.
     pub(super) negative_inverse: [f32; 3],
     /// The least parameter of a hit (exclusive).
     pub epsilon: f32,
@@ -26,23 +26,23 @@ pub struct TraversalRay {
     pub limit: f32,
     /// The time within the shutter.
     pub time: f32,
-    /// Its lane in its packet.
+    /// The ray's lane in its packet.
     pub lane: usize,
-    /// Whether it is in the space of the packet that it is of.
-    pub company: RayFrame,
+    /// The frame in which the ray is loaded.
+    pub frame: RayFrame,
 }
 
-/// What a ray is loaded with, to be tested against objects.
+/// Selects the state from which `intersect` reads a ray: the packet's block or the single-ray block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayFrame {
-    /// The packet that it is of.
+    /// The ray is in the space of its packet.
     Packet,
-    /// Nothing: it entered an instance without the others.
+    /// The ray entered an instance without the other rays of its packet.
     Alone,
 }
 
 impl TraversalRay {
-    /// The same ray, alone in another space; `None` where it is not finite there.
+    /// Returns the ray alone in another space, or `None` if it is not finite there.
     pub fn moved(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
         let is_finite = origin.iter().chain(&direction).all(|component| component.is_finite());
         let negative_inverse = direction.map(|component| -finite_reciprocal(component));
@@ -50,12 +50,12 @@ impl TraversalRay {
             origin,
             direction,
             negative_inverse,
-            company: RayFrame::Alone,
+            frame: RayFrame::Alone,
             ..*self
         })
     }
 
-    /// Whether it meets the box, and not behind `distance`: `PacketSpace::test` for one ray.
+    /// True if the ray meets the box, and not beyond `distance`: `PacketSpace::test` for one ray.
     #[inline(always)]
     pub fn holds(&self, bounds: &Bounds, distance: f32) -> bool {
         let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
@@ -69,8 +69,8 @@ impl TraversalRay {
         entry <= exit && exit >= self.epsilon && entry <= distance
     }
 
-    /// The boxes, as bits, of the first `count` that the ray meets before `limit`, and its entries, none before
-    /// its epsilon.
+    /// Tests the first `count` boxes. Returns a mask of those that the ray meets before `limit`, and the distances at
+    /// which it enters them, none less than its epsilon.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes, count: u32, limit: f32) -> (u64, f32x8<S>) {
         let slabs = (self.origin, self.negative_inverse);
@@ -80,8 +80,8 @@ impl TraversalRay {
 }
 
 impl StreamRay {
-    /// The boxes that the ray meets before its nearest hit, and its entries, none before its epsilon. Of boxes that are none
-    /// it may say anything.
+    /// Tests eight boxes. Returns a mask of those that the ray meets before its closest hit, and the distances at which
+    /// it enters them, none less than its epsilon. The results for empty boxes are arbitrary.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, boxes: &Boxes) -> (mask32x8<S>, f32x8<S>) {
         let ([x, y, z, epsilon], [slab_x, slab_y, slab_z, nearest]) = (self.start, self.slabs);
@@ -90,7 +90,7 @@ impl StreamRay {
     }
 }
 
-/// The test of boxes: a ray with a start and one over its direction, negative, between two parameters.
+/// The box test for a ray given by its origin and its negated reciprocal direction, between two distances.
 #[inline(always)]
 fn test<S: Simd>(
     simd: S,
@@ -110,7 +110,7 @@ fn test<S: Simd>(
     let [(near_x, far_x), (near_y, far_y), (near_z, far_z)] = [slab(0), slab(1), slab(2)];
     let (near, far) = (near_x.max(near_y).max(near_z), far_x.min(far_y).min(far_z));
     let (entry, exit) = (near * (1.0 - SLACK), far * (1.0 + SLACK));
-    // One comparison for all three: no hit lies between an epsilon and a lesser limit.
+    // One comparison serves all three conditions: no hit lies between an epsilon and a lesser limit.
     let end = exit.min(splat(limit));
     let entry = entry.max(splat(epsilon));
     (entry.simd_le(end), entry)

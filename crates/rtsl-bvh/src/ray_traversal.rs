@@ -1,5 +1,5 @@
-//! Single rays on their way through a tree: a node's eight boxes are tested at once, nearer children
-//! come first, and a block's objects are tested by one call.
+//! Traversal by single rays: the eight boxes of a node are tested at once, closer children come first, and all objects
+//! of a leaf are tested by one call.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -8,20 +8,20 @@ use smallvec::SmallVec;
 
 use super::bvh8::{Bvh8, Child, Leaf};
 use super::geometry::{Group, INSTANCE};
-use super::interleaved_traversal::{MAX_IN_TURN, NodeVisits, Turns, Waiting};
-use super::objects::{BlockTest, Objects};
+use super::interleaved_traversal::{InterleavedTraversal, MAX_INTERLEAVED, NodeVisits, Waiting};
+use super::objects::{Objects, RayLeafTest};
 use super::packet::LANES;
 use super::ray_space::TraversalRay;
 use super::traversal::{InstanceContext, Search, Traversal};
 
-/// The instance whose group rays visit, with the rays in the scene's space.
+/// The instance whose group is traversed, with the rays in the scene's space.
 pub type RaysOuter<'a> = InstanceContext<'a, [TraversalRay]>;
 
 type RayOuter<'a> = InstanceContext<'a, TraversalRay>;
 
-type BlockTests<'r> = SmallVec<[BlockTest<'r>; MAX_IN_TURN]>;
+type RayLeafTests<'r> = SmallVec<[RayLeafTest<'r>; MAX_INTERLEAVED]>;
 
-/// Rays on their way through a group.
+/// Rays in a group.
 struct RayGroup<'a, 'r> {
     tree: &'a Bvh8,
     rays: &'r [TraversalRay],
@@ -29,7 +29,7 @@ struct RayGroup<'a, 'r> {
 }
 
 impl<'a, O: Objects> Traversal<'a, O> {
-    /// Takes rays, at most [`MAX_IN_TURN`] and loaded, through what is below `root` in a group's tree.
+    /// Traverses the subtree below `root` with at most [`MAX_INTERLEAVED`] loaded rays.
     pub fn visit_tree_with_rays<S: Simd>(
         &mut self,
         simd: S,
@@ -42,130 +42,137 @@ impl<'a, O: Objects> Traversal<'a, O> {
             #[inline(always)]
             || {
                 let group = RayGroup { tree: &group.tree, rays, outer };
-                let mut turns = Turns::new(self.visits, group.tree, root, rays.len());
+                let mut interleaved =
+                    InterleavedTraversal::new(self.visits, group.tree, root, rays.len());
                 let mut of_node = NodeVisits::NONE;
-                while !turns.is_over() {
-                    self.visit_nodes_with_rays(simd, &group, &mut turns, &mut of_node);
-                    self.visit_leaves_with_rays(simd, &group, &mut turns);
+                while !interleaved.is_over() {
+                    self.visit_nodes_with_rays(simd, &group, &mut interleaved, &mut of_node);
+                    self.visit_leaves_with_rays(simd, &group, &mut interleaved);
                 }
-                turns.end(self.visits);
+                interleaved.end(self.visits);
             },
         );
     }
 
-    /// Every ray that is at a node has its turn.
+    /// Visits a node with every ray whose next visit is a node.
     #[inline(always)]
     fn visit_nodes_with_rays<S: Simd>(
         &mut self,
         simd: S,
         group: &RayGroup<'a, '_>,
-        turns: &mut Turns,
+        interleaved: &mut InterleavedTraversal,
         of_node: &mut NodeVisits,
     ) {
         let nodes = group.tree.nodes.as_slice();
-        for turn in turns.take_at_nodes() {
-            let ray = &group.rays[turn];
+        for ray_index in interleaved.take_at_nodes() {
+            let ray = &group.rays[ray_index];
             let limit = self.hits.distance[ray.lane % LANES];
             self.objects.visited(1 << ray.lane);
-            let node = &nodes[turns.next(turn).index()];
+            let node = &nodes[interleaved.next(ray_index).index()];
             let (met, entries) = ray.test(simd, &node.boxes, node.count, limit);
             of_node.set(simd, node, entries);
-            turns.push(self.visits, turn, met, of_node);
-            turns.queue_next(self.visits, group.tree, turn, limit);
+            interleaved.push(self.visits, ray_index, met, of_node);
+            interleaved.queue_next(self.visits, group.tree, ray_index, limit);
         }
     }
 
-    /// Every ray that is at a leaf has its turn: the tests of a block each are made together.
+    /// Visits a leaf with every ray whose next visit is a leaf; one call performs all tests.
     #[inline(always)]
     fn visit_leaves_with_rays<S: Simd>(
         &mut self,
         simd: S,
         group: &RayGroup<'a, '_>,
-        turns: &mut Turns,
+        interleaved: &mut InterleavedTraversal,
     ) {
-        let at_leaves = turns.take_at_leaves();
-        let mut tests = self.tests_at_leaves(simd, group, turns, at_leaves);
+        let at_leaves = interleaved.take_at_leaves();
+        let mut tests = self.tests_at_leaves(simd, group, interleaved, at_leaves);
         self.make_tests(&mut tests, group.outer);
-        for turn in at_leaves {
-            let (lane, index) = (group.rays[turn].lane % LANES, turns.next(turn).index());
+        for ray_index in at_leaves {
+            let (lane, index) =
+                (group.rays[ray_index].lane % LANES, interleaved.next(ray_index).index());
             if self.open(1 << lane) == 0 {
                 continue;
             }
             if group.tree.heads[index].is_last {
-                turns.queue_next(self.visits, group.tree, turn, self.hits.distance[lane]);
+                interleaved.queue_next(
+                    self.visits,
+                    group.tree,
+                    ray_index,
+                    self.hits.distance[lane],
+                );
             } else {
-                turns.queue(turn, Child::leaf(index as u32 + 1));
+                interleaved.queue(ray_index, Child::leaf(index as u32 + 1));
             }
         }
     }
 
-    /// The tests of rays that are at leaves. Instances are visited at once.
+    /// Returns the tests of the rays at leaves. Instances are visited at once.
     #[inline(always)]
     fn tests_at_leaves<'r, S: Simd>(
         &mut self,
         simd: S,
         group: &RayGroup<'a, 'r>,
-        turns: &mut Turns,
+        interleaved: &mut InterleavedTraversal,
         at_leaves: Waiting,
-    ) -> BlockTests<'r>
+    ) -> RayLeafTests<'r>
     where
         'a: 'r,
     {
-        let mut tests = BlockTests::new();
-        for turn in at_leaves {
-            if !turns.is_new_leaf(turn) {
+        let mut tests = RayLeafTests::new();
+        for ray_index in at_leaves {
+            if !interleaved.is_new_leaf(ray_index) {
                 continue;
             }
-            let (ray, index) = (&group.rays[turn], turns.next(turn).index());
-            let (head, block) = (group.tree.heads[index], &group.tree.blocks[index]);
+            let (ray, index) = (&group.rays[ray_index], interleaved.next(ray_index).index());
+            let (head, leaf) = (group.tree.heads[index], &group.tree.leaves[index]);
             self.objects.visited(1 << ray.lane);
             if head.class == INSTANCE {
-                self.visit_instances_with_ray(simd, block, ray);
+                self.visit_instances_with_ray(simd, leaf, ray);
             } else {
                 self.objects.prefetch(&head);
-                tests.push(BlockTest { ray, head, block, nearest: None });
+                tests.push(RayLeafTest { ray, head, leaf, nearest: None });
             }
         }
         tests
     }
 
     #[inline(always)]
-    fn make_tests(&mut self, tests: &mut [BlockTest<'_>], outer: Option<&RaysOuter<'_>>) {
+    fn make_tests(&mut self, tests: &mut [RayLeafTest<'_>], outer: Option<&RaysOuter<'_>>) {
         if tests.is_empty() {
             return;
         }
-        self.objects.blocks(tests);
-        for BlockTest { ray, head: _, block, nearest } in tests {
+        self.objects.leaves(tests);
+        for RayLeafTest { ray, head: _, leaf, nearest } in tests {
             let Some((index, distance)) = *nearest else { continue };
             let outer = outer.map(|outer| outer.of(ray));
-            self.keep_nearest_of_block(block, index, distance, ray, outer.as_ref());
+            self.keep_closest_of_leaf(leaf, index, distance, ray, outer.as_ref());
         }
     }
 
-    /// Tests a ray against all items of a block.
-    fn visit_block_with_ray<S: Simd>(
+    /// Tests a ray against all items of a leaf.
+    fn visit_leaf_with_ray<S: Simd>(
         &mut self,
         simd: S,
-        block: &'a Leaf,
+        leaf: &'a Leaf,
         ray: &TraversalRay,
         outer: Option<&RayOuter<'_>>,
     ) {
         self.objects.visited(1 << ray.lane);
-        if block.class == INSTANCE {
-            self.visit_instances_with_ray(simd, block, ray);
+        if leaf.class == INSTANCE {
+            self.visit_instances_with_ray(simd, leaf, ray);
             return;
         }
-        let mut test = [BlockTest { ray, head: block.head(), block, nearest: None }];
-        self.objects.blocks(&mut test);
-        if let [BlockTest { nearest: Some((index, distance)), .. }] = test {
-            self.keep_nearest_of_block(block, index, distance, ray, outer);
+        let mut test = [RayLeafTest { ray, head: leaf.head(), leaf, nearest: None }];
+        self.objects.leaves(&mut test);
+        if let [RayLeafTest { nearest: Some((index, distance)), .. }] = test {
+            self.keep_closest_of_leaf(leaf, index, distance, ray, outer);
         }
     }
 
     #[inline(always)]
-    fn keep_nearest_of_block(
+    fn keep_closest_of_leaf(
         &mut self,
-        block: &Leaf,
+        leaf: &Leaf,
         index: usize,
         distance: f32,
         ray: &TraversalRay,
@@ -174,26 +181,26 @@ impl<'a, O: Objects> Traversal<'a, O> {
         if distance > self.hits.distance[ray.lane] {
             return;
         }
-        if is_held(block, index, ray, distance, outer) {
-            self.keep(block.items[index], distance, ray.lane, outer);
+        if is_held(leaf, index, ray, distance, outer) {
+            self.keep(leaf.items[index], distance, ray.lane, outer);
         } else {
-            self.test_objects_with_ray(block, ray, outer);
+            self.test_objects_with_ray(leaf, ray, outer);
         }
     }
 
-    /// Tests the objects of a block one by one: where the nearest hit does not count, another may.
+    /// Tests the objects of a leaf one by one: if the closest hit does not count, another may.
     #[cold]
     fn test_objects_with_ray(
         &mut self,
-        block: &Leaf,
+        leaf: &Leaf,
         ray: &TraversalRay,
         outer: Option<&RayOuter<'_>>,
     ) {
-        for index in 0..usize::from(block.count) {
-            let distance = self.objects.ray_against_one(ray, block, index);
-            let held = distance.filter(|distance| is_held(block, index, ray, *distance, outer));
+        for index in 0..usize::from(leaf.count) {
+            let distance = self.objects.ray_against_one(ray, leaf, index);
+            let held = distance.filter(|distance| is_held(leaf, index, ray, *distance, outer));
             if let Some(distance) = held {
-                self.keep(block.items[index], distance, ray.lane, outer);
+                self.keep(leaf.items[index], distance, ray.lane, outer);
             }
         }
     }
@@ -210,10 +217,10 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, block: &'a Leaf, ray: &TraversalRay) {
+    fn visit_instances_with_ray<S: Simd>(&mut self, simd: S, leaf: &'a Leaf, ray: &TraversalRay) {
         let lane = ray.lane;
         let (mut met, entries) =
-            ray.test(simd, &block.boxes, u32::from(block.count), self.hits.distance[lane]);
+            ray.test(simd, &leaf.boxes, u32::from(leaf.count), self.hits.distance[lane]);
         let entries = entries.to_array();
         while met != 0 && self.open(1 << lane) != 0 {
             let index = met.trailing_zeros() as usize % SIMD_LANES;
@@ -221,14 +228,14 @@ impl<'a, O: Objects> Traversal<'a, O> {
             if entries[index] > self.hits.distance[lane] {
                 continue;
             }
-            let item = block.items[index];
+            let item = leaf.items[index];
             let Some((group, instance)) = self.instance(item) else { continue };
             let Some(moved) = instance.moved_ray(ray) else { continue };
             self.objects.load_ray(&moved);
-            let bounds = block.boxes.get(index);
-            for block in group.tree.unbounded() {
+            let bounds = leaf.boxes.get(index);
+            for leaf in group.tree.unbounded() {
                 let outer = InstanceContext { item, bounds, space: ray };
-                self.visit_block_with_ray(simd, block, &moved, Some(&outer));
+                self.visit_leaf_with_ray(simd, leaf, &moved, Some(&outer));
             }
             if let Some(root) = group.tree.root {
                 let (moved, space) = (std::slice::from_ref(&moved), std::slice::from_ref(ray));
@@ -239,15 +246,15 @@ impl<'a, O: Objects> Traversal<'a, O> {
     }
 }
 
-/// Whether a hit lies in its object's own box, and in that of the instance.
+/// True if a hit lies in its object's own box, and in that of the instance.
 #[inline(always)]
 fn is_held(
-    block: &Leaf,
+    leaf: &Leaf,
     index: usize,
     ray: &TraversalRay,
     distance: f32,
     outer: Option<&RayOuter<'_>>,
 ) -> bool {
-    ray.holds(&block.boxes.get(index), distance)
+    ray.holds(&leaf.boxes.get(index), distance)
         && outer.is_none_or(|outer| outer.space.holds(&outer.bounds, distance))
 }

@@ -2,20 +2,19 @@
 //!
 //! # The test of a box
 //!
-//! A ray meets a box where it is within all three slabs. With `a` and `b` the parameters at which it
-//! meets the two planes of a slab, computed as a difference times the reciprocal of the direction, the
-//! ray's *entry* is the greatest of the lesser, and its *exit* the least of the greater. Both are
-//! widened by a part of their size, so that a hit that rounding moved before a flat, far box
-//! counts as inside. The ray meets the box if entry is not beyond exit, and exit not before the ray's
-//! epsilon.
+//! A ray meets a box if it is within all three slabs at some parameter. With `a` and `b` the parameters at which it
+//! meets the two planes of a slab, computed as a difference times the reciprocal of the direction, the ray's *entry* is
+//! the greatest of the lesser, and its *exit* the least of the greater. Both are widened by a fraction of their size,
+//! so that a hit that rounding moved before a flat, far box counts as inside. The ray meets the box if entry is not
+//! beyond exit, and exit not before the ray's epsilon.
 //!
-//! Reciprocals are held finite and corners of boxes are no NaN, so no product is NaN. Subtraction,
-//! multiplication by one factor, minimum and maximum are monotonic under IEEE rounding. Two
-//! things follow, and the traversal stands on both:
+//! Reciprocals are clamped to finite values and corners of boxes are no NaN, so no product is NaN. Subtraction,
+//! multiplication by one factor, minimum and maximum are monotonic under IEEE rounding. Two things follow, and the
+//! traversal relies on both:
 //!
 //! - If a box lies in another, its entry is no less and its exit no greater than the other's.
-//! - The same formulas on the least and greatest origins and reciprocals of many rays bound what they
-//!   give for each: [`Interval`] misses no box that a ray of its meets.
+//! - The same formulas on the least and greatest origins and reciprocals of many rays bound the results for each of
+//!   them: [`Interval`] misses no box that one of its rays meets.
 //!
 //! Only operations with one IEEE result are used (no fused ones), so all machines agree.
 
@@ -28,15 +27,15 @@ use super::bvh8::Boxes;
 use super::packet::{LANES, LaneMask, Lanes, RayPacket};
 use super::ray_space::{RayFrame, TraversalRay};
 
-/// Entry and exit are widened by this part.
+/// The fraction by which entry and exit are widened.
 pub const SLACK: f32 = 1.0 / 4096.0;
 
-/// A number that no two sets of prepared rays of a search share, by which those who were handed them know
-/// them again. None is 0.
+/// Identifies a set of prepared rays within a search, so that implementations of `Objects` recognise rays that they
+/// have loaded. Never 0.
 pub type Serial = u32;
 
-/// One over a direction's component. Near 0 it is held to the greatest finite number: a ray
-/// along a slab's face counts as inside.
+/// Returns the reciprocal of a direction's component. Near 0 it is clamped to the greatest finite number: a ray along a
+/// slab's face counts as inside.
 #[inline(always)]
 pub fn finite_reciprocal(component: f32) -> f32 {
     let magnitude = 1.0 / component.abs();
@@ -50,17 +49,17 @@ pub fn finite_reciprocal(component: f32) -> f32 {
 pub struct PacketSpace<'a> {
     /// The rays.
     pub rays: &'a RayPacket,
-    /// One over the directions, held finite.
+    /// The reciprocals of the directions, clamped to finite values.
     inverse: [Lanes; 3],
-    /// What holds all rays.
+    /// The bounds of all rays.
     pub interval: Interval,
-    /// Names these rays.
+    /// The identity of these rays.
     pub serial: Serial,
-    /// Where all rays start, if that is one point.
+    /// The common origin of all rays, if they have one.
     pub common_origin: Option<[f32; 3]>,
 }
 
-/// The least and greatest of what rays have.
+/// The least and greatest origins, reciprocal directions and limits of some rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval {
     min_origin: [f32; 3],
@@ -68,7 +67,7 @@ pub struct Interval {
     min_inverse: [f32; 3],
     max_inverse: [f32; 3],
     epsilon: f32,
-    /// The axes along which some directions are negative, and some not: of these it knows nothing.
+    /// The axes along which directions have both signs: the interval does not constrain them.
     mixed: [bool; 3],
 }
 
@@ -94,7 +93,7 @@ impl<'a> PacketSpace<'a> {
         space
     }
 
-    /// The ray of a lane by itself.
+    /// Returns the ray of a lane as a single ray.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> TraversalRay {
         TraversalRay {
@@ -105,11 +104,11 @@ impl<'a> PacketSpace<'a> {
             limit: self.rays.limit[lane],
             time: self.rays.time[lane],
             lane,
-            company: RayFrame::Packet,
+            frame: RayFrame::Packet,
         }
     }
 
-    /// The interval of some lanes.
+    /// Returns the interval of some lanes.
     #[inline(always)]
     pub fn interval_of<S: Simd>(&self, simd: S, lanes: LaneMask) -> Interval {
         let mut interval = Interval::EMPTY;
@@ -124,8 +123,8 @@ impl<'a> PacketSpace<'a> {
         interval
     }
 
-    /// The lanes of `mask` that meet the box before their `limit`; where this is the distance of a
-    /// hit, those for which it lies within the box, or behind it.
+    /// Returns the lanes of `mask` that meet the box before their `limit`. If the limit is the distance of a hit, these
+    /// are the lanes whose hit lies in the box or beyond it.
     #[inline(always)]
     pub fn test<S: Simd>(
         &self,
@@ -137,8 +136,7 @@ impl<'a> PacketSpace<'a> {
         self.test_some(simd, bounds, mask, limit, u32::MAX)
     }
 
-    /// The same, but as soon as `enough` are found to meet the box, the lanes not yet tested are taken to
-    /// meet it too.
+    /// The same, but once `enough` lanes are found to meet the box, the lanes not tested yet are assumed to meet it.
     #[inline(always)]
     pub fn test_some<S: Simd>(
         &self,
@@ -163,7 +161,7 @@ impl<'a> PacketSpace<'a> {
         passed
     }
 
-    /// As [`PacketSpace::test`], with the rays' entries.
+    /// Like [`PacketSpace::test`]; also returns the distances at which the rays enter the box.
     #[inline(always)]
     pub fn test_with_entries<S: Simd>(
         &self,
@@ -184,7 +182,8 @@ impl<'a> PacketSpace<'a> {
         passed & mask
     }
 
-    /// Which of the lanes from `start` on meet a box, as the lowest bits, and their entries.
+    /// Tests the lanes from `start` on. Returns those that meet the box, as the lowest bits, and the distances at which
+    /// they enter it.
     #[inline(always)]
     fn test_chunk<S: Simd>(
         &self,
@@ -217,13 +216,13 @@ impl<'a> PacketSpace<'a> {
     }
 }
 
-/// The greatest number of some lanes, at least one.
+/// Returns the greatest value of some lanes, at least one.
 #[inline(always)]
 pub fn greatest<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> f32 {
     extremes(simd, lanes, mask).1
 }
 
-/// The least and the greatest number of some lanes, at least one.
+/// Returns the least and the greatest value of some lanes, at least one.
 #[inline(always)]
 fn extremes<S: Simd>(simd: S, lanes: &Lanes, mask: LaneMask) -> (f32, f32) {
     let mut least = f32x8::splat(simd, f32::INFINITY);
@@ -258,13 +257,13 @@ impl Interval {
         mixed: [true; 3],
     };
 
-    /// Whether so little is known that it is not worth asking.
+    /// True if the interval constrains too little for its tests to be useful.
     pub fn is_loose(&self) -> bool {
         self.mixed.iter().filter(|mixed| **mixed).count() > 1
     }
 
-    /// The boxes, as bits, of the first `count` that any of the rays may meet before `limit`, and the least
-    /// entries.
+    /// Tests the first `count` boxes. Returns a mask of those that any of the rays may meet before `limit`, and the
+    /// least distances of entry.
     #[inline(always)]
     pub fn test<S: Simd>(
         &self,
@@ -298,7 +297,7 @@ impl Interval {
     }
 }
 
-/// The lanes of `mask` whose rays are finite; others hit nothing.
+/// Returns the lanes of `mask` whose rays are finite; others hit nothing.
 #[inline(always)]
 pub fn finite_lanes<S: Simd>(simd: S, rays: &RayPacket, mask: LaneMask) -> LaneMask {
     let mut finite = LaneMask::MAX;

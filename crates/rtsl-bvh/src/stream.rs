@@ -1,14 +1,15 @@
-//! Streams: many rays, of all directions, that go through a tree together.
+//! Streams: many incoherent rays that traverse a tree together.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4};
 
 use super::hit::HitId;
 
-/// So many rays are searched for together: what boxes are tested with fills the fastest cache of most processors.
+/// The number of rays that are searched together: the data of their box tests fills the first-level cache of most
+/// processors.
 pub const RAYS_OF_STREAM: usize = 1024;
 
-/// Rays, and what they hit. A ray is known by its *place*: how many were added before it.
+/// Rays and their hits. A ray is identified by its index: the number of rays added before it.
 #[derive(Debug, Default)]
 pub struct RayStream {
     rays: Vec<StreamRay>,
@@ -17,35 +18,35 @@ pub struct RayStream {
     ids: Vec<HitId>,
 }
 
-/// What a ray is tested against boxes with.
+/// The data of a ray for box tests.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
 pub struct StreamRay {
-    /// Where it starts, and the least parameter of a hit (exclusive).
+    /// The origin, and the least parameter of a hit (exclusive).
     pub start: [f32; 4],
-    /// The negative inverse of its direction as in a [`TraversalRay`](super::TraversalRay), and the parameter behind which it looks for
-    /// nothing: that of its nearest hit, or its limit, or [`StreamRay::DONE`].
+    /// The negated reciprocal direction as in a [`TraversalRay`](super::TraversalRay), and the parameter at which the
+    /// search ends: that of the closest hit, or the ray's limit, or [`StreamRay::DONE`].
     pub slabs: [f32; 4],
 }
 
-/// What objects read of a ray besides its start.
+/// The remaining data of a ray for object tests.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct StreamLine {
-    /// Its direction, of any length, and the greatest parameter of a hit (exclusive).
+    /// The direction, of any length, and the greatest parameter of a hit (exclusive).
     pub along: [f32; 4],
 }
 
 /// A ray of a stream that meets the own box of an object.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
-    /// The place of the ray.
+    /// The index of the ray.
     pub ray: u32,
-    /// The number of the object among those of its class.
+    /// The index of the object among those of its class.
     pub object: u32,
-    /// Which item the object is.
+    /// The index of the object's item.
     pub item: u32,
-    /// Where the ray enters the box, no less than its epsilon.
+    /// The parameter at which the ray enters the box, no less than its epsilon.
     pub entry: f32,
 }
 
@@ -54,15 +55,15 @@ pub struct Pair {
 pub struct PairHit {
     /// The index of the pair.
     pub pair: u32,
-    /// The parameter.
+    /// The parameter of the hit.
     pub distance: f32,
 }
 
 impl StreamRay {
-    /// Nearer than all boxes: the ray looks for nothing.
+    /// The end of the search for a ray with any hit: before all boxes.
     pub const DONE: f32 = f32::NEG_INFINITY;
 
-    /// The parameter behind which it looks for nothing.
+    /// Returns the parameter at which the search ends.
     #[inline(always)]
     pub fn nearest(&self) -> f32 {
         self.slabs[3]
@@ -70,14 +71,14 @@ impl StreamRay {
 }
 
 impl RayStream {
-    /// Forgets all rays.
+    /// Removes all rays.
     pub fn clear(&mut self) {
         self.rays.clear();
         self.lines.clear();
         self.times.clear();
     }
 
-    /// Adds a ray, which looks for hits between two parameters.
+    /// Adds a ray that searches for hits between two parameters.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -91,42 +92,43 @@ impl RayStream {
         self.times.push(time);
     }
 
-    /// How many rays there are.
+    /// Returns the number of rays.
     pub fn len(&self) -> usize {
         self.rays.len()
     }
 
-    /// Whether there are none.
+    /// True if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.rays.is_empty()
     }
 
-    /// What a ray hit, once that was searched for: where, and what. After a search for any hit the first says nothing.
+    /// Returns the distance and the id of a ray's hit after a search. The distance is meaningless after an any-hit
+    /// search.
     #[inline(always)]
     pub fn hit(&self, place: usize) -> Option<(f32, HitId)> {
         let id = self.ids[place];
         (id != HitId::NONE).then(|| (self.rays[place].nearest(), id))
     }
 
-    /// What the rays are tested against boxes with.
+    /// Returns the data for box tests.
     #[inline(always)]
     pub fn rays(&self) -> &[StreamRay] {
         &self.rays
     }
 
-    /// What objects read besides.
+    /// Returns the remaining data for object tests.
     #[inline(always)]
     pub fn lines(&self) -> &[StreamLine] {
         &self.lines
     }
 
-    /// Their times within the shutter.
+    /// Returns the times within the shutter.
     #[inline(always)]
     pub fn times(&self) -> &[f32] {
         &self.times
     }
 
-    /// Makes the rays ready for a search. Those that are not finite hit nothing.
+    /// Prepares the rays for a search. Rays that are not finite hit nothing.
     #[inline(always)]
     pub(super) fn begin<S: Simd>(&mut self, simd: S) {
         let infinity = f32x4::splat(simd, f32::INFINITY);
@@ -135,7 +137,7 @@ impl RayStream {
             let direction = f32x4::load_array(simd, *along);
             let finite = start.abs().simd_lt(infinity) & direction.abs().simd_lt(infinity);
             let is_finite = finite.to_bitmask() & 0b0111 == 0b0111;
-            // As `finite_reciprocal`, for numbers that are none too.
+            // Like `finite_reciprocal`, also for NaN.
             let inverse = f32x4::splat(simd, 1.0) / direction.abs();
             let is_held = inverse.simd_lt(f32::MAX);
             let inverse = is_held.select(inverse, f32x4::splat(simd, f32::MAX));
@@ -146,7 +148,8 @@ impl RayStream {
         self.ids.resize(self.rays.len(), HitId::NONE);
     }
 
-    /// Takes a hit of a ray if it is nearer than what it hit so far; of equally near ones that of the lower id.
+    /// Records a hit of a ray if it is closer than the closest so far; of equally close hits, the one with the lower id
+    /// is kept.
     #[inline(always)]
     pub(super) fn keep_nearer(&mut self, place: usize, distance: f32, id: HitId) {
         let (nearest, nearest_id) = (&mut self.rays[place].slabs[3], &mut self.ids[place]);
@@ -155,7 +158,7 @@ impl RayStream {
         }
     }
 
-    /// Notes that a ray hit something: it looks no further.
+    /// Records that a ray hit something, which ends its search.
     #[inline(always)]
     pub(super) fn mark(&mut self, place: usize, id: HitId) {
         self.rays[place].slabs[3] = StreamRay::DONE;

@@ -1,11 +1,11 @@
-//! Streams on their way through a tree.
+//! Traversal by streams.
 //!
-//! A node is visited once by all rays that meet it: its eight boxes stay in registers, and each ray is put on the lists
-//! of the children that it meets without a branch. Children come in the order in which their rays enter them on average.
-//! Rays that meet the own boxes of objects are paired with them, and tested when there are enough pairs
-//! for whole vectors: rays of any leaves, with objects of one class.
+//! A node is visited once by all rays that meet it: its eight boxes stay in registers, and each ray is appended without
+//! a branch to the lists of the children that it meets. Children are ordered by the average distance at which their
+//! rays enter them. Rays that meet the own boxes of objects are paired with them, and tested when there are enough
+//! pairs to fill whole vectors: the rays may come from any leaves, with objects of one class.
 //!
-//! Rays are not put in order of direction: on a thousand spheres that saves no visits.
+//! Rays are not sorted by direction: on a thousand spheres that saves no visits.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
@@ -19,21 +19,21 @@ use super::packet_traversal::MAX_NODES_FOR_PACKETS;
 use super::stream::{Pair, PairHit, RayStream};
 use super::traversal::{Search, TraversalStack};
 
-/// Objects are tested when so many pairs wait.
+/// The number of pending pairs at which objects are tested.
 const ENOUGH_PAIRS: usize = 128;
 
 impl Geometry {
-    /// Whether so many rays that go all ways are faster as a stream than in packets, and may be one: there are
-    /// no instances.
+    /// True if a search for this many incoherent rays is faster as a stream than in packets, and the geometry has no
+    /// instances, which streams do not support.
     ///
-    /// Where there are fewer rays than nodes, lists get short before rays come to leaves: on ten thousand spheres waves of
-    /// 256 paths were rendered a tenth slower than in packets, and those of a thousand as fast.
+    /// With fewer rays than nodes the lists get short before rays reach leaves: on ten thousand spheres wavefronts of
+    /// 256 paths rendered a tenth slower than in packets, and those of a thousand as fast.
     pub fn suits_stream(&self, rays: usize) -> bool {
         let nodes = self.groups.first().map_or(0, |scene| scene.tree.nodes.len());
         self.instances.is_empty() && nodes > MAX_NODES_FOR_PACKETS && nodes <= rays
     }
 
-    /// Finds the hits of the rays of a stream, of which there may be any number. There may be no instances.
+    /// Finds the hits of the rays of a stream of any length. The geometry must not have instances.
     pub fn search_stream<O: Objects>(
         &self,
         stream: &mut RayStream,
@@ -66,11 +66,11 @@ impl<O: Objects> StreamTraversal<'_, O> {
                 self.stream.begin(simd);
                 self.visits.lists.begin(self.stream.len());
                 let all = Node8::ALL_ITEMS;
-                self.visit_blocks(simd, self.tree.unbounded(), all);
+                self.visit_leaves(simd, self.tree.unbounded(), all);
                 self.tree.root.iter().for_each(|root| self.visits.lists.push_all((*root, all)));
                 while let Some((child, items)) = self.visits.lists.take() {
                     if child.is_leaf() {
-                        self.visit_blocks(simd, self.tree.leaf(child.index()), items);
+                        self.visit_leaves(simd, self.tree.leaf_run(child.index()), items);
                     } else {
                         self.visit_node(simd, &self.tree.nodes[child.index()]);
                     }
@@ -80,7 +80,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
         );
     }
 
-    /// Puts the rays that were taken on lists for the children of a node.
+    /// Appends the rays taken to the lists of the children of a node.
     #[inline(always)]
     fn visit_node<S: Simd>(&mut self, simd: S, node: &Node8) {
         let none = f32x8::splat(simd, 0.0);
@@ -98,15 +98,15 @@ impl<O: Objects> StreamTraversal<'_, O> {
         }
     }
 
-    /// Pairs the rays that were taken with those of these items of blocks whose own boxes they meet.
+    /// Pairs the rays taken with those of these items of leaves whose own boxes they meet.
     #[inline(always)]
-    fn visit_blocks<S: Simd>(&mut self, simd: S, blocks: &[Leaf], items: u8) {
-        for block in blocks {
+    fn visit_leaves<S: Simd>(&mut self, simd: S, leaves: &[Leaf], items: u8) {
+        for leaf in leaves {
             let TraversalStack { lists, pairs, .. } = &mut *self.visits;
-            let pairs = &mut pairs[block.class as usize];
-            let items = u64::from(items) & !(u64::MAX << block.count);
+            let pairs = &mut pairs[leaf.class as usize];
+            let items = u64::from(items) & !(u64::MAX << leaf.count);
             for ray in &lists.taken {
-                let (met, entries) = self.stream.rays()[*ray as usize].test(simd, &block.boxes);
+                let (met, entries) = self.stream.rays()[*ray as usize].test(simd, &leaf.boxes);
                 let entries = entries.to_array();
                 let mut met = met.to_bitmask() & items;
                 while met != 0 {
@@ -114,19 +114,19 @@ impl<O: Objects> StreamTraversal<'_, O> {
                     met &= met - 1;
                     pairs.push(Pair {
                         ray: *ray,
-                        object: block.of_class * SIMD_LANES as u32 + index as u32,
-                        item: block.items[index],
+                        object: leaf.index_in_class * SIMD_LANES as u32 + index as u32,
+                        item: leaf.items[index],
                         entry: entries[index],
                     });
                 }
             }
             if pairs.len() >= ENOUGH_PAIRS {
-                self.test_pairs(block.class);
+                self.test_pairs(leaf.class);
             }
         }
     }
 
-    /// Tests all pairs of a class.
+    /// Tests all pending pairs of a class.
     fn test_pairs(&mut self, class: u32) {
         let TraversalStack { pairs, found, .. } = &mut *self.visits;
         let pairs = &mut pairs[class as usize];
@@ -145,7 +145,7 @@ impl<O: Objects> StreamTraversal<'_, O> {
     }
 }
 
-/// The slots of the children of a node that rays meet, those farthest away first, and how many they are.
+/// Returns the slots of the children of a node that rays meet, the farthest first, and their number.
 #[inline(always)]
 fn order(
     node: &Node8,

@@ -1,5 +1,5 @@
-//! A search: rays on their way through groups and instances. How packets and single rays go through a tree
-//! is said in the files beside.
+//! Searches of groups and instances. The neighbouring modules implement the traversal by packets, single rays and
+//! streams.
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl_math::Affine;
@@ -16,17 +16,17 @@ use super::ray_space::TraversalRay;
 use super::space::{PacketSpace, Serial, finite_lanes};
 use super::stream::{Pair, PairHit};
 
-/// Nearest hits, or any hit.
+/// The kind of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
-    /// For each ray the nearest hit.
+    /// Finds the closest hit of each ray.
     Closest,
-    /// For each ray whether there is one.
+    /// Finds out if each ray has a hit.
     Any,
 }
 
 impl Geometry {
-    /// Finds the nearest hits of the rays of `lanes`.
+    /// Finds the closest hits of the rays of `lanes`.
     pub fn nearest<O: Objects>(
         &self,
         rays: &RayPacket,
@@ -37,7 +37,7 @@ impl Geometry {
         self.search(rays, lanes, objects, visits, Search::Closest)
     }
 
-    /// The rays of `lanes` that hit anything before their limits.
+    /// Returns the rays of `lanes` that hit anything before their limits.
     pub fn any<O: Objects>(
         &self,
         rays: &RayPacket,
@@ -74,24 +74,24 @@ impl Geometry {
     }
 }
 
-/// What searches have still to visit: empty between searches, kept for its memory.
+/// The pending visits of searches: empty between searches, kept to reuse its memory.
 #[derive(Debug, Default)]
 pub struct TraversalStack {
-    /// What packets have still to visit, the next last.
+    /// The pending visits of packets, the next last.
     pub(super) packets: Vec<PacketVisit>,
-    /// Memory for what rays that take turns have still to visit.
+    /// Memory for the stacks of interleaved rays.
     pub(super) rays: Vec<StackEntry>,
-    /// How much of it is in use.
+    /// The length of the part of `rays` that is in use.
     pub(super) rays_in_use: usize,
-    /// What streams have still to visit.
+    /// The pending visits of streams.
     pub(super) lists: RayLists,
-    /// For each class, rays of a stream and its objects that were not yet tested.
+    /// For each class, the pairs of a stream that are not tested yet.
     pub(super) pairs: Vec<Vec<Pair>>,
-    /// Those of a test that hit.
+    /// The hits of one call of [`Objects::pairs`].
     pub(super) found: Vec<PairHit>,
 }
 
-/// A search on its way.
+/// The state of a search.
 pub(super) struct Traversal<'a, O> {
     pub geometry: &'a Geometry,
     pub objects: &'a mut O,
@@ -99,30 +99,30 @@ pub(super) struct Traversal<'a, O> {
     pub hits: &'a mut Hits,
     pub visits: &'a mut TraversalStack,
     serial: Serial,
-    /// The farthest limit or hit of these lanes of the packet; of none, if that is not known.
+    /// The greatest limit or hit distance of these lanes of the packet; no lanes if it is not known.
     pub farthest: f32,
     pub farthest_of: LaneMask,
 }
 
-/// The instance whose group is visited, for rays as the scene knows them.
+/// The instance whose group is traversed, with the rays in the scene's space.
 pub(super) struct InstanceContext<'a, Space: ?Sized> {
-    /// Which item of the scene it is.
+    /// The index of the instance's item in the scene.
     pub item: u32,
-    /// Its own box, in which hits must lie.
+    /// The instance's own box, in which hits must lie.
     pub bounds: Bounds,
     /// The rays in the scene's space.
     pub space: &'a Space,
 }
 
 impl<Space: ?Sized> InstanceContext<'_, Space> {
-    /// The id of an item of the group.
+    /// Returns the id of an item of the group.
     pub fn id(outer: Option<&Self>, item: u32) -> HitId {
         outer.map_or_else(|| HitId::new(item, 0), |outer| HitId::new(outer.item, item))
     }
 }
 
 impl<'a> InstanceContext<'a, [TraversalRay]> {
-    /// For one of the rays.
+    /// Returns the context for one of the rays.
     #[inline(always)]
     pub fn of(&self, ray: &TraversalRay) -> InstanceContext<'a, TraversalRay> {
         let of_lane = self.space.iter().find(|outer| outer.lane == ray.lane);
@@ -150,13 +150,13 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// A serial number that was not used before in this search.
+    /// Returns a serial number that is unique within this search.
     pub fn next_serial(&mut self) -> Serial {
         self.serial += 1;
         self.serial
     }
 
-    /// The lanes that still look for a hit.
+    /// Returns the lanes that still search for a hit.
     #[inline(always)]
     pub fn open(&self, lanes: LaneMask) -> LaneMask {
         match self.search {
@@ -165,7 +165,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
         }
     }
 
-    /// The group that an item of the scene leads to, and how it is placed.
+    /// Returns the instance of an item of the scene and its group.
     pub fn instance(&self, item: u32) -> Option<(&'a Group, &'a Instance)> {
         let index = item.checked_sub(self.geometry.first_instance)?;
         let instance = self.geometry.instances.get(index as usize)?;
@@ -173,7 +173,7 @@ impl<'a, O: Objects> Traversal<'a, O> {
     }
 }
 
-/// The rays of a packet under a map.
+/// Transforms the rays of a packet.
 #[inline(always)]
 pub fn moved_packet(rays: &RayPacket, map: &Affine) -> RayPacket {
     let [x, y, z, origin] = &map.columns;
@@ -191,7 +191,7 @@ pub fn moved_packet(rays: &RayPacket, map: &Affine) -> RayPacket {
     moved
 }
 
-/// The rays of `lanes` under maps of their own, each by its time; others stay as they are.
+/// Transforms the rays of `lanes`, each by the transform at its time; others stay as they are.
 pub fn moved_packet_by(
     rays: &RayPacket,
     lanes: LaneMask,
@@ -205,7 +205,7 @@ pub fn moved_packet_by(
     moved
 }
 
-/// A ray under a map; `None` where it is not finite there.
+/// Transforms a ray; returns `None` if it is not finite afterwards.
 pub(super) fn moved_ray(ray: &TraversalRay, map: &Affine) -> Option<TraversalRay> {
     ray.moved(map.point(ray.origin), map.vector(ray.direction))
 }

@@ -1,13 +1,13 @@
-//! The hit of a ray depends on the ray and the scene alone: random scenes of spheres, instances
-//! among them, traversed in random packets, against a plain loop over all objects.
+//! The hit of a ray depends on the ray and the scene alone: random scenes of spheres and instances, traversed in random
+//! packets, compared with a plain loop over all objects.
 
 use std::sync::Arc;
 
 use fearless_simd::Simd;
 use proptest::prelude::*;
 use rtsl_bvh::{
-    BlockTest, Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask,
-    Lanes, Leaf, Objects, PacketSpace, Pair, PairHit, RayPacket, RayStream, Search, TraversalRay,
+    Bounds, Geometry, Group, HitId, Hits, INSTANCE, Instance, Item, LANES, LaneMask, Lanes, Leaf,
+    Objects, PacketSpace, Pair, PairHit, RayLeafTest, RayPacket, RayStream, Search, TraversalRay,
     TraversalStack, lanes_of,
 };
 use rtsl_math::{Affine, MovingTransform, Transform, dot};
@@ -23,7 +23,7 @@ impl Sphere {
         Bounds::new(self.center.map(|x| x - self.radius), self.center.map(|x| x + self.radius))
     }
 
-    /// The first hit between the limits, as a shader that offers both roots finds it.
+    /// Returns the first hit between the limits, as a shader that offers both roots finds it.
     fn hit(&self, origin: [f32; 3], direction: [f32; 3], epsilon: f32, limit: f32) -> Option<f32> {
         let to_origin: [f32; 3] = std::array::from_fn(|axis| origin[axis] - self.center[axis]);
         let a = dot(direction, direction);
@@ -51,12 +51,12 @@ impl Objects for Spheres<'_> {
         &mut self,
         _: S,
         space: &PacketSpace<'_>,
-        block: &Leaf,
+        leaf: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
         self.tests += 1;
-        let sphere = self.spheres[block.items[index] as usize];
+        let sphere = self.spheres[leaf.items[index] as usize];
         let mut hits = 0;
         for lane in lanes_of(lanes) {
             let rays = &space.rays;
@@ -89,17 +89,17 @@ impl Objects for Spheres<'_> {
         }
     }
 
-    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
-        for BlockTest { ray, head, block, nearest } in tests {
+    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
+        for RayLeafTest { ray, head, leaf, nearest } in tests {
             let hits = (0..usize::from(head.count))
-                .filter_map(|index| Some((index, self.ray_against_one(ray, block, index)?)));
+                .filter_map(|index| Some((index, self.ray_against_one(ray, leaf, index)?)));
             *nearest = hits.min_by(|(_, one), (_, other)| one.total_cmp(other));
         }
     }
 
-    fn ray_against_one(&mut self, ray: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
         self.tests += 1;
-        let sphere = self.spheres[block.items[index] as usize];
+        let sphere = self.spheres[leaf.items[index] as usize];
         sphere.hit(ray.origin, ray.direction, ray.epsilon, ray.limit)
     }
 }
@@ -179,7 +179,7 @@ fn flat(spheres: &[Sphere]) -> Geometry {
     }
 }
 
-/// The same rays, many times over: as a stream of hundreds.
+/// Returns the same rays repeated, as a stream of hundreds.
 fn stream(rays: &[Ray], order: &[usize], times: usize) -> RayStream {
     let mut stream = RayStream::default();
     for ray in order.iter().cycle().take(order.len() * times) {

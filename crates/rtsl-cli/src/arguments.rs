@@ -1,4 +1,4 @@
-//! What the command line says.
+//! The command line.
 
 use std::path::PathBuf;
 
@@ -8,22 +8,23 @@ use rtsl_memory::Amount;
 
 use crate::names::find_state;
 
-/// The loop iterations of one ray in one call, or of one constructor, past which a command takes a loop for endless.
+/// The number of loop iterations of one ray in one call, or of one constructor, after which a command treats a loop as
+/// endless.
 pub const DEFAULT_LOOP_BUDGET: u32 = 1 << 24;
 
 /// RTSL, the Ray Tracing Shading Language: check, compile, run and render.
 #[derive(Debug, Parser)]
 #[command(name = "rtsl", version, disable_help_subcommand = true)]
 pub struct Arguments {
-    /// When diagnostics have colours; `auto`: on a terminal, unless NO_COLOR is set.
+    /// Colours of diagnostics; `auto`: on a terminal, unless NO_COLOR is set
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
     pub color: Color,
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// When output has colours.
+/// The use of colours in output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Color {
     /// On a terminal.
@@ -39,19 +40,19 @@ pub enum Color {
 pub enum Command {
     /// Check shaders and report what is wrong with them.
     Check(crate::commands::check::CheckArguments),
-    /// Show a shader on its way to machine code, or write it as a file.
+    /// Show a stage of compiling a shader, or write it to a file.
     Build(crate::commands::build::BuildArguments),
-    /// Run one method on values given here and print what it sets.
+    /// Call one method on given values and print its results.
     Eval(crate::commands::eval::EvalArguments),
-    /// Check what classes promise to renderers: is the density the sampler's, do bounds hold, is energy conserved?
+    /// Check the contracts between classes and renderers: sampling densities, bounds, energy conservation and others.
     Test(crate::commands::test::TestArguments),
-    /// Measure how long methods take per ray, for each shape and width.
+    /// Measure the time of methods per ray, for each call mode and width.
     Bench(crate::commands::bench::BenchArguments),
     /// Render a scene to a picture.
     Render(crate::commands::render::RenderArguments),
     /// Show a scene in a window: fly through it, set parameters, edit its shaders.
     View(crate::commands::view::ViewArguments),
-    /// Tell about this program and the machine, or about a class.
+    /// Show information on this program and the machine, or on a class.
     Info(crate::commands::info::InfoArguments),
     /// Explain the code of an error or a warning.
     Explain(crate::commands::explain::ExplainArguments),
@@ -59,7 +60,7 @@ pub enum Command {
     Help(crate::commands::help::HelpArguments),
 }
 
-/// Where included files are looked for.
+/// The folders of included files.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SearchPath {
     /// A folder in which `#include` looks after that of the including file; may be repeated.
@@ -67,23 +68,22 @@ pub struct SearchPath {
     pub search_path: Vec<PathBuf>,
 }
 
-/// How files of scenes are read.
+/// Limits of reading a scene's files.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct InputArguments {
-    /// The memory that the scene's files may take: texts, images, meshes. 4 GiB if not given, or what the machine has
-    /// free if that is less.
+    /// The memory for the scene's files: texts, images, meshes. 4 GiB if not given, or the free memory of the machine
+    /// if that is less.
     #[arg(long, value_name = "AMOUNT")]
     pub input_memory: Option<Amount>,
 }
 
-/// How code is made and run.
+/// The selection of an engine.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct EngineArguments {
-    /// What runs the code: machine code or the interpreter; `auto` takes machine code where there
-    /// is an LLVM.
+    /// The backend: machine code or the interpreter; `auto` selects machine code if an LLVM is found.
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
     pub backend: BackendName,
-    /// Rays at a time; what suits the machine if not given. Never changes results.
+    /// The SIMD width in rays; selected for the machine if not given. Never changes results.
     #[arg(long, value_parser = parse_width)]
     pub width: Option<u32>,
     #[command(flatten)]
@@ -91,26 +91,26 @@ pub struct EngineArguments {
 }
 
 impl EngineArguments {
-    /// As the embedding API says it.
+    /// Returns the options for the embedding API.
     pub fn options(self) -> EngineOptions {
         EngineOptions { backend: self.backend.into(), width: self.width, ..self.code.options() }
     }
 }
 
-/// What code is like, whatever runs it.
+/// Options of compiling that do not depend on the backend.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct CodeArguments {
-    /// How many vectors full chunks of rays are done at a time: 1, 2 or 4; what suits each kernel
-    /// if not given. Never changes results.
+    /// The number of SIMD vectors that full packets process at a time: 1, 2 or 4; selected for each kernel if not
+    /// given. Never changes results.
     #[arg(long, value_parser = parse_interleave)]
     interleave: Option<u32>,
-    /// How exact arithmetic is.
+    /// The accuracy of arithmetic.
     #[arg(long, value_enum, default_value_t = MathName::Contract)]
     pub math: MathName,
 }
 
 impl CodeArguments {
-    /// As the embedding API says it.
+    /// Returns the options for the embedding API.
     pub fn options(self) -> EngineOptions {
         EngineOptions {
             interleave: self.interleave,
@@ -120,20 +120,20 @@ impl CodeArguments {
     }
 }
 
-/// What is known of the callers of kernels.
+/// Properties of a kernel's calls that are known when it is compiled.
 #[derive(Clone, Debug, Default, Args)]
 pub struct VariantArguments {
-    /// Take the members of an instance for constants: those of `--param`, else the defaults.
+    /// Treat the members of an instance as constants: those of `--param`, or the defaults.
     #[arg(long)]
     pub specialise: bool,
-    /// The state variables that the caller reads, with commas between; all that the method sets, and
-    /// scratch, if not given.
+    /// The state variables that the caller reads, separated by commas; all outputs of the method, and scratch, if not
+    /// given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = find_state)]
     pub reads: Option<Vec<&'static StateVariable>>,
 }
 
 impl VariantArguments {
-    /// The variant for callers that read this, of instances with any members.
+    /// Returns the variant for callers that read these outputs, with instances of any members.
     pub fn reading(&self, shape: CallMode) -> Variant {
         let variant = Variant::new(shape);
         match &self.reads {
@@ -143,17 +143,17 @@ impl VariantArguments {
     }
 }
 
-/// A width that there are kernels for.
+/// Parses a width that kernels support.
 pub fn parse_width(text: &str) -> Result<u32, String> {
     let width = text.parse().ok().filter(|width| rtsl::Engine::WIDTHS.contains(width));
     width.ok_or_else(|| "the widths are 1, 4, 8 and 16".to_owned())
 }
 
-/// A shape by its name.
+/// Parses the name of a call mode.
 pub fn parse_shape(name: &str) -> Result<CallMode, String> {
     CallMode::from_name(name).ok_or_else(|| {
         let names: Vec<&str> = CallMode::ALL.iter().map(|shape| shape.name()).collect();
-        format!("the shapes are {}", names.join(", "))
+        format!("the call modes are {}", names.join(", "))
     })
 }
 
@@ -165,7 +165,7 @@ fn parse_interleave(text: &str) -> Result<u32, String> {
 /// The names of [`Backend`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
-    /// Machine code where there is an LLVM, else the interpreter.
+    /// Machine code if an LLVM is found, else the interpreter.
     Auto,
     /// Machine code.
     Jit,
@@ -186,11 +186,11 @@ impl From<BackendName> for Backend {
 /// The names of [`Math`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathName {
-    /// `a * b + c` is rounded once where one rule says so; the same on every machine.
+    /// `a * b + c` is rounded once, by a rule that is the same on every machine.
     Contract,
     /// Every operation is rounded.
     Strict,
-    /// May reassociate and approximate; results may differ from machine to machine.
+    /// May reassociate and approximate; results may differ between machines.
     Fast,
 }
 

@@ -1,4 +1,4 @@
-//! Results, written whole or not at all.
+//! Result files, which are written completely or not at all.
 
 use std::io::Write;
 use std::path::Path;
@@ -7,7 +7,7 @@ use rtsl_image::atomic_write::replace_file;
 
 use crate::commands::Failure;
 
-/// Writes `contents` to `path`, or to standard output where there is none.
+/// Writes `contents` to `path`, or to standard output if it is `None`.
 pub fn write_result(path: Option<&Path>, contents: &[u8]) -> Result<(), Failure> {
     match path {
         Some(path) => replace_file(path, |file| file.write_all(contents)).map_err(|error| {

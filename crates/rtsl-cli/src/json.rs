@@ -1,4 +1,4 @@
-//! JSON as the program writes it: floats with the shortest text that reads back to the same bits.
+//! JSON output: floats have the shortest text that reads back to the same bits.
 
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
@@ -6,11 +6,11 @@ use serde::{Serialize, Serializer};
 /// A value to write.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Json {
-    /// A float; infinities and NaN are text.
+    /// A float; infinities and NaN are strings.
     Float(f32),
-    /// A whole number.
+    /// An integer.
     Integer(i64),
-    /// A truth value.
+    /// A boolean.
     Bool(bool),
     /// Text.
     Text(String),

@@ -1,4 +1,4 @@
-//! What a library says of its classes, as JSON.
+//! The description of a library's classes as JSON.
 
 use rtsl::description::{
     ClassDescription, Field, FieldKind, KernelDescription, LibraryDescription, ParameterDescription,
@@ -15,7 +15,7 @@ pub fn layout_json(library: &LibraryDescription) -> String {
         ("symbol", text(&library.symbol())),
         ("classes", Json::List(classes)),
     ]);
-    // Numbers and texts can always be written.
+    // Cannot fail: the content is numbers and strings.
     serde_json::to_string_pretty(&json).unwrap_or_default() + "\n"
 }
 

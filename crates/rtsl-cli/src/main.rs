@@ -1,7 +1,7 @@
 //! The `rtsl` command: a thin shell over the crates `rtsl`, `rtsl-contract` and `rtsl-render`.
 //!
-//! Exit codes: 0 done; 1 the input is at fault, and diagnostics say why; 2 wrong usage. Diagnostics
-//! go to standard error, results to standard output or to the file that `-o` names.
+//! Exit codes: 0 done; 1 the input has errors, which diagnostics report; 2 wrong usage. Diagnostics go to standard
+//! error, results to standard output or to the file that `-o` names.
 
 mod arguments;
 mod commands;
@@ -44,19 +44,19 @@ fn main() -> ExitCode {
         Ok(Outcome::InputAtFault) => ExitCode::from(INPUT_AT_FAULT),
         Err(Failure::Usage(message)) => {
             reporter.message("error", &message);
-            reporter.message("help", "`rtsl help` tells what the command understands");
+            reporter.message("help", "`rtsl help` lists the commands and topics");
             ExitCode::from(WRONG_USAGE)
         }
         Err(Failure::Diagnostics(diagnostics)) => {
             diagnostics.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
             ExitCode::from(INPUT_AT_FAULT)
         }
-        // Whoever reads the output has read enough: `rtsl explain | head`.
+        // The reader of the output has closed it: `rtsl explain | head`.
         Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {
             ExitCode::SUCCESS
         }
         Err(Failure::Output(error)) => {
-            reporter.message("error", &format!("can't write the result: {error}"));
+            reporter.message("error", &format!("cannot write the result: {error}"));
             ExitCode::from(INPUT_AT_FAULT)
         }
     }

@@ -1,14 +1,14 @@
-//! Names that users give, and what to say of those that do not exist.
+//! Lookup of names from the command line, with messages for those that do not exist.
 
 use rtsl::{Method, StateVariable, lookup_state, most_similar, state_variables};
 
-/// The method of this name, or what to say.
+/// Returns the method of this name, or an error message.
 pub fn find_method(name: &str) -> Result<Method, String> {
     let names = Method::ALL.iter().map(|method| method.name());
     Method::from_name(name).ok_or_else(|| no_such("method", name, names))
 }
 
-/// The state variable of this name, or what to say.
+/// Returns the state variable of this name, or an error message.
 pub fn find_state(name: &str) -> Result<&'static StateVariable, String> {
     let names = state_variables().iter().map(|variable| variable.name);
     lookup_state(name).ok_or_else(|| no_such("state variable", name, names))

@@ -1,4 +1,4 @@
-//! One line on a terminal that says what a render is at; none where standard error is no terminal.
+//! A line on a terminal with the progress of a render; nothing if standard error is not a terminal.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -11,18 +11,18 @@ use crate::report::Reporter;
 const STEP: &str = "{spinner} {msg}  {elapsed}";
 const TILES: &str = "{bar:40} {percent:>3}%  {elapsed_precise}{msg}";
 
-/// The line's signs turn so often.
+/// The interval of the line's animation.
 const TURN: Duration = Duration::from_millis(100);
 
-/// The line.
+/// The progress line.
 pub struct ProgressLine {
     bar: ProgressBar,
-    /// When the first tile was done, and what was done by then.
+    /// The time of the first tile, and the tiles done by then.
     begun: OnceLock<(Instant, TilesDone)>,
 }
 
 impl ProgressLine {
-    /// A line on standard error.
+    /// Creates a line on standard error.
     pub fn new(reporter: &Reporter) -> Self {
         let target = if reporter.shows_progress() {
             ProgressDrawTarget::stderr()
@@ -33,7 +33,7 @@ impl ProgressLine {
         ProgressLine { bar, begun: OnceLock::new() }
     }
 
-    /// Says what the render is at.
+    /// Shows the progress.
     pub fn show(&self, progress: Progress) {
         match progress {
             Progress::Rendering(tiles) => {
@@ -63,12 +63,12 @@ impl ProgressLine {
         }
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 
-    /// Takes the bar away while something else is written.
+    /// Hides the bar while something else is written.
     pub fn suspend(&self, write: impl FnOnce()) {
         self.bar.suspend(write);
     }

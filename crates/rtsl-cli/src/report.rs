@@ -1,4 +1,4 @@
-//! Diagnostics, for people and for programs.
+//! Output of diagnostics, as text and as JSON.
 
 use std::io::IsTerminal;
 
@@ -14,7 +14,7 @@ pub struct Reporter {
 }
 
 impl Reporter {
-    /// A reporter that obeys `--color` and the environment.
+    /// Creates a reporter according to `--color` and the environment.
     pub fn new(color: Color) -> Reporter {
         let color = match color {
             Color::Always => true,
@@ -28,12 +28,12 @@ impl Reporter {
         Reporter { color }
     }
 
-    /// Whether standard error takes a progress bar.
+    /// True if standard error supports a progress bar.
     pub fn shows_progress(self) -> bool {
         std::io::stderr().is_terminal()
     }
 
-    /// All diagnostics of a compilation.
+    /// Writes all diagnostics of a compilation.
     pub fn compilation(self, compilation: &Compilation) {
         eprint!("{}", compilation.report(self.color));
         let dropped = compilation.diagnostics.dropped();
@@ -42,7 +42,7 @@ impl Reporter {
         }
     }
 
-    /// Diagnostics whose spans point into `sources`.
+    /// Writes diagnostics whose spans refer to `sources`.
     pub fn diagnostics<'a>(
         self,
         sources: &SourceMap,
@@ -51,12 +51,12 @@ impl Reporter {
         eprint!("{}", render::all_to_text(sources, diagnostics, self.color));
     }
 
-    /// A diagnostic without a place.
+    /// Writes a diagnostic without a position.
     pub fn diagnostic(self, diagnostic: &Diagnostic) {
         self.diagnostics(&SourceMap::new(), [diagnostic]);
     }
 
-    /// A message that is no diagnostic: of the command line, of progress.
+    /// Writes a message that is not a diagnostic: of the command line, of progress.
     pub fn message(self, kind: &str, message: &str) {
         if self.color {
             eprintln!("\u{1b}[1m{kind}\u{1b}[0m: {message}");
@@ -66,7 +66,7 @@ impl Reporter {
     }
 }
 
-/// A diagnostic as programs read it.
+/// A diagnostic as JSON.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct JsonDiagnostic {
@@ -83,7 +83,7 @@ pub struct JsonDiagnostic {
 }
 
 impl JsonDiagnostic {
-    /// `diagnostic`, whose spans point into `sources`.
+    /// Converts `diagnostic`, whose spans refer to `sources`.
     pub fn new(sources: &SourceMap, diagnostic: &Diagnostic) -> JsonDiagnostic {
         let span = diagnostic.primary.as_ref().map(|label| label.span);
         let start = span.map(|span| sources.position(span.file, span.start));

@@ -119,7 +119,7 @@ fn what_is_not_the_renders_checkpoint_is_kept() {
     let remedy = "delete it, or name another file with `--checkpoint`";
     refused(
         &mut kept(&folder, "a.exr", "notes.txt"),
-        &["error[E0640]", "notes.txt` is not overwritten: it is no checkpoint", remedy],
+        &["error[E0640]", "notes.txt` is not overwritten: it is not a checkpoint", remedy],
     );
     assert_eq!(folder.bytes("notes.txt"), b"a year's work");
     assert!(!folder.path("a.exr").exists(), "nothing was rendered");

@@ -1,4 +1,4 @@
-//! The same bits at every width and on the interpreter.
+//! Agreement of results, bit by bit, between all widths and the interpreter.
 
 use std::sync::Arc;
 
@@ -10,20 +10,20 @@ use crate::subject::Subject;
 use crate::tally::Tally;
 use crate::{Contract, Finding, Options, engine_options};
 
-/// Rays of a call: not a multiple of any width but 1.
+/// The number of rays in a call: a multiple of no width but 1.
 const RAYS: u64 = 37;
 
 /// Compares all methods of an instance.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(instance: &Arc<Instance>, options: &Options) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::SameBits);
     let oracle = engine(Backend::Interpreter, 1)?;
     let oracle = Subject::new(&oracle, instance, options);
     let expected = results(&oracle, instance)?;
     for width in Engine::WIDTHS {
-        // Without LLVM the interpreter is all there is.
+        // Without LLVM only the interpreter is available.
         let Ok(engine) = engine(Backend::Jit, width) else { continue };
         let found = results(&Subject::new(&engine, instance, options), instance)?;
         for ((method, expected), (_, found)) in expected.iter().zip(&found) {
@@ -43,7 +43,7 @@ fn engine(backend: Backend, width: u32) -> Result<Engine, Stop> {
     Ok(Engine::new(options).map(|(engine, _)| engine)?)
 }
 
-/// What each method leaves of state in which everything is random.
+/// The state after each method, called with random values in all of its inputs.
 fn results(subject: &Subject<'_>, instance: &Instance) -> Result<Vec<(Method, Vec<u32>)>, Stop> {
     let stream = subject.stream(Contract::SameBits);
     let methods = instance.class().methods.keys();
@@ -68,7 +68,7 @@ fn fill(rays: &mut Rays, number: impl Fn(u64, u32) -> f32) {
     fill(&mut rays.scratch, 1000);
 }
 
-/// All bits, those of all NaNs alike: which NaN arithmetic makes is not defined.
+/// The bits of all values, with all NaNs made equal: arithmetic does not define the bits of a NaN.
 fn words(rays: &Rays) -> Vec<u32> {
     let blocks = [&rays.state, &rays.scratch];
     let values =

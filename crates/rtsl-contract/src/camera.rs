@@ -1,4 +1,4 @@
-//! What cameras promise: a ray for every place of the image and of the lens.
+//! Contracts of cameras: a ray for every point of the image and of the lens.
 
 use glam::{Vec2, Vec3};
 use rtsl::{Method, Role};
@@ -12,13 +12,13 @@ use crate::values::is_color;
 use crate::{Contract, Finding};
 
 const RAYS: u64 = 4096;
-/// Width over height of images.
+/// Aspect ratios of images.
 const ASPECTS: [f32; 3] = [1.0, 1.777, 0.3];
 
 /// Checks a camera.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut rays = Tally::new(Contract::CameraRays);
     let mut weights = Tally::new(Contract::CameraWeights);
@@ -34,7 +34,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     Ok([rays, weights, limits].map(|tally| tally.finish(reason)).into())
 }
 
-/// Places of the image and of the lens, corners and edges among them.
+/// Points of the image and of the lens, including corners and edges.
 fn places(subject: &Subject<'_>, aspect: f32) -> Rays {
     const LAST: f32 = 1.0 - 1.0 / (1 << 24) as f32;
     const EDGES: [f32; 4] = [0.0, 1.0, 0.5, 0.25];

@@ -1,6 +1,6 @@
-//! The promises.
+//! The contracts and their texts.
 
-/// Something that a class promises to renderers.
+/// A property that renderers rely on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Contract {
     /// Directions of `sampleBSDF` have unit length.
@@ -9,31 +9,31 @@ pub enum Contract {
     ScatteredValues,
     /// `sampleBSDF` gives what `BSDF` and `evaluatePDF` give for its direction.
     ScatteredAgreement,
-    /// The integral of `evaluatePDF` is the part of samples that have a density.
+    /// The integral of `evaluatePDF` is the fraction of samples that have a density.
     ScatteredIntegral,
-    /// Directions of `sampleBSDF` are distributed as `evaluatePDF` says.
+    /// Directions of `sampleBSDF` are distributed according to `evaluatePDF`.
     ScatteredDistribution,
-    /// A material scatters no more light than it receives.
+    /// A material conserves energy.
     Energy,
-    /// Light takes the same way back.
+    /// The BSDF is reciprocal.
     Reciprocity,
-    /// Normals for shading that differ from the surface's do no harm.
+    /// Shading normals that differ from the surface's do not lead to invalid values.
     TiltedNormals,
-    /// Rays along the surface, tangents of no length and the like do no harm.
+    /// Grazing rays, zero tangents and similar inputs do not lead to invalid values.
     ExtremeRays,
-    /// Hits lie within the box that `computeBounds` gives.
+    /// Hits lie within the bounds of `computeBounds`.
     Bounds,
-    /// Hits are the nearest, and limits of rays are heeded.
+    /// The closest hit is found, within the limits of the ray.
     Limits,
-    /// What a ray hits does not depend on the length of its direction.
+    /// The hit of a ray does not depend on the length of its direction.
     Lengths,
-    /// What one ray hits, others towards that point hit, too.
+    /// A point that one ray hits is also hit by other rays towards it.
     Points,
-    /// Rays that leave the surface do not hit it at once.
+    /// Rays that leave the surface do not hit it immediately.
     Leaving,
-    /// Normals, texture coordinates and their derivatives are numbers.
+    /// Normals, texture coordinates and their derivatives are not NaN.
     SurfaceValues,
-    /// The geometric normal is at right angles to the surface.
+    /// The geometric normal is perpendicular to the surface.
     Normals,
     /// The normals of closed surfaces point outward.
     Outward,
@@ -45,9 +45,9 @@ pub enum Contract {
     SampleNormals,
     /// `generateSample` gives the density that `samplePDF` gives for its point.
     SampleAgreement,
-    /// The integral of `samplePDF` over what is seen is the part of samples that are seen.
+    /// The integral of `samplePDF` over the visible directions is the fraction of samples that are visible.
     SampleIntegral,
-    /// Points of `generateSample` are distributed as `samplePDF` says.
+    /// Points of `generateSample` are distributed according to `samplePDF`.
     SampleDistribution,
     /// Directions of `illumination` have unit length.
     LightDirections,
@@ -55,37 +55,37 @@ pub enum Contract {
     LightValues,
     /// `illumination` gives the density that `evaluatePDF` gives for its direction.
     LightAgreement,
-    /// The integral of `evaluatePDF` is the part of samples that have a density.
+    /// The integral of `evaluatePDF` is the fraction of samples that have a density.
     LightIntegral,
-    /// Directions of `illumination` are distributed as `evaluatePDF` says.
+    /// Directions of `illumination` are distributed according to `evaluatePDF`.
     LightDistribution,
     /// `emission` along a sampled direction is the sample's radiance.
     LightEmission,
-    /// Every place of the image and the lens has a ray.
+    /// Every point of the image and the lens has a ray.
     CameraRays,
     /// Weights of rays are finite and not negative.
     CameraWeights,
-    /// The limits of rays let hits count.
+    /// The limits of rays permit hits.
     CameraLimits,
-    /// Values of a texture are numbers everywhere, whatever the filter.
+    /// Values of a texture are never NaN, for any filter.
     TextureValues,
-    /// What a wide filter gives is the mean.
+    /// Wide filters return the mean.
     TextureFilter,
     /// Results have the same bits at every width and on the interpreter.
     SameBits,
-    /// No method runs past its budget of loop iterations.
+    /// No method exceeds its budget of loop iterations.
     Budget,
-    /// Rays bring back what samples of a density are, and samples can be weighed against them.
+    /// Rays towards samples with a density find the light, so that the two can be weighted against each other.
     LightMeeting,
 }
 
 impl Contract {
-    /// A name for programs, such as `ScatteredIntegral`.
+    /// Returns a name for programs, such as `ScatteredIntegral`.
     pub fn name(self) -> String {
         format!("{self:?}")
     }
 
-    /// What is promised, in a few words.
+    /// Returns a short description of the property.
     pub const fn promise(self) -> &'static str {
         match self {
             Contract::ScatteredDirections => "sampled directions have unit length",
@@ -134,7 +134,7 @@ impl Contract {
         }
     }
 
-    /// Where to look when it is broken.
+    /// Returns advice for finding the mistake if the contract is broken.
     pub const fn hint(self) -> &'static str {
         match self {
             Contract::ScatteredDirections => {

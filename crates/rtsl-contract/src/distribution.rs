@@ -1,10 +1,11 @@
-//! Samples beside their density.
+//! Comparison of samples with their density.
 //!
-//! Let `f` be the density with which a class samples, `p` what it says of it, `q` a density of this crate's own
-//! ([`Proposal`]), and `r = p / (p + q)`. The mean of `r` over directions that `q` proposes and that of `1 - r` over samples
-//! are the same integral, that of `pq / (p + q)`, if `f` is `p`. No term of either mean is less than 0 or more than 1, however
-//! narrow or high `p` is, so what chance may do is bounded without knowing `p`: a spike that few points find is
-//! no outlier. (Bennett, "Efficient Estimation of Free Energy Differences from Monte Carlo Data", 1976.)
+//! Let `f` be the density with which a class samples, `p` the density that it states, `q` an independent density of
+//! this crate ([`Proposal`]), and `r = p / (p + q)`. The mean of `r` over directions that `q` proposes and that of `1 -
+//! r` over samples are the same integral, that of `pq / (p + q)`, if `f` is `p`. No term of either mean is less than 0
+//! or more than 1, however narrow or high `p` is, so the statistical error is bounded without knowing `p`: a spike that
+//! few points hit is not an outlier. (Bennett, "Efficient Estimation of Free Energy Differences from Monte Carlo Data",
+//! 1976.)
 
 use std::ops::Range;
 
@@ -16,51 +17,51 @@ use crate::random::Stream;
 use crate::statistics::{Mean, bernstein_bound, chi_square_quantile, normal_quantile};
 use crate::stop::Stop;
 
-/// Cells with less of the integral, as a number of samples, are counted together.
+/// Cells with a smaller expected number of samples are merged.
 const MIN_EXPECTED: f64 = 4.0;
-/// How far an integral may be off without a reason: sums of floats.
+/// The tolerance of an integral: rounding in sums of floats.
 const ROUNDING: f64 = 2e-3;
-/// Every so many samples one serves to find where samples are many.
+/// One of this many samples is used to find where samples are dense.
 const PILOTS: usize = 4;
-/// So many directions are proposed for one sample, so that chance is all but the samples',
+/// The number of proposed directions for each sample, so that the samples dominate the statistical error.
 const PROPOSALS: usize = 8;
-/// but no more than these.
+/// The greatest number of proposed directions.
 const MAX_PROPOSALS: usize = 1 << 20;
-/// Where an integral seems to be wrong and chance might explain it, so many times as many samples decide,
+/// If an integral seems wrong but could be so by chance, this many times as many samples decide.
 const MORE_SAMPLES: u64 = 16;
-/// but no more than these.
+/// The greatest number of these samples.
 const MAX_MORE_SAMPLES: u64 = 1 << 20;
 
-/// What is compared.
+/// The source of samples and of their density.
 pub trait Source {
-    /// Adds the samples with these numbers.
+    /// Adds the samples with these indices.
     ///
     /// # Errors
-    /// If a method has no code, or does not end.
+    /// If a method cannot be compiled or does not terminate.
     fn draw(&mut self, numbers: Range<u64>, samples: &mut Samples) -> Result<(), Stop>;
 
-    /// The densities towards directions, finite and not negative.
+    /// Returns the densities of directions, finite and not negative.
     ///
     /// # Errors
-    /// If a method has no code, or does not end.
+    /// If a method cannot be compiled or does not terminate.
     fn densities(&mut self, directions: &[Vec3]) -> Result<Vec<f32>, Stop>;
 }
 
-/// Samples of one thing, for two purposes that must not have any in common.
+/// Samples of one source, divided into two disjoint sets.
 #[derive(Default)]
 pub struct Samples {
-    /// Those that say where samples are many.
+    /// The samples that show where samples are dense.
     pilots: Vec<Sample>,
-    /// Those that are compared, as far as they have a density.
+    /// The samples with a density that are compared.
     tests: Vec<Sample>,
-    /// How many might be compared.
+    /// The number of samples for comparison, including those without a density.
     count: usize,
-    /// How many there are in all.
+    /// The number of all samples.
     all: usize,
 }
 
 impl Samples {
-    /// Adds a sample. One without a direction or a density counts, but stands for nothing.
+    /// Adds a sample. A sample without a direction or a density is only counted.
     pub fn add(&mut self, direction: Vec3, density: f32) {
         let is_pilot = self.all.is_multiple_of(PILOTS);
         self.all += 1;
@@ -72,27 +73,27 @@ impl Samples {
         }
     }
 
-    /// Whether any has a density.
+    /// True if any sample has a density.
     pub fn has_densities(&self) -> bool {
         !(self.pilots.is_empty() && self.tests.is_empty())
     }
 }
 
-/// Samples beside what their density says.
+/// The result of comparing samples with their density.
 pub struct Comparison {
-    /// The integral of the density, and how far it may be off.
+    /// The integral of the density, with its error.
     integral: Integral,
-    /// The part of samples that have a density.
+    /// The fraction of samples that have a density.
     part: f64,
-    /// How far chance may move that part.
+    /// The statistical error of that fraction.
     chance: f64,
-    /// Whether chance and rounding explain how far the density as a whole is from what is sampled.
+    /// True if chance and rounding explain the difference of the integral and the fraction.
     is_explained: bool,
     /// Chi-square of the cells, its limit and the number of cells.
     statistic: f64,
     limit: f64,
     cells: u32,
-    /// The cell that adds most to it.
+    /// The cell that contributes most to chi-square.
     worst: Worst,
 }
 
@@ -106,7 +107,7 @@ struct Worst {
 }
 
 impl Comparison {
-    /// Compares samples with the density of their source, cell by cell of a partition around an axis. Where these samples
+    /// Compares samples with the density of their source, cell by cell of a partition around an axis. If these samples
     /// cannot decide on the integral, more are drawn.
     ///
     /// # Errors
@@ -143,7 +144,7 @@ impl Comparison {
         let freedom = f64::from(comparison.cells.saturating_sub(1).max(1));
         comparison.limit = chi_square_quantile(freedom, significance);
         if !comparison.seems_whole() {
-            // Two looks share what is allowed.
+            // The two comparisons share the probability of a false alarm.
             let significance = 0.5 * significance;
             comparison.is_explained = meeting.is_explained(significance) && {
                 let first = samples.all as u64;
@@ -156,22 +157,22 @@ impl Comparison {
         Ok(comparison)
     }
 
-    /// Whether the density's integral is the part of samples that have one.
+    /// True if the density's integral is the fraction of samples that have one.
     pub fn integral_holds(&self) -> bool {
         self.is_explained
     }
 
-    /// Whether samples are distributed like their density.
+    /// True if samples are distributed like their density.
     pub fn shape_holds(&self) -> bool {
         self.statistic <= self.limit
     }
 
-    /// The direction in which samples and density differ most.
+    /// Returns the direction in which samples and density differ most.
     pub fn worst_direction(&self) -> Vec3 {
         self.worst.direction
     }
 
-    /// What is wrong with the integral; `those` says what the samples that count do.
+    /// Returns the message for a wrong integral; `those` describes the samples that count.
     pub fn integral_message(&self, place: &str, those: &str) -> String {
         let Comparison { integral, part, .. } = self;
         format!(
@@ -180,7 +181,7 @@ impl Comparison {
         )
     }
 
-    /// What is wrong with the distribution.
+    /// Returns the message for a wrong distribution.
     pub fn shape_message(&self, place: &str) -> String {
         let Comparison { statistic, limit, cells, worst, .. } = self;
         let Vec3 { x, y, z } = worst.direction;
@@ -190,15 +191,15 @@ impl Comparison {
         )
     }
 
-    /// Whether the sum over points that were chosen for it makes the integral that of the samples, as it mostly does if it
-    /// is. Of a density with edges or spikes such a sum may be off by more than its error says.
+    /// True if the sum over quadrature points gives the fraction of the samples, as it usually does for a correct
+    /// density. For a density with edges or spikes, the error of such a sum may be underestimated.
     fn seems_whole(&self) -> bool {
         let allowed = ROUNDING + self.integral.error;
         let difference = (self.integral.value - self.part).abs();
         self.integral.value <= 1.0 + allowed && difference <= allowed + self.chance
     }
 
-    /// Compares each cell, the density being scaled to what is sampled: the wholes are compared apart.
+    /// Compares each cell, with the density scaled to the samples, because the integrals are compared separately.
     fn compare_cells(&mut self, proposal: &Proposal, meeting: &Meeting) {
         let scale = meeting.scale();
         let cells = meeting.cells(scale, proposal.integrals().len());
@@ -226,7 +227,7 @@ impl Comparison {
                 self.add(tallied.square(meeting), found);
             }
         }
-        // Samples where the density says there should be none count in full.
+        // Samples in places where the density is 0 count in full.
         let (tallied, found) = pool;
         if tallied.expected(meeting).max(tallied.samples) > MIN_EXPECTED {
             self.add(tallied.square(meeting), found);
@@ -242,12 +243,12 @@ impl Comparison {
     }
 }
 
-/// What a density says of directions, beside the density with which these are proposed.
+/// The stated density of directions, with the density of proposing them.
 struct Meeting {
     proposed: Vec<Ratio>,
-    /// Samples that have a density.
+    /// The samples that have a density.
     samples: Vec<Ratio>,
-    /// How many samples there are, with those that have none.
+    /// The number of samples, including those without a density.
     count: usize,
 }
 
@@ -260,7 +261,7 @@ struct Ratio {
 }
 
 impl Ratio {
-    /// The part that the stated density, divided by `scale`, has of the sum of both.
+    /// The stated density, divided by `scale`, as a fraction of the sum of both.
     fn stated_part(self, scale: f64) -> f64 {
         self.stated / (self.stated + scale * self.proposed)
     }
@@ -293,19 +294,19 @@ impl Meeting {
         })
     }
 
-    /// Whether chance and rounding explain the difference of both means.
+    /// True if chance and rounding explain the difference of both means.
     fn is_explained(&self, significance: f64) -> bool {
         let (mut stated, mut sampled) = (Mean::default(), Mean::default());
         self.proposed.iter().for_each(|it| stated.add(it.stated_part(1.0)));
         self.samples.iter().for_each(|it| sampled.add(1.0 - it.stated_part(1.0)));
         (self.samples.len()..self.count).for_each(|_| sampled.add(0.0));
-        // Either mean may be off to either side.
+        // Either mean may be wrong in either direction.
         let chance = [&stated, &sampled].map(|it| bernstein_bound(it, 0.5 * significance));
         let difference = (stated.mean() - sampled.mean()).abs();
         difference <= chance[0] + chance[1] + 0.5 * ROUNDING
     }
 
-    /// What the density is to be divided by for both means to be the same: Newton's method, in the logarithm.
+    /// The factor by which the density must be divided for both means to be equal: Newton's method, in the logarithm.
     fn scale(&self) -> f64 {
         let mut logarithm = 0.0_f64;
         for _ in 0..30 {
@@ -349,8 +350,8 @@ impl Meeting {
     }
 }
 
-/// Sums of a cell: of proposed directions the parts `r`, their squares, and products of `r` and `1 - r`; of samples `1 - r` and
-/// the same products.
+/// Sums over a cell: for proposed directions `r`, its square, and the product of `r` and `1 - r`; for samples `1 - r`
+/// and the same product.
 #[derive(Clone, Copy, Default)]
 struct Tallied {
     observed: f64,
@@ -371,17 +372,17 @@ impl Tallied {
         self.sample_products += other.sample_products;
     }
 
-    /// The cell's part of the integral by the proposed directions, as a number of samples.
+    /// The cell's share of the integral, estimated from the proposed directions, as a number of samples.
     fn expected(&self, meeting: &Meeting) -> f64 {
         self.proposed / meeting.proposed.len() as f64 * meeting.count as f64
     }
 
-    /// The square of how many standard deviations the cell's two integrals are apart.
+    /// The squared difference of the cell's two integrals, in standard deviations.
     fn square(&self, meeting: &Meeting) -> f64 {
         let (proposals, count) = (meeting.proposed.len() as f64, meeting.count as f64);
         let (stated, sampled) = (self.proposed / proposals, self.samples / count);
-        // The variances of both integrals, as proposed directions tell them. Where these have missed a spike, samples know
-        // how far that moves their integral.
+        // The variances of both integrals, estimated from the proposed directions. If these missed a spike, the samples
+        // show its effect on the integral.
         let told = (self.proposed_squares / proposals + self.proposed_products / count) / proposals;
         let variance = told.max(self.sample_products / (proposals * count));
         let difference = ((stated - sampled).abs() - ROUNDING * stated).max(0.0);
@@ -397,7 +398,7 @@ mod tests {
     use crate::random::on_sphere;
     use crate::statistics::significance;
 
-    /// A source by two functions: the direction of a sample's number, and the density towards a direction.
+    /// A source given by two functions: the direction of the sample with an index, and the density of a direction.
     struct Made<D, S>(D, S);
 
     impl<D: Fn(Vec3) -> f32, S: Fn(u64) -> Vec3> Source for Made<D, S> {
@@ -428,7 +429,7 @@ mod tests {
     fn right_densities_pass_and_wrong_ones_do_not() {
         let right = uniform(|_| 0.25 / PI);
         assert!(right.integral_holds() && right.shape_holds());
-        // The samples' own densities are these, too.
+        // For this density the samples' own densities are also wrong.
         let large = uniform(|_| 0.26 / PI);
         assert!(!large.integral_holds() && large.shape_holds());
         let slightly_large = uniform(|_| 0.2515 / PI);
@@ -441,7 +442,7 @@ mod tests {
         assert!(uniform(|_| 0.0).integral_holds(), "no sample has a density, and there is none");
     }
 
-    /// A cap with this cosine at its edge, around (0.6, 0, 0.8), with half of the samples; the others are anywhere.
+    /// Half of the samples in a cap around (0.6, 0, 0.8), whose edge has this cosine; the others anywhere.
     fn cap(cosine: f64, factor: f32, seed: u64) -> Comparison {
         let axis = DVec3::new(0.6, 0.0, 0.8);
         let density = move |direction: Vec3| {
@@ -462,7 +463,7 @@ mod tests {
         compare(Made(density, sample), seed)
     }
 
-    /// Edges and spikes that a sum over chosen points does not resolve are no alarm; factors are.
+    /// Edges and spikes that a quadrature sum does not resolve cause no alarm; wrong factors do.
     #[test]
     fn sharp_caps_are_judged_rightly() {
         for cosine in [0.9, 0.999, 0.999_99, 0.999_999_9] {

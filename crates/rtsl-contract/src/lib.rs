@@ -1,9 +1,9 @@
-//! What classes promise to renderers, checked.
+//! Checks of the contracts between classes and renderers.
 //!
-//! A renderer relies on more than types: that `evaluatePDF` is the density of `sampleBSDF`, that no
-//! surface reflects more light than it receives, that hits lie within bounds. Each such promise is a
-//! [`Contract`]; [`check`] calls the methods of an instance for many rays and gives a [`Report`] that
-//! says of each whether it held, with the inputs that broke it.
+//! A renderer relies on more than types: that `evaluatePDF` is the density of `sampleBSDF`, that no surface reflects
+//! more light than it receives, that hits lie within bounds. Each such property is a [`Contract`]; [`check`] calls the
+//! methods of an instance for many rays and returns a [`Report`] of the contracts that hold and of those that are
+//! broken, with the inputs that break them.
 //!
 //! ```
 //! use rtsl::{Compiler, Engine, Instance};
@@ -18,10 +18,10 @@
 //! assert!(!report.holds() && report.to_string().contains("more light is scattered than arrives"));
 //! ```
 //!
-//! Random numbers are counted and all arithmetic is this crate's own or the shader's, so a report is
-//! the same on every machine, whatever runs the code.
+//! Random numbers are counter-based and no arithmetic depends on the platform, so a report is the same on every machine
+//! and backend.
 //!
-//! This crate knows no scenes and no renderers, and no stage of the compiler: only `rtsl`.
+//! This crate depends on `rtsl` only: not on scenes, renderers or stages of the compiler.
 
 mod agreement;
 mod camera;
@@ -58,13 +58,13 @@ pub use settings::{Setting, settings, stand_in};
 use crate::stop::Stop;
 use crate::subject::Subject;
 
-/// Checks what the class of an instance promises in each of its roles.
+/// Checks the contracts of an instance's class in each of its roles.
 ///
-/// The engine should have a loop budget, as that of [`engine_options`] has. It keeps the code of a class as
-/// long as somebody has its [program](Engine::program): hold on to that to check many instances of a class.
+/// The engine should have a loop budget, as that of [`engine_options`] has. It keeps the code of a class only as long
+/// as a reference to its [program](Engine::program) exists: keep one to check many instances of a class.
 ///
 /// # Errors
-/// If a method has no code, which is not the class's doing.
+/// If a method cannot be compiled, which is not a mistake of the class.
 pub fn check(
     engine: &Engine,
     instance: &Arc<Instance>,

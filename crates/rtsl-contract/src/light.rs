@@ -1,4 +1,4 @@
-//! What lights promise: `illumination` against `evaluatePDF` and `emission`.
+//! Contracts of lights: `illumination` compared with `evaluatePDF` and `emission`.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ use crate::{Contract, Finding, Inputs};
 /// Checks a light.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut tests = Tests {
         subject,
@@ -65,7 +65,7 @@ struct Tests<'a> {
     emission: Tally,
 }
 
-/// What a point is lit by, as samples and as a density.
+/// The light at a point, as samples and as a density.
 struct PointSource<'t, 'a> {
     tests: &'t mut Tests<'a>,
     point: &'t Point,
@@ -99,7 +99,7 @@ impl Tests<'_> {
         if !(samples.has_densities() && source.tests.subject.has(Method::EvaluatePdf)) {
             return Ok(());
         }
-        // What is proposed is chosen by numbers that samples do not use.
+        // Proposals use other random numbers than samples.
         let proposals = stream.at(1);
         let found = Comparison::new(&mut source, &samples, point.normal, proposals, significance)?;
         let place = format!("at {}", point.point.as_vec3());
@@ -142,7 +142,7 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// What other methods say of the same directions.
+    /// Compares the samples with other methods for the same directions.
     fn check_others(&mut self, point: &Point, rays: &Rays) -> Result<(), Stop> {
         let directions = rays.vectors("rt_LightDirection");
         if self.subject.has(Method::EvaluatePdf) {
@@ -180,7 +180,7 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// What lies infinitely far away shines as its samples do.
+    /// Compares the emission of a light at infinity with its samples.
     fn check_emission(
         &mut self,
         point: &Point,
@@ -209,14 +209,14 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// What `emission` gives in directions.
+    /// Returns `emission` in these directions.
     fn emitted(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<Vec3>, Stop> {
         let mut rays = self.rays_towards(point, directions);
         self.subject.call(Method::Emission, &mut rays)?;
         Ok(rays.vectors("rt_EmissionColor"))
     }
 
-    /// What `evaluatePDF` gives for directions.
+    /// Returns `evaluatePDF` for these directions.
     fn densities(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
         for numbers in batches(0..directions.len() as u64) {
@@ -228,7 +228,7 @@ impl Tests<'_> {
         Ok(all)
     }
 
-    /// The same in all three components, to be judged as colours are.
+    /// The densities in all three components, so that they can be compared like colours.
     fn splat_densities(&self, point: &Point, directions: &[Vec3]) -> Result<Vec<Vec3>, Stop> {
         let densities = self.densities(point, directions)?;
         Ok(densities.into_iter().map(Vec3::splat).collect())

@@ -1,9 +1,9 @@
-//! What rays meet of a light: whoever finds it by a ray must find what its samples gave.
+//! Consistency of rays and light samples: a ray that hits a light must find the radiance of its samples.
 //!
-//! Materials divide the light between samples of lights, which they weigh by `rt_PDF`, and rays that they trace. So a sample with
-//! a density is one that a ray in its direction brings back too. A light without `emission` is met by no ray, and
-//! renderers hand on its samples as those of a light without extent; of one with `emission` they need `evaluatePDF`, to
-//! weigh what both ways find.
+//! Materials divide the light between samples of lights, which they weight by `rt_PDF`, and rays that they trace. A
+//! sample with a density must therefore also be found by a ray in its direction. A light without `emission` is found by
+//! no ray, and renderers treat its samples as those of a delta light; a light with `emission` needs `evaluatePDF`, so
+//! that both techniques can be weighted.
 
 use std::ops::Range;
 
@@ -18,17 +18,17 @@ use crate::tally::Tally;
 use crate::values::is_close;
 use crate::{Contract, Finding};
 
-/// Samples for each point: each is compared by itself, so that few tell enough.
+/// The number of samples for each point: each is compared individually, so that few suffice.
 const SAMPLES: u64 = 4096;
 
 /// Points to be lit, around the origin and away from it.
 const POINTS: [Vec3; 3] =
     [Vec3::new(0.4, 1.2, -1.5), Vec3::new(-0.2, -0.8, 0.3), Vec3::new(12.0, 2.0, 7.0)];
 
-/// Checks what rays meet of a light.
+/// Checks the rays towards a light's samples.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::LightMeeting);
     if !subject.has(Method::Illumination) {
@@ -50,7 +50,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     Ok(tally.finish("no sample has a density"))
 }
 
-/// Compares samples that have a density with what rays in their directions bring back.
+/// Compares samples that have a density with the radiance of rays in their directions.
 fn check_samples(
     subject: &Subject<'_>,
     point: Vec3,
@@ -66,7 +66,7 @@ fn check_samples(
     let distances = samples.floats("rt_LightDistance");
     for (ray, density) in samples.floats("rt_PDF").iter().enumerate().filter(|(_, it)| **it > 0.0) {
         let (color, distance) = (colors[ray], distances[ray]);
-        // Those infinitely far away are compared by `LightEmission`.
+        // Samples at infinity are compared by `LightEmission`.
         let is_met = distance == f32::INFINITY || is_close(color, emitted[ray]);
         let message = || {
             if is_met {

@@ -1,34 +1,35 @@
-//! Directions so close to one that rounding may tell them apart.
+//! Directions so close to another that rounding may not distinguish them.
 //!
-//! Two methods may find the edge of a light or of a lobe at places that differ by rounding: one gives a direction just
-//! within, and the other sees it just outside. What such a direction has is what some direction beside it has.
+//! Two methods may find the edge of a light or of a lobe at positions that differ by rounding: one generates a
+//! direction just inside, and the other sees it just outside. Such a direction may then have the value of a
+//! neighbouring one.
 
 use glam::Vec3;
 
 use crate::stop::Stop;
 use crate::values::is_close;
 
-/// How far beside, in radians. The cosine of a small angle has few digits of it, so that edges found by one are this far
-/// apart.
+/// Angles to neighbours in radians. The cosine of a small angle represents it with few digits, so that edges computed
+/// from it differ by as much.
 const ANGLES: [f32; 3] = [1e-6, 1e-5, 1e-4];
-/// How many directions are looked at beside one.
+/// The number of neighbours of a direction.
 const COUNT: usize = 6 * ANGLES.len();
-/// More directions of a call than these do not lie at edges.
+/// The greatest number of directions in a call for which neighbours are examined: more cannot all lie at edges.
 const MAX_NEIGHBOURS: usize = 256;
 
-/// How what two methods say of one direction stands to each other.
+/// The comparison of two methods' values for one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// They say the same.
+    /// The values agree.
     Agree,
-    /// One says what the other says of directions beside.
+    /// One value agrees with the other's in neighbouring directions.
     Rounded,
-    /// They say different things.
+    /// The values differ.
     Differ,
 }
 
-/// Judges what was given with each direction by what is `stated` of it; `values_towards` states what others have. Rounding
-/// explains nothing of directions that do not count.
+/// Compares the values generated with directions with those `stated` for them; `values_towards` returns the values of
+/// other directions. For directions that do not count, rounding is not accepted as an explanation.
 ///
 /// # Errors
 /// Those of the function.
@@ -62,13 +63,13 @@ pub fn judge(
 fn around(direction: Vec3) -> impl Iterator<Item = Vec3> {
     let (x, y) = direction.normalize().any_orthonormal_pair();
     ANGLES.into_iter().flat_map(move |angle| {
-        // Six ways, at equal angles.
+        // Six directions, at equal angles.
         let ways = [x, 0.5 * x + 0.866_025_4 * y, 0.866_025_4 * y - 0.5 * x];
         ways.into_iter().flat_map(move |way| [direction + angle * way, direction - angle * way])
     })
 }
 
-/// Whether a value lies between the least and the greatest of those that are numbers.
+/// True if a value lies between the least and the greatest of those that are not NaN.
 fn lies_between(value: Vec3, values: &[Vec3]) -> bool {
     let mut bounds: Option<(Vec3, Vec3)> = None;
     for it in values.iter().filter(|it| it.is_finite()) {

@@ -1,18 +1,18 @@
-//! How much is checked.
+//! Options of checks.
 
 use rtsl::{EngineOptions, OptLevel};
 
-/// Loop iterations of one call, past which a method counts as one that never ends.
+/// The number of loop iterations of one call after which a method counts as not terminating.
 const LOOP_BUDGET: u32 = 100_000;
 
-/// How much is checked, and with which random numbers.
+/// The extent of a check, and its random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Samples for each test of a distribution. Four times as many find deviations half as large.
     pub samples: u32,
-    /// Chooses the random numbers. With another seed a class that is right is still found so.
+    /// The seed of random numbers. The result for a correct class does not depend on it.
     pub seed: u64,
-    /// Whether results are compared at all widths and with the interpreter's. It compiles every method four times.
+    /// True if results are compared at all widths and with the interpreter's. This compiles every method four times.
     pub compare_bits: bool,
 }
 
@@ -22,7 +22,7 @@ impl Default for Options {
     }
 }
 
-/// An engine for checks: one that ends loops which do not end.
+/// Returns engine options for checks, with a loop budget.
 pub fn engine_options() -> EngineOptions {
     EngineOptions {
         loop_budget: Some(LOOP_BUDGET),

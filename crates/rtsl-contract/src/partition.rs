@@ -1,4 +1,4 @@
-//! Cells of the sphere of directions, small where samples are many.
+//! An adaptive partition of the sphere of directions, with small cells where samples are dense.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,16 +6,16 @@ use glam::{DVec3, Vec3};
 
 use crate::random::on_sphere;
 
-/// Cells have at most this part of the samples that they are made of, or
+/// The greatest fraction of the samples in a cell, unless
 const MAX_PART: f64 = 1.0 / 192.0;
-/// are as small as this solid angle: narrower lobes would not fit a float's directions.
+/// the cell has this solid angle: narrower lobes exceed the precision of float directions.
 pub const MIN_AREA: f64 = 1e-12;
-/// A cell is at most so many times as large as what its samples stand for: else they fill a corner of it.
+/// The greatest ratio of a cell's solid angle to that of its samples: otherwise they fill only a corner of it.
 const SPARSE: f64 = 8.0;
-/// No cell is larger, whether it has samples or not.
+/// The greatest solid angle of a cell.
 const MAX_AREA: f64 = 4.0 * PI / 64.0;
 
-/// A direction and the density with which it was chosen, more than 0.
+/// A direction and the density with which it was chosen, which is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     pub direction: Vec3,
@@ -24,15 +24,15 @@ pub struct Sample {
 
 /// A partition of the sphere.
 pub struct Partition {
-    /// The axis is the third. The plane at right angles to it lies between cells.
+    /// The third is the axis. The plane perpendicular to it is a boundary of cells.
     axes: [DVec3; 3],
     tree: Vec<Node>,
     cells: Vec<Cell>,
     samples: Vec<Place>,
 }
 
-/// A part of the sphere by height (0 and 1 at the poles) and part of the turn. Equal steps of both are equal
-/// solid angles.
+/// A rectangle on the map of the sphere by height (0 and 1 at the poles) and fraction of the turn. The map preserves
+/// areas.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
     height: [f64; 2],
@@ -43,7 +43,7 @@ pub struct Cell {
 #[derive(Clone, Copy, Debug)]
 enum Node {
     Leaf(usize),
-    /// Below the value of height (or turn) lies the first child, else the second.
+    /// Directions below the value of height (or turn) are in the first child, others in the second.
     Split {
         by_height: bool,
         at: f64,
@@ -60,7 +60,7 @@ pub struct Place {
 }
 
 impl Partition {
-    /// Cells for what is distributed like these samples.
+    /// Creates cells adapted to the distribution of these samples.
     pub fn new(axis: DVec3, samples: &[Sample]) -> Partition {
         let (first, second) = axis.any_orthonormal_pair();
         let mut partition = Partition {
@@ -76,12 +76,12 @@ impl Partition {
         partition
     }
 
-    /// How many cells there are.
+    /// Returns the number of cells.
     pub fn len(&self) -> usize {
         self.cells.len()
     }
 
-    /// What the leaf stands for that a direction lies in: its cell, unless another number was set.
+    /// Returns the index stored in a direction's leaf: its cell, unless another index was set.
     pub fn cell(&self, direction: Vec3) -> usize {
         let (height, turn) = self.coordinates(direction);
         self.leaf(height, turn)
@@ -100,18 +100,18 @@ impl Partition {
         }
     }
 
-    /// A direction in the middle of a cell.
+    /// Returns a direction in the middle of a cell.
     pub fn middle(&self, cell: usize) -> Vec3 {
         let Cell { height, turn } = self.cells[cell];
         self.direction((0.5 * (height[0] + height[1]), 0.5 * (turn[0] + turn[1])))
     }
 
-    /// The cells.
+    /// Returns the cells.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
     }
 
-    /// The samples that it was made of, by cell.
+    /// Returns the samples from which it was made, by cell.
     pub fn samples_by_cell(&self) -> Vec<Vec<Place>> {
         let mut sorted = vec![Vec::new(); self.cells.len()];
         for place in &self.samples {
@@ -120,7 +120,7 @@ impl Partition {
         sorted
     }
 
-    /// The nodes that are leaves, in the order of their cells.
+    /// Returns the nodes that are leaves, in the order of their cells.
     pub fn leaves(&self) -> Vec<usize> {
         let mut leaves = vec![0; self.cells.len()];
         for (index, node) in self.tree.iter().enumerate() {
@@ -131,8 +131,8 @@ impl Partition {
         leaves
     }
 
-    /// Puts four leaves in the place of one whose cell is this: where the quarters are, in the order of
-    /// [`Cell::quarters`]. They stand for nothing until [`Partition::set_leaf`] says for what.
+    /// Replaces a leaf with this cell by four leaves, and returns these in the order of [`Cell::quarters`]. They have
+    /// no index until [`Partition::set_leaf`] sets it.
     pub fn quarter(&mut self, leaf: usize, cell: &Cell) -> [usize; 4] {
         let (height, turn) = cell.at(0.5, 0.5);
         let below = self.split(leaf, true, height);
@@ -141,7 +141,7 @@ impl Partition {
         [a, b, c, d]
     }
 
-    /// Says for what a leaf stands.
+    /// Sets the index of a leaf.
     pub fn set_leaf(&mut self, leaf: usize, number: usize) {
         self.tree[leaf] = Node::Leaf(number);
     }
@@ -171,7 +171,7 @@ impl Partition {
         self.grow(children[1], halves[1], above, most);
     }
 
-    /// The solid angle that samples stand for by their densities.
+    /// The solid angle that samples represent according to their densities.
     fn area_of(&self, samples: &[Place]) -> f64 {
         samples.iter().map(|it| 1.0 / it.density).sum::<f64>() / self.samples.len().max(1) as f64
     }
@@ -181,7 +181,7 @@ impl Partition {
         Place { height, turn, density: f64::from(sample.density) }
     }
 
-    /// The height above the lower pole and the part of the turn, both from 0 to 1.
+    /// The height above the lower pole and the fraction of the turn, both from 0 to 1.
     fn coordinates(&self, direction: Vec3) -> (f64, f64) {
         let direction = direction.as_dvec3().normalize();
         let [x, y, z] = self.axes.map(|axis| axis.dot(direction));
@@ -189,7 +189,7 @@ impl Partition {
         (0.5 + 0.5 * z, if turn < 0.0 { turn + 1.0 } else { turn })
     }
 
-    /// The direction at a height and a turn.
+    /// Returns the direction at a height and a turn.
     pub fn direction(&self, (height, turn): (f64, f64)) -> Vec3 {
         let local = on_sphere(2.0 * height - 1.0, turn);
         let [first, second, axis] = self.axes;
@@ -198,24 +198,24 @@ impl Partition {
 }
 
 impl Cell {
-    /// Its solid angle.
+    /// Returns the solid angle.
     pub fn area(&self) -> f64 {
         2.0 * TAU * (self.height[1] - self.height[0]) * (self.turn[1] - self.turn[0])
     }
 
-    /// Whether a sample lies in it.
+    /// True if a sample lies in it.
     pub fn contains(&self, place: &Place) -> bool {
         let within = |range: [f64; 2], value| range[0] <= value && value < range[1];
         within(self.height, place.height) && within(self.turn, place.turn)
     }
 
-    /// The point at these parts of both sides.
+    /// Returns the point at these fractions of both sides.
     pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let mix = |range: [f64; 2], part: f64| range[0] + part * (range[1] - range[0]);
         (mix(self.height, x), mix(self.turn, y))
     }
 
-    /// Its quarters, those of the lower half first.
+    /// Returns the quarters, those of the lower half first.
     pub fn quarters(&self) -> [Cell; 4] {
         let (height, turn) = self.at(0.5, 0.5);
         let heights = [[self.height[0], height], [height, self.height[1]]];
@@ -224,7 +224,7 @@ impl Cell {
             .map(|(x, y): (usize, usize)| Cell { height: heights[x], turn: turns[y] })
     }
 
-    /// Both halves across the longer side: whether that is the height, and where.
+    /// Splits the longer side. Returns true if that is the height, the position, and both halves.
     fn halves(&self) -> (bool, f64, [Cell; 2]) {
         let (height, turn) = self.at(0.5, 0.5);
         let angle = |height: f64| libm::acos((2.0 * height - 1.0).clamp(-1.0, 1.0));

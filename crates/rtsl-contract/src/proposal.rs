@@ -1,4 +1,4 @@
-//! A density of this crate's own that is as like a class's as can be had, to compare the class's with.
+//! A density that approximates that of a class, for comparison with it.
 
 use glam::Vec3;
 
@@ -6,31 +6,30 @@ use crate::partition::{Cell, MIN_AREA, Partition, Place};
 use crate::random::Stream;
 use crate::stop::Stop;
 
-/// A cell that is not smooth is looked at in so many steps of quarters everywhere: a corner may reach into it
-/// between the points at first.
+/// The number of refinement levels of a cell that is not smooth: a corner may reach into it between the first points.
 const MIN_LEVEL: u32 = 2;
-/// An integral over all cells may take so many values of its function.
+/// The greatest number of function values for an integral over all cells.
 const MAX_VALUES: usize = 1_500_000;
-/// The part of proposals that are uniform: for places where the density was not found.
+/// The fraction of uniform proposals, for places where the density was not found.
 const UNIFORM_PART: f64 = 0.1;
 
 /// A density that is constant in each of many pieces of the sphere.
 pub struct Proposal {
-    /// Its leaves stand for pieces.
+    /// The indices in its leaves are those of pieces.
     partition: Partition,
     pieces: Vec<Piece>,
     /// The integral of the function over each cell.
     integrals: Vec<Integral>,
 }
 
-/// An integral over a cell, and how far it may be off, as far as can be told by taking more points.
+/// An integral over a cell, and its error, estimated by taking more points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Integral {
     pub value: f64,
     pub error: f64,
 }
 
-/// A direction that a proposal made.
+/// A proposed direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Proposed {
     pub direction: Vec3,
@@ -45,13 +44,13 @@ pub struct Proposed {
 struct Piece {
     place: Cell,
     cell: usize,
-    /// The part of proposals that lie in it.
+    /// The probability of a proposal in it.
     mass: f64,
 }
 
 impl Proposal {
-    /// Follows a function that is given many directions at a time, so closely that little is left to chance in comparisons
-    /// with so many samples.
+    /// Approximates a function, which takes many directions at a time, so closely that comparisons with so many samples
+    /// have little variance.
     ///
     /// # Errors
     /// Those of the function.
@@ -78,23 +77,23 @@ impl Proposal {
         Ok(Proposal { partition, pieces, integrals })
     }
 
-    /// The partition's cells, with the integral of the function over each.
+    /// Returns the partition's cells, with the integral of the function over each.
     pub fn integrals(&self) -> &[Integral] {
         &self.integrals
     }
 
-    /// The cell that a direction lies in, and the density with which it is proposed.
+    /// Returns the cell that contains a direction, and the density with which it is proposed.
     pub fn at(&self, direction: Vec3) -> (usize, f64) {
         let piece = &self.pieces[self.partition.cell(direction)];
         (piece.cell, piece.density())
     }
 
-    /// A direction in the middle of a cell.
+    /// Returns a direction in the middle of a cell.
     pub fn middle(&self, cell: usize) -> Vec3 {
         self.partition.middle(cell)
     }
 
-    /// So many directions, stratified.
+    /// Returns stratified directions.
     pub fn directions(&self, stream: Stream, count: usize) -> Vec<Proposed> {
         let mut directions = Vec::with_capacity(count);
         let mut pieces = self.pieces.iter();
@@ -104,7 +103,7 @@ impl Proposal {
             let number = |dimension| f64::from(stream.number(item, dimension));
             let mass = (item as f64 + number(0)) / count as f64;
             while passed <= mass {
-                // All masses together are 1 but for rounding.
+                // The sum of all masses is 1 except for rounding.
                 let Some(next) = pieces.next() else { break };
                 piece = next;
                 passed += piece.mass;
@@ -132,13 +131,13 @@ const GAUSS: [(f64, f64); 3] = [
     (0.887_298_334_620_741_7, 5.0 / 18.0),
 ];
 
-/// How far the integral over a cell may be off: little beside what chance does to a count of samples.
+/// The permitted error of the integral over a cell: small compared with the statistical error of a count of samples.
 fn tolerance(integral: f64, sample_count: usize) -> f64 {
     let count = sample_count.max(1) as f64;
     0.03 * (integral / count).sqrt() + 0.01 / count
 }
 
-/// Cells on their way to be pieces.
+/// The refinement of cells to pieces.
 struct Refinement<F> {
     partition: Partition,
     function: F,
@@ -146,7 +145,7 @@ struct Refinement<F> {
     integrals: Vec<Integral>,
 }
 
-/// A part of a cell, with its own sum.
+/// A part of a cell with its quadrature sum.
 struct Patch {
     cell: usize,
     place: Cell,
@@ -159,7 +158,7 @@ struct Patch {
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     integral: f64,
-    /// The greatest value that went into it.
+    /// The greatest value in the sum.
     greatest: f64,
 }
 
@@ -213,7 +212,7 @@ impl<F: FnMut(&[Vec3]) -> Result<Vec<f32>, Stop>> Refinement<F> {
         Ok(patches.collect())
     }
 
-    /// Splits a patch; the samples of each quarter are those that lie in it.
+    /// Splits a patch and distributes its samples among the quarters.
     fn quarters(&mut self, patch: Patch, sums: &[Sum]) -> Vec<Patch> {
         let leaves = self.partition.quarter(patch.leaf, &patch.place);
         let quarters = patch.place.quarters().into_iter().zip(leaves).zip(sums);
@@ -253,7 +252,7 @@ impl<F: FnMut(&[Vec3]) -> Result<Vec<f32>, Stop>> Refinement<F> {
 }
 
 impl Patch {
-    /// Whether samples say that the density is far higher somewhere than where the sum looked.
+    /// True if samples show that the density is far higher somewhere than at the quadrature points.
     fn has_missed_spike(&self, allowed: f64) -> bool {
         let densest = self.samples.iter().fold(0.0, |most: f64, it| most.max(it.density));
         let area = self.place.area();
@@ -304,7 +303,7 @@ mod tests {
         }
     }
 
-    /// The integral over a triangle seen from afar, whose corners reach into cells without samples.
+    /// The integral over a distant triangle, whose corners reach into cells without samples.
     #[test]
     fn corners_are_found() {
         let corners =
@@ -342,7 +341,7 @@ mod tests {
         let partition = Partition::new(DVec3::Z, &[]);
         let proposal = Proposal::new(partition, 1000, density).unwrap();
         let proposed = proposal.directions(Stream::new(5), 40_000);
-        // The mean of one over the density is the sphere's area.
+        // The mean of the reciprocal density is the sphere's area.
         let mean = proposed.iter().map(|it| 1.0 / it.density).sum::<f64>() / 40_000.0;
         assert!((mean / (2.0 * TAU) - 1.0).abs() < 0.02, "{mean}");
         let beyond = proposed.iter().filter(|it| it.direction.x > 0.2).count();

@@ -1,4 +1,4 @@
-//! Random numbers that are counted, not drawn: each is a function of what it is for.
+//! Counter-based random numbers: each is a function of its purpose.
 
 use std::f64::consts::TAU;
 
@@ -7,40 +7,40 @@ use glam::{DVec3, Vec3};
 /// The first dimension that shaders get from `rand()`; those before are for the checks.
 pub const SHADER_DIMENSION: u32 = 16;
 
-/// A sequence of its own for each thing that is tested.
+/// A sequence that is independent for each test.
 #[derive(Clone, Copy, Debug)]
 pub struct Stream(u64);
 
 impl Stream {
-    /// The sequences of a seed.
+    /// Returns the sequences of a seed.
     pub fn new(seed: u64) -> Stream {
         Stream(mix(seed))
     }
 
-    /// The sequence of this number within this one.
+    /// Returns the sequence with this number within this one.
     pub fn at(self, number: u64) -> Stream {
         Stream(mix(self.0 ^ mix(number)))
     }
 
-    /// In [0,1), for an item and a dimension: a multiple of 2^-24.
+    /// Returns a number in [0,1) for an item and a dimension: a multiple of 2^-24.
     pub fn number(self, item: u64, dimension: u32) -> f32 {
         let word = mix(self.0 ^ mix(item << 16 | u64::from(dimension)));
         (word >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// Three numbers in [0,1).
+    /// Returns three numbers in [0,1).
     pub fn vector(self, item: u64) -> Vec3 {
         Vec3::from_array([0, 1, 2].map(|dimension| self.number(item, dimension)))
     }
 
-    /// A direction, uniform on the sphere, from dimensions 3 and 4.
+    /// Returns a uniform direction on the sphere, from dimensions 3 and 4.
     pub fn direction(self, item: u64) -> DVec3 {
         let z = 2.0 * f64::from(self.number(item, 3)) - 1.0;
         on_sphere(z, f64::from(self.number(item, 4)))
     }
 }
 
-/// The point of the unit sphere at a height, a part of the turn around the z axis.
+/// Returns the point of the unit sphere at a height, turned around the z axis by a fraction of a turn.
 pub fn on_sphere(z: f64, turn: f64) -> DVec3 {
     let radius = (1.0 - z * z).max(0.0).sqrt();
     let (sine, cosine) = libm::sincos(turn * TAU);

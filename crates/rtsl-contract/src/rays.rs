@@ -1,4 +1,4 @@
-//! The state of some rays, and a host for them that knows nothing but random numbers.
+//! The state of some rays, and their host, which only answers `rand()`.
 
 use glam::{Vec2, Vec3};
 use rtsl::host::{Host, LaneFloats, LaneSet};
@@ -16,30 +16,30 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// How many there are.
+    /// Returns the number of rays.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Has calls only serve the first so many of the lanes.
+    /// Limits calls to the first `count` lanes.
     pub fn truncate(&mut self, count: usize) {
         assert!(count <= self.state.lanes(), "as many lanes as there are");
         self.count = count;
     }
 
-    /// Gives the rays other numbers: what `rand()` gives starts anew.
+    /// Changes the rays' indices, and restarts the sequences of `rand()`.
     pub fn renumber(&mut self, stream: Stream, first: u64) {
         self.host.stream = stream;
         self.host.first = first;
         self.restart();
     }
 
-    /// What `rand()` gives starts anew.
+    /// Restarts the sequences of `rand()`.
     pub fn restart(&mut self) {
         self.host.requests.fill(0);
     }
 
-    /// Sets a variable, for each ray its own value.
+    /// Sets a variable to a separate value for each ray.
     pub fn set_vectors(&mut self, variable: &str, values: impl IntoIterator<Item = Vec3>) {
         let [x, y, z] = self.state.vectors_mut::<3>(component_of(variable));
         for (lane, value) in values.into_iter().enumerate() {
@@ -47,7 +47,7 @@ impl Rays {
         }
     }
 
-    /// Sets a variable, for each ray its own value.
+    /// Sets a variable to a separate value for each ray.
     pub fn set_pairs(&mut self, variable: &str, values: impl IntoIterator<Item = Vec2>) {
         let [x, y] = self.state.vectors_mut::<2>(component_of(variable));
         for (lane, value) in values.into_iter().enumerate() {
@@ -55,14 +55,14 @@ impl Rays {
         }
     }
 
-    /// Sets a direction, and what is computed from it.
+    /// Sets a direction, and the variables that depend on it.
     pub fn set_ray_directions(&mut self, directions: impl IntoIterator<Item = Vec3> + Clone) {
         let inverse = directions.clone().into_iter().map(Vec3::recip);
         self.set_vectors("rt_InverseRayDirection", inverse);
         self.set_vectors("rt_RayDirection", directions);
     }
 
-    /// Sets a variable, for each ray its own value.
+    /// Sets a variable to a separate value for each ray.
     pub fn set_floats(&mut self, variable: &str, values: impl IntoIterator<Item = f32>) {
         let array = self.state.floats_mut(component_of(variable));
         array.iter_mut().zip(values).for_each(|(lane, value)| *lane = value);
@@ -79,38 +79,38 @@ impl Rays {
         arrays.into_iter().zip(value.to_array()).for_each(|(array, value)| array.fill(value));
     }
 
-    /// A variable of each ray.
+    /// Returns a variable of each ray.
     pub fn floats(&self, variable: &str) -> &[f32] {
         &self.state.floats(component_of(variable))[..self.count]
     }
 
-    /// A variable of each ray; of a colour its three components.
+    /// Returns a variable of each ray; the three components of a colour.
     pub fn vectors(&self, variable: &str) -> Vec<Vec3> {
         let first = component_of(variable);
         let [x, y, z] = [0, 1, 2].map(|component| self.state.floats(first + component));
         (0..self.count).map(|ray| Vec3::new(x[ray], y[ray], z[ray])).collect()
     }
 
-    /// A variable of each ray.
+    /// Returns a variable of each ray.
     pub fn pairs(&self, variable: &str) -> Vec<Vec2> {
         let first = component_of(variable);
         let [x, y] = [0, 1].map(|component| self.state.floats(first + component));
         (0..self.count).map(|ray| Vec2::new(x[ray], y[ray])).collect()
     }
 
-    /// A variable of one ray; of a colour its three components.
+    /// Returns a variable of one ray; the three components of a colour.
     pub fn vector(&self, variable: &str, ray: usize) -> Vec3 {
         let first = component_of(variable);
         Vec3::from_array([0, 1, 2].map(|component| self.state.floats(first + component)[ray]))
     }
 }
 
-/// `rand()`; it traces nothing and has no lights.
+/// A host that answers `rand()`, traces nothing and has no lights.
 pub(crate) struct RandomHost {
     stream: Stream,
-    /// The number of the first ray.
+    /// The index of the first ray.
     first: u64,
-    /// For each ray, how often it asked.
+    /// For each ray, the number of requests.
     requests: Vec<u32>,
 }
 
@@ -131,7 +131,7 @@ impl Host for RandomHost {
     }
 }
 
-/// The first component of a state variable.
+/// Returns the first component of a state variable.
 pub fn component_of(variable: &str) -> usize {
     lookup_state(variable).expect("a state variable").first_component as usize
 }

@@ -1,4 +1,4 @@
-//! What a check found.
+//! Reports of checks.
 
 use std::fmt;
 
@@ -6,49 +6,49 @@ use rtsl::Method;
 
 use crate::Contract;
 
-/// What a class promises and whether it keeps it.
+/// The contracts of a class and their outcomes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// The class.
     pub class: String,
-    /// Its contracts.
+    /// The outcome of each contract.
     pub findings: Vec<Finding>,
 }
 
 /// One contract.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What is promised.
+    /// The contract.
     pub contract: Contract,
-    /// Whether it holds.
+    /// The outcome.
     pub outcome: Outcome,
 }
 
-/// Whether a contract holds.
+/// The outcome of a contract.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// As far as was tested; perhaps with what was assumed or measured.
+    /// The contract held in all tests, perhaps with a note on assumptions or measurements.
     Held(Option<String>),
-    /// There is a case in which it does not.
+    /// The contract is broken.
     Broken(Failure),
-    /// It says nothing of this class, for this reason.
+    /// The contract does not apply to this class, for this reason.
     NotApplicable(String),
 }
 
-/// A case in which a contract does not hold.
+/// A case in which a contract is broken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// What was found, with numbers, and what was expected.
+    /// The actual values and the expected ones.
     pub message: String,
-    /// A call that shows it.
+    /// A call that shows the failure.
     pub inputs: Option<Inputs>,
-    /// How many tests of the same kind failed.
+    /// The number of tests of the same kind that failed.
     pub broken: u64,
-    /// How many there were.
+    /// The number of tests.
     pub tested: u64,
 }
 
-/// What a method was called with.
+/// The inputs of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs {
     /// The method.
@@ -58,12 +58,12 @@ pub struct Inputs {
 }
 
 impl Report {
-    /// Whether no contract is broken.
+    /// True if no contract is broken.
     pub fn holds(&self) -> bool {
         self.broken().next().is_none()
     }
 
-    /// The contracts that are broken.
+    /// Returns the contracts that are broken.
     pub fn broken(&self) -> impl Iterator<Item = (Contract, &Failure)> {
         self.findings.iter().filter_map(|finding| match &finding.outcome {
             Outcome::Broken(failure) => Some((finding.contract, failure)),
@@ -88,7 +88,7 @@ impl fmt::Display for Finding {
 }
 
 impl Finding {
-    /// The lines of a report; `show` says how to repeat a call that shows a failure.
+    /// Formats the report; `show` returns the command that repeats a failing call.
     pub fn to_text(&self, show: &dyn Fn(&Inputs) -> String) -> String {
         let promise = self.contract.promise();
         match &self.outcome {
@@ -109,7 +109,7 @@ impl Finding {
     }
 }
 
-/// As `rtsl eval` takes them after its `--state`: `rt_RayDirection=0,0,1 rt_Epsilon=0.1`.
+/// In the syntax of `rtsl eval --state`: `rt_RayDirection=0,0,1 rt_Epsilon=0.1`.
 impl fmt::Display for Inputs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (name, values)) in self.state.iter().enumerate() {

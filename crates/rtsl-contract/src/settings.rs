@@ -1,4 +1,4 @@
-//! Settings of a class's parameters to check it with: its defaults, and the ranges that annotations give.
+//! The parameter settings with which a class is checked: its defaults, and values from annotated ranges.
 
 use std::sync::{Arc, LazyLock};
 
@@ -9,20 +9,20 @@ use rtsl::{
 
 use crate::random::Stream;
 
-/// Settings at random places of the ranges.
+/// The number of random settings.
 const RANDOM_SETTINGS: u64 = 3;
 
 /// Values for some parameters of a class.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Names and values, as they are written.
+    /// Names and values in the syntax of the command line.
     pub shown: Vec<(String, String)>,
-    /// The same, as instances take them, and what is referred to.
+    /// The same as arguments of instances, with references.
     pub arguments: Vec<(String, Value)>,
 }
 
 impl Setting {
-    /// An instance of the class with this setting and what else is given, which goes first.
+    /// Creates an instance of the class with this setting and other arguments, which take precedence.
     ///
     /// # Errors
     /// As for [`Instance::new`].
@@ -37,7 +37,7 @@ impl Setting {
     }
 }
 
-/// The setting's values, or that there are none: `roughness=0.5 twoSided=true`.
+/// Writes the setting's values, such as `roughness=0.5 twoSided=true`, or that there are none.
 impl std::fmt::Display for Setting {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.shown.is_empty() {
@@ -49,8 +49,9 @@ impl std::fmt::Display for Setting {
     }
 }
 
-/// The defaults; then all numbers with a range at its least, in its middle, at its greatest; then numbers
-/// at random, with bools. Parameters that are `given` are left alone. What refers to shaders and may not be left unset refers to simple ones.
+/// Returns settings: the defaults; then all numbers with a range at its least, middle and greatest value; then random
+/// numbers and bools. Parameters that are `given` are not set. References that the class requires are set to simple
+/// shaders.
 pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     let references = references(class);
     let of = |shown: Vec<(String, String)>, values: Vec<(String, Value)>| {
@@ -84,7 +85,7 @@ pub fn settings(class: &Class, given: &[&str]) -> Vec<Setting> {
     all
 }
 
-/// A simple shader of a role: a grey texture, a matte surface, a ball, a lamp, a camera.
+/// Returns a simple shader of a role: a grey texture, a diffuse material, a ball, a light, a camera.
 pub fn stand_in(role: Role) -> Arc<Instance> {
     static STAND_INS: LazyLock<Vec<Arc<Instance>>> =
         LazyLock::new(|| Role::ALL.map(make_stand_in).into());
@@ -107,7 +108,7 @@ fn make_stand_in(role: Role) -> Arc<Instance> {
     Instance::new(&unit.classes()[0], arguments).expect("its parameters are right")
 }
 
-/// What the class refers to without asking whether it is set.
+/// The references that the class uses without testing if they are set.
 fn references(class: &Class) -> Vec<(String, Value)> {
     let untested = class.references.iter().filter(|it| !it.tested);
     let each = untested.map(|reference| {
@@ -121,7 +122,7 @@ fn references(class: &Class) -> Vec<(String, Value)> {
     each.collect()
 }
 
-/// The values that a parameter may have.
+/// The range of a parameter.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     scalar: Scalar,
@@ -143,12 +144,12 @@ impl Range {
         Some(Range { scalar, least: bound("min")?, greatest: bound("max")? })
     }
 
-    /// The value at a part of the range, as it is written and as it is.
+    /// The value at a fraction of the range, as text and as a value.
     fn at(&self, part: f64) -> (String, Value) {
         let number = self.least + part * (self.greatest - self.least);
         match self.scalar {
             Scalar::F32 => {
-                // Few digits, so that people may type it.
+                // Few digits, so that the value can be typed.
                 let value = ((number * 1e4).round() / 1e4) as f32;
                 (value.to_string(), Value::Float(value))
             }
@@ -164,7 +165,7 @@ impl Range {
 
 fn number(value: Constant) -> f64 {
     match value {
-        // By its shortest text: 0.1 is meant where 0.1 is written.
+        // By its shortest text: the annotation 0.1 means 0.1.
         Constant::F32(value) => value.to_string().parse().unwrap_or(f64::from(value)),
         Constant::I32(value) => f64::from(value),
         Constant::U32(value) => f64::from(value),

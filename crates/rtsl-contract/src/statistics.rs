@@ -1,18 +1,16 @@
-//! How far chance may go.
+//! Statistical bounds.
 
-/// The probability with which a class that keeps all its contracts is found to break one, for each check of an
-/// instance.
+/// The probability with which a correct class is reported as broken, for each check of an instance.
 const FALSE_ALARMS: f64 = 1e-6;
 
-/// The probability for each of `tests` tests that, all together, give a false alarm as seldom as is
-/// allowed (Sidak).
+/// Returns the probability for each of `tests` tests that gives this false alarm rate for all of them (Sidak).
 pub fn significance(tests: usize) -> f64 {
-    // The contracts that use chance share what is allowed.
+    // The number of statistical contracts, which share the false alarm rate.
     const CONTRACTS: f64 = 8.0;
     -libm::expm1(libm::log1p(-FALSE_ALARMS) / (CONTRACTS * tests.max(1) as f64))
 }
 
-/// How many standard deviations a normal variable exceeds with this probability, less than a half.
+/// Returns the number of standard deviations that a normal variable exceeds with this probability, less than a half.
 pub fn normal_quantile(probability: f64) -> f64 {
     let exceeds = |deviations: f64| 0.5 * libm::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2);
     let (mut low, mut high) = (0.0, 40.0);
@@ -23,27 +21,28 @@ pub fn normal_quantile(probability: f64) -> f64 {
     high
 }
 
-/// What chi-square with this many degrees of freedom exceeds with this probability (Wilson and Hilferty: its cube
-/// root is nearly normal).
+/// Returns the value that chi-square with this many degrees of freedom exceeds with this probability (Wilson and
+/// Hilferty: its cube root is nearly normal).
 pub fn chi_square_quantile(freedom: f64, probability: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     let root = 1.0 - variance + normal_quantile(probability) * variance.sqrt();
     freedom * root * root * root
 }
 
-/// How far the mean of independent numbers from 0 to 1 is from what is expected, but with this probability: whatever their
-/// distribution (Maurer and Pontil, "Empirical Bernstein Bounds and Sample Variance Penalization", 2009).
+/// Returns a bound of the error of the mean of independent numbers from 0 to 1, which holds except with this
+/// probability for any distribution (Maurer and Pontil, "Empirical Bernstein Bounds and Sample Variance Penalization",
+/// 2009).
 pub fn bernstein_bound(mean: &Mean, probability: f64) -> f64 {
     if mean.count() < 2.0 {
         return 1.0;
     }
-    // To either side.
+    // In either direction.
     let logarithm = libm::log(4.0 / probability);
     (2.0 * mean.variance() * logarithm / mean.count()).sqrt()
         + 7.0 * logarithm / (3.0 * (mean.count() - 1.0))
 }
 
-/// Mean and its standard deviation of numbers that come one by one (Welford).
+/// The mean of a stream of numbers with its standard deviation (Welford).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
     count: f64,
@@ -63,17 +62,17 @@ impl Mean {
         self.mean
     }
 
-    /// How many numbers there were.
+    /// Returns the count of numbers.
     pub fn count(&self) -> f64 {
         self.count
     }
 
-    /// The variance of the numbers.
+    /// Returns the variance of the numbers.
     pub fn variance(&self) -> f64 {
         if self.count < 2.0 { 0.0 } else { self.squares / (self.count - 1.0) }
     }
 
-    /// The standard deviation of the mean.
+    /// Returns the standard deviation of the mean.
     pub fn deviation(&self) -> f64 {
         if self.count < 2.0 { 0.0 } else { (self.variance() / self.count).sqrt() }
     }

@@ -1,13 +1,13 @@
-//! Why a check ends early.
+//! Reasons for ending a check early.
 
 use rtsl::Diagnostic;
 
-/// Why a check ends early.
+/// A reason for ending a check early.
 #[derive(Debug)]
 pub enum Stop {
-    /// A method has no code.
+    /// A method cannot be compiled.
     NoCode(Box<Diagnostic>),
-    /// A call ran past its budget, which is a finding already; further ones would take as long.
+    /// A call exceeded its budget, which is recorded as a finding; further calls would take as long.
     Endless,
 }
 

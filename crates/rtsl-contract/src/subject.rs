@@ -1,4 +1,4 @@
-//! The instance that is checked, ready for calls.
+//! The instance under test, with its program.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -15,15 +15,15 @@ use crate::stop::Stop;
 use crate::tally::Tally;
 use crate::{Contract, Finding, Inputs, Options};
 
-/// Rays that fit into a processor's cache with their state.
+/// A number of rays whose state fits into a processor's cache.
 const BATCH: usize = 2048;
 
-/// The instance that is checked.
+/// The instance under test.
 pub struct Subject<'a> {
     pub options: &'a Options,
     program: Arc<Program>,
     block: InstanceBlock,
-    /// Calls, and those that did not come to their end.
+    /// The outcomes of calls with respect to their budget.
     calls: RefCell<Tally>,
 }
 
@@ -35,17 +35,17 @@ impl<'a> Subject<'a> {
         Subject { options, program, block, calls }
     }
 
-    /// Random numbers for one kind of test.
+    /// Returns the random numbers for one kind of test.
     pub fn stream(&self, contract: Contract) -> Stream {
         Stream::new(self.options.seed).at(contract as u64)
     }
 
-    /// Whether the class has the method, itself or implied by others.
+    /// True if the class has the method, or it is implied by others.
     pub fn has(&self, method: Method) -> bool {
         self.program.has(method)
     }
 
-    /// Rays with the defaults of a role. Their numbers decide what `rand()` gives.
+    /// Returns rays with the defaults of a role. Their indices select the values of `rand()`.
     pub fn rays(&self, role: Role, stream: Stream, numbers: Range<u64>) -> Rays {
         let count = (numbers.end - numbers.start) as usize;
         let mut state = new_state(count);
@@ -62,7 +62,7 @@ impl<'a> Subject<'a> {
     /// Calls a method for all rays.
     ///
     /// # Errors
-    /// If the method has no code, or does not end.
+    /// If the method cannot be compiled or does not terminate.
     pub fn call(&self, method: Method, rays: &mut Rays) -> Result<(), Stop> {
         let kernel = self.program.kernel(method, CallMode::Packet)?;
         let status = kernel.call(CallArguments {
@@ -81,10 +81,10 @@ impl<'a> Subject<'a> {
         if ends { Ok(()) } else { Err(Stop::Endless) }
     }
 
-    /// What a method reads of one ray's state.
+    /// Returns the inputs of a method in one ray's state.
     ///
     /// # Errors
-    /// If the method has no code, or does not end.
+    /// If the method cannot be compiled or does not terminate.
     pub fn inputs(&self, method: Method, rays: &Rays, ray: usize) -> Result<Inputs, Stop> {
         let linked = self.program.method(method)?;
         let state = linked.reads.iter().map(|variable| {
@@ -95,13 +95,13 @@ impl<'a> Subject<'a> {
         Ok(Inputs { method, state: state.collect() })
     }
 
-    /// Whether all calls came to their end.
+    /// Returns the finding that all calls terminated within their budget.
     pub fn budget_finding(self) -> Finding {
         self.calls.into_inner().finish("nothing was called")
     }
 }
 
-/// Numbers batch by batch.
+/// Splits a range into batches.
 pub fn batches(numbers: Range<u64>) -> impl Iterator<Item = Range<u64>> {
     let end = numbers.end;
     numbers.step_by(BATCH).map(move |start| start..end.min(start + BATCH as u64))

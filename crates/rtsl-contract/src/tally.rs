@@ -1,9 +1,9 @@
-//! Counts tests of one contract and keeps the first that failed.
+//! The tally of a contract's tests, with the first failure.
 
 use crate::neighbours::Verdict;
 use crate::{Contract, Failure, Finding, Inputs, Outcome};
 
-/// What the tests of one contract gave so far.
+/// The results of one contract's tests so far.
 #[derive(Clone, Debug)]
 pub struct Tally {
     contract: Contract,
@@ -11,14 +11,14 @@ pub struct Tally {
     broken: u64,
     first: Option<(String, Option<Inputs>)>,
     note: Option<String>,
-    /// The part of tests that may fail.
+    /// The fraction of tests that may fail.
     allowed: f64,
-    /// Tests that rounding decided, and what was found at the first.
+    /// The number of tests decided by rounding, and the message of the first.
     rounded: u64,
     first_rounded: Option<String>,
 }
 
-/// More than this part of tests is not for rounding to decide: edges are no wider.
+/// The greatest fraction of tests that rounding may decide: edges are not wider.
 const ROUNDED_PART: f64 = 0.01;
 
 impl Tally {
@@ -35,13 +35,13 @@ impl Tally {
         }
     }
 
-    /// Lets a part of the tests fail: those that rounding decides.
+    /// Permits a fraction of the tests to fail because of rounding.
     pub fn allow(&mut self, part: f64) {
         self.allowed = part;
     }
 
-    /// Counts a test. Of a first one that failed, `message` says what was found. Gives whether it is the first:
-    /// its inputs are wanted.
+    /// Counts a test. If it is the first to fail, `message` describes the failure. Returns true for the first failure,
+    /// whose inputs should then be set.
     pub fn test(&mut self, holds: bool, message: impl FnOnce() -> String) -> bool {
         self.tested += 1;
         if holds {
@@ -55,7 +55,7 @@ impl Tally {
         is_first
     }
 
-    /// The same for a test that rounding may have decided. A few such do not count.
+    /// The same for a test that rounding may have decided. A few of these do not count.
     pub fn judge(&mut self, verdict: Verdict, message: impl FnOnce() -> String) -> bool {
         if verdict == Verdict::Rounded {
             self.tested += 1;
@@ -66,19 +66,19 @@ impl Tally {
         self.test(verdict == Verdict::Agree, message)
     }
 
-    /// The inputs of the test that failed first.
+    /// Sets the inputs of the first failing test.
     pub fn set_inputs(&mut self, given: Inputs) {
         if let Some((_, inputs)) = &mut self.first {
             inputs.get_or_insert(given);
         }
     }
 
-    /// What was measured or assumed, for reports of contracts that hold.
+    /// Records a measurement or an assumption, for reports of contracts that hold.
     pub fn note(&mut self, note: String) {
         self.note = Some(note);
     }
 
-    /// The finding; where nothing was tested, `reason` says why.
+    /// Returns the finding; if nothing was tested, `reason` explains it.
     pub fn finish(self, reason: &str) -> Finding {
         let Tally { contract, tested, mut broken, mut first, note, allowed, .. } = self;
         if self.rounded as f64 > ROUNDED_PART * tested as f64 {

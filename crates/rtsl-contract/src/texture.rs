@@ -1,4 +1,4 @@
-//! What textures promise: a value everywhere, however wide the filter.
+//! Contracts of textures: a valid value everywhere, for any filter width.
 
 use glam::Vec3;
 use rtsl::{Method, Role};
@@ -11,7 +11,7 @@ use crate::tally::Tally;
 use crate::{Contract, Finding};
 
 const LOOKUPS: u64 = 4096;
-/// Widths of filters, in texture coordinates.
+/// Widths of filters in texture coordinates.
 const WIDTHS: [f32; 5] = [0.0, 1e-6, 0.01, 1.0, 1e6];
 /// The width that counts as wide, and the sides of the squares over which means are taken.
 const WIDE: f32 = 4.0;
@@ -20,7 +20,7 @@ const SIDES: [f32; 2] = [16.0, 1.0];
 /// Checks a texture.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut values = Tally::new(Contract::TextureValues);
     let mut filter = Tally::new(Contract::TextureFilter);
@@ -36,7 +36,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
 }
 
 fn check_values(subject: &Subject<'_>, width: f32, tally: &mut Tally) -> Result<(), Stop> {
-    /// Places near and far, on whole numbers and off them.
+    /// Scales of texture coordinates, near and far, including integers.
     const SCALES: [f32; 4] = [1.0, 20.0, 1e5, 0.0];
     let stream = subject.stream(Contract::TextureValues);
     let mut rays = subject.rays(Role::Texture, stream, 0..LOOKUPS);
@@ -60,8 +60,8 @@ fn check_values(subject: &Subject<'_>, width: f32, tally: &mut Tally) -> Result<
     Ok(())
 }
 
-/// What wide lookups have in common is the mean of narrow ones, and they differ less: over a large square or, for images that
-/// do not repeat, over that of one image.
+/// Checks that wide lookups have the mean of narrow ones and vary less: over a large square or, for images that do not
+/// repeat, over the square of one image.
 fn check_filter(subject: &Subject<'_>, tally: &mut Tally) -> Result<(), Stop> {
     let mut found = Vec::new();
     for side in SIDES {
@@ -127,7 +127,7 @@ fn lookups(subject: &Subject<'_>, side: f32, width: f32) -> Result<Vec<Vec3>, St
     Ok(rays.vectors("rt_TextureColor"))
 }
 
-/// Surface parameters are texture coordinates here.
+/// Surface parameters are equal to texture coordinates here.
 fn set_filter(rays: &mut Rays, width: f32) {
     rays.fill("rt_du", width);
     rays.fill("rt_dv", width);

@@ -1,38 +1,37 @@
-//! Images of something else than colour ("arbitrary output variables"): what each pixel shows, and what it
-//! takes to render.
+//! Arbitrary output variables (AOVs): images of other quantities than colour, such as properties of the visible surface
+//! or the cost of a pixel.
 
 use rtsl_memory::{OutOfMemory, collected, filled};
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use super::{HeatScale, SrgbEncoder, logarithm};
 
-/// What is known of a pixel besides its colour.
+/// An arbitrary output variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aov {
-    /// What the surface reflects of white light from all around, channel by channel, the mean of all samples;
-    /// of lights that are seen, what they emit, at most 1. For denoising.
+    /// The albedo of the visible surface: its reflectance of uniform white light in each channel, averaged over all
+    /// samples; of visible lights the emission, at most 1. Used for denoising.
     Albedo,
-    /// The distance of what is seen from the ray's origin, the mean of a pixel's samples that hit
-    /// anything; infinite where none does.
+    /// The distance of the visible surface from the ray's origin, averaged over the samples of the pixel that hit
+    /// anything; infinite if none does.
     Distance,
-    /// The normal of what is seen, in world space, the mean of all samples; zero where nothing is hit.
+    /// The normal of the visible surface in world space, averaged over all samples; zero for samples without a hit.
     Normal,
-    /// The number of the object that the first sample hits, in the order of the scene; -1 for none.
+    /// The index of the object that the first sample hits, in the order of the scene; -1 for none.
     Object,
-    /// The number of that object's class, in the order in which objects of the scene have them; -1
-    /// for none.
+    /// The index of that object's class, in the order of their first objects in the scene; -1 for none.
     Class,
-    /// How many samples the pixel has.
+    /// The number of the pixel's samples.
     Samples,
-    /// The variance of the pixel's mean luminance, as its samples tell it.
+    /// The variance of the pixel's mean luminance, estimated from its samples.
     Variance,
-    /// Nanoseconds for a sample of the pixel; the same for the 64 pixels of a tile.
+    /// The nanoseconds per sample; the same for the 64 pixels of a tile.
     Time,
-    /// The nodes and blocks of the hierarchy that a camera ray of the pixel visits, the mean of all
+    /// The number of nodes and leaves of the hierarchy that a camera ray of the pixel visits, averaged over all
     /// samples.
     Nodes,
-    /// The part of SIMD lanes that took part in calls of `intersect` and `shade`, for the rays of the pixel
-    /// and all that they spawn; the same for the 64 pixels of a tile, which go together.
+    /// The fraction of SIMD lanes that are active in calls of `intersect` and `shade`, for the rays of the pixel and
+    /// all rays that they spawn; the same for the 64 pixels of a tile, which are traced together.
     Lanes,
 }
 
@@ -51,7 +50,7 @@ impl Aov {
         Aov::Lanes,
     ];
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
             Aov::Albedo => "albedo",
@@ -67,16 +66,16 @@ impl Aov {
         }
     }
 
-    /// The one of this name; `depth` is another name of the distance.
+    /// Returns the AOV with this name; `depth` is an alias of `distance`.
     pub fn from_name(name: &str) -> Option<Aov> {
         let name = if name == "depth" { "distance" } else { name };
         Aov::ALL.into_iter().find(|aov| aov.name() == name)
     }
 
-    /// Refuses those of `asked` that the renderer of this name does not make.
+    /// Checks that the renderer of this name supports the AOVs `asked`.
     ///
     /// # Errors
-    /// The first of them.
+    /// If one is not supported; the error names the first.
     pub fn refuse_others(asked: &[Aov], made: &[Aov], renderer: &str) -> Result<(), Diagnostic> {
         let Some(other) = asked.iter().find(|aov| !made.contains(aov)) else { return Ok(()) };
         let message = format!("the {renderer} renderer makes no image `{}`", other.name());
@@ -85,14 +84,14 @@ impl Aov {
             .help(format!("it makes {}", names.join(", "))))
     }
 
-    /// Whether it is a colour, for which the precision of colours will do.
+    /// True for colours, to which the precision of colours applies.
     pub fn is_color(self) -> bool {
         self == Aov::Albedo
     }
 
-    /// The names of its channels in a file.
+    /// Returns the names of its channels in a file.
     ///
-    /// That of the distance is the name by which OpenEXR knows it.
+    /// That of the distance is the standard name of OpenEXR.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
@@ -109,35 +108,35 @@ impl Aov {
     }
 }
 
-/// An image of something else than colour.
+/// An image of an AOV.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AovImage {
-    /// What it shows.
+    /// The AOV.
     pub aov: Aov,
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// The values, row by row from the top; where there is one channel, the first counts.
+    /// The values, row by row from the top. If there is one channel, the first component is used.
     pub pixels: Vec<[f32; 3]>,
 }
 
 impl AovImage {
-    /// An image of zeros.
+    /// Creates an image of zeros.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn new(aov: Aov, width: usize, height: usize) -> Result<Self, OutOfMemory> {
         let pixels = filled(width.saturating_mul(height), [0.0; 3])?;
         Ok(AovImage { aov, width, height, pixels })
     }
 
-    /// What people look at, as bytes of sRGB: albedo as it is; what can be of any size on the heat scale, by their
-    /// logarithms; parts of lanes on the whole of it; normals as colours of their components; numbers in
-    /// colours that differ.
+    /// Converts the image to displayable sRGB bytes: albedo directly; quantities of any magnitude by their logarithms
+    /// on the heat scale; fractions of lanes on the heat scale; normals as colours of their components; indices in
+    /// distinct colours.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// If there is not enough memory.
     pub fn to_srgb(&self) -> Result<Vec<u8>, OutOfMemory> {
         let count = 3 * self.pixels.len();
         match self.aov {
@@ -161,11 +160,12 @@ impl AovImage {
         }
     }
 
-    /// The heat scale over all values but a hundredth at each end, which may lie far out.
+    /// Maps the values to the heat scale, of which the ends are the first and the last percentile, because outliers may
+    /// be extreme.
     fn heat(&self) -> Result<Vec<u8>, OutOfMemory> {
         let finite = self.pixels.iter().map(|it| it[0]).filter(|value| value.is_finite());
         let mut sorted: Vec<f32> = collected(self.pixels.len(), finite.map(logarithm))?;
-        // In place: equal numbers are the same.
+        // Unstable sorting is deterministic here, because equal numbers are identical.
         sorted.sort_unstable_by(f32::total_cmp);
         let spare = sorted.len() / 100;
         let (Some(least), Some(greatest)) = (sorted.get(spare), sorted.iter().nth_back(spare))
@@ -179,13 +179,13 @@ impl AovImage {
     }
 }
 
-/// A colour for a number; black for -1.
+/// A colour for an index; black for -1.
 fn color_of(number: f32) -> [u8; 3] {
     if number < 0.0 {
         return [0; 3];
     }
     let bits = rtsl_math::sampling::hash(number as u32, 0);
-    // Bright enough to tell from black.
+    // Bright enough to be distinct from black.
     [0, 8, 16].map(|shift| 64 + (bits >> shift) as u8 % 192)
 }
 

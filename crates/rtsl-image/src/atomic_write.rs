@@ -1,8 +1,8 @@
-//! Files that replace others at once: written beside their place, flushed to the disk, then renamed. Whatever
-//! happens meanwhile, the place holds the old file or the new one, whole.
+//! Atomic replacement of files: the new content is written to a temporary file in the same folder, flushed to the disk
+//! and renamed. At any time, the path has either the complete old content or the complete new one.
 //!
-//! Only regular files are replaced. A symbolic link stays, and the file that it names is replaced; devices and pipes
-//! are written to; folders, block devices and sockets are refused.
+//! Only regular files are replaced. A symbolic link stays, and its target is replaced; devices and pipes are written
+//! to; folders, block devices and sockets are rejected.
 
 use std::ffi::OsString;
 use std::fs::{File, FileType, OpenOptions, TryLockError};
@@ -10,23 +10,23 @@ use std::io::{self, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long to wait for another process that writes the same file.
+/// The time to wait for another process that writes the same file.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The time between two looks at its lock.
+/// The interval between attempts to lock the file.
 const PAUSE: Duration = Duration::from_millis(5);
-/// Links that lead to links, as many as Linux follows.
+/// The greatest length of a chain of symbolic links, as in Linux.
 const MAX_LINKS: usize = 40;
 
-/// A file that is written from its beginning, whose writers may go back.
+/// A seekable output.
 pub trait Output: Write + Seek {}
 
 impl<T: Write + Seek> Output for T {}
 
-/// Writes a file beside its place with `write`, and puts it there when all of it is on the disk. What is no regular
-/// file but takes bytes, a pipe for example, gets them when all are made.
+/// Writes a temporary file with `write`, and renames it to `path` when all of it is on the disk. A path that is not a
+/// regular file but can be written to, such as a pipe, receives the bytes when they are complete.
 ///
 /// # Errors
-/// What the system says; the place is then as before, and nothing lies beside it.
+/// Any error of the file system; `path` is then unchanged and the temporary file is removed.
 pub fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut dyn Output) -> io::Result<()>,
@@ -36,17 +36,18 @@ pub fn replace_file(
         Destination::Stream => {
             let mut contents = Cursor::new(Vec::new());
             write(&mut contents)?;
-            // Opened before, a pipe would wait for its reader during the work, and the reader for us.
+            // The pipe is opened after the content is complete: opening it earlier would wait for its reader, which may
+            // itself wait for this process.
             let mut stream = OpenOptions::new().append(true).open(path)?;
             stream.write_all(contents.get_ref())
         }
     }
 }
 
-/// Whether a file could be written there: the folder exists and takes files, or the path is that of a stream.
+/// Checks that a file could be written to `path`: the folder exists and is writable, or the path is that of a stream.
 ///
 /// # Errors
-/// What the system says.
+/// Any error of the file system.
 pub fn check_replaceable(path: &Path) -> io::Result<()> {
     match Destination::of(path)? {
         Destination::File(place) => Replacement::of_file(place).map(drop),
@@ -54,11 +55,11 @@ pub fn check_replaceable(path: &Path) -> io::Result<()> {
     }
 }
 
-/// What a path leads to.
+/// The file that a path leads to.
 enum Destination {
-    /// A regular file, or nothing yet, at this path, which is no link.
+    /// A regular file, or one that does not exist yet, at this path, which is not a link.
     File(PathBuf),
-    /// Something that takes bytes and keeps its place.
+    /// A stream, which is written to and not replaced.
     Stream,
 }
 
@@ -75,7 +76,7 @@ impl Destination {
         }
     }
 
-    /// Follows links to a file, or to where there is none yet.
+    /// Follows links to a file, or to a path without a file.
     fn of_link(path: &Path) -> io::Result<Self> {
         let mut place = path.to_owned();
         for _ in 0..MAX_LINKS {
@@ -83,20 +84,20 @@ impl Destination {
                 return Ok(Destination::File(place));
             };
             let folder = folder_of(&place).canonicalize()?;
-            // Links of open files, such as `/dev/stdout`: the file behind them belongs to somebody else.
+            // Links of open files, such as `/dev/stdout`: the file behind them belongs to another process.
             if cfg!(target_os = "linux") && folder.starts_with("/proc") {
                 return Ok(Destination::Stream);
             }
             place = folder.join(target);
         }
-        Err(io::Error::other("links lead to links without end"))
+        Err(io::Error::other("too many levels of symbolic links"))
     }
 }
 
-/// Whether what is no regular file takes bytes.
+/// Checks that a path that is not a regular file can be written to.
 fn check_stream(kind: FileType) -> io::Result<()> {
     if kind.is_dir() {
-        return Err(io::Error::other("it is a folder"));
+        return Err(io::Error::other("it is a folder, expected a file"));
     }
     #[cfg(unix)]
     {
@@ -111,8 +112,8 @@ fn check_stream(kind: FileType) -> io::Result<()> {
     Ok(())
 }
 
-/// A file that is to take a place, alone with its lock: no other process replaces the same file meanwhile. Where it
-/// is dropped unfinished, nothing of it is left.
+/// A pending replacement of a file, which holds a lock: no other process replaces the same file meanwhile. If dropped
+/// before it is finished, the temporary file is removed.
 pub struct Replacement {
     place: PathBuf,
     temporary: PathBuf,
@@ -124,7 +125,7 @@ impl Replacement {
     /// Begins to replace a file that will be read again.
     ///
     /// # Errors
-    /// What the system says, or that the path is not that of a regular file.
+    /// Any error of the file system, or that the path is not that of a regular file.
     pub fn begin(path: &Path) -> io::Result<Self> {
         match Destination::of(path)? {
             Destination::File(place) => Replacement::of_file(place),
@@ -140,15 +141,15 @@ impl Replacement {
         Ok(Replacement { place, temporary, file, is_finished: false })
     }
 
-    /// The place, behind all links.
+    /// Returns the path of the file with all links resolved.
     pub fn place(&self) -> &Path {
         &self.place
     }
 
-    /// Writes the file, and puts it in its place.
+    /// Writes the file and renames it to its path.
     ///
     /// # Errors
-    /// What the system says; the place is then as before.
+    /// Any error of the file system; the path is then unchanged.
     pub fn finish(
         mut self,
         write: impl FnOnce(&mut dyn Output) -> io::Result<()>,
@@ -165,14 +166,14 @@ impl Replacement {
 impl Drop for Replacement {
     fn drop(&mut self) {
         if !self.is_finished {
-            // Under the lock, so that it is ours. That it cannot be removed is no further news.
+            // The lock is held, so the file belongs to this process. An error of removing it is not reported.
             let _ = std::fs::remove_file(&self.temporary);
         }
     }
 }
 
-/// Opens a file for this process alone. Its name is always the same, so that what a process left that was killed
-/// is written over; the lock, which dies with its process, keeps two that live apart.
+/// Opens a file exclusively. Its name is always the same, so that the leftover of a killed process is overwritten; the
+/// lock, which ends with its process, separates concurrent ones.
 fn open_alone(path: &Path) -> io::Result<File> {
     let give_up = Instant::now() + PATIENCE;
     loop {
@@ -182,10 +183,10 @@ fn open_alone(path: &Path) -> io::Result<File> {
         let file =
             OpenOptions::new().write(true).read(true).create(true).truncate(false).open(path)?;
         match file.try_lock() {
-            // Between opening and locking the other process may have put it in its place: then it is the finished
-            // file, and no longer the one of this name.
+            // Between opening and locking, the other process may have renamed the file: this is then the finished file,
+            // no longer the temporary one.
             Ok(()) if !is_at(&file, path) => {}
-            // The second error is that of a file system without locks.
+            // The second error comes from file systems without locks.
             Ok(()) | Err(TryLockError::Error(_)) => {
                 file.set_len(0)?;
                 return Ok(file);
@@ -198,7 +199,7 @@ fn open_alone(path: &Path) -> io::Result<File> {
     }
 }
 
-/// Whether an open file is the one that a path names.
+/// True if an open file is the one at a path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -210,7 +211,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Elsewhere files have no numbers that `std` tells; a file that was renamed has left no other under its name.
+/// Other systems have no file ids in `std`; there, a renamed file leaves none under its old name.
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
@@ -228,7 +229,7 @@ fn folder_of(path: &Path) -> &Path {
     folder.unwrap_or(Path::new("."))
 }
 
-/// Makes the new name last through a loss of power. Not all systems can; the file itself is safe without.
+/// Makes the new name survive a loss of power. Some systems do not support it; the content is safe anyway.
 fn sync_folder(path: &Path) {
     if let Ok(folder) = File::open(folder_of(path)) {
         let _ = folder.sync_all();
@@ -240,7 +241,7 @@ mod tests {
 
     use super::*;
 
-    /// A folder that goes when the test ends.
+    /// A folder that is removed when the test ends.
     struct Folder(PathBuf);
 
     impl Folder {
@@ -292,13 +293,13 @@ mod tests {
         let folder = Folder::new("inode");
         let path = folder.0.join("kept");
         let first = Replacement::begin(&path).unwrap();
-        // What a second process opens before the first renames, and locks after it.
+        // A second process opens the file before the first renames it, and locks it afterwards.
         let late = File::open(temporary_path(&path)).unwrap();
         assert!(is_at(&late, &temporary_path(&path)));
         first.finish(|file| file.write_all(b"first")).unwrap();
         late.try_lock().unwrap();
         assert!(!is_at(&late, &temporary_path(&path)));
-        // A third is not hindered by that lock, since it is another file.
+        // That lock does not affect a third process, because it is on another file.
         replace_file(&path, |file| file.write_all(b"third")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"third");
     }
@@ -329,7 +330,7 @@ mod tests {
         assert_eq!(std::fs::read(path("below/new")).unwrap(), b"new");
         symlink("endless", path("endless")).unwrap();
         assert!(replace_file(&path("endless"), |_| Ok(())).is_err());
-        // A link at the name of the file beside is somebody's trap.
+        // A link at the temporary file's name may be an attack.
         std::fs::write(path("victim"), "victim").unwrap();
         symlink("victim", path(".trap.part")).unwrap();
         let error = replace_file(&path("trap"), |_| Ok(())).unwrap_err().to_string();
@@ -341,7 +342,7 @@ mod tests {
     #[test]
     fn devices_are_written_to() {
         use std::os::unix::fs::FileTypeExt;
-        // By a link: were it replaced, the machine would keep its device.
+        // The test uses a link: if the code were wrong, only the link would be replaced and not the device.
         let folder = Folder::new("devices");
         let null = folder.0.join("null");
         std::os::unix::fs::symlink("/dev/null", &null).unwrap();
@@ -372,7 +373,7 @@ mod tests {
         let write = |path: &Path| {
             replace_file(path, |_| panic!("nothing is written")).unwrap_err().to_string()
         };
-        assert_eq!(write(&folder.0), "it is a folder");
+        assert_eq!(write(&folder.0), "it is a folder, expected a file");
         assert_eq!(write(Path::new("..")), "the path does not end in the name of a file");
         let missing = folder.0.join("missing").join("file");
         assert_eq!(replace_file(&missing, |_| Ok(())).unwrap_err().kind(), io::ErrorKind::NotFound);

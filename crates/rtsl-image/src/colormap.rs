@@ -1,23 +1,23 @@
-//! Colours for numbers: a scale on which equal steps look equal.
+//! A perceptually uniform colour map.
 //!
-//! From black over violet and red to pale yellow, along a spiral in Oklab (Ottosson, "A perceptual color
-//! space for image processing", 2020): lightness grows evenly and the hue turns by half a circle, so the
-//! scale reads the same in grey. Chroma is greatest in the middle, as far as sRGB holds it.
+//! It runs from black over violet and red to pale yellow, along a spiral in Oklab (Ottosson, "A perceptual color space
+//! for image processing", 2020): lightness increases linearly and the hue turns by half a circle, so the scale remains
+//! monotonic in greyscale. Chroma is greatest in the middle, limited by the sRGB gamut.
 
 use rtsl_math::sine_and_cosine_of_degrees;
 
 use super::SrgbEncoder;
 
-/// The lightness of the scale's ends.
+/// The lightness of the ends of the scale.
 const DARKEST: f64 = 0.12;
 const LIGHTEST: f64 = 0.97;
-/// The greatest chroma that keeps the whole spiral inside of sRGB, with a little to spare.
+/// The greatest chroma that keeps the whole spiral inside the sRGB gamut, with a small margin.
 const CHROMA: f64 = 0.18;
-/// The hue at the dark end, in degrees, and how far it turns.
+/// The hue at the dark end and the angle of the turn, in degrees.
 const FIRST_HUE: f64 = 280.0;
 const TURN: f64 = 180.0;
 
-/// The scale, as a table.
+/// The heat scale as a table.
 #[derive(Clone, Debug)]
 pub struct HeatScale {
     colors: [[u8; 3]; 256],
@@ -33,8 +33,7 @@ impl HeatScale {
         HeatScale { colors: std::array::from_fn(color) }
     }
 
-    /// The colour of a number from 0 to 1 as 8-bit sRGB; what lies outside has the colour of the end,
-    /// NaN that of 0.
+    /// Returns the colour of a number from 0 to 1 as 8-bit sRGB. Numbers outside are clamped, NaN counts as 0.
     pub fn color(&self, x: f32) -> [u8; 3] {
         self.colors[(x.clamp(0.0, 1.0) * 255.0 + 0.5) as usize]
     }
@@ -46,8 +45,8 @@ impl Default for HeatScale {
     }
 }
 
-/// The logarithm to base 2 of what is not negative, straight between powers of two: what the bits of a
-/// float are, read as a number. -127 for 0.
+/// An approximate logarithm to base 2 of a number that is not negative, linear between powers of two: the bits of the
+/// float interpreted as an integer. -127 for 0.
 pub fn logarithm(value: f32) -> f32 {
     value.max(0.0).to_bits() as f32 / 8_388_608.0 - 127.0
 }
@@ -59,7 +58,7 @@ fn spiral(x: f64) -> [f64; 3] {
     [DARKEST + (LIGHTEST - DARKEST) * x, chroma * cosine, chroma * sine]
 }
 
-/// Oklab to linear sRGB, by the matrices of its definition.
+/// Converts Oklab to linear sRGB by the matrices of its definition.
 fn oklab_to_linear([lightness, a, b]: [f64; 3]) -> [f64; 3] {
     let cone = |of_a: f64, of_b: f64| {
         let root = lightness + of_a * a + of_b * b;
@@ -109,7 +108,7 @@ mod tests {
         assert!(sum(0.0) < 30 && sum(1.0) > 600, "{:?}", [scale.color(0.0), scale.color(1.0)]);
     }
 
-    /// White is white: the matrices are those of the definition.
+    /// Checks the matrices against the definition: white maps to white.
     #[test]
     fn oklab_keeps_white() {
         for channel in oklab_to_linear([1.0, 0.0, 0.0]) {

@@ -1,20 +1,20 @@
-//! Pictures without noise, by Open Image Denoise where it is installed.
+//! Denoising by Open Image Denoise, if it is installed.
 //!
-//! A denoised picture is not unbiased, and its bits are the library's: the one thing here that may differ from machine to
-//! machine.
+//! A denoised picture is biased, and its bits depend on the library: this is the only output that may differ between
+//! machines.
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use super::{Aov, AovImage, Image};
 use crate::denoiser::{Denoiser, DenoiserError, DenoiserInput};
 
-/// Images that help the denoiser to keep edges and textures, where the renderer makes them.
+/// AOVs that help the denoiser to preserve edges and textures.
 pub const DENOISER_AOVS: [Aov; 2] = [Aov::Albedo, Aov::Normal];
 
-/// The picture without noise. Of `aovs` it takes those of [`DENOISER_AOVS`].
+/// Returns the denoised picture. Of `aovs`, those in [`DENOISER_AOVS`] are used.
 ///
 /// # Errors
-/// The library refuses.
+/// If the library reports an error.
 pub fn denoised(
     denoiser: &Denoiser,
     image: &Image,
@@ -32,12 +32,12 @@ pub fn denoised(
     Ok(Image { pixels, ..*image })
 }
 
-/// The error as users read it.
+/// The diagnostic of an error.
 pub fn denoiser_diagnostic(error: &DenoiserError) -> Diagnostic {
     let diagnostic = Diagnostic::new(codes::NO_DENOISER, error.to_string());
     match error {
         DenoiserError::Missing | DenoiserError::Unusable { .. } => diagnostic.help(
-            "install Open Image Denoise, or set `RTSL_OIDN` to its library or the folder of that",
+            "install Open Image Denoise, or set `RTSL_OIDN` to its library or to the folder that contains it",
         ),
         DenoiserError::Size { .. } | DenoiserError::Failed(_) => diagnostic,
     }
@@ -55,7 +55,7 @@ mod tests {
         };
         expect_test::expect![[r#"
             error[E0704]: Open Image Denoise is not installed
-             = help: install Open Image Denoise, or set `RTSL_OIDN` to its library or the folder of that
+             = help: install Open Image Denoise, or set `RTSL_OIDN` to its library or to the folder that contains it
 
         "#]].assert_eq(&text(DenoiserError::Missing));
         let failed = text(DenoiserError::Failed("out of memory".to_owned()));

@@ -1,7 +1,7 @@
-//! OpenEXR: colours and what else is known of pixels, linear, as layers of one part or as parts.
+//! OpenEXR files with linear colours and AOVs, as layers of one part or as several parts.
 //!
-//! Channels have the names by which other programs know them: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the
-//! distance. They are the same in one part and in several, whose parts are named as the images.
+//! Channels have the usual names: `R`, `G`, `B`; `albedo.R`; `normal.X`; `Z` for the distance. They are the same in one
+//! part and in several parts, which are named after the images.
 
 use std::io::{self, BufWriter, Write};
 
@@ -14,27 +14,27 @@ use rtsl_memory::{OutOfMemory, collected};
 use super::{AovImage, Image, ImageMetadata};
 use crate::atomic_write::Output;
 
-/// How an EXR keeps its numbers.
+/// Options for EXR files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExrOptions {
-    /// The precision of colours. All else has that of [`ExrPrecision::Float`]: numbers of objects and distances
-    /// would not survive less.
+    /// The precision of colours. All other channels have that of [`ExrPrecision::Float`]: indices and distances need
+    /// it.
     pub precision: ExrPrecision,
-    /// Each image is a part of its own, else a layer of the one part.
+    /// True if each image is a separate part, false if it is a layer of the only part.
     pub multi_part: bool,
 }
 
 /// The precision of colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ExrPrecision {
-    /// binary16: half the space, three decimal digits, at most 65504.
+    /// binary16: half the size, three decimal digits, at most 65504.
     Half,
     /// binary32
     #[default]
     Float,
 }
 
-/// Writes colours and other images of the same size.
+/// Writes colours and AOVs of the same size.
 pub fn write_exr(
     image: &Image,
     aovs: &[AovImage],
@@ -61,7 +61,7 @@ pub fn write_exr(
             comments: metadata.comment().map(|comment| Text::from(comment.as_str())),
             ..LayerAttributes::default()
         };
-        // Blocks of 16 rows by deflate: what every reader knows.
+        // Blocks of 16 rows compressed by deflate, which every reader supports.
         Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()))
     };
     let layers: Vec<_> = if options.multi_part && parts.len() > 1 {
@@ -71,8 +71,8 @@ pub fn write_exr(
     };
     let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     let file_image = exr::image::Image::from_layers(attributes, layers);
-    // On one thread: several would order the blocks of the file as they finish, so that the same image gave
-    // other bytes from run to run. Attributes of our own making would be ordered by a hash table; there are none.
+    // Single-threaded: several threads would write blocks in the order in which they finish, so the bytes of the file
+    // would not be reproducible. Custom attributes would be ordered by a hash table; none are written.
     let mut buffered = BufWriter::new(file);
     let written = file_image.write().non_parallel().to_buffered(&mut buffered);
     written.map_err(|error| match error {
@@ -82,7 +82,7 @@ pub fn write_exr(
     buffered.flush()
 }
 
-/// An image in a file.
+/// An image in the file.
 struct Part {
     name: &'static str,
     channels: Vec<AnyChannel<FlatSamples>>,
@@ -104,7 +104,7 @@ fn channels(
     names.iter().enumerate().map(channel).collect()
 }
 
-/// The nearest of binary16. What is finite stays so: an infinity would spread when the image is filtered.
+/// The nearest binary16 number. Finite values stay finite: an infinity would spread when the image is filtered.
 fn half(value: f32) -> f16 {
     let greatest = f16::MAX.to_f32();
     let value = if value.is_finite() { value.clamp(-greatest, greatest) } else { value };

@@ -1,6 +1,6 @@
-//! Pictures of EXR files. The crate `exr` reads headers and decompresses blocks; what it trusts is checked here before:
-//! how large the picture and its blocks are, that blocks lie within the file, and what blocks of DWA compression say of
-//! themselves. It allocates by these numbers, and an allocation that fails ends the process.
+//! The reader of EXR pictures. The crate `exr` parses headers and decompresses blocks. It allocates memory by numbers
+//! in the file, and a failed allocation aborts the process, so this module checks these numbers first: the size of the
+//! picture and of its blocks, that blocks lie within the file, and the counters in blocks of DWA compression.
 
 use std::io::{Cursor, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,16 +20,16 @@ use rtsl_memory::{Amount, Held, InputBudget, filled};
 
 use super::picture::{Picture, PictureError, check_size};
 
-/// No header is longer: small pictures for file managers are in it. What its attributes take in memory is more than
-/// their bytes, but no more than so many times.
+/// The greatest length of a header, which may contain thumbnails. The parsed attributes take a limited multiple of
+/// their bytes.
 const MAX_HEADER_BYTES: u64 = 4 << 20;
 const HEADER_EXPANSION: usize = 32;
 
-/// What decompressing a block takes at most, in sizes of the block: DWA turns half floats into floats, and holds
-/// blocks of coefficients besides.
+/// The memory for decompressing a block, as a multiple of its size: DWA converts half floats to floats, and also stores
+/// blocks of coefficients.
 const BLOCK_EXPANSION: usize = 12;
 
-/// Reads the first part of a file that has red, green and blue, at its greatest resolution.
+/// Reads the first part of a file that has red, green and blue, at its full resolution.
 pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), PictureError> {
     let header_memory = Amount(MAX_HEADER_BYTES.min(bytes.len() as u64)).times(HEADER_EXPANSION);
     let of_header = budget.hold(header_memory)?;
@@ -65,7 +65,7 @@ pub fn read_exr(bytes: &[u8], budget: &InputBudget) -> Result<(Picture, Held), P
     Ok((picture, held))
 }
 
-/// The header, and where the tables of offsets begin.
+/// Returns the header and the position of the offset tables.
 fn read_header(bytes: &[u8]) -> Result<(MetaData, usize), PictureError> {
     let mut cursor = Cursor::new(bytes);
     let meta_data = MetaData::read_from_buffered(cursor.by_ref().take(MAX_HEADER_BYTES), false)?;
@@ -73,7 +73,7 @@ fn read_header(bytes: &[u8]) -> Result<(MetaData, usize), PictureError> {
     Ok((meta_data, cursor.position() as usize))
 }
 
-/// Calls the library, some of whose checks are assertions: a file that fails them is malformed as others are.
+/// Calls the library, some of whose checks are assertions: a file for which they fail is reported as malformed.
 fn guarded<T>(call: impl FnOnce() -> Result<T, PictureError>) -> Result<T, PictureError> {
     let damaged = |_| Err("it is damaged".into());
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(damaged)
@@ -87,24 +87,24 @@ struct Blocks<'a> {
     header: &'a Header,
 }
 
-/// Blocks that are decoded at a time, and their memory.
+/// A number of blocks that are decoded together, and their memory.
 struct Group {
     count: usize,
     _held: Held,
 }
 
 impl<'a> Blocks<'a> {
-    /// The columns and rows of a block, none of which lie outside the part.
+    /// Returns the columns and rows of a block, none of which lie outside the part.
     fn block_size(&self) -> (usize, usize) {
         let (Vec2(width, height), Vec2(columns, rows)) =
             (self.header.layer_size, self.header.max_block_pixel_size());
         (columns.min(width), rows.min(height))
     }
 
-    /// As many blocks as there are threads, or as there is memory for.
+    /// Returns a group of as many blocks as there are threads, or as fit the memory budget.
     fn group(&self, budget: &InputBudget) -> Result<Group, PictureError> {
         let (columns, rows) = self.block_size();
-        // A channel of DWA takes whole squares of 8 by 8.
+        // DWA channels are stored in whole squares of 8 by 8 pixels.
         let pixels = columns.next_multiple_of(8).saturating_mul(rows.next_multiple_of(8));
         let block = Amount(pixels as u64).times(self.header.channels.bytes_per_pixel);
         let each = block.times(BLOCK_EXPANSION);
@@ -114,7 +114,7 @@ impl<'a> Blocks<'a> {
         Ok(Group { count, _held: budget.hold(each.times(count))? })
     }
 
-    /// The part's table of offsets, as bytes.
+    /// Returns the part's offset table as bytes.
     fn offsets(&self, tables: usize) -> Result<&'a [u8], PictureError> {
         let of = |header: &Header| header.chunk_count.saturating_mul(8);
         let before = self.meta_data.headers[..self.layer].iter().map(of);
@@ -123,7 +123,7 @@ impl<'a> Blocks<'a> {
         table.ok_or_else(|| "it ends within its table of offsets".into())
     }
 
-    /// Decodes the block at an offset; `None` where it is of a smaller resolution.
+    /// Decodes the block at an offset; returns `None` for a block of a lower resolution.
     fn decode(&self, offset: u64) -> Result<Option<UncompressedBlock>, PictureError> {
         let Some(block) = self.compressed(offset).ok_or("it ends within a block")? else {
             return Ok(None);
@@ -135,7 +135,7 @@ impl<'a> Blocks<'a> {
         })
     }
 
-    /// The block at an offset, as it stands in the file; `None` in place of one that does not lie within it.
+    /// Returns the compressed block at an offset; `None` if it does not lie within the file.
     fn compressed(&self, offset: u64) -> Option<Option<CompressedBlock>> {
         let mut rest = self.bytes.get(usize::try_from(offset).ok()?..)?;
         let mut number = || {
@@ -172,9 +172,9 @@ impl<'a> Blocks<'a> {
         }))
     }
 
-    /// Blocks of DWA begin with eleven counters, by some of which the library allocates: how many bytes parts of the
-    /// block have when they are inflated, and how many coefficients there are. None has more than twice the bytes of
-    /// the whole squares of the block.
+    /// Checks the eleven counters at the start of a DWA block, by some of which the library allocates memory: the
+    /// inflated sizes of parts of the block and the number of coefficients. None may exceed twice the bytes of the
+    /// block rounded up to whole squares.
     fn check_counters(&self, block: &CompressedBlock) -> Result<(), PictureError> {
         const BYTES: [usize; 3] = [1, 6, 7];
         const COEFFICIENTS: [usize; 2] = [8, 9];
@@ -191,7 +191,7 @@ impl<'a> Blocks<'a> {
         let place = self.header.get_block_data_indices(block)?;
         let Vec2(columns, rows) = self.header.get_absolute_block_pixel_coordinates(place)?.size;
         let pixel = self.header.channels.bytes_per_pixel;
-        // What would not have become smaller stands there as it is, without counters.
+        // A block that compression would not shrink is stored uncompressed, without counters.
         if bytes.len() == columns * rows * pixel {
             return Ok(());
         }
@@ -201,28 +201,28 @@ impl<'a> Blocks<'a> {
         let sizes = BYTES.map(|at| (at, 1)).into_iter().chain(COEFFICIENTS.map(|at| (at, 2)));
         for (at, each) in sizes {
             if u64::from_le_bytes(counters[at]).saturating_mul(each) > most {
-                return Err("a block says that it has more than the picture".into());
+                return Err("a block claims to be larger than the picture".into());
             }
         }
         Ok(())
     }
 }
 
-/// Where the numbers of a pixel lie in a row of a block: channel after channel, each with all its columns.
+/// The positions of a pixel's numbers in a row of a block, which stores channel after channel, each with all columns.
 struct Colors {
     bytes_per_pixel: usize,
-    /// Red, green, blue and opacity, of which the last may be missing.
+    /// Red, green, blue and opacity; the last may be missing.
     channels: [Option<Channel>; 4],
 }
 
 struct Channel {
-    /// The bytes of the channels before, for one pixel.
+    /// The bytes of the preceding channels for one pixel.
     offset: usize,
     kind: SampleType,
 }
 
 impl Colors {
-    /// Those of a part that has red, green and blue, and no channel of fewer pixels.
+    /// Returns the positions for a part with red, green and blue and without subsampled channels.
     fn of(header: &Header) -> Option<Self> {
         let list = &header.channels.list;
         if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
@@ -239,7 +239,7 @@ impl Colors {
         is_complete.then_some(Colors { bytes_per_pixel: header.channels.bytes_per_pixel, channels })
     }
 
-    /// Copies the pixels of a block to their place.
+    /// Copies the pixels of a block to the picture.
     fn copy(&self, block: &UncompressedBlock, picture: &mut Picture) {
         let Vec2(x, y) = block.index.pixel_position;
         let Vec2(columns, _) = block.index.pixel_size;
@@ -257,7 +257,7 @@ impl Colors {
 }
 
 impl Channel {
-    /// Copies a number to a component of each texel; what is not finite is black.
+    /// Copies a channel to a component of each texel; infinities and NaN become 0.
     fn copy(&self, bytes: &[u8], texels: &mut [[f32; 4]], component: usize) {
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
         let targets = texels.iter_mut().map(|texel| &mut texel[component]);

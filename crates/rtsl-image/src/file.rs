@@ -1,5 +1,5 @@
-//! Image files, written beside their place and then renamed, so that no reader sees half a file and a full disk
-//! loses no earlier one.
+//! Image files. They are replaced atomically, so that no reader sees an incomplete file and a full disk does not
+//! destroy an existing one.
 
 use std::path::{Path, PathBuf};
 
@@ -11,17 +11,17 @@ use super::png_file::write_png;
 use super::{AovImage, ExrOptions, Image, ImageMetadata, ViewTransform};
 use crate::atomic_write::{Output, check_replaceable, replace_file};
 
-/// The formats that images are kept in.
+/// The formats of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// 8 bits a channel, as a screen shows them.
+    /// 8 bits per channel, as displayed.
     Png,
     /// Floats, linear.
     Exr,
 }
 
 impl ImageFormat {
-    /// The format that the ending of a file's name tells.
+    /// Returns the format for a file name, by its extension.
     pub fn from_path(path: &Path) -> Result<Self, ImageError> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
@@ -32,52 +32,52 @@ impl ImageFormat {
     }
 }
 
-/// How images are written.
+/// Options for writing images.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageOptions {
-    /// Stops by which a PNG is brightened.
+    /// The exposure of a PNG in stops.
     pub exposure: f32,
-    /// How colours become the bytes of a PNG.
+    /// The view transform of a PNG.
     pub view: ViewTransform,
-    /// How an EXR keeps them.
+    /// The options for EXR files.
     pub exr: ExrOptions,
-    /// What files say of how they were made.
+    /// Metadata about how the image was made.
     pub metadata: ImageMetadata,
 }
 
-/// Why an image was not written.
+/// An error of writing an image.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// The name has no known ending.
+    /// The extension is not supported.
     #[error("`{}` does not end in .png or .exr", path.display())]
     UnknownFormat {
         /// The name.
         path: PathBuf,
     },
-    /// The system refused.
+    /// The file cannot be written.
     #[error("cannot write `{}`: {reason}", path.display())]
     Unwritable {
         /// The name.
         path: PathBuf,
-        /// The system's words.
+        /// The system's error message.
         reason: String,
     },
 }
 
 impl ImageError {
-    /// The error as users read it.
+    /// The diagnostic of the error.
     pub fn diagnostic(&self) -> Diagnostic {
         Diagnostic::new(codes::UNWRITABLE_FILE, self.to_string())
     }
 }
 
-/// Writes an image in the format that the file's name tells.
+/// Writes an image in the format given by the file's extension.
 pub fn write_image(image: &Image, path: &Path, options: &ImageOptions) -> Result<(), ImageError> {
     write_image_with(image, &[], path, options)
 }
 
-/// Writes an image and, of the same size, what else is known of its pixels: in the same EXR file, or beside
-/// `picture.png` as `picture.normal.png` and so on. Of several files all are written that can be.
+/// Writes an image and AOVs of the same size: to one EXR file, or next to `picture.png` as `picture.normal.png` and so
+/// on. If some files cannot be written, the others are written anyway.
 ///
 /// # Errors
 /// The first file that could not be written.
@@ -104,13 +104,13 @@ pub fn write_image_with(
                 let view = ViewTransform::Standard;
                 replace(&path, |file| write_png(size, &aov.to_srgb()?, view, metadata, file))
             });
-            // All of them before the first error.
+            // All files are attempted before the first error is returned.
             std::iter::once(picture).chain(others).fold(Ok(()), Result::and)
         }
     }
 }
 
-/// Writes pixels as a screen shows them, `0x00RRGGBB`, of which `width` make a row, as PNG.
+/// Writes displayed pixels, `0x00RRGGBB`, in rows of `width`, as PNG.
 pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), ImageError> {
     let bytes = pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1));
     let size = (width, pixels.len().checked_div(width).unwrap_or(0));
@@ -120,7 +120,7 @@ pub fn write_pixels(pixels: &[u32], width: usize, path: &Path) -> Result<(), Ima
     })
 }
 
-/// Whether an image could be written: found before hours of work, not after.
+/// Checks that an image can be written, before a render that may take hours.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     ImageFormat::from_path(path)?;
     check_replaceable(path).map_err(|error| unwritable(path, &error))
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use crate::{Aov, ExrPrecision};
 
-    /// A folder that goes when the test ends.
+    /// A folder that is removed when the test ends.
     struct Folder(PathBuf);
 
     impl Folder {
@@ -249,7 +249,10 @@ mod tests {
         let path = folder.0.join("picture.png");
         std::fs::create_dir(folder.0.join("picture.albedo.png")).unwrap();
         let error = write_image_with(&image, &aovs, &path, &ImageOptions::default()).unwrap_err();
-        assert!(error.to_string().ends_with("picture.albedo.png`: it is a folder"), "{error}");
+        assert!(
+            error.to_string().ends_with("picture.albedo.png`: it is a folder, expected a file"),
+            "{error}"
+        );
         assert_eq!(error.diagnostic().code, codes::UNWRITABLE_FILE);
         for name in ["picture.png", "picture.object.png", "picture.distance.png"] {
             assert!(folder.0.join(name).is_file(), "{name}");

@@ -1,4 +1,4 @@
-//! An image in memory, of linear colours.
+//! Images of linear colours in memory.
 
 use rtsl_math::power_of_two;
 use rtsl_memory::{OutOfMemory, collected, filled};
@@ -17,26 +17,26 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black image.
+    /// Creates a black image.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn new(width: usize, height: usize) -> Result<Self, OutOfMemory> {
         Ok(Image { width, height, pixels: filled(width.saturating_mul(height), [0.0; 3])? })
     }
 
-    /// The image as bytes of sRGB after a multiplication by `2^exposure`.
+    /// Converts the image, multiplied by `2^exposure`, to sRGB bytes.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// If there is not enough memory.
     pub fn to_srgb(&self, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
         self.to_view(ViewTransform::Standard, exposure)
     }
 
-    /// The image as bytes that a screen shows, after a multiplication by `2^exposure`.
+    /// Converts the image, multiplied by `2^exposure`, to displayable bytes.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// If there is not enough memory.
     pub fn to_view(&self, view: ViewTransform, exposure: f32) -> Result<Vec<u8>, OutOfMemory> {
         let encoder = ViewEncoder::new(view, exposure);
         let bytes = self.pixels.iter().flat_map(|color| encoder.encode(*color));
@@ -44,7 +44,7 @@ impl Image {
     }
 }
 
-/// What an exposure of so many stops multiplies colours with.
+/// Returns the factor of an exposure in stops.
 pub fn exposure_scale(stops: f32) -> f32 {
     if stops.is_nan() { 1.0 } else { power_of_two(f64::from(stops)) as f32 }
 }

@@ -1,8 +1,8 @@
-//! Images: linear colours in memory, PNG (as a screen shows it) or EXR (linear) on disk.
+//! Images: linear colours in memory, PNG (as displayed) or EXR (linear) on disk.
 //!
-//! [`write_image`] and its relatives write files whole or not at all ([`atomic_write`]); [`Picture`] reads them within a
-//! budget of memory. [`ViewTransform`] maps linear colours to a screen. [`Denoiser`] calls Open Image Denoise where it is
-//! installed. This crate knows neither scenes nor shaders.
+//! [`write_image`] and related functions write files completely or not at all ([`atomic_write`]); [`Picture`] reads
+//! them within a memory budget. [`ViewTransform`] maps linear colours to a display. [`Denoiser`] calls Open Image
+//! Denoise if it is installed. This crate does not depend on scenes or shaders.
 
 mod aov;
 pub mod atomic_write;

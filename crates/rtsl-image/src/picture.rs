@@ -1,4 +1,4 @@
-//! Image files that scenes name: linear texels, levels for textures, sums for skies.
+//! Image files that scenes refer to: linear texels, mipmaps for textures, cumulative sums for environment lights.
 
 use std::io::Cursor;
 
@@ -7,11 +7,11 @@ use rtsl_memory::{Amount, Held, InputBudget, OutOfMemory, OverBudget, filled, re
 use super::exr_picture::read_exr;
 use crate::srgb_decode;
 
-/// More texels are refused, whatever memory there is.
+/// The greatest number of texels, independent of the available memory.
 const MAX_TEXELS: usize = 1 << 26;
 
-/// What a texel of a sky takes at most until its picture has become the numbers of a class: its 16 bytes, 12 for its
-/// colour and 4 for sums, and these twice while they find their final place.
+/// The greatest memory of a texel of an environment map until it is converted to the arguments of a class: 16 bytes,
+/// and 12 for the colour and 4 for sums, which exist twice while they are copied.
 const SKY_TEXEL: Amount = Amount(16 + 2 * (12 + 4));
 
 /// An image in memory.
@@ -21,26 +21,26 @@ pub struct Picture {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Linear red, green and blue, and what the texel counts as a number: its opacity, or where all is opaque the
-    /// mean of the three. Rows from the top.
+    /// Linear red, green and blue, and the texel's value as a scalar: its opacity, or the mean of the three if the
+    /// picture is opaque. Rows from the top.
     pub texels: Vec<[f32; 4]>,
 }
 
-/// How the numbers of an 8-bit or 16-bit file stand for light.
+/// The encoding of 8-bit and 16-bit files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// By the transfer function of sRGB.
+    /// The transfer function of sRGB.
     Srgb,
-    /// In proportion.
+    /// Linear.
     Linear,
 }
 
-/// Why an image cannot be used.
+/// An error of reading an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PictureError {
-    /// It is no image, or a damaged one. The text is a clause, to be preceded by the name of the file.
+    /// The file is not an image, or is damaged. The text is a clause, to be preceded by the name of the file.
     Malformed(String),
-    /// It would take too much memory.
+    /// The image would take too much memory.
     OverBudget(OverBudget),
 }
 
@@ -81,19 +81,19 @@ impl From<png::DecodingError> for PictureError {
 }
 
 impl Picture {
-    /// What a picture takes until it has become the numbers of a class.
+    /// Returns the greatest memory of a picture until it is converted to the arguments of a class.
     pub fn memory(width: usize, height: usize) -> Amount {
-        // Of a texture all levels, and these twice while they find their final place.
+        // For a texture all levels, which exist twice while they are copied.
         let area = |(width, height): (usize, usize)| width.saturating_mul(height);
         let texels = level_sizes(width, height).map(area).fold(0, usize::saturating_add);
         let texture = Amount::of::<[f32; 4]>(texels).times(2);
         texture.max(SKY_TEXEL.times(area((width, height))))
     }
 
-    /// Reads a PNG or an EXR file, which its first bytes tell apart. [`Picture::memory`] is held with it.
+    /// Reads a PNG or an EXR file, distinguished by its first bytes. [`Picture::memory`] is held with it.
     ///
     /// # Errors
-    /// It is neither, damaged, or takes more memory than is left of the budget.
+    /// If it is neither, is damaged, or takes more memory than is left in the budget.
     pub fn read(
         bytes: &[u8],
         encoding: Encoding,
@@ -112,14 +112,14 @@ impl Picture {
         Ok((picture, held))
     }
 
-    /// The texels of this picture and of ever smaller ones down to one texel, one after the other, each half the size of
-    /// the one before, rounded down.
+    /// Returns the texels of the mipmap: this picture and its levels down to one texel, one after the other, each half
+    /// the size of the previous one, rounded down.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// If there is not enough memory.
     pub fn levels(self) -> Result<Vec<[f32; 4]>, OutOfMemory> {
         let Picture { mut width, mut height, mut texels } = self;
-        // Where all levels are squares they take a third more, where they are lines as much again.
+        // Square levels take a third more than the picture, levels of a single row or column as much again.
         let all = level_sizes(width, height).map(|(width, height)| width * height).sum::<usize>();
         texels
             .try_reserve_exact(all - texels.len())
@@ -139,7 +139,7 @@ impl Picture {
     }
 }
 
-/// The sizes of a picture and of those made of it.
+/// The sizes of the levels of a mipmap.
 fn level_sizes(width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
     let smaller = |(width, height): &(usize, usize)| {
         (width.max(height) > &1).then(|| ((width / 2).max(1), (height / 2).max(1)))
@@ -147,7 +147,7 @@ fn level_sizes(width: usize, height: usize) -> impl Iterator<Item = (usize, usiz
     std::iter::successors(Some((width, height)), smaller)
 }
 
-/// A picture among the texels of several.
+/// A level of a mipmap.
 struct Level {
     start: usize,
     width: usize,
@@ -155,7 +155,7 @@ struct Level {
 }
 
 impl Level {
-    /// The mean of the texels in one of so many parts of the rows, and of the columns.
+    /// The mean of the texels in one cell of a grid over the level.
     fn mean(
         &self,
         texels: &[[f32; 4]],
@@ -180,8 +180,8 @@ impl Level {
 }
 
 impl Picture {
-    /// For each row what part of a sky's light comes from those above, and the same for the columns of each
-    /// row, each list ending with 1. `row_weight` is the solid angle of a row's texels, to any scale.
+    /// Returns cumulative distributions of an environment map's light: one over the rows, and one over the columns of
+    /// each row, each ending with 1. `row_weight` is the solid angle of a row's texels, to any scale.
     pub fn sums(&self, row_weight: impl Fn(usize) -> f64) -> (Vec<f32>, Vec<f32>) {
         let luminance = |texel: &[f32; 4]| {
             let [red, green, blue, _] = texel.map(f64::from);
@@ -198,7 +198,7 @@ impl Picture {
     }
 }
 
-/// The parts of the whole before each number, and 1. Where all are 0 they count alike.
+/// The fractions of the sum before each number, and 1. If all are 0 they are weighted equally.
 fn running(numbers: &[f64]) -> Vec<f32> {
     let total: f64 = numbers.iter().sum();
     let mut sum = 0.0;
@@ -215,7 +215,7 @@ fn running(numbers: &[f64]) -> Vec<f32> {
     parts
 }
 
-/// Whether a picture has texels, and not too many.
+/// Checks that a picture has texels, and not too many.
 pub fn check_size(width: usize, height: usize) -> Result<(), String> {
     match width.checked_mul(height) {
         Some(1..=MAX_TEXELS) => Ok(()),

@@ -1,11 +1,11 @@
-//! PNG: 8 bits a channel.
+//! PNG files with 8 bits per channel.
 
 use std::io::{self, BufWriter, Write};
 
 use super::{ImageMetadata, ViewTransform};
 use crate::atomic_write::Output;
 
-/// Writes bytes of red, green and blue. `view` tells programs how to read them.
+/// Writes bytes of red, green and blue. `view` determines the colour space recorded in the file.
 pub fn write_png(
     (width, height): (usize, usize),
     bytes: &[u8],

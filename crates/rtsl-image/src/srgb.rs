@@ -1,13 +1,13 @@
-//! The transfer function of sRGB, by thresholds: for each of the 256 codes the least linear value
-//! that rounds to it. The thresholds come from the decoding function, evaluated with exact
-//! arithmetic only, so the codes have the same bits everywhere.
+//! The transfer function of sRGB, encoded by thresholds: for each of the 256 codes the least linear value that rounds
+//! to it. The thresholds are computed from the decoding function by correctly rounded operations only, so the codes
+//! have the same bits everywhere.
 
 use rtsl_math::power_12_5;
 
 /// Encodes linear values as 8-bit sRGB.
 #[derive(Clone, Debug)]
 pub struct SrgbEncoder {
-    /// Element `i`: the least value of code `i + 1`.
+    /// Element `i` is the least value of code `i + 1`.
     thresholds: [f32; 255],
 }
 
@@ -18,7 +18,7 @@ impl SrgbEncoder {
         SrgbEncoder { thresholds: std::array::from_fn(threshold) }
     }
 
-    /// The code of a linear value; what is below 0, and NaN, is 0, what is above 1 is 255.
+    /// Returns the code of a linear value; values are clamped to 0 and 1, and NaN becomes 0.
     pub fn encode(&self, linear: f32) -> u8 {
         self.thresholds.partition_point(|threshold| *threshold <= linear) as u8
     }
@@ -30,7 +30,7 @@ impl Default for SrgbEncoder {
     }
 }
 
-/// The linear value of an encoded value from 0 to 1.
+/// Decodes a value from 0 to 1.
 pub fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { power_12_5((encoded + 0.055) / 1.055) }
 }

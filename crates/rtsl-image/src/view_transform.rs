@@ -1,19 +1,19 @@
-//! From linear colours to what a screen shows.
+//! View transforms from linear colours to a display.
 
 use super::{SrgbEncoder, exposure_scale};
 
-/// How linear colours become the bytes of a PNG.
+/// A mapping of linear colours to the bytes of a PNG.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ViewTransform {
-    /// sRGB: what is brighter than 1 is cut off.
+    /// sRGB, clamped at 1.
     #[default]
     Standard,
-    /// A curve like film's: contrast in the middle, bright colours run into white.
+    /// A filmic curve: contrast in the middle, and bright colours that desaturate towards white.
     ///
-    /// Each channel takes a tenth of each other one, so that bright saturated colours have something of all; then
-    /// goes through `f(x) = k x (x + a) / (x^2 + b x + c)`; then gives the tenths back, and is encoded as sRGB.
-    /// With `a` = 0.05, the others are such that mid-grey (0.18) stays, that its contrast is 1.2 (the slope of f over
-    /// logarithms), and that 16, six and a half stops above it, is white.
+    /// A tenth of each channel is mixed into the others, so that bright saturated colours have some of all; the curve
+    /// `f(x) = k x (x + a) / (x^2 + b x + c)` is applied; then the mixing is inverted and the result encoded as sRGB.
+    /// `a` is 0.05, and the other constants are such that mid-grey (0.18) is preserved, that its contrast is 1.2 (the
+    /// slope of f over logarithms), and that 16, six and a half stops above it, is white.
     Filmic,
     /// Linear: a byte is 255 times the colour.
     Raw,
@@ -24,7 +24,7 @@ impl ViewTransform {
     pub const ALL: [ViewTransform; 3] =
         [ViewTransform::Standard, ViewTransform::Filmic, ViewTransform::Raw];
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(self) -> &'static str {
         match self {
             ViewTransform::Standard => "standard",
@@ -33,13 +33,13 @@ impl ViewTransform {
         }
     }
 
-    /// The one of this name.
+    /// Returns the view transform with this name.
     pub fn from_name(name: &str) -> Option<ViewTransform> {
         ViewTransform::ALL.into_iter().find(|view| view.name() == name)
     }
 }
 
-/// Encodes colours for a screen, after a multiplication by a power of two.
+/// Encodes colours for a display, after a multiplication by a power of two.
 #[derive(Clone, Debug)]
 pub struct ViewEncoder {
     view: ViewTransform,
@@ -49,7 +49,7 @@ pub struct ViewEncoder {
 }
 
 impl ViewEncoder {
-    /// One that brightens by `exposure` stops.
+    /// Creates an encoder with an exposure in stops.
     pub fn new(view: ViewTransform, exposure: f32) -> Self {
         ViewEncoder {
             view,
@@ -59,7 +59,7 @@ impl ViewEncoder {
         }
     }
 
-    /// The bytes of a colour; what is below 0, and NaN, is black.
+    /// Returns the bytes of a colour; negative values and NaN become 0.
     pub fn encode(&self, color: [f32; 3]) -> [u8; 3] {
         let scaled = color.map(|value| value * self.scale);
         match self.view {
@@ -79,12 +79,12 @@ struct FilmicCurve {
     c: f32,
 }
 
-/// The toe: the smaller, the darker what is dark.
+/// The toe: smaller values make shadows darker.
 const TOE: f64 = 0.05;
 const MIDDLE: f64 = 0.18;
 const CONTRAST: f64 = 1.2;
 const WHITE: f64 = 16.0;
-/// What each channel takes from each other one.
+/// The share of each channel that is mixed into each other one.
 const SHARE: f32 = 0.1;
 
 impl FilmicCurve {
@@ -100,7 +100,7 @@ impl FilmicCurve {
     }
 
     fn color(&self, color: [f32; 3]) -> [f32; 3] {
-        // Light is a number and not negative; white is reached long before an infinity.
+        // Removes negative values and NaN; the curve reaches white long before the limit.
         let color = color.map(|value| if value > 0.0 { value.min(1e6) } else { 0.0 });
         let sum = color[0] + color[1] + color[2];
         let own = 1.0 - 3.0 * SHARE;
@@ -147,7 +147,7 @@ mod tests {
         assert!((curve.value(16.0) - 1.0).abs() < 1e-6);
         let contrast = (curve.value(0.19) / curve.value(0.17)).log2() / (0.19_f32 / 0.17).log2();
         assert!((contrast - 1.2).abs() < 1e-3, "{contrast}");
-        // Neither black nor white is reached early, and nothing turns back.
+        // Neither black nor white is reached early, and the curve is monotonic.
         let steps: Vec<f32> = (0..1600).map(|step| curve.value(step as f32 / 100.0)).collect();
         assert!(steps.is_sorted_by(|a, b| a < b));
         let expected = [0, 118, 218, 255, 255, 0, 0];

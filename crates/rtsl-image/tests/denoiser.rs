@@ -1,5 +1,5 @@
-//! What is asked of Open Image Denoise, by a library that computes something simple in its place: the real one is not
-//! installed everywhere. It needs a C compiler; where there is none, nothing is tested.
+//! Calls of Open Image Denoise, tested with a library that replaces it and computes something simple, because the real
+//! one is not installed everywhere. The test needs a C compiler, without which it passes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -56,7 +56,7 @@ void oidnExecuteFilter(Filter *filter) {
 void oidnReleaseFilter(Filter *filter) { free(filter); }
 "#;
 
-/// A folder that goes when the test ends.
+/// A folder that is removed when the test ends.
 struct Folder(PathBuf);
 
 impl Drop for Folder {
@@ -105,7 +105,7 @@ fn versions_1_and_2_are_asked_the_same() {
         let alone = input(&color);
         assert_eq!(denoiser.denoise(&alone).unwrap()[1], [18.0, 20.0, 22.0]);
         let (albedo, normal) = ([[0.5; 3]; 2], [[0.125; 3]; 2]);
-        // Normals say nothing without an albedo.
+        // Normals are ignored without an albedo.
         let with_normal = DenoiserInput { normal: Some(&normal), ..alone };
         assert_eq!(denoiser.denoise(&with_normal), denoiser.denoise(&alone));
         let with_both = DenoiserInput { albedo: Some(&albedo), ..with_normal };
@@ -139,7 +139,7 @@ fn what_goes_wrong_is_said() {
     assert!(source.contains("cannot be used"), "{source}");
 }
 
-/// Where the real library is installed, it has to keep its word.
+/// Tests the real library if it is installed.
 #[test]
 fn the_installed_library_takes_the_noise_out() {
     const SIDE: usize = 64;

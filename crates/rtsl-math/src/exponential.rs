@@ -1,7 +1,7 @@
-//! Powers by series.
+//! Exponentials by series.
 
-/// Two to the power of `exponent`, which is clamped to [-64, 64]: the whole part exactly, the rest by Taylor's
-/// series; within 1e-15 of the truth, relatively.
+/// Two to the power of `exponent`, which is clamped to [-64, 64]. The integer part is exact, the fraction uses Taylor's
+/// series; the relative error is below 1e-15.
 pub fn power_of_two(exponent: f64) -> f64 {
     let exponent = exponent.clamp(-64.0, 64.0);
     let whole = exponent.floor();

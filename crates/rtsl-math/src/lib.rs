@@ -1,5 +1,5 @@
-//! Arithmetic that gives the same bits on every machine: only `+ - * /` and square roots, in a
-//! fixed order, never the platform's trigonometry or powers. [`sampling`] has random sequences and pixel filters.
+//! Arithmetic with the same bits on every machine: only `+ - * /` and square roots, in a fixed order, without the
+//! platform's trigonometry or powers. [`sampling`] contains random sequences and pixel filters.
 
 mod exponential;
 mod moving_transform;
@@ -14,6 +14,6 @@ pub use root::{fifth_root, power_12_5};
 pub use transform::{Affine, Transform, USUAL_SQUARES, dot, normalize_or, reciprocal};
 pub use trigonometry::sine_and_cosine_of_degrees;
 
-/// Lanes of the vectors that renderers compute with: eight floats fill an AVX register. Nodes of hierarchies have as many
-/// children, so that one ray is tested with all of them at once.
+/// The number of lanes of the vectors that renderers compute with: eight floats fill an AVX register. BVH nodes have as
+/// many children, so that one ray is tested against all of them at once.
 pub const SIMD_LANES: usize = 8;

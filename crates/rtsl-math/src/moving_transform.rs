@@ -4,26 +4,26 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::{Affine, Transform};
 
-/// A transform that moves: its values at equally spaced times, the first when the shutter opens, the
-/// last when it closes. In between each component is interpolated, so a point moves on straight lines
-/// from key to key, and the boxes of what is moved at all keys hold it at all times.
+/// A moving transform, represented by its values (keys) at equally spaced times, the first at shutter open, the last at
+/// shutter close. Each component is interpolated linearly between keys, so a point moves on straight lines from key to
+/// key, and a box that contains an object at all keys contains it at all times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingTransform {
     keys: Vec<Transform>,
 }
 
-/// There are no more keys than this and one.
+/// The greatest number of intervals between keys.
 const MAX_INTERVALS: usize = 64;
 
-/// How far a point may lie beside its true path, relative to its distance from the origin of what is
-/// moved, or to the way that the origin makes.
+/// The permitted deviation of a point from its true path, relative to its distance from the local origin, or to the
+/// distance that the origin travels.
 const TOLERANCE: f64 = 5e-4;
 
 impl MovingTransform {
-    /// The motion from `start` to `end`: translations and scalings grow evenly and rotations turn evenly, the
-    /// shorter way round. The shutter opens at the first part of it that `shutter` says, and closes at the
-    /// second; before the part 0 and after 1 nothing moves. `None` where a transform has no
-    /// inverse, or only one of them mirrors, so that on the way there is none.
+    /// The motion from `start` to `end`: translations and scalings are linear and rotations have constant angular
+    /// velocity, along the shorter arc. The shutter opens and closes at the two fractions of the motion given by
+    /// `shutter`; before 0 and after 1 nothing moves. Returns `None` if a transform has no inverse, or if only one of
+    /// them is a reflection, so that an intermediate one has none.
     pub fn new(start: Transform, end: Transform, shutter: [f64; 2]) -> Option<Self> {
         let path = Path::new(start, end, shutter)?;
         let sample = |intervals: usize| {
@@ -35,17 +35,17 @@ impl MovingTransform {
         Some(enough.next().unwrap_or_else(|| sample(MAX_INTERVALS)))
     }
 
-    /// The transforms at equally spaced times: at least two.
+    /// Returns the keys: at least two.
     pub fn keys(&self) -> &[Transform] {
         &self.keys
     }
 
-    /// Whether anything changes.
+    /// True if the transform changes.
     pub fn moves(&self) -> bool {
         self.keys.iter().any(|key| *key != self.keys[0])
     }
 
-    /// The transform at a time from 0, when the shutter opens, to 1.
+    /// Returns the transform at a time from 0, when the shutter opens, to 1.
     pub fn at(&self, time: f64) -> Transform {
         let intervals = self.keys.len() - 1;
         let place = time.clamp(0.0, 1.0) * intervals as f64;
@@ -53,17 +53,18 @@ impl MovingTransform {
         self.keys[before].mix(self.keys[before + 1], place - before as f64)
     }
 
-    /// The transform at the time of a ray.
+    /// Returns the transform at the time of a ray.
     pub fn map_at(&self, time: f32) -> Affine {
         self.at(f64::from(time)).affine()
     }
 
-    /// Its inverse at the time of a ray.
+    /// Returns the inverse at the time of a ray.
     pub fn inverse_at(&self, time: f32) -> Affine {
         self.at(f64::from(time)).affine_inverse()
     }
 
-    /// This motion after `first`: exact where one of both stands still, else as good as keys are.
+    /// Returns this motion applied after `first`: exact if one of them does not move, otherwise interpolated between
+    /// keys.
     pub fn after(&self, first: &MovingTransform) -> MovingTransform {
         let intervals = match (self.moves(), first.moves()) {
             (true, true) => MAX_INTERVALS,
@@ -76,13 +77,13 @@ impl MovingTransform {
 }
 
 impl From<Transform> for MovingTransform {
-    /// What stands still.
+    /// A transform that does not move.
     fn from(transform: Transform) -> Self {
         MovingTransform { keys: vec![transform; 2] }
     }
 }
 
-/// The true path, which keys follow closely.
+/// The true path, which the keys approximate.
 struct Path {
     start: Parts,
     end: Parts,
@@ -110,7 +111,7 @@ impl Path {
         Parts { translation, rotation, stretch }.product()
     }
 
-    /// Whether keys lie close to the path everywhere between them.
+    /// True if linear interpolation between keys approximates the path within the tolerance.
     fn is_followed_by(&self, moving: &MovingTransform) -> bool {
         const TIMES: usize = 4;
         let times = (moving.keys.len() - 1) * TIMES;
@@ -131,8 +132,7 @@ fn frobenius(matrix: DMat3) -> f64 {
     matrix.to_cols_array().iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }
 
-/// A transform as a stretch (symmetric, mirrored where the transform mirrors), then a rotation, then
-/// a translation.
+/// A transform as a stretch (symmetric, with the reflection if there is one), then a rotation, then a translation.
 struct Parts {
     translation: DVec3,
     rotation: DQuat,
@@ -142,7 +142,7 @@ struct Parts {
 impl Parts {
     /// Shoemake and Duff, "Matrix Animation and Polar Decomposition", 1992.
     fn of(transform: Transform) -> Option<Parts> {
-        // It converges quadratically, after some steps that halve what is far from a rotation.
+        // Convergence is quadratic, after some steps that halve the distance from a rotation.
         const STEPS: usize = 100;
         transform.inverse()?;
         let matrix = transform.matrix();
@@ -173,12 +173,11 @@ impl Parts {
     }
 }
 
-/// The rotation that lies at `part` of the way, by halving it: half way lies the sum, which needs no
-/// trigonometry.
+/// Interpolates a rotation by bisection: the rotation halfway is the normalised sum, which needs no trigonometry.
 fn slerp(mut from: DQuat, mut to: DQuat, mut part: f64) -> DQuat {
     const HALVINGS: usize = 52;
     for _ in 0..HALVINGS {
-        // Both ends as they are, to the bit.
+        // Both ends are returned exactly.
         if part == 0.0 {
             return from;
         }

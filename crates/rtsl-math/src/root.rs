@@ -5,7 +5,7 @@ pub fn fifth_root(x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
     }
-    // From above, Newton's steps fall until rounding stops them.
+    // Started from above, Newton's steps decrease until rounding stops them.
     let mut root = x.max(1.0);
     loop {
         let fourth = root * root * (root * root);

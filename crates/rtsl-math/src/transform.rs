@@ -1,4 +1,4 @@
-//! Transforms: 4x4 matrices in binary64 while a scene is read, 3x4 in binary32 while it renders.
+//! Transforms: 4x4 matrices in binary64 while a scene is read, 3x4 in binary32 while it is rendered.
 
 use std::ops::RangeInclusive;
 
@@ -6,26 +6,26 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
 use super::sine_and_cosine_of_degrees;
 
-/// A transform of the scene format, with the conventions of that format: points are columns, a new
-/// transform applies before those that stand already.
+/// A transform with the conventions of the scene format: points are columns, and a new transform applies before the
+/// current one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform(DMat4);
 
 impl Transform {
-    /// No change.
+    /// The identity.
     pub const IDENTITY: Transform = Transform(DMat4::IDENTITY);
 
-    /// A translation.
+    /// Returns a translation.
     pub fn translate(by: [f64; 3]) -> Self {
         Transform(DMat4::from_translation(DVec3::from_array(by)))
     }
 
-    /// A scaling along the axes.
+    /// Returns a scaling along the axes.
     pub fn scale(by: [f64; 3]) -> Self {
         Transform(DMat4::from_scale(DVec3::from_array(by)))
     }
 
-    /// A rotation about an axis; `None` where the axis has no length.
+    /// Returns a rotation about an axis; `None` if the axis has length 0.
     pub fn rotate(degrees: f64, axis: [f64; 3]) -> Option<Self> {
         let axis = DVec3::from_array(axis);
         let length = dot64(axis, axis).sqrt();
@@ -44,8 +44,8 @@ impl Transform {
         Some(Transform(DMat4::from_cols(x, y, z, DVec4::W)))
     }
 
-    /// The transform from world to camera space of a camera at `eye` that looks along +z at
-    /// `target`, with y up and x to the right (a left-handed frame). `None` where that is no frame.
+    /// Returns the transform from world to camera space of a camera at `eye` that looks along +z at `target`, with y up
+    /// and x to the right (a left-handed frame). Returns `None` if the vectors do not define a frame.
     pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3]) -> Option<Self> {
         let eye = DVec3::from_array(eye);
         let forward = unit64(DVec3::from_array(target) - eye)?;
@@ -60,74 +60,73 @@ impl Transform {
         Transform(camera_to_world).inverse()
     }
 
-    /// From 16 numbers in the order of the format: column after column.
+    /// Creates a transform from 16 numbers in the order of the format: column by column.
     pub fn from_columns(numbers: &[f64; 16]) -> Self {
         Transform(DMat4::from_cols_array(numbers))
     }
 
-    /// From a matrix whose last row is that of an affine map.
+    /// Creates a transform from a matrix whose last row is that of an affine map.
     pub(super) fn from_matrix(matrix: DMat4) -> Self {
         Transform(matrix)
     }
 
-    /// The matrix.
+    /// Returns the matrix.
     pub(super) fn matrix(self) -> DMat4 {
         self.0
     }
 
-    /// The transform whose components lie at `part` of the way to those of `other`.
+    /// Interpolates the components linearly, with weight `part` for `other`.
     pub fn mix(self, other: Transform, part: f64) -> Self {
         Transform(self.0 * (1.0 - part) + other.0 * part)
     }
 
-    /// `self` after `first`.
+    /// Returns the composition that applies `first`, then `self`.
     pub fn after(self, first: Transform) -> Self {
         Transform(self.0 * first.0)
     }
 
-    /// The inverse; `None` where there is none that is finite.
+    /// Returns the inverse; `None` if there is no finite one.
     pub fn inverse(self) -> Option<Self> {
         let inverse = self.0.inverse();
         let regular = self.0.determinant() != 0.0 && self.0.is_finite() && inverse.is_finite();
         regular.then_some(Transform(inverse))
     }
 
-    /// Whether its last row is that of an affine map, which keeps parallel lines parallel.
+    /// True if the last row is that of an affine map, which preserves parallel lines.
     pub fn is_affine(self) -> bool {
         let row = self.0.row(3);
         row.x == 0.0 && row.y == 0.0 && row.z == 0.0 && row.w == 1.0
     }
 
-    /// Whether it turns right-handed frames into left-handed ones.
+    /// True if it maps right-handed frames to left-handed ones.
     pub fn swaps_handedness(self) -> bool {
         self.0.determinant() < 0.0
     }
 
-    /// How much larger volumes become; positive.
+    /// Returns the factor by which it scales volumes; positive.
     pub fn volume_scale(self) -> f64 {
         self.0.determinant().abs()
     }
 
-    /// The point that `point` becomes, in binary64.
+    /// Transforms a point in binary64.
     pub fn point(self, point: [f64; 3]) -> [f64; 3] {
         let p = DVec3::from_array(point);
         (self.0 * p.extend(1.0)).truncate().to_array()
     }
 
-    /// The vector that `vector` becomes under the transposed linear part: what a normal becomes under
-    /// the transform whose inverse this is.
+    /// Applies the transposed linear part to a vector: transforms a normal by the inverse of this transform.
     pub fn transposed_vector(self, vector: [f64; 3]) -> [f64; 3] {
         let v = DVec3::from_array(vector);
         std::array::from_fn(|column| dot64(self.0.col(column).truncate(), v))
     }
 
-    /// The map in binary32.
+    /// Returns the map in binary32.
     pub fn affine(self) -> Affine {
         let column = |index: usize| self.0.col(index).truncate().as_vec3().to_array();
         Affine { columns: [column(0), column(1), column(2), column(3)] }
     }
 
-    /// The inverse of an affine map that has one, in binary32.
+    /// Returns the inverse of an invertible affine map in binary32.
     pub fn affine_inverse(self) -> Affine {
         let DAffine3 { matrix3: m, translation } = DAffine3::from_mat4(self.0).inverse();
         let columns = [m.x_axis, m.y_axis, m.z_axis, translation];
@@ -156,16 +155,16 @@ pub struct Affine {
 }
 
 impl Affine {
-    /// No change.
+    /// The identity.
     pub const IDENTITY: Affine =
         Affine { columns: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]] };
 
-    /// Whether it changes nothing.
+    /// True if it is the identity.
     pub fn is_identity(&self) -> bool {
         *self == Affine::IDENTITY
     }
 
-    /// The point that `p` becomes.
+    /// Transforms a point.
     #[inline]
     pub fn point(&self, p: [f32; 3]) -> [f32; 3] {
         let v = self.vector(p);
@@ -173,7 +172,7 @@ impl Affine {
         [v[0] + origin[0], v[1] + origin[1], v[2] + origin[2]]
     }
 
-    /// The vector that `v` becomes.
+    /// Transforms a vector.
     #[inline]
     pub fn vector(&self, v: [f32; 3]) -> [f32; 3] {
         let [x, y, z, _] = &self.columns;
@@ -181,25 +180,25 @@ impl Affine {
         [row(0), row(1), row(2)]
     }
 
-    /// The map of sizes: what those of its results are computed from, given the sizes of what it maps.
+    /// Returns the map of magnitudes for error bounds: from the magnitudes of a point's coordinates to those of the
+    /// terms of which its image is the sum.
     pub fn of_sizes(&self) -> Self {
         Affine { columns: self.columns.map(|column| column.map(f32::abs)) }
     }
 
-    /// This after `first`, in binary32.
+    /// Returns the composition that applies `first`, then this, in binary32.
     pub fn after(&self, first: &Affine) -> Self {
         let [x, y, z, origin] = &first.columns;
         Affine { columns: [self.vector(*x), self.vector(*y), self.vector(*z), self.point(*origin)] }
     }
 
-    /// How much larger volumes become; positive.
+    /// Returns the factor by which it scales volumes; positive.
     pub fn volume_scale(&self) -> f64 {
         let [x, y, z, _] = self.columns.map(|column| DVec3::from_array(column.map(f64::from)));
         DMat3::from_cols(x, y, z).determinant().abs()
     }
 
-    /// The vector that `v` becomes under the transposed linear part: what a normal becomes under
-    /// the transform whose inverse this is.
+    /// Applies the transposed linear part to a vector: transforms a normal by the inverse of this map.
     pub fn transposed_vector(&self, v: [f32; 3]) -> [f32; 3] {
         [dot(self.columns[0], v), dot(self.columns[1], v), dot(self.columns[2], v)]
     }
@@ -210,17 +209,17 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Squares of lengths that lose no bits near the ends of what numbers can be.
+/// The range of squared lengths that are computed without overflow or loss of precision.
 pub const USUAL_SQUARES: RangeInclusive<f32> = 1e-30..=1e30;
 
-/// `v` with length one, or `otherwise` where `v` has no direction.
+/// Returns `v` normalised, or `otherwise` if `v` has no direction.
 pub fn normalize_or(v: [f32; 3], otherwise: [f32; 3]) -> [f32; 3] {
     let square = dot(v, v);
     if USUAL_SQUARES.contains(&square) {
         let factor = 1.0 / square.sqrt();
         return v.map(|x| x * factor);
     }
-    // Scaled first, so that no square overflows or vanishes.
+    // Scaled first, so that no square overflows or underflows.
     let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
     if !(largest > 0.0 && largest.is_finite() && v.iter().all(|x| !x.is_nan())) {
         return otherwise;
@@ -230,7 +229,7 @@ pub fn normalize_or(v: [f32; 3], otherwise: [f32; 3]) -> [f32; 3] {
     [scaled[0] / length, scaled[1] / length, scaled[2] / length]
 }
 
-/// One over each component.
+/// Returns the reciprocal of each component.
 pub fn reciprocal(v: [f32; 3]) -> [f32; 3] {
     [1.0 / v[0], 1.0 / v[1], 1.0 / v[2]]
 }

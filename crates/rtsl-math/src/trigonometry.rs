@@ -14,7 +14,7 @@ pub fn sine_and_cosine_of_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// Taylor's series; `x` lies within a quarter of pi, where its terms fall below 1e-17.
+/// Taylor's series. `x` is within a quarter of pi of 0, where the omitted terms are below 1e-17.
 fn sine(x: f64) -> f64 {
     let square = x * x;
     let mut term = x;

@@ -1,5 +1,5 @@
-//! What samplers promise: even numbers, pairs that have nothing to do with each other, quick convergence,
-//! and the same bits alone and in vectors.
+//! Properties of samplers: uniform numbers, independent pairs, fast convergence, and the same bits in scalar and vector
+//! code.
 
 use fearless_simd::{Level, Simd, dispatch};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ fn sobol(pixel: u32, dimension: u32, sample: u32) -> f32 {
     SOBOL_SAMPLER.number_of_stream::<SOBOL>(SOBOL_SAMPLER.stream_key(pixel), dimension, sample)
 }
 
-/// Pearson's statistic, less its mean, in standard deviations of its distribution.
+/// Pearson's statistic minus its mean, in standard deviations of its distribution.
 fn chi_square_deviation(counts: &[u32]) -> f64 {
     let freedom = (counts.len() - 1) as f64;
     let expected = f64::from(counts.iter().sum::<u32>()) / counts.len() as f64;
@@ -27,7 +27,7 @@ fn squared(x: f64) -> f64 {
 
 #[test]
 fn each_dimension_is_even_over_pixels() {
-    // One sample a pixel, so that nothing but hashing makes the numbers even.
+    // One sample per pixel, so that only hashing makes the numbers uniform.
     for dimension in 0..6 {
         for sample in [0, 1, 5, 1000] {
             let mut counts = [0_u32; 64];

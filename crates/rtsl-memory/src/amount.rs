@@ -1,30 +1,30 @@
-//! Amounts of memory, as people write and read them.
+//! Amounts of memory and their text form.
 
 use std::fmt;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign};
 use std::str::FromStr;
 
-/// A number of bytes. Sums that no machine can address stay at the greatest.
+/// A number of bytes. Arithmetic saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Amount(pub u64);
 
-/// Units by their names, the least first.
+/// Units with their names, the least first.
 const UNITS: [(&str, u64); 4] =
     [("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30), ("TiB", 1 << 40)];
 
 impl Amount {
-    /// The bytes of `count` values.
+    /// Returns the bytes of `count` values.
     pub fn of<T>(count: usize) -> Self {
         Amount((count as u64).saturating_mul(size_of::<T>() as u64))
     }
 
-    /// So many times as much.
+    /// Returns the amount multiplied by `count`.
     pub fn times(self, count: usize) -> Self {
         Amount(self.0.saturating_mul(count as u64))
     }
 
-    /// What is left without `other`; nothing where that is more.
+    /// Returns the amount minus `other`, at least 0.
     pub fn without(self, other: Amount) -> Self {
         Amount(self.0.saturating_sub(other.0))
     }
@@ -64,7 +64,7 @@ impl fmt::Display for Amount {
 impl FromStr for Amount {
     type Err = String;
 
-    /// A number with a unit, `512MiB` or `1.5GiB` for example.
+    /// Parses a number with a unit, for example `512MiB` or `1.5GiB`.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let found = UNITS.iter().find_map(|(name, unit)| {
             let number: f64 = text.strip_suffix(name)?.trim_end().parse().ok()?;

@@ -1,42 +1,42 @@
-//! How much memory the process may still take, as far as the system tells: Linux does, in texts below `/proc`.
+//! The memory that the process may still allocate, as far as the system reports it: Linux does, in files below `/proc`.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::Amount;
 
-/// Memory that can still be had, and what ends it.
+/// Available memory, and the limit that bounds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Available {
-    /// How much.
+    /// The amount that is left.
     pub left: Amount,
-    /// What gives no more.
+    /// The limit.
     pub limit: Limit,
 }
 
-/// What limits memory.
+/// A limit of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
-    /// The process's addresses, used or not, as `ulimit -v` sets it.
+    /// The address space of the process, as `ulimit -v` limits it.
     AddressSpace,
-    /// The control group that a container or a batch system has put the process into.
+    /// The control group in which a container or a batch system runs the process.
     ControlGroup,
-    /// What the machine has free, swap included.
+    /// The free memory of the machine, including swap.
     Machine,
 }
 
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Limit::AddressSpace => "the limit on the process's address space (`ulimit -v`)",
-            Limit::ControlGroup => "the memory limit of the process's control group",
-            Limit::Machine => "the memory of the machine that is free",
+            Limit::AddressSpace => "the process's address space (`ulimit -v`)",
+            Limit::ControlGroup => "the memory of the process's control group",
+            Limit::Machine => "the free memory of the machine",
         })
     }
 }
 
 impl Available {
-    /// All limits that are known now.
+    /// Returns all limits that are known at present.
     pub fn now() -> Vec<Available> {
         let text = |path: &Path| std::fs::read_to_string(path).ok();
         let file = |path: &str| text(Path::new(path)).unwrap_or_default();
@@ -54,39 +54,39 @@ impl Available {
             .collect()
     }
 
-    /// The least of all limits that are known now.
+    /// Returns the least of all limits that are known at present.
     pub fn least() -> Option<Available> {
         Available::now().into_iter().min_by_key(|available| available.left)
     }
 }
 
-/// Of the limit that `/proc/self/limits` tells, what the process has not used by `/proc/self/status`.
+/// The limit in `/proc/self/limits` minus the use in `/proc/self/status`.
 fn address_space(limits: &str, status: &str) -> Option<Amount> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit = Amount(line.split_ascii_whitespace().next()?.parse().ok()?);
     Some(limit.without(kibibytes(status, "VmSize:")?))
 }
 
-/// What the machine has free by `/proc/meminfo`: caches count, since they give way.
+/// The free memory in `/proc/meminfo`, including caches, which the system can evict.
 fn machine(meminfo: &str) -> Option<Amount> {
     let swap = kibibytes(meminfo, "SwapFree:").unwrap_or_default();
     Some(kibibytes(meminfo, "MemAvailable:")? + swap)
 }
 
-/// The number of a line `name: 123 kB`.
+/// The number in a line `name: 123 kB`.
 fn kibibytes(text: &str, name: &str) -> Option<Amount> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let number = line.split_ascii_whitespace().next()?.parse().ok()?;
     Some(Amount(1 << 10).times(number))
 }
 
-/// What the groups leave that `/proc/self/cgroup` names, and those above them, whose limits count too. `text` gives the
-/// contents of files.
+/// The memory left in the groups named by `/proc/self/cgroup` and in their ancestors, whose limits apply too. `text`
+/// returns the contents of files.
 fn control_groups(groups: &str, text: impl Fn(&Path) -> Option<String>) -> Option<Amount> {
     let left = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':');
         let (_, controllers, path) = (parts.next()?, parts.next()?, parts.next()?);
-        // Version 2 has one hierarchy, which names no controller; version 1 one for each.
+        // Version 2 has one hierarchy, without the name of a controller; version 1 has one for each controller.
         let version = match controllers {
             "" => &VERSION_2,
             _ if controllers.split(',').any(|name| name == "memory") => &VERSION_1,
@@ -98,12 +98,12 @@ fn control_groups(groups: &str, text: impl Fn(&Path) -> Option<String>) -> Optio
     left.min()
 }
 
-/// Where a version of control groups tells of memory.
+/// The files in which a version of control groups reports memory.
 struct ControlGroupVersion {
     root: &'static str,
     limit: &'static str,
     used: &'static str,
-    /// The line of `memory.stat` for what caches hold of files not used of late, which give way.
+    /// The line of `memory.stat` for inactive file caches, which the system can evict.
     cached: &'static str,
 }
 

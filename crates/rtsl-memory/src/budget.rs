@@ -1,8 +1,8 @@
-//! The memory that the files of a scene may take: one budget for all of them, held before it is allocated.
+//! The memory budget for the files of a scene, shared by all of them; memory is held before it is allocated.
 //!
-//! A small file may stand for very much: compressed pixels, meshes that are placed again and again, texts that others
-//! include. Readers therefore hold what a file takes by its header before they decode it, and what grows while they
-//! read as it grows.
+//! A small file may need much memory: compressed pixels, meshes that are instantiated repeatedly, texts that other
+//! texts include. Readers therefore hold the memory that a file's header implies before they decode it, and the memory
+//! of growing structures as they grow.
 
 use std::fmt;
 use std::io;
@@ -31,10 +31,10 @@ impl Default for InputBudget {
 }
 
 impl InputBudget {
-    /// The limit where nobody says another.
+    /// The default limit.
     pub const DEFAULT: Amount = Amount(4 << 30);
 
-    /// A budget of which nothing is taken. Without a limit it is [`InputBudget::DEFAULT`], or what there is if that is
+    /// Creates an unused budget. The default limit is [`InputBudget::DEFAULT`], or the available memory if that is
     /// less.
     pub fn new(limit: Option<Amount>) -> Self {
         let limit = limit.unwrap_or_else(|| {
@@ -44,7 +44,7 @@ impl InputBudget {
         InputBudget::with_taken(limit, Amount(0))
     }
 
-    /// A budget of its own, of which as much is taken now as of this one.
+    /// Creates an independent budget with the same limit and the same use.
     pub fn branch(&self) -> Self {
         InputBudget::with_taken(self.0.limit, self.taken())
     }
@@ -57,19 +57,19 @@ impl InputBudget {
     /// Holds memory until the result is dropped.
     ///
     /// # Errors
-    /// Less is left.
+    /// If less is left.
     pub fn hold(&self, amount: Amount) -> Result<Held, OverBudget> {
         let mut held = Held { budget: self.clone(), amount: Amount(0) };
         held.grow_to(amount)?;
         Ok(held)
     }
 
-    /// What is held.
+    /// Returns the amount in use.
     pub fn taken(&self) -> Amount {
         Amount(self.0.taken.load(Ordering::Relaxed))
     }
 
-    /// Whether anything was refused: then there is no use in reading on.
+    /// True if a request was refused: reading can then be aborted.
     pub fn is_exceeded(&self) -> bool {
         self.0.is_exceeded.load(Ordering::Relaxed)
     }
@@ -87,7 +87,7 @@ impl InputBudget {
     }
 }
 
-/// Memory of a budget, which is given back when this is dropped.
+/// Memory held in a budget; dropping it returns the memory.
 #[derive(Debug)]
 pub struct Held {
     budget: InputBudget,
@@ -95,14 +95,14 @@ pub struct Held {
 }
 
 impl Held {
-    /// Holds so much in all, if that is more than now.
+    /// Increases the amount held to `amount`; a smaller one changes nothing.
     ///
     /// # Errors
-    /// Less is left.
+    /// If less is left.
     pub fn grow_to(&mut self, amount: Amount) -> Result<(), OverBudget> {
         if amount > self.amount {
             let more = amount.without(self.amount);
-            // What it holds already is among what it would take, and is left for it.
+            // The present amount is counted as available.
             let held = self.amount;
             self.budget.take(more).map_err(|OverBudget { left, limit, .. }| OverBudget {
                 needed: amount,
@@ -114,7 +114,7 @@ impl Held {
         Ok(())
     }
 
-    /// Gives back all but so much, which stays taken for as long as the budget lasts.
+    /// Returns all but `amount`, which remains in use for as long as the budget lives.
     pub fn keep(mut self, amount: Amount) {
         self.amount = self.amount.without(amount);
     }
@@ -126,14 +126,14 @@ impl Drop for Held {
     }
 }
 
-/// More than is left of a budget.
+/// The error of a request that exceeds a budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OverBudget {
-    /// What was asked for.
+    /// The amount requested.
     pub needed: Amount,
-    /// What is left.
+    /// The amount left.
     pub left: Amount,
-    /// The whole budget.
+    /// The limit of the budget.
     pub limit: Amount,
 }
 
@@ -142,7 +142,7 @@ impl fmt::Display for OverBudget {
         let OverBudget { needed, left, limit } = self;
         write!(
             f,
-            "takes about {needed} of memory, and of the {limit} for the scene's files {left} are left"
+            "takes about {needed} of memory, but only {left} of the {limit} for the scene's files are left"
         )
     }
 }
@@ -150,16 +150,16 @@ impl fmt::Display for OverBudget {
 impl std::error::Error for OverBudget {}
 
 impl OverBudget {
-    /// The error as users read it, of what a file is called.
+    /// The diagnostic for the file, or part of the scene, named `what`.
     pub fn diagnostic(&self, what: impl fmt::Display) -> Diagnostic {
         let message = format!("`{what}` {self}");
-        // Whole GiB that are enough, for what was asked for comes on top of what is taken.
+        // The least number of GiB that suffices: the request comes on top of the memory in use.
         let enough = (self.limit.without(self.left) + self.needed).0.div_ceil(1 << 30);
         Diagnostic::new(codes::INPUT_MEMORY, message)
             .help(format!("allow more with `--input-memory {enough}GiB`"))
     }
 
-    /// What hides in an error of reading.
+    /// Returns the error if it is the cause of an I/O error.
     pub fn of(error: &io::Error) -> Option<&OverBudget> {
         error.get_ref()?.downcast_ref()
     }
@@ -204,7 +204,7 @@ mod tests {
         let diagnostic = OverBudget::of(&error).unwrap().diagnostic("sky.png");
         drop(kept);
         expect_test::expect![[r#"
-            error[E0642]: `sky.png` takes about 1.5 GiB of memory, and of the 4.0 GiB for the scene's files 1.0 GiB are left
+            error[E0642]: `sky.png` takes about 1.5 GiB of memory, but only 1.0 GiB of the 4.0 GiB for the scene's files are left
              = help: allow more with `--input-memory 5GiB`
 
         "#]]

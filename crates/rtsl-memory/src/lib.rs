@@ -1,8 +1,9 @@
-//! Memory that may not be there: what a render takes is known before it begins, and what cannot be had is an error.
+//! Memory budgets and fallible allocation: the memory of a render is computed before it begins, and a lack of memory is
+//! an error.
 //!
-//! Rust ends the process where an allocation fails. Allocations whose size a user chooses therefore go through
-//! [`filled`] and [`collected`], and [`check_render`] compares all of them with what the system gives before anything
-//! is rendered. What the files of a scene take has a budget ([`InputBudget`]).
+//! Rust aborts the process if an allocation fails. Allocations whose size depends on the input therefore use [`filled`]
+//! and [`collected`], and [`check_render`] compares their total with the available memory before anything is rendered.
+//! The files of a scene have a budget ([`InputBudget`]).
 
 mod amount;
 mod available;
@@ -19,13 +20,13 @@ pub use available::{Available, Limit};
 pub use budget::{Held, InputBudget, OverBudget};
 pub use need::{Need, check_render};
 
-/// Memory that the system does not give.
+/// The error of an allocation that the system refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the system gives no {0} of memory")]
 pub struct OutOfMemory(pub Amount);
 
 impl OutOfMemory {
-    /// The error as users read it.
+    /// The diagnostic of the error.
     pub fn diagnostic(&self) -> Diagnostic {
         Diagnostic::new(codes::OUT_OF_MEMORY, self.to_string()).help(need::REMEDY)
     }
@@ -37,20 +38,20 @@ impl From<OutOfMemory> for io::Error {
     }
 }
 
-/// `count` times the same value.
+/// Returns a vector of `count` copies of a value.
 ///
 /// # Errors
-/// There is no memory for them.
+/// If there is not enough memory.
 pub fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, OutOfMemory> {
     let mut values = reserved(count)?;
     values.resize(count, value);
     Ok(values)
 }
 
-/// The values of an iterator, which gives no more than `count`.
+/// Collects an iterator of at most `count` values.
 ///
 /// # Errors
-/// There is no memory for so many.
+/// If there is not enough memory.
 pub fn collected<T>(
     count: usize,
     values: impl IntoIterator<Item = T>,
@@ -60,10 +61,10 @@ pub fn collected<T>(
     Ok(all)
 }
 
-/// An empty vector with room for `count` values.
+/// Returns an empty vector with room for `count` values.
 ///
 /// # Errors
-/// There is no memory for so many.
+/// If there is not enough memory.
 pub fn reserved<T>(count: usize) -> Result<Vec<T>, OutOfMemory> {
     let mut values = Vec::new();
     let no_memory = |_: TryReserveError| OutOfMemory(Amount::of::<T>(count));

@@ -1,28 +1,28 @@
-//! What a render takes, compared with what there is before it begins.
+//! The check that a render fits the available memory, before it begins.
 
 use rtsl_source::{Diagnostic, diagnostic_codes as codes};
 
 use super::{Amount, Available, Limit, reserved};
 
-/// What can be done about too much.
+/// Advice for the user.
 pub(super) const REMEDY: &str = "give a smaller size with `--size`, or ask for fewer images with `--aov`, or run it where there is more memory";
 
-/// The memory of a render.
+/// The memory requirement of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Need {
-    /// What it holds at once, at most.
+    /// The greatest amount in use at a time.
     pub bytes: Amount,
-    /// Addresses besides that it hardly uses: threads have stacks for the worst.
+    /// Address space that is reserved but hardly used, for the stacks of threads.
     pub addresses: Amount,
 }
 
-/// Refuses an image that takes more memory than there is.
+/// Checks that a render fits the available memory.
 ///
 /// # Errors
-/// What it would take, and what there is.
+/// If it does not; the error states both amounts.
 pub fn check_render((width, height): (usize, usize), need: Need) -> Result<(), Diagnostic> {
     check(&format!("an image of {width} by {height} pixels"), need, &Available::now())?;
-    // Where no limit is known the system is asked itself. Nothing is written, so no page is taken.
+    // If no limit is known, the allocation is attempted. Nothing is written, so no page is used.
     let room = usize::try_from(need.bytes.0).ok().map(reserved::<u8>);
     match room {
         Some(Ok(_)) => Ok(()),
@@ -38,13 +38,14 @@ fn check(what: &str, need: Need, available: &[Available]) -> Result<(), Diagnost
             Limit::ControlGroup | Limit::Machine => need.bytes,
         };
         if needed > *left {
-            let message = format!("{what} takes about {needed} of memory, and there are {left}");
+            let message =
+                format!("{what} takes about {needed} of memory, but only {left} are available");
             let note = match limit {
                 Limit::AddressSpace => {
                     let stacks = need.addresses;
-                    format!("{limit} gives no more; the stacks of threads take {stacks} of it")
+                    format!("limited by {limit}; the stacks of threads take {stacks} of it")
                 }
-                Limit::ControlGroup | Limit::Machine => format!("{limit} gives no more"),
+                Limit::ControlGroup | Limit::Machine => format!("limited by {limit}"),
             };
             return Err(Diagnostic::new(codes::OUT_OF_MEMORY, message).note(note).help(REMEDY));
         }
@@ -68,12 +69,12 @@ mod tests {
         assert!(check("", need, &[left(3, Limit::Machine), left(4, Limit::AddressSpace)]).is_ok());
         let text = said(&[left(9, Limit::Machine), left(3, Limit::AddressSpace)]);
         expect_test::expect![[r#"
-            error[E0641]: an image of 8 by 8 pixels takes about 4.0 GiB of memory, and there are 3.0 GiB
-             = note: the limit on the process's address space (`ulimit -v`) gives no more; the stacks of threads take 1.0 GiB of it
+            error[E0641]: an image of 8 by 8 pixels takes about 4.0 GiB of memory, but only 3.0 GiB are available
+             = note: limited by the process's address space (`ulimit -v`); the stacks of threads take 1.0 GiB of it
              = help: give a smaller size with `--size`, or ask for fewer images with `--aov`, or run it where there is more memory
 
         "#]].assert_eq(&text);
-        assert!(said(&[left(2, Limit::ControlGroup)]).contains("control group gives no more"));
+        assert!(said(&[left(2, Limit::ControlGroup)]).contains("control group"));
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! [`render_scene`] does all of it: load, compile, build, render.
 //!
-//! This crate must NOT know any stage of the compiler: of the language it knows what the crate
-//! `rtsl` offers to every host.
+//! This crate does not depend on the stages of the compiler; it uses the language through the public interface of the
+//! crate `rtsl`, like any other host.
 
 pub mod batch;
 pub mod checkpoint;

@@ -1,40 +1,40 @@
-//! What a render is at, for people who wait.
+//! Progress reports of a render.
 
 use std::time::Duration;
 
-/// A step of a render, or a part of its last.
+/// A step of a render, or the progress of its last step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// It reads the scene and the shaders that this names.
+    /// Reading the scene and its shaders.
     Reading,
-    /// It makes kernels.
+    /// Compiling kernels.
     Compiling {
-        /// How many shaders there are, those that differ only in values counted once.
+        /// The number of shaders; those that differ only in values are counted once.
         shaders: usize,
     },
-    /// It bounds shapes and builds the hierarchy over them.
+    /// Computing bounds and building the hierarchy.
     Building {
-        /// How many shapes and elements there are.
+        /// The number of shapes and elements.
         primitives: u64,
     },
-    /// It renders tiles.
+    /// Rendering tiles.
     Rendering(TilesDone),
 }
 
-/// How far a render is with its tiles, each counted as often as it is rendered.
+/// The progress of rendering, in tiles, each counted as often as it is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TilesDone {
-    /// How many are done.
+    /// The number of tiles done.
     pub done: usize,
-    /// How many there are.
+    /// The number of all tiles.
     pub of: usize,
-    /// How many of those that are done took no time: a checkpoint had them, or their noise was low enough.
+    /// The number of tiles done without rendering: restored from a checkpoint, or below the noise target.
     pub skipped: usize,
 }
 
 impl TilesDone {
-    /// How long those that are left will take, if they are like those that were rendered `since`, which took
-    /// `elapsed`. `None` where none was.
+    /// Estimates the remaining time from the tiles rendered since `since`, which took `elapsed`. Returns `None` if none
+    /// was rendered.
     pub fn time_left(&self, since: &TilesDone, elapsed: Duration) -> Option<Duration> {
         let rendered = self.rendered().checked_sub(since.rendered()).filter(|count| *count > 0)?;
         let left = self.of.saturating_sub(self.done);
@@ -57,7 +57,7 @@ mod tests {
             now.time_left(&since, Duration::from_secs(10)).map(|left| left.as_secs())
         };
         assert_eq!(left(done(101, 0), done(1, 0)), Some(89));
-        // Going on from a checkpoint: 400 were there.
+        // Resumed from a checkpoint that contained 400 tiles.
         assert_eq!(left(done(501, 400), done(401, 400)), Some(49));
         assert_eq!(left(done(501, 400), done(1, 0)), Some(49));
         assert_eq!(left(done(1000, 0), done(0, 0)), Some(0));

@@ -1,4 +1,4 @@
-//! The whole way from a scene's file to an image: what `rtsl render` does.
+//! The whole process from a scene's file to an image: the implementation of `rtsl render`.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -18,64 +18,62 @@ use crate::progress::{Progress, TilesDone};
 use crate::statistics::{NotFinite, Statistics, peak_memory_bytes};
 use crate::tiles::RenderThreads;
 
-/// What to render, and how.
+/// The scene and the options of a render.
 #[derive(Clone, Default)]
 pub struct RenderRequest<'a> {
     /// The scene's file.
     pub scene: PathBuf,
-    /// What renders it, instead of what the scene asks for. Where neither says, paths are traced if all surfaces
-    /// scatter them.
+    /// The renderer, overriding the scene's. If neither selects one, paths are traced if all surfaces support it.
     pub renderer: Option<Renderer>,
-    /// `name.parameter=value`, in order.
+    /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
-    /// The memory that the scene's files may take; 4 GiB, or what there is, where `None`.
+    /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
-    /// Columns and rows, instead of the scene's.
+    /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
-    /// Samples a pixel, instead of the scene's.
+    /// Samples per pixel, overriding the scene's.
     pub samples: Option<u32>,
-    /// The sampler's seed, instead of the scene's.
+    /// The sampler's seed, overriding the scene's.
     pub seed: Option<u64>,
-    /// How many threads; all processors where `None`.
+    /// The number of threads; that of all processors if `None`.
     pub threads: Option<usize>,
-    /// Backend, width and the like.
+    /// Options of the engine, such as backend and width.
     pub engine: EngineOptions,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// Images of something else than colour.
+    /// The AOVs to render.
     pub aovs: Vec<Aov>,
-    /// A batch render makes the images that help a denoiser too, after those that are asked for.
+    /// True if the path renderer also makes the AOVs that help a denoiser, after those requested.
     pub for_denoiser: bool,
-    /// Tiles of a batch render take no more samples where their noise is no more than this, relative to
-    /// their luminance.
+    /// The noise, relative to their luminance, at which tiles of the path renderer take no more samples.
     pub noise_target: Option<f32>,
-    /// Where a batch render keeps what it has, to go on later.
+    /// The checkpoint of the path renderer, to resume the render later.
     pub checkpoint: Option<CheckpointRequest>,
-    /// Makes no kernels for the scene's values while rendering. Never changes the image.
+    /// Disables specialisation. Does not affect the image.
     pub general_kernels_only: bool,
-    /// Is told what the render is at, from any thread.
+    /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
-    /// Is told before the render begins what its user should know by then.
+    /// Called before the render begins with warnings that the user should see by then.
     pub early_warnings: Option<&'a (dyn Fn(&Messages) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
 }
 
-/// What is wanted of checkpoints.
+/// The requested checkpoints.
 #[derive(Clone, Debug)]
 pub struct CheckpointRequest {
     /// The file.
     pub path: PathBuf,
-    /// How often it is written; only where the render ends early, if `None`.
+    /// The interval of writing; if `None`, only a render that ends early writes one.
     pub every: Option<Duration>,
-    /// Whether to go on from it; where there is none the render begins anew.
+    /// True if the render resumes from the file. If there is no such file, it starts from the beginning.
     pub resume: bool,
 }
 
 impl RenderRequest<'_> {
-    /// The images besides colour that a batch render makes.
+    /// The AOVs that the path renderer makes.
     fn batch_aovs(&self) -> Vec<Aov> {
         let helps =
             DENOISER_AOVS.iter().filter(|aov| self.for_denoiser && !self.aovs.contains(aov));
@@ -89,16 +87,16 @@ impl RenderRequest<'_> {
     }
 }
 
-/// What came of it.
+/// The result of a render.
 #[derive(Debug)]
 pub struct RenderResult {
     /// The image.
     pub image: Image,
-    /// The images that were asked for besides, in that order, then those for a denoiser.
+    /// The AOVs in the order of the request, then those for a denoiser.
     pub aovs: Vec<AovImage>,
-    /// The settings it was made with.
+    /// The settings of the image.
     pub settings: Settings,
-    /// What it took.
+    /// Statistics of the render.
     pub statistics: Statistics,
     /// Warnings.
     pub warnings: Messages,
@@ -107,7 +105,7 @@ pub struct RenderResult {
 /// Renders a scene from the disk.
 ///
 /// # Errors
-/// What is wrong with the scene, its shaders, or the machine.
+/// Any error of the scene, its shaders, or the machine.
 pub fn render_scene(request: &RenderRequest<'_>) -> Result<RenderResult, Messages> {
     render_scene_from(request, &DiskFiles)
 }
@@ -124,7 +122,7 @@ pub fn render_scene_from(
     let files = RecordedFiles::new(files);
     let mut loaded = std::thread::scope(|scope| {
         if request.engine.backend != Backend::Interpreter {
-            // The compiler's library is paged in while the scene is read.
+            // The compiler's library is loaded while the scene is read.
             scope.spawn(Engine::warm_up);
         }
         LoadedScene::new(request, &files)
@@ -150,8 +148,8 @@ pub fn render_scene_from(
     }
 }
 
-/// What a render holds at once, at most, besides the scene: the film and all images while they are made, or these and
-/// what is written of them.
+/// The peak memory of a render besides the scene: the film and all images while they are made, or the images and their
+/// encoded form while they are written.
 fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -> Need {
     let aovs = match renderer {
         Renderer::Batch => request.batch_aovs(),
@@ -171,15 +169,15 @@ fn need(request: &RenderRequest<'_>, renderer: Renderer, size: (usize, usize)) -
         Renderer::Interactive => images,
     };
     let denoised = if request.for_denoiser { image.times(DENOISER_AOVS.len() + 1) } else { image };
-    // An encoder has its numbers in another order, all of them for an EXR.
+    // An encoder reorders the numbers, for an EXR all of them.
     let written = images + images.max(denoised);
     Need { bytes: film.max(written), addresses: RenderThreads::stacks(request.threads) }
 }
 
-/// Finds before the work whether its checkpoint could be written. One that is written only where the render ends early
-/// may not be needed: then its user is warned.
+/// Checks before the render that its checkpoint can be written. A checkpoint that is only written if the render ends
+/// early may not be needed: an error is then a warning.
 fn check_place(request: &RenderRequest<'_>, checkpoints: &Checkpoints) -> Result<(), Messages> {
-    // What a render goes on from is checked, and all of it, where it is read.
+    // The checkpoint to resume from is checked completely when it is read.
     if checkpoints.resume && checkpoints.path.exists() {
         return Ok(());
     }
@@ -195,7 +193,7 @@ fn check_place(request: &RenderRequest<'_>, checkpoints: &Checkpoints) -> Result
     }
 }
 
-/// What a batch render's image depends on.
+/// The fingerprint of an image of the path renderer.
 fn fingerprint(
     request: &RenderRequest<'_>,
     loaded: &LoadedScene,
@@ -215,7 +213,7 @@ fn fingerprint(
     fingerprint
 }
 
-/// The kind of arithmetic; where it is not the same everywhere, what it depends on besides.
+/// The mode of arithmetic; if its results vary between machines, the properties that they depend on too.
 fn arithmetic(math: Math, engine: &Engine) -> String {
     let everywhere = match math {
         Math::Strict => "strict",
@@ -287,7 +285,7 @@ fn render_paths(
             checkpoints,
         },
     )?;
-    if let Some(problem) = &rendered.checkpoint_problem {
+    if let Some(problem) = &rendered.checkpoint_error {
         warnings.push_one(problem.diagnostic());
     }
     let mut statistics = Statistics {
@@ -307,7 +305,7 @@ fn render_paths(
     Ok(RenderResult { image: rendered.image, aovs: rendered.aovs, settings, statistics, warnings })
 }
 
-/// Says how many samples count as black since they are not finite, and whose values made them so.
+/// Warns about samples that are not finite and count as black, and about the methods that caused them.
 fn warn_of_dropped(statistics: &Statistics, warnings: &mut Messages) {
     let message = match statistics.dropped_samples {
         0 => return,
@@ -318,14 +316,14 @@ fn warn_of_dropped(statistics: &Statistics, warnings: &mut Messages) {
     for NotFinite { class, method, count } in &statistics.not_finite {
         let values =
             if *count == 1 { "1 value that is" } else { &format!("{count} values that are") };
-        warning = warning.note(format!("`{method}` of `{class}` gave {values} not finite"));
+        warning = warning.note(format!("`{method}` of `{class}` returned {values} not finite"));
     }
     warnings.push_one(warning.help(
-        "look there, textures included, for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",
+        "check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38",
     ));
 }
 
-/// Figures of the scene and the process besides.
+/// Adds statistics of the scene and the process.
 fn of_scene(statistics: Statistics, scene: &CompiledScene) -> Statistics {
     Statistics {
         peak_memory_bytes: peak_memory_bytes(),
@@ -336,7 +334,7 @@ fn of_scene(statistics: Statistics, scene: &CompiledScene) -> Statistics {
     }
 }
 
-/// A scene with an engine for its kernels.
+/// A loaded scene with an engine for its kernels.
 pub(crate) struct LoadedScene {
     scene: Scene,
     engine: Engine,
@@ -347,7 +345,7 @@ pub(crate) struct LoadedScene {
 }
 
 impl LoadedScene {
-    /// Loads.
+    /// Loads the scene.
     pub(crate) fn new(
         request: &RenderRequest<'_>,
         files: &dyn FileSource,
@@ -373,7 +371,7 @@ impl LoadedScene {
         Ok(LoadedScene { scene, engine, warnings, load_time, check_time, engine_time })
     }
 
-    /// What renders it, noted in its settings.
+    /// Chooses the renderer and records it in the settings.
     fn choose_renderer(&mut self) -> Renderer {
         let LoadedScene { scene, engine, .. } = self;
         let renderer = scene.settings.renderer.unwrap_or_else(|| {
@@ -384,18 +382,18 @@ impl LoadedScene {
     }
 }
 
-/// A scene, ready to be rendered.
+/// A scene prepared for rendering.
 pub(crate) struct Prepared<Ready> {
     pub(crate) scene: Ready,
-    /// What preparing took, and what it was made for.
+    /// Statistics of the preparation.
     pub(crate) statistics: Statistics,
-    /// What rays can hit: shapes, and the elements of those that have any.
+    /// The number of primitives: shapes, and the elements of those that have any.
     pub(crate) primitives: u64,
     pub(crate) warnings: Messages,
 }
 
 impl Prepared<CompiledScene> {
-    /// Compiles for the interactive renderer.
+    /// Prepares the scene for the interactive renderer.
     pub(crate) fn for_shading(
         request: &RenderRequest<'_>,
         loaded: LoadedScene,
@@ -409,7 +407,7 @@ impl Prepared<CompiledScene> {
 }
 
 impl Prepared<BatchScene> {
-    /// Compiles for the batch renderer.
+    /// Prepares the scene for the path renderer.
     pub(crate) fn for_paths(
         request: &RenderRequest<'_>,
         loaded: LoadedScene,
@@ -423,7 +421,7 @@ impl Prepared<BatchScene> {
 }
 
 impl<Ready> Prepared<Ready> {
-    /// Has `compile` make a scene ready, which tells how long kernels and hierarchy took.
+    /// Prepares the scene by `compile`, which returns the times for kernels and the hierarchy.
     fn new(
         request: &RenderRequest<'_>,
         loaded: LoadedScene,
@@ -459,7 +457,7 @@ impl<Ready> Prepared<Ready> {
     }
 }
 
-/// The command line wins over the scene.
+/// The command line overrides the scene.
 fn apply(request: &RenderRequest<'_>, settings: &mut Settings) {
     if let Some((width, height)) = request.size {
         (settings.width, settings.height) = (width.max(1), height.max(1));

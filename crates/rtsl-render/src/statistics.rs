@@ -1,54 +1,54 @@
-//! What a render did and how long it took, for `--stats`.
+//! Statistics of a render, for `--stats`.
 
 use std::ops::AddAssign;
 use std::time::Duration;
 
 use serde::Serialize;
 
-/// Figures of one render. Times are in seconds.
+/// Statistics of one render. Times are in seconds.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Statistics {
-    /// Reading the scene and finding, parsing and checking the classes of its shaders.
+    /// Time for reading the scene and finding, parsing and checking the classes of its shaders.
     pub load_seconds: f64,
-    /// Of that, the compiler's part: from the text of shaders to classes.
+    /// The compiler's part of that: from the text of shaders to classes.
     pub check_seconds: f64,
-    /// Linking shaders and making their kernels; loading LLVM besides.
+    /// Time for linking shaders, compiling kernels and loading LLVM.
     pub compile_seconds: f64,
-    /// Bounds and the acceleration structure.
+    /// Time for bounds and the acceleration structure.
     pub build_seconds: f64,
-    /// From the first tile begun to the last done.
+    /// Time from the start of the first tile to the end of the last.
     pub render_seconds: f64,
-    /// From the beginning until the first tile was begun.
+    /// Time from the beginning to the start of the first tile.
     pub cold_start_seconds: f64,
     /// Rays traced, by kind.
     pub rays: RayCounts,
-    /// All rays, by the time for rendering.
+    /// All rays, divided by the time for rendering.
     pub rays_per_second: f64,
     /// Samples that were not finite and were counted as black.
     pub dropped_samples: u64,
     /// The methods whose values were not finite.
     pub not_finite: Vec<NotFinite>,
-    /// The most memory that the process held, in bytes; 0 where the system does not tell.
+    /// The peak memory of the process in bytes; 0 if the system does not report it.
     pub peak_memory_bytes: u64,
     /// Columns and rows of the image.
     pub size: [usize; 2],
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples_per_pixel: u32,
-    /// Those that a batch render took, on average: fewer where it ended early, or knew enough.
+    /// The average number of samples that the path renderer took: less if it ended early, or reached the noise target.
     pub mean_samples: Option<f64>,
-    /// Objects, those of instances counted once.
+    /// The number of objects; those of instances are counted once.
     pub objects: usize,
-    /// The classes of the objects, by the numbers that `--aov class` gives them.
+    /// The classes of the objects, by their indices in `--aov class`.
     pub object_classes: Vec<String>,
-    /// Threads that rendered.
+    /// The number of threads.
     pub threads: usize,
     /// SIMD lanes.
     pub width: u32,
-    /// The machine that code was made for.
+    /// The target machine of the code.
     pub target: String,
-    /// The LLVM that made it; nothing where the interpreter ran.
+    /// The version of LLVM; none for the interpreter.
     pub llvm: Option<String>,
-    /// Whether the render was stopped before its end.
+    /// True if the render was stopped before its end.
     pub cancelled: bool,
 }
 
@@ -59,23 +59,23 @@ pub struct NotFinite {
     pub class: String,
     /// Its method.
     pub method: &'static str,
-    /// How many values.
+    /// The number of values.
     pub count: u64,
 }
 
 /// Rays by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RayCounts {
-    /// From the camera.
+    /// Camera rays.
     pub camera: u64,
-    /// Spawned by `trace`.
+    /// Rays spawned by `trace`.
     pub traced: u64,
-    /// Towards lights, and those of `occluded`.
+    /// Shadow rays, including those of `occluded`.
     pub shadow: u64,
 }
 
 impl RayCounts {
-    /// All of them.
+    /// Returns the sum of all kinds.
     pub fn total(&self) -> u64 {
         self.camera + self.traced + self.shadow
     }
@@ -89,8 +89,8 @@ impl AddAssign for RayCounts {
     }
 }
 
-/// The lanes of SIMD vectors that took part in calls, of all that these vectors have. A vector without
-/// any is left out by the code, and does not count.
+/// The active lanes of the SIMD vectors in calls, out of all their lanes. Vectors without active lanes are skipped and
+/// do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LaneUse {
     on: u64,
@@ -101,7 +101,7 @@ impl LaneUse {
     /// No calls.
     pub const NONE: LaneUse = LaneUse { on: 0, all: 0 };
 
-    /// Adds a call for `lanes`, bit by bit, in vectors of `width` lanes.
+    /// Adds a call for a mask of lanes, in vectors of `width` lanes.
     pub fn add_call(&mut self, lanes: u64, width: u32) {
         let vector = u64::MAX >> (64 - width);
         let starts = (0..64).step_by(width as usize);
@@ -110,7 +110,7 @@ impl LaneUse {
         self.all += vectors * u64::from(width);
     }
 
-    /// The part that took part; `None` where nothing was called.
+    /// Returns the fraction of active lanes; `None` without calls.
     pub fn part(&self) -> Option<f32> {
         (self.all > 0).then(|| (self.on as f64 / self.all as f64) as f32)
     }
@@ -124,9 +124,9 @@ impl AddAssign for LaneUse {
 }
 
 impl Statistics {
-    /// The figures as JSON, for `--stats`.
+    /// Returns the statistics as JSON, for `--stats`.
     pub fn to_json(&self) -> String {
-        // Numbers, strings and fixed names: there is nothing that could fail.
+        // Cannot fail: the content is numbers, strings and fixed names.
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
@@ -138,17 +138,17 @@ impl Statistics {
     }
 }
 
-/// The most memory that this process held, in bytes, as Linux tells it.
+/// The peak memory of this process in bytes, as Linux reports it.
 pub(crate) fn peak_memory_bytes() -> u64 {
     memory_bytes("VmHWM:")
 }
 
-/// The memory that this process holds, in bytes, as Linux tells it.
+/// The present memory of this process in bytes, as Linux reports it.
 pub(crate) fn resident_memory_bytes() -> u64 {
     memory_bytes("VmRSS:")
 }
 
-/// A line of what Linux tells; 0 where there is none.
+/// The value of a line in `/proc/self/status`; 0 if there is none.
 fn memory_bytes(name: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(name));

@@ -1,4 +1,4 @@
-//! Images of something else than colour.
+//! AOVs.
 
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ fn try_render(
     render_scene_from(&request, &files)
 }
 
-/// The value near the ball's middle, on the wall beside it, and in the corner, where nothing is.
+/// The value near the ball's center, on the wall beside it, and in the corner, where nothing is hit.
 fn three_places(image: &AovImage) -> [[f32; 3]; 3] {
     [8 * 16 + 8, 8 * 16 + 2, 0].map(|pixel: usize| image.pixels[pixel])
 }
@@ -72,7 +72,7 @@ fn each_image_shows_what_it_says() {
     assert_eq!(result.statistics.object_classes, ["Sphere", "Disk"]);
     assert!(samples.pixels.iter().all(|value| value[0] == 4.0));
     assert!(time.pixels.iter().all(|value| value[0] > 0.0));
-    // The root is a leaf with a block for each class.
+    // The root is a run with a leaf for each class.
     assert!(nodes.pixels.iter().all(|value| value[0] == 2.0), "{:?}", nodes.pixels);
     let [ball, wall, nothing] = three_places(lanes).map(|value| value[0]);
     assert!(ball == wall && wall == nothing, "all tiles see the same, mirrored");

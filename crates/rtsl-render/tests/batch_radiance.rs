@@ -1,5 +1,5 @@
-//! The batch renderer on scenes whose radiance is known: furnaces, lamps over a floor, images with the same bits
-//! however they are made.
+//! The path renderer on scenes whose radiance is known: furnaces, area lights over a floor, and the same bits for all
+//! settings that must not matter.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use rtsl_render::batch::{BatchOptions, BatchRendered, BatchScene, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
-/// How a scene is rendered.
+/// The settings of a render.
 #[derive(Clone, Copy)]
 struct How {
     backend: Backend,
@@ -50,15 +50,14 @@ fn rendered(text: &str, how: How) -> BatchRendered {
     rendered
 }
 
-/// A scene of 16 by 16 pixels that a narrow camera sees.
+/// A scene of 16 by 16 pixels with a narrow camera.
 fn scene(head: &str, world: &str) -> String {
     format!(
         "Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16\n{head}\nWorldBegin\n{world}"
     )
 }
 
-/// The mean of all pixels, and how far it may be off by chance: its standard error, from how far pixels
-/// differ.
+/// The mean of all pixels, and its standard error, estimated from the variation between pixels.
 fn mean(rendered: &BatchRendered, channel: usize) -> (f64, f64) {
     let values = rendered.image.pixels.iter().map(|pixel| f64::from(pixel[channel]));
     let values: Vec<f64> = values.collect();
@@ -159,7 +158,7 @@ fn a_disk_lights_what_it_faces() {
 
 #[test]
 fn lamps_are_found_by_mirrors_too() {
-    // What a mirror shows is never weighted down.
+    // Mirrors show lights with full weight.
     let lamp = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation
         Translate 0 5 0 Shape \"Disk\" \"float radius\" 2 AttributeEnd
         Material \"Mirror\" \"rgb kr\" [0.5 0.5 0.5]

@@ -73,7 +73,7 @@ fn a_checkpoint_of_another_render_is_refused_with_the_difference() {
     Checkpoint { fingerprint: fingerprint(3), sections }.write(&place.0).unwrap();
     let error = Checkpoint::read_for(&place.0, &fingerprint(4)).unwrap_err();
     let expected = format!(
-        "E0622: `{}` is of another render: the checkpoint has seed 3, the render seed 4",
+        "E0622: `{}` belongs to another render: the checkpoint has seed 3, the render seed 4",
         place.0.display()
     );
     assert_eq!(said(&error), expected);
@@ -85,11 +85,11 @@ fn what_is_no_checkpoint_is_said() {
     let mut version = small();
     version[8] = 9;
     for (bytes, reason) in [
-        (b"\x89PNG and more than twenty bytes".to_vec(), "it is no checkpoint"),
-        (b"RTSL".to_vec(), "it is no checkpoint"),
+        (b"\x89PNG and more than twenty bytes".to_vec(), "it is not a checkpoint"),
+        (b"RTSL".to_vec(), "it is not a checkpoint"),
         (version, "it has version 9 of the format, and this program reads version 1"),
-        (small()[..100].to_vec(), "it was cut off: of 211 bytes there are 100"),
-        ([small(), vec![0]].concat(), "it has 212 bytes and should have 211"),
+        (small()[..100].to_vec(), "it is truncated: it has 100 of 211 bytes"),
+        ([small(), vec![0]].concat(), "it has 212 bytes, expected 211"),
     ] {
         std::fs::write(&place.0, bytes).unwrap();
         let error = Checkpoint::read(&place.0).unwrap_err();

@@ -137,7 +137,7 @@ fn spectra_become_colours() {
 fn wrong_spectra_are_errors() {
     for (spectrum, problem) in [
         ("\"spectrum eta\" \"metal-Ag\"", "did you mean `metal-"),
-        ("\"spectrum eta\" [700 1 400 1]", "wavelengths do not rise"),
+        ("\"spectrum eta\" [700 1 400 1]", "wavelengths do not increase"),
         ("\"spectrum eta\" [1 2 3 4 5]", "takes 2 numbers a value"),
         ("\"blackbody eta\" [-3]", "one temperature"),
     ] {

@@ -1,5 +1,5 @@
-//! Short runs of the fuzz targets for scenes and meshes: mutations of the repository's own, the same
-//! in every run.
+//! Short runs of the fuzz targets for scenes and meshes, with mutations of the repository's files that are the same in
+//! every run.
 
 #[path = "../../../fuzz/entries/checkpoint.rs"]
 mod checkpoint;
@@ -35,7 +35,7 @@ fn run_on(seeds: Vec<Vec<u8>>, count: usize, target: fn(&[u8])) {
             target(&mutate(&mut random, &seeds[seed], &seeds[other]));
         }
     };
-    // The stack that any text must be content with.
+    // A stack that must suffice for any input.
     let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(work).unwrap();
     assert!(thread.join().is_ok());
 }

@@ -1,7 +1,7 @@
-//! The scenes and shaders of the book, put together as its reader would, render without a message.
+//! The scenes and shaders of the book, assembled as a reader would, render without a message.
 //!
-//! A block ```` ```pbrt file=NAME ```` or ```` ```rtsl file=NAME ```` is a file; with `append` it goes to the end of that file. After
-//! each scene block its scene is rendered, with the files as they are by then.
+//! A block ```` ```pbrt file=NAME ```` or ```` ```rtsl file=NAME ```` is a file; with `append` it goes to the end of
+//! that file. After each scene block its scene is rendered, with the files as they are by then.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ fn blocks(page: &str) -> Vec<(Vec<&str>, String)> {
     blocks
 }
 
-/// A folder that goes when the test is over.
+/// A folder that is removed when the test ends.
 struct Folder(PathBuf);
 
 impl Folder {

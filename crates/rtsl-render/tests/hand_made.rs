@@ -1,5 +1,5 @@
-//! The renderer with classes that are made by hand, without the compiler's first half: what a ray
-//! brings back does not depend on width, threads or backend, and known radiance comes out.
+//! The renderer with classes that are built without the compiler's front end: the radiance of a ray does not depend on
+//! width, threads or backend, and scenes of known radiance are correct.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -177,7 +177,7 @@ fn sphere() -> Arc<Instance> {
     )
 }
 
-/// Half of what a mirror sees, and a little noise.
+/// Half the radiance of the reflected ray, and a little noise.
 fn mirror() -> Arc<Instance> {
     let text = Text::new(&format!("{RAY} {HIT}"))
         .load("p", "rt_HitPoint")

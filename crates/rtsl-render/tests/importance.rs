@@ -1,4 +1,4 @@
-//! Rays of which little would arrive are not traced where the scene sets a cut-off.
+//! Rays whose contribution is below the scene's cutoff are not traced.
 
 use std::path::{Path, PathBuf};
 
@@ -90,7 +90,7 @@ fn a_cutoff_is_a_share() {
     for cutoff in ["-0.5", "1.5"] {
         let Err(messages) = load(cutoff, "") else { panic!("{cutoff} is taken") };
         let messages = messages.to_text(false);
-        let expected = format!("error[E0615]: `cutoff` lies between 0 and 1, found {cutoff}");
+        let expected = format!("error[E0615]: `cutoff` must lie between 0 and 1, found {cutoff}");
         assert!(messages.contains(&expected), "{messages}");
     }
 }

@@ -1,4 +1,4 @@
-//! A scene makes the kernels that it calls, and no others.
+//! A scene compiles the kernels that it calls, and no others.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use rtsl_render::interactive::{RenderOptions, render};
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
-/// Leaves something for each of the later methods.
+/// A class whose methods each leave a mark for the later ones.
 const MARKED: &str = r"
 class Marked : rt_Primitive;
 scratch float used;

@@ -1,5 +1,5 @@
-//! Rays that leave surfaces: none meets at once what it leaves, whatever the scale of a scene and wherever it lies, and no
-//! light comes through walls for it; yet what stands close casts its shadow.
+//! Rays that leave surfaces: none hits the surface that it leaves, whatever the scale and position of a scene, and no
+//! light leaks through walls; yet near objects cast shadows.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ type Pixels = Vec<[f32; 3]>;
 
 const RENDERERS: [Renderer; 2] = [Renderer::Interactive, Renderer::Batch];
 
-/// Materials that show what close by is met by rays from the side from which a surface is seen, most of them flat.
+/// Materials that show if rays from the visible side of a surface, most of them at grazing angles, hit something near.
 const PROBE: &str = r"
 vec3 flat_direction(vec3 normal, float first, float second) {
     float height = max(pow(first, 6.0), 1e-5);
@@ -125,7 +125,7 @@ impl Mesh {
     }
 }
 
-/// A direction in which nothing is level.
+/// A direction that is aligned with no axis.
 const ASKEW: [f64; 3] = [0.577, -0.642, 0.505];
 
 fn placed([x, y, z]: [f64; 3], scale: f64, shape: &str) -> String {
@@ -146,7 +146,7 @@ fn row([x, y, z]: [f64; 3]) -> String {
     format!("[{x} {y} {z}]")
 }
 
-/// Convex shapes of about size 1, by the texts that place them: at a point, so many times as large.
+/// Convex shapes of about size 1, by functions that return their text at a point and a scale.
 const SHAPES: &[fn([f64; 3], f64) -> String] = &[
     |place, scale| placed(place, scale, "Shape \"Sphere\""),
     |place, scale| {
@@ -254,7 +254,7 @@ fn no_path_meets_the_convex_shape_that_it_leaves() {
     check_everywhere(Renderer::Batch, "\"Close\"", integrator);
 }
 
-/// A ground so large that what it is computed from is far from the origin, though its coordinates in view are small.
+/// A ground so large that its vertices are far from the origin, though its coordinates in view are small.
 #[test]
 fn rays_leave_a_ground_that_reaches_far() {
     let view = "LookAt 0 2 -6  0 0 0  0 1 0\nCamera \"Pinhole\" \"float fov\" 40
@@ -307,7 +307,7 @@ fn no_light_leaves_a_closed_housing() {
     assert!(lit <= 2, "{lit} of {} pixels", pixels.len());
 }
 
-/// What lies close before a lamp keeps its light from far away.
+/// An occluder close to a light casts a shadow far away.
 #[test]
 fn a_shade_close_to_a_lamp_keeps_its_light() {
     for renderer in RENDERERS {
@@ -324,7 +324,7 @@ fn a_shade_close_to_a_lamp_keeps_its_light() {
     }
 }
 
-/// The sun stands low behind a kerb: its shadow begins where the kerb stands, and ends where the sun says.
+/// The sun is low behind a kerb: the shadow begins at the kerb and ends where the sun's angle requires.
 #[test]
 fn contact_shadows_begin_at_the_contact() {
     let scene = |from: f64, to: f64| {

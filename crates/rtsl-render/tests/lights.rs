@@ -1,4 +1,5 @@
-//! Lights that no ray finds: both renderers show the same of them, whatever a material leaves to the rays that it traces.
+//! Lights that no traced ray hits: both renderers show the same, independent of how a material divides light between
+//! samples and rays.
 
 use std::path::PathBuf;
 
@@ -60,7 +61,7 @@ fn both_renderers_light_highlights_by_a_panel() {
     }
 }
 
-/// What rays find is not counted twice.
+/// Light that rays find is not counted twice.
 #[test]
 fn both_renderers_light_highlights_by_a_sky() {
     for material in ["\"Ward\"", "\"Phong\""] {

@@ -1,4 +1,4 @@
-//! Measuring a scene: which rays there are, and that all of them are counted. No time is looked at.
+//! Measuring a scene: the kinds of rays, and their counts. Times are not tested.
 
 use std::path::Path;
 use std::time::Duration;
@@ -36,7 +36,7 @@ fn every_kind_of_ray_is_counted() {
         assert!((primary.hits - std::f64::consts::PI / 16.0).abs() < 0.005, "{}", primary.hits);
         let on_sphere = (primary.hits * 10_000.0).round() as u64;
         assert_eq!([shadow.rays, secondary.rays], [on_sphere; 2]);
-        // But for what grazes it within rounding.
+        // Except for rays that graze it within rounding.
         assert!(shadow.hits + secondary.hits < 0.01, "{} {}", shadow.hits, secondary.hits);
         // Of lines from points of the cube around it, most do not meet the sphere; all from inside do.
         assert!((0.6..0.8).contains(&random.hits), "{}", random.hits);

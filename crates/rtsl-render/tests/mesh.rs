@@ -1,4 +1,4 @@
-//! Shapes that are meshes: what scenes say of them, what becomes of them, and how they look.
+//! Mesh shapes: their description in scenes, their conversion, and their images.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -12,12 +12,12 @@ use rtsl_render::{Messages, RenderRequest, Renderer};
 use rtsl_scene::reader::FileSource;
 use rtsl_scene::{LoadOptions, Scene, load_scene};
 
-/// Files in memory, whatever is in them.
+/// Files in memory with any content.
 #[derive(Default)]
 struct Files(BTreeMap<PathBuf, Vec<u8>>);
 
 impl Files {
-    /// A scene that sees what `world` says.
+    /// A scene with a camera and the text `world`.
     fn with_world(world: &str) -> Files {
         let head = "LookAt 3 2 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
             Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n\
@@ -182,7 +182,7 @@ fn a_flat_patch_looks_like_two_triangles() {
     assert!(different <= 2, "{different} pixels differ");
 }
 
-/// A floor under what `lamp` says.
+/// A floor lit by the text `lamp`.
 fn lit_floor(lamp: &str) -> Files {
     let text = "LookAt 0 1 -4  0 0 0  0 1 0 Camera \"Pinhole\" \"float fov\" 40\n\
         Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
@@ -320,7 +320,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
                │
                = help: it was cut off: copy or export it again
 
-            error[E0620]: this `plymesh` cannot be used: it is no PLY file
+            error[E0620]: this `plymesh` cannot be used: it is not a PLY file
                ┌─ scene.pbrt:13:35
                │
             13 │ Shape "plymesh" "string filename" "scene.pbrt"
@@ -342,7 +342,7 @@ fn what_is_wrong_with_a_mesh_is_said() {
                │
                = help: paths are relative to the folder of the scene
 
-            error[E0620]: this `gltf` cannot be used: it is no glTF file: expected value at line 1 column 1
+            error[E0620]: this `gltf` cannot be used: it is not a glTF file: expected value at line 1 column 1
                ┌─ scene.pbrt:16:32
                │
             16 │ Shape "gltf" "string filename" "cut.ply"

@@ -1,4 +1,4 @@
-//! Pictures of what moves while the shutter is open, against what they must show.
+//! Images of objects that move while the shutter is open, compared with computed ones.
 
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ fn place(column: usize) -> f64 {
     (column as f64 + 0.5) * 0.25 - 4.0
 }
 
-/// The mean over each pixel of the part of the time for which `covers` holds at a place and a time.
+/// The mean over each pixel of the fraction of time for which `covers` holds at a place and a time.
 fn profile(covers: impl Fn(f64, f64) -> bool) -> Vec<f64> {
     const STEPS: usize = 200;
     let part = |step: usize| (step as f64 + 0.5) / STEPS as f64;
@@ -63,13 +63,13 @@ fn assert_shows(text: &str, expected: &[f64]) {
     }
 }
 
-/// A ball of radius 1 that slides, however it comes to do so: the row is so low that the ball is as wide
-/// all over it.
+/// A ball of radius 1 that slides, with the motion described in several ways: the row is so low that the ball has
+/// nearly constant width over it.
 #[test]
 fn a_sliding_ball_covers_pixels_for_its_time() {
     let expected = profile(|x, time| (x - (3.0 * time - 1.0)).abs() < 1.0);
     let still = head("");
-    // What the camera does is what the world does the other way round.
+    // A motion of the camera is the inverse motion of the world.
     let camera = "ActiveTransform EndTime Translate 3 0 0 ActiveTransform All Translate -1 0 0";
     let half = "Translate -0.5 0 0 ActiveTransform EndTime Translate 1.5 0 0 ActiveTransform All\n";
     for text in [

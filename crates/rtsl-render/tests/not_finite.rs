@@ -1,4 +1,5 @@
-//! Values that are not finite: both renderers count the samples that they spoil, and say whose values they were.
+//! Values that are not finite: both renderers count the samples that they affect, and report the methods that returned
+//! them.
 
 use std::path::{Path, PathBuf};
 
@@ -72,7 +73,7 @@ fn render(camera: &str, world: &str, renderer: Renderer) -> RenderResult {
     result.unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 
-/// How many samples a renderer drops, all for values of one method.
+/// The number of samples that a renderer drops, all caused by one method.
 #[track_caller]
 fn check(camera: &str, world: &str, renderer: Renderer, (class, method): (&str, &str)) -> u64 {
     let RenderResult { statistics, warnings, image, .. } = render(camera, world, renderer);
@@ -102,7 +103,7 @@ fn textures_count_as_their_material() {
         Material \"Lambertian\" \"texture kd\" \"broken\" {WALL}"
     );
     check_both(FRONT, &format!("{SUN}{wall}"), "Lambertian", ["shade", "BSDF"]);
-    // Where there is no light to sample, paths go on by it.
+    // Without a light to sample, paths continue by it.
     check(FRONT, &wall, Renderer::Batch, ("Lambertian", "sampleBSDF"));
 }
 
@@ -149,7 +150,7 @@ fn materials_are_named_for_what_they_scatter() {
     check_both(FRONT, &wall("BrokenShade"), "BrokenShade", ["shade"; 2]);
 }
 
-/// A mirror shows what is behind the camera.
+/// A mirror that shows the cause is not blamed.
 #[test]
 fn what_shows_it_is_not_named_for_it() {
     let world = format!(
@@ -167,8 +168,8 @@ fn the_warning_says_what_to_look_for() {
     let text = warnings.to_text(false).replace(&dropped, "N");
     expect![[r#"
         warning[W0630]: N samples are not finite and count as black
-         = note: `emission` of `BrokenLamp` gave N values that are not finite
-         = help: look there, textures included, for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38
+         = note: `emission` of `BrokenLamp` returned N values that are not finite
+         = help: check these methods and their textures for divisions by 0, for roots and logarithms of negative numbers, and for numbers beyond 3e38
 
     "#]].assert_eq(&text);
     let json = statistics.to_json();

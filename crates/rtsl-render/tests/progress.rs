@@ -1,4 +1,4 @@
-//! What a render tells of itself while it goes on.
+//! Progress reports of a render.
 
 use std::path::PathBuf;
 use std::sync::Mutex;

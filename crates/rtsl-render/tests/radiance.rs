@@ -248,7 +248,7 @@ fn lamps_light_by_their_form_factors() {
         // An ellipsoid looks like the disk-shaped cone that touches it: the sphere's cone where its
         // height is stretched so that sine squared is r^2 / (d^2 - h^2 + r^2).
         ("Scale 0.5 1 0.5 Shape \"Sphere\"", 0.25 / (4.0 - 1.0 + 0.25)),
-        // What stands between takes the light.
+        // An occluder blocks the light.
         (
             "Shape \"Sphere\" \"float radius\" 0.5 AttributeEnd AttributeBegin\n\
           Translate 0 1 0 Shape \"Disk\" \"float radius\" 1",
@@ -307,7 +307,7 @@ fn names_of_the_format_have_its_space_and_its_defaults() {
         let scene = format!("{HEAD}WorldBegin\n{world}");
         render(&scene, &[]).image.pixels[4 * 9 + 4][0]
     };
-    // A disk stands along z, so that this camera sees its face; by the name of its class, its edge.
+    // A disk lies across the z axis, so that this camera sees its face; by the name of its class, its edge.
     let glow = r#"AreaLightSource "diffuse" "rgb L" 2 "float scale" 3 "bool twosided" true"#;
     assert_eq!(seen(&format!("{glow}\nShape \"disk\" \"float radius\" 4")), 6.0);
     assert_eq!(seen(&format!("{glow}\nTranslate 0 0.01 0\nShape \"Disk\"")), 0.0);
@@ -328,7 +328,7 @@ fn a_class_beside_the_scene_wins_over_a_name_of_the_format() {
     assert!(render(&scene, &[("disk.rtsl", own)]).image.pixels[4 * 9 + 4][0] > 0.9);
 }
 
-/// Of a thin thing either side may be seen: lights sample directions around the normal on that side.
+/// Either side of a thin object may be visible: environment lights sample directions around the normal on that side.
 #[test]
 fn the_sky_lights_the_side_that_is_seen() {
     let matte = "LightSource \"infinite\"\nMaterial \"diffuse\"\nScale 9 9 9\n";

@@ -1,4 +1,4 @@
-//! Scenes whose things moved give the same pictures whether their trees follow or are built anew.
+//! Scenes after motion give the same images with refitted trees and with rebuilt ones.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ AttributeBegin Translate 0 -1 0 Shape "Plane" AttributeEnd
 ObjectBegin "pair" Shape "Sphere" "float radius" 0.2 Translate 0.5 0 0 Shape "disk" "float radius" 0.3 ObjectEnd
 "#;
 
-/// A cube of spheres and instances, each moved by what `shift` says for its number.
+/// A cube of spheres and instances, each translated by `shift` of its index.
 fn scene(shift: impl Fn(u32) -> [f32; 3], radius: f32) -> Scene {
     let mut text = HEAD.to_owned();
     for index in 0..200 {
@@ -47,10 +47,10 @@ fn picture(scene: &CompiledScene) -> Image {
 /// The order of the items in the scene's tree.
 fn order(scene: &CompiledScene) -> Vec<u32> {
     let tree = &scene.geometry.groups[0].tree;
-    tree.blocks.iter().flat_map(|block| block.items()).copied().collect()
+    tree.leaves.iter().flat_map(|leaf| leaf.items()).copied().collect()
 }
 
-/// Lets a scene follow another: with the tree of the first, and with one of its own.
+/// Compiles the second scene as a successor of the first: with refitted trees, and with rebuilt ones.
 fn follow(first: Scene, second: &Scene) -> [CompiledScene; 3] {
     let engine = Engine::new(EngineOptions::default()).unwrap().0;
     let mut messages = Messages::default();

@@ -85,7 +85,7 @@ fn bits(image: &Image) -> Vec<[u32; 3]> {
     image.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
-/// A way to render. None of them may change a bit.
+/// A combination of settings, none of which may change a bit.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     backend: Backend,
@@ -101,10 +101,10 @@ impl Way {
 
 const INTERPRETED: Way = Way { backend: Backend::Interpreter, width: 1, threads: 2 };
 
-/// The samples of a pixel that the batch renderer traces together: those of one tile fill its chunks several times.
+/// The number of samples of a pixel in a wavefront: those of one tile fill several shading batches.
 const SAMPLES_OF_WAVE: u32 = 16;
 
-/// Renders a scene in all these ways, and says where a way gives other bits than the first.
+/// Renders a scene with all these settings, and reports those that give other bits than the first.
 fn compare(
     scene: &Path,
     renderer: Renderer,
@@ -134,14 +134,14 @@ fn compare(
     differing.map(|way| format!("{}, {name}: {way:?} and {first:?}", scene.display())).collect()
 }
 
-/// A few ways for each scene, the scenes taken together all; kernels take their time in debug builds. What the batch renderer
-/// traces at a time fills its chunks.
+/// A few settings for each scene, all of them over all scenes, because compiling kernels is slow in debug builds. The
+/// path renderer's wavefronts fill its shading batches.
 #[test]
 fn images_are_the_same_for_every_width_thread_count_and_backend() {
     let mut different = Vec::new();
     let widths = [1, 4, 8, 16].into_iter().cycle();
     for (scene, width) in scenes().iter().zip(widths) {
-        // All for the scene that has most in it.
+        // All settings for the scene with the most features.
         let all = scene.ends_with("three-spheres.pbrt");
         let ways = match all {
             true => vec![

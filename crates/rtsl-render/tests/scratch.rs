@@ -1,5 +1,5 @@
-//! Scratch belongs to the ray: what the call of `intersect` left there that accepted a hit is what the later methods of
-//! the same object read for that hit. Programs that offer several hits show it, whichever renderer runs them.
+//! Scratch belongs to the ray: later methods of an object read the scratch of the call of `intersect` that accepted the
+//! hit. Random programs that offer several hits check this with all renderers.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -13,23 +13,23 @@ use rtsl_scene::reader::MemoryFiles;
 /// A statement of `intersect`. Parameters of hits are those of a plane, plus `after`.
 #[derive(Clone, Copy, Debug)]
 enum Statement {
-    /// Offers a hit and adds to scratch where it is accepted.
+    /// Offers a hit and adds to scratch if it is accepted.
     Count { after: f32, adds: f32 },
-    /// The same, and notes the hit's parameter.
+    /// The same, and stores the hit's parameter.
     Note { after: f32, adds: f32 },
-    /// Offers hits one before another.
+    /// Offers hits, each before the previous one.
     Nearer { after: f32, times: u8, adds: f32 },
-    /// Offers one hit or the other, as scratch says.
+    /// Offers one of two hits, depending on scratch.
     Either { above: f32, after: [f32; 2], adds: f32 },
-    /// Offers a hit and sets scratch only sometimes.
+    /// Offers a hit and sets scratch conditionally.
     Sometimes { after: f32, adds: f32 },
-    /// Offers a hit, whatever becomes of it.
+    /// Offers a hit and ignores the result.
     Offer { after: f32 },
-    /// Adds to scratch, hit or not; there are no random numbers.
+    /// Adds to scratch, hit or not; a replacement for random numbers.
     Add { adds: f32 },
 }
 
-/// What a ray has while `intersect` runs.
+/// The state of a ray while `intersect` runs.
 #[derive(Clone, Copy, Debug)]
 struct Ray {
     plane: f32,
@@ -115,7 +115,7 @@ impl Statement {
 }
 
 fn statement() -> impl Strategy<Value = Statement> {
-    // Some parameters lie behind the rays' beginning.
+    // Some parameters lie behind the rays' origins.
     let after = || (-14..14_i8).prop_map(|halves| 0.5 * f32::from(halves));
     let adds = || (1..5_u8).prop_map(f32::from);
     prop_oneof![
@@ -137,14 +137,14 @@ fn statement() -> impl Strategy<Value = Statement> {
     ]
 }
 
-/// Where the shape stands: its plane is met at these parameters of the rays.
+/// The positions of the shape: the parameters at which the rays meet its plane.
 const PLACES: [(f32, &str, &str); 3] = [
     (5.0, "", ""),
     (6.0, "Translate 0 0 1", ""),
     (7.0, "ObjectBegin \"placed\"", "ObjectEnd Translate 0 0 2 ObjectInstance \"placed\""),
 ];
 
-/// The colour of a shape that these statements are of, at a place; black where it is not hit.
+/// The colour of a shape with these statements at a position; black if it is not hit.
 fn expected(statements: &[Statement], place: usize) -> [f32; 3] {
     let plane = PLACES[place].0;
     let mut ray = Ray { plane, limit: f32::INFINITY, is_accepted: false, count: 0.0, noted: 0.0 };
@@ -155,8 +155,8 @@ fn expected(statements: &[Statement], place: usize) -> [f32; 3] {
     }
 }
 
-/// The columns of a picture of this shape, of which the left half shows another shape in front of it, with scratch of
-/// its own: every pixel, left to right.
+/// The pixels of an image of this shape, left to right; the left half shows another shape in front of it, with separate
+/// scratch.
 fn picture(
     statements: &[Statement],
     place: usize,
@@ -213,7 +213,7 @@ fn check(statements: &[Statement], place: usize, engine: &EngineOptions) {
     let right = expected(statements, place);
     for renderer in [Renderer::Interactive, Renderer::Batch] {
         let pixels = picture(statements, place, renderer, engine.clone());
-        // Which of them is nearer is not the question here.
+        // The order of the two shapes is not tested here.
         let shown = &pixels[8..];
         let all = shown.iter().all(|pixel| *pixel == right);
         assert!(all, "{}, {statements:?}, place {place}: {right:?}, {shown:?}", renderer.name());

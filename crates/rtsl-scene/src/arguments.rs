@@ -1,4 +1,4 @@
-//! From the parameters of a scene to the arguments of a class.
+//! Conversion of a scene's parameters to the arguments of a class.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use rtsl::{
 
 use crate::reader::{Component, Parameter, ParameterType, ReferenceKind, Values};
 
-/// Finds the instances that arguments refer to.
+/// Resolves the references in arguments.
 pub trait Resolve {
-    /// The instance that the scene calls by a name.
+    /// Returns the instance with this name in the scene.
     fn named(&mut self, kind: ReferenceKind, name: &str) -> Result<Arc<Instance>, Box<Diagnostic>>;
 
-    /// A texture that has one colour everywhere.
+    /// Returns a texture of constant colour.
     fn constant_texture(&mut self, color: [f32; 3]) -> Result<Arc<Instance>, Box<Diagnostic>>;
 }
 
-/// The argument that a parameter of the scene is for `class`.
+/// Converts a parameter of the scene to an argument of `class`.
 pub fn argument(
     class: &Class,
     parameter: &Parameter,
@@ -33,7 +33,7 @@ pub fn argument(
     }
 }
 
-/// The texture that a parameter names, or one of the numbers that it gives.
+/// Returns the texture that a parameter names, or a constant texture of the numbers that it gives.
 pub fn texture(
     parameter: &Parameter,
     resolve: &mut dyn Resolve,
@@ -45,7 +45,7 @@ pub fn texture(
     named(parameter, ReferenceKind::Texture, &names[0], resolve)
 }
 
-/// For references, and arrays of them, the role and the number in the array.
+/// For references and arrays of them, the role and the array's length.
 fn reference_role(ty: &ClassType) -> Option<(Role, Option<u32>)> {
     match ty {
         ClassType::Reference(role) => Some((*role, None)),
@@ -82,7 +82,7 @@ fn references(
     })
 }
 
-/// The names that a parameter refers to things by.
+/// The names in a parameter that refers to other parts of the scene.
 fn reference_names(
     parameter: &Parameter,
     kind: ReferenceKind,
@@ -121,7 +121,7 @@ fn named(
     })
 }
 
-/// Numbers given for a texture: one grey, or three for a colour.
+/// The colour of a texture given by numbers: one for grey, three for red, green and blue.
 fn constant_color(parameter: &Parameter) -> Option<[f32; 3]> {
     let numeric = match parameter.kind {
         ParameterType::Numeric { component, .. } => component != Component::Bool,
@@ -183,8 +183,8 @@ fn is_color(ty: &ClassType) -> bool {
     matches!(ty, ClassType::Color)
 }
 
-/// The scalars of a type, if they are all alike, and how many; `None` of them for buffers, which
-/// take any number of elements.
+/// The scalar type of a type's components, if they all have the same, and their number; the number is `None` for
+/// buffers, which take any number of elements.
 fn scalars_of(ty: &ClassType) -> Option<(Scalar, Option<usize>)> {
     match ty {
         ClassType::Scalar(scalar) => Some((*scalar, Some(1))),
@@ -202,7 +202,7 @@ fn scalars_of(ty: &ClassType) -> Option<(Scalar, Option<usize>)> {
     }
 }
 
-/// The values as bits of a scalar type, with the language's implicit conversions.
+/// Converts the values to the bits of a scalar type, with the language's implicit conversions.
 fn words(parameter: &Parameter, scalar: Scalar) -> Option<Vec<u32>> {
     let declared = match parameter.kind {
         ParameterType::Numeric { component, .. } => Some(component),

@@ -1,11 +1,11 @@
-//! Finding the class of a name.
+//! Lookup of classes by name.
 //!
-//! `Torus` is looked for in the folder of the scene, first in the file `torus.rtsl`, then in
-//! every other `.rtsl` file there that declares a class of this name, in the order of their names;
-//! then in the standard library. So a file beside the scene wins over the library.
+//! The class `Torus` is searched for in the folder of the scene: first in the file `torus.rtsl`, then in every other
+//! `.rtsl` file there that declares a class of this name, in the order of file names. The standard library comes last,
+//! so a file beside the scene overrides the library.
 //!
-//! After [`Classes::refresh`] files are read again, but a class whose text is as it was stays the same
-//! object: an engine knows it by its address and has its kernels already.
+//! [`Classes::refresh`] makes the next lookups read the files again. A class whose text did not change stays the same
+//! object: engines identify classes by address, so its kernels are reused.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -21,18 +21,18 @@ use crate::reader::{FileSource, Input};
 pub struct Classes<'a> {
     compiler: Compiler,
     files: &'a dyn FileSource,
-    /// The memory that files may take.
+    /// The memory budget for files.
     budget: InputBudget,
     folder: PathBuf,
     /// The shader files beside the scene that can be read.
     beside: Option<Vec<ShaderFile>>,
-    /// `None` for a file with errors, which are reported once.
+    /// The compiled units; `None` for a file with errors, which are reported once.
     units: BTreeMap<PathBuf, Option<Unit>>,
-    /// What was looked for before: scenes name few classes, often.
+    /// Results of earlier lookups: scenes refer to few classes many times.
     found: BTreeMap<String, Found>,
-    /// What was found before the last refresh, until what came of it is accepted.
+    /// The results before the last refresh, until that is accepted.
     found_before: Option<BTreeMap<String, Found>>,
-    /// What compiled without errors, with the texts that it was made of.
+    /// Files that compiled without errors, with their source texts.
     compiled: BTreeMap<PathBuf, Compilation>,
     messages: Messages,
 }
@@ -45,19 +45,19 @@ struct ShaderFile {
     declares: BTreeSet<String>,
 }
 
-/// What looking for a class gave.
+/// The result of a lookup.
 #[derive(Clone)]
 pub enum Found {
     /// The class.
     Class(Arc<Class>),
-    /// A file that declares it has errors, which were reported.
+    /// A file that declares the class has errors, which were reported.
     Broken,
-    /// There is none.
+    /// There is no such class.
     Nothing,
 }
 
 impl<'a> Classes<'a> {
-    /// The classes that a scene in `folder` sees.
+    /// The classes visible to a scene in `folder`.
     pub fn new(compiler: Compiler, files: &'a dyn FileSource, folder: &Path) -> Self {
         Classes {
             compiler,
@@ -73,7 +73,7 @@ impl<'a> Classes<'a> {
         }
     }
 
-    /// Forgets what the files said, so that the next search reads them again.
+    /// Discards the contents of files, so that the next lookup reads them again.
     pub fn refresh(&mut self) {
         self.beside = None;
         self.units.clear();
@@ -82,12 +82,12 @@ impl<'a> Classes<'a> {
         self.messages = Messages::default();
     }
 
-    /// What was found since the last refresh is of use.
+    /// Accepts the results since the last refresh.
     pub fn accept_refresh(&mut self) {
         self.found_before = None;
     }
 
-    /// Finds what was found before the last refresh again, unless that was accepted.
+    /// Restores the results before the last refresh, unless that was accepted.
     pub fn undo_refresh(&mut self) {
         if let Some(found) = self.found_before.take() {
             self.found = found;
@@ -95,12 +95,12 @@ impl<'a> Classes<'a> {
         }
     }
 
-    /// Reads files within a budget from now on.
+    /// Sets the budget for files read from now on.
     pub fn set_budget(&mut self, budget: &InputBudget) {
         self.budget = budget.clone();
     }
 
-    /// Takes another compiler; what the one before compiled counts no longer if it had other options.
+    /// Sets the compiler. Earlier compilations are discarded if its options differ.
     pub fn set_compiler(&mut self, compiler: Compiler) {
         if compiler.options() != self.compiler.options() {
             self.refresh();
@@ -109,8 +109,8 @@ impl<'a> Classes<'a> {
         }
     }
 
-    /// The files, other than the library's, that classes were compiled from, with what they include;
-    /// those that did not compile included.
+    /// The files, other than the library's, that classes were compiled from, including files that they include and
+    /// files that did not compile.
     pub fn source_files(&self) -> impl Iterator<Item = PathBuf> {
         let included = self.compiled.iter();
         let included = included.flat_map(|(path, it)| texts(path, &it.sources).skip(1));
@@ -119,7 +119,7 @@ impl<'a> Classes<'a> {
         beside.chain(included)
     }
 
-    /// The class of a name.
+    /// Returns the class with this name.
     pub fn find(&mut self, name: &str) -> Found {
         if let Some(found) = self.found.get(name) {
             return found.clone();
@@ -152,7 +152,7 @@ impl<'a> Classes<'a> {
         rtsl::library::files().iter().flat_map(|file| declared_classes(file.text))
     }
 
-    /// What compiling said: errors and warnings.
+    /// The errors and warnings of the compiler.
     pub fn messages(&self) -> &Messages {
         &self.messages
     }
@@ -179,7 +179,7 @@ impl<'a> Classes<'a> {
             let read = |path: PathBuf| {
                 let Input { bytes, held } = match Input::read(files, &path, budget) {
                     Ok(input) => input,
-                    // What cannot be read may be none of the scene's.
+                    // A file that cannot be read may not belong to the scene.
                     Err(error) => {
                         let over = OverBudget::of(&error);
                         over.into_iter()
@@ -212,7 +212,7 @@ impl<'a> Classes<'a> {
         self.units.get(path).and_then(Option::as_ref)
     }
 
-    /// Keeps what compiling a file said and gave; of a file with errors, what it gave before.
+    /// Records the messages and the result of compiling a file; if it has errors, its previous result is used.
     fn accept(&mut self, path: &Path, compilation: Compilation) -> Option<Unit> {
         let mut diagnostics = Diagnostics::new();
         diagnostics.extend(compilation.diagnostics.iter().cloned());
@@ -225,28 +225,27 @@ impl<'a> Classes<'a> {
     }
 }
 
-/// Whether a file has this text still, and what it includes its text of then.
+/// True if a file and the files that it includes still have the texts of a compilation.
 fn is_current(path: &Path, text: &str, compilation: &Compilation) -> bool {
     let mut texts = texts(path, &compilation.sources);
     let is_own = texts.next().is_some_and(|(_, own)| own == text);
     let is_as_it_was = |(name, text): (&str, &str)| {
-        // Another length tells enough of a file that may have become very long.
+        // The length alone shows that a file changed that may have become very long.
         std::fs::metadata(name).is_ok_and(|now| now.is_file() && now.len() == text.len() as u64)
             && std::fs::read(name).is_ok_and(|now| now == text.as_bytes())
     };
     is_own && texts.all(is_as_it_was)
 }
 
-/// The texts of a compilation by their names: that of the file itself, then those that it includes.
-/// The prelude's stand before them.
+/// The texts of a compilation with their names: the file itself, then those that it includes. The prelude's come before
+/// them in the map and are skipped.
 fn texts<'a>(path: &Path, sources: &'a SourceMap) -> impl Iterator<Item = (&'a str, &'a str)> {
     let own = path.display().to_string();
     let files = sources.files().map(|(_, file)| (file.name.as_str(), file.text.as_str()));
     files.skip_while(move |(name, _)| *name != own)
 }
 
-/// The names that follow the word `class` in a text. Comments may add names that are none; the
-/// compiler has the last word.
+/// The names that follow the word `class` in a text. Comments may add false ones, which the compiler rejects later.
 fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
     let separator = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_');
     let mut words = text.split(separator).filter(|word| !word.is_empty());
@@ -256,7 +255,7 @@ fn declared_classes(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// `ThinLens` as file names spell it: `thin_lens`.
+/// Converts `ThinLens` to the spelling of file names, `thin_lens`.
 fn snake_case(name: &str) -> String {
     let mut spelled = String::new();
     let mut previous_lower = false;

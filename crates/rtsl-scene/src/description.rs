@@ -1,14 +1,14 @@
-//! A scene as its text describes it, before any class is looked up.
+//! The description of a scene: the content of its text, before any class is looked up.
 
 use rtsl::Span;
 use rtsl_math::Transform;
 
 use crate::reader::Parameter;
 
-/// Everything that a scene's text says.
+/// The content of a scene's text.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// Every use of a class or of a setting; the other fields index it.
+    /// All uses of classes and settings; the other fields index this list.
     pub entities: Vec<Entity>,
     /// The camera.
     pub camera: Option<EntityId>,
@@ -26,14 +26,14 @@ pub struct Description {
     pub shapes: Vec<ShapeUse>,
     /// Objects that `ObjectBegin` defines.
     pub objects: Vec<ObjectDefinition>,
-    /// Uses of those objects.
+    /// Uses of those objects by `ObjectInstance`.
     pub instances: Vec<InstanceUse>,
-    /// When what moves starts and when it ends, in the units of the shutter's times.
+    /// The start and the end of motion, in the units of the shutter's times.
     pub transform_times: [f64; 2],
 }
 
 impl Default for Description {
-    /// Nothing yet.
+    /// An empty description.
     fn default() -> Self {
         Description {
             entities: Vec::new(),
@@ -58,7 +58,7 @@ pub struct EntityId(pub usize);
 /// A use of a class or of a setting, with its parameters.
 #[derive(Clone, Debug)]
 pub struct Entity {
-    /// What it is used as.
+    /// The kind of thing it is used as.
     pub kind: EntityKind,
     /// The class, or the name of the setting.
     pub class: String,
@@ -68,14 +68,14 @@ pub struct Entity {
     pub name: Option<String>,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// The transform that stood where it was made: from its own space to the world's, for a
-    /// camera from the world's to its own. Where it moves, that at the start.
+    /// The current transform at the entity's directive: from the entity's space to the world's, for a camera from the
+    /// world's to the camera's. If it moves, its value at the start.
     pub transform: Transform,
-    /// Where it moves, the transform at the end.
+    /// If it moves, the transform at the end.
     pub end_transform: Option<Transform>,
 }
 
-/// What an entity is used as.
+/// The kind of thing that an entity is used as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EntityKind {
     /// `Camera`
@@ -101,7 +101,7 @@ pub enum EntityKind {
 }
 
 impl EntityKind {
-    /// The word for it in messages.
+    /// The word for the kind in messages.
     pub fn word(self) -> &'static str {
         match self {
             EntityKind::Camera => "camera",
@@ -118,39 +118,39 @@ impl EntityKind {
     }
 }
 
-/// A shape, placed and given a material.
+/// A shape with its placement and material.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeUse {
     /// The shape; its transform places it.
     pub shape: EntityId,
     /// Its material; `None` for the default one.
     pub material: Option<EntityId>,
-    /// What it emits.
+    /// Its area light, whose emission it gives off.
     pub area_light: Option<EntityId>,
-    /// Its normals point the other way.
+    /// True if its normals are flipped.
     pub reverse_orientation: bool,
 }
 
-/// Shapes that are placed together.
+/// Shapes that are instantiated together.
 #[derive(Clone, Debug)]
 pub struct ObjectDefinition {
     /// The name.
     pub name: String,
-    /// Where it is defined.
+    /// The place of the definition.
     pub span: Span,
     /// Its shapes; their transforms lead to the space in which the object was defined.
     pub shapes: Vec<ShapeUse>,
 }
 
-/// An object, placed.
+/// An instance of an object.
 #[derive(Clone, Copy, Debug)]
 pub struct InstanceUse {
     /// The index of its definition.
     pub object: usize,
     /// The place of the directive.
     pub span: Span,
-    /// From the definition's space to the world's; where it moves, that at the start.
+    /// From the definition's space to the world's; if it moves, its value at the start.
     pub transform: Transform,
-    /// Where it moves, the transform at the end.
+    /// If it moves, the transform at the end.
     pub end_transform: Option<Transform>,
 }

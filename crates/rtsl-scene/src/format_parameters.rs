@@ -1,4 +1,4 @@
-//! The format's parameters where more than a name stands between them and those of a class.
+//! Translation of pbrt parameters to those of a class, where they differ by more than their name.
 
 use std::borrow::Cow;
 
@@ -11,7 +11,7 @@ use super::description::{Entity, EntityKind};
 use super::standard_names::StandardName;
 use crate::reader::{Parameter, ParameterType, ReferenceKind, SceneFiles, Values, unreadable};
 
-/// The parameters of an entity as its class calls them.
+/// Translates the parameters of an entity to those of its class.
 pub fn translated<'e>(
     entity: &'e Entity,
     standard: &StandardName,
@@ -38,7 +38,7 @@ pub fn translated<'e>(
     parameters
 }
 
-/// The parameters of an entity that have no effect here, and why.
+/// The parameters of an entity that have no effect, each with the reason.
 pub fn without_effect<'e>(
     entity: &'e Entity,
     standard: &StandardName,
@@ -52,9 +52,9 @@ pub fn without_effect<'e>(
 
 #[derive(PartialEq)]
 enum Effect {
-    /// The class gets it.
+    /// Passed on to the class.
     Given,
-    /// It tells how an image is read.
+    /// Controls how an image is read.
     Image,
     None(&'static str),
 }
@@ -67,7 +67,7 @@ fn effect(parameter: &Parameter, standard: &StandardName, class: &Class) -> Effe
     match own {
         _ if standard.reads_image() && IMAGE.contains(&name) => Effect::Image,
         Some(own) if textured && !matches!(own.ty, ClassType::Reference(_)) => {
-            Effect::None("it is the same everywhere, and not a texture's")
+            Effect::None("it is constant over the surface and cannot be a texture")
         }
         Some(_) => Effect::Given,
         None if standard.has_no_effect(name) => Effect::None("it is left out"),
@@ -75,7 +75,7 @@ fn effect(parameter: &Parameter, standard: &StandardName, class: &Class) -> Effe
     }
 }
 
-/// How the format describes images.
+/// The parameters by which pbrt describes images.
 const IMAGE: &[&str] = &["filename", "encoding", "filter", "maxanisotropy", "wrap", "mapping"];
 
 fn made(entity: &Entity, name: &str, values: Vec<f64>) -> Parameter {
@@ -88,7 +88,7 @@ fn made(entity: &Entity, name: &str, values: Vec<f64>) -> Parameter {
     }
 }
 
-/// `"string materials" ["a" "b"]` of mixtures names the first and the second.
+/// Splits `"string materials" ["a" "b"]` of mixtures into the first and the second material.
 fn split_materials(parameters: &mut Vec<Cow<'_, Parameter>>) {
     let Some(place) = parameters.iter().position(|it| it.name == "materials") else { return };
     let Values::Texts(names) = &parameters[place].values else { return };
@@ -101,7 +101,7 @@ fn split_materials(parameters: &mut Vec<Cow<'_, Parameter>>) {
     }
 }
 
-/// Two numbers of the format that are one vector here.
+/// Joins two numbers of the format into one vector.
 fn join(parameters: &mut Vec<Cow<'_, Parameter>>, names: [&str; 2], joined: &str, default: f64) {
     let Some(first) = parameters.iter().find(|it| names.contains(&it.name.as_str())).cloned()
     else {
@@ -114,7 +114,7 @@ fn join(parameters: &mut Vec<Cow<'_, Parameter>>, names: [&str; 2], joined: &str
     parameters.push(Cow::Owned(Parameter { kind, name, values, ..first.into_owned() }));
 }
 
-/// Powers and illuminances scale lights.
+/// Scales lights by their power or illuminance.
 fn apply_power(entity: &Entity, parameters: &mut Vec<Cow<'_, Parameter>>) {
     use std::f64::consts::PI;
     let unit = match (entity.kind, entity.class.as_str()) {
@@ -137,8 +137,8 @@ fn apply_power(entity: &Entity, parameters: &mut Vec<Cow<'_, Parameter>>) {
     }
 }
 
-/// The power of a spot light whose intensity along the axis is 1. Its soft edge counts half, since it falls off by a
-/// curve of the cosine that is the same on both sides of its middle.
+/// The power of a spot light whose intensity along the axis is 1. The soft edge counts half, because its falloff is a
+/// curve in the cosine that is symmetric about its middle.
 fn spot_power(parameters: &[Cow<'_, Parameter>]) -> f64 {
     let edge = number(parameters, "coneAngle", 30.0);
     let full = (edge - number(parameters, "softness", 5.0)).max(0.0);
@@ -153,7 +153,7 @@ fn number(parameters: &[Cow<'_, Parameter>], name: &str, default: f64) -> f64 {
     }
 }
 
-/// What a class gets of the image that an entity names; nothing where its class takes none.
+/// The values that a class gets from the image that an entity names; none if its class takes no image.
 pub fn image_values(
     entity: &Entity,
     standard: &StandardName,
@@ -205,14 +205,14 @@ pub fn image_values(
     Ok(values)
 }
 
-/// The bits of so many numbers.
+/// The bits of `count` numbers.
 fn bits<'t>(count: usize, numbers: impl IntoIterator<Item = &'t f32>) -> Value {
     let mut bits: Vec<u32> = Vec::with_capacity(count);
     bits.extend(numbers.into_iter().map(|number| number.to_bits()));
     Value::Numbers(rtsl::Numbers::from_words(rtsl::Scalar::F32, bits))
 }
 
-/// The memory that a class's argument keeps.
+/// The memory of a class's argument.
 fn memory(value: &Value) -> Amount {
     match value {
         Value::Numbers(numbers) => Amount::of::<u32>(numbers.words().len()),
@@ -221,7 +221,7 @@ fn memory(value: &Value) -> Amount {
 }
 
 fn texture_values(levels: Vec<[f32; 4]>, wrap: Option<&str>) -> Vec<(String, Value)> {
-    // In the place of the texels: numbers have the size of their bits.
+    // This replaces the texels: a float has the size of its bits.
     let words: Vec<u32> = levels.into_flattened().into_iter().map(f32::to_bits).collect();
     let texels = Value::Numbers(rtsl::Numbers::from_words(rtsl::Scalar::F32, words));
     let wrap = match wrap {
@@ -232,11 +232,11 @@ fn texture_values(levels: Vec<[f32; 4]>, wrap: Option<&str>) -> Vec<(String, Val
     vec![("texels".to_owned(), texels), ("wrap".to_owned(), Value::Int(wrap))]
 }
 
-/// Square images are folded octahedra, others latitudes and longitudes.
+/// Square images are octahedral maps, others latitude-longitude maps.
 fn sky_values(picture: &Picture) -> Vec<(String, Value)> {
     let latitudes = picture.width != picture.height;
     let height = picture.height as f64;
-    // The parabola through both poles and the equator is close to the sine, and only scales samples.
+    // A parabola through both poles and the equator approximates the sine; it only affects the sampling density.
     let width_of = |row: usize| {
         let down = (row as f64 + 0.5) / height;
         if latitudes { 4.0 * down * (1.0 - down) } else { 1.0 }

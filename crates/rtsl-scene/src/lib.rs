@@ -1,7 +1,7 @@
-//! Scenes: [`reader`] turns files into a [`Description`], and [`load_scene`] finds the classes that a description names,
-//! reads its [`mesh`]es and pictures, and makes instances of the classes.
+//! Scenes: [`reader`] turns files into a [`Description`], and [`load_scene`] finds the classes that a description
+//! names, reads its [`mesh`]es and pictures, and creates instances of the classes.
 //!
-//! This crate knows the language only as `rtsl` offers it to every host, and no renderer.
+//! This crate uses the language through the public interface of `rtsl` and depends on no renderer.
 
 mod arguments;
 mod classes;

@@ -1,4 +1,4 @@
-//! From the description of a scene to a scene: find classes, make instances.
+//! Loading: from the description of a scene to instances of classes.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,7 +22,7 @@ use super::shutter::{SHUTTER, Shutter};
 use super::standard_names::StandardName;
 use crate::reader::{Parameter, ReferenceKind, SceneFiles, Values};
 
-/// The entities that the parts of a scene come from, by the indices of the parts.
+/// The entities from which the parts of a scene were made, by the indices of the parts.
 #[derive(Clone, Debug)]
 pub struct Origins {
     /// The camera's.
@@ -38,17 +38,17 @@ pub struct Origins {
 /// The class of shapes without a material.
 const DEFAULT_MATERIAL: &str = "Lambertian";
 
-/// The class of textures that are given as numbers, and its parameter.
+/// The class of textures given by numbers, and its parameter.
 const CONSTANT_TEXTURE: &str = "Constant";
 const CONSTANT_COLOR: &str = "value";
 
-/// The parameter of every shape that cuts it out, unless its class has one of this name.
+/// The alpha parameter of every shape, unless its class declares one of this name.
 const ALPHA: &str = "alpha";
 
-/// References behind references nest no deeper.
+/// The greatest depth of references to instances that contain references.
 const MAX_REFERENCE_DEPTH: usize = 64;
 
-/// What can be referred to, by kind and name.
+/// The entities that can be referred to, by kind and name.
 pub type Names = BTreeMap<(ReferenceKind, String), EntityId>;
 
 pub fn names_of(description: &Description) -> Names {
@@ -66,11 +66,11 @@ pub fn names_of(description: &Description) -> Names {
         };
         Some(((kind, entity.name.clone()?), EntityId(index)))
     });
-    // The first of several with one name.
+    // Of several entities with one name the first counts.
     named.rev().collect()
 }
 
-/// What an instance is made of, by the names of parameters, and what that comes from.
+/// The arguments of an instance, by the names of parameters, and the entities that they depend on.
 #[derive(Default)]
 struct Arguments {
     values: Vec<(String, Value)>,
@@ -82,23 +82,23 @@ struct Arguments {
 #[derive(Clone)]
 enum Slot {
     Empty,
-    /// It is being made: to ask for it now is a cycle.
+    /// The instance is being made: a reference to it now is a cycle.
     Open,
     Made(Made),
-    /// It can't be made, which was reported.
+    /// The instance cannot be made; an error was reported.
     Failed,
 }
 
-/// An instance, and all that it was made of besides the parameters of its entity.
+/// An instance, and its dependencies besides the parameters of its entity.
 #[derive(Clone, Debug)]
 pub struct Made {
     /// The instance.
     pub instance: Arc<Instance>,
-    /// What cuts a shape out.
+    /// The alpha texture of a shape.
     alpha: Option<Arc<Instance>>,
-    /// The entities that it refers to, as they were.
+    /// The instances of the entities that it refers to.
     named: Vec<(EntityId, Arc<Instance>)>,
-    /// The classes of instances that stand for mere numbers.
+    /// The classes of the constants among its references.
     standard: Vec<Arc<Class>>,
 }
 
@@ -121,12 +121,12 @@ pub struct Loader<'a, 'f> {
     instances: Vec<Slot>,
     names: Names,
     depth: usize,
-    /// Messages of what has no effect.
+    /// Messages about parameters without effect, each of which is reported once.
     said: BTreeSet<String>,
 }
 
 impl<'a, 'f> Loader<'a, 'f> {
-    /// Makes the instances of `description`, or takes them from `earlier` where nothing changed.
+    /// Prepares to make the instances of `description`, or to reuse those of `earlier` that did not change.
     pub fn new(
         files: SceneFiles<'a>,
         description: &'a Description,
@@ -147,7 +147,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The instances by entity, for a later load.
+    /// Returns the instances by entity, for a later load.
     pub fn into_made(self) -> Vec<Option<Made>> {
         let made = self.instances.into_iter().map(|slot| match slot {
             Slot::Made(made) => Some(made),
@@ -156,11 +156,11 @@ impl<'a, 'f> Loader<'a, 'f> {
         made.collect()
     }
 
-    /// The scene; `None` if an error was reported.
+    /// Makes the scene; returns `None` if an error was reported.
     pub fn scene(&mut self, settings: Settings) -> Option<(Scene, Origins)> {
         let description = self.description;
         let Some(camera_entity) = description.camera else {
-            // Where nothing could be read, that has been said.
+            // If nothing could be read, an error was reported already.
             if !(description.entities.is_empty() && self.diagnostics.has_errors()) {
                 self.diagnostics.push(
                     Diagnostic::new(codes::MISPLACED_DIRECTIVE, "the scene has no camera")
@@ -229,7 +229,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             indices.push(parts.objects.len() as u32);
             parts.object_origins.push(shape.shape);
             parts.objects.push(SceneObject {
-                // The instance itself is the first element; where it is the only one, an object like others.
+                // The instance itself is the first element; a shape with one element is treated like any other object.
                 elements: primitive.element_count().filter(|count| *count != 1),
                 primitive,
                 transform,
@@ -243,7 +243,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         indices
     }
 
-    /// What cuts out a shape whose instance was made.
+    /// The alpha texture of a shape whose instance was made.
     fn alpha(&self, shape: EntityId) -> Option<Arc<Instance>> {
         match &self.instances[shape.0] {
             Slot::Made(made) => made.alpha.clone(),
@@ -251,7 +251,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The index of a material among those of the scene.
+    /// Returns the index of a material among those of the scene.
     fn material(&mut self, material: Option<EntityId>, parts: &mut SceneParts) -> Option<u32> {
         if let Some(index) = parts.material_indices.get(&material) {
             return *index;
@@ -273,7 +273,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         self.standard_instance(DEFAULT_MATERIAL, Vec::new())
     }
 
-    /// An instance of a class that the renderer itself needs.
+    /// Makes an instance of a class that the renderer itself needs.
     fn standard_instance(
         &mut self,
         class: &str,
@@ -305,8 +305,7 @@ impl<'a, 'f> Loader<'a, 'f> {
             } else if let Some(light) = self.instance(*id) {
                 let (transform, motion) = parts.place_entity(entity, Transform::IDENTITY);
                 if motion.is_some() {
-                    let message =
-                        "a light does not move: it stands where it is when the shutter opens";
+                    let message = "lights cannot move: it keeps its position at shutter open";
                     let diagnostic = Diagnostic::new(codes::IGNORED_SETTING, message);
                     self.diagnostics.push(diagnostic.at(entity.class_span, ""));
                 }
@@ -317,7 +316,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         lights
     }
 
-    /// `LightSource "ambient" "rgb L" [ r g b ]`: what shaders get from `ambient()`.
+    /// `LightSource "ambient" "rgb L" [ r g b ]`: the value of `ambient()` in shaders.
     fn add_ambient(&mut self, entity: &Entity, ambient: &mut [f32; 3]) {
         for parameter in &entity.parameters {
             match (&parameter.values, parameter.name.as_str()) {
@@ -337,7 +336,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// Textures and materials that nothing uses are checked all the same.
+    /// Checks textures and materials that are not used.
     fn check_unused_entities(&mut self) {
         for (index, entity) in self.description.entities.iter().enumerate() {
             match entity.kind {
@@ -355,7 +354,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The instance of an entity, made when it is first asked for; `None` if it can't be made.
+    /// Returns the instance of an entity, which is made at its first use; `None` if it cannot be made.
     fn instance(&mut self, id: EntityId) -> Option<Arc<Instance>> {
         match &self.instances[id.0] {
             Slot::Made(made) => return Some(made.instance.clone()),
@@ -389,7 +388,7 @@ impl<'a, 'f> Loader<'a, 'f> {
     fn make(&mut self, id: EntityId) -> Option<Made> {
         let entity = &self.description.entities[id.0];
         if self.depth > MAX_REFERENCE_DEPTH {
-            let message = format!("references lead more than {MAX_REFERENCE_DEPTH} deep");
+            let message = format!("references are nested more than {MAX_REFERENCE_DEPTH} deep");
             self.diagnostics
                 .push(Diagnostic::new(codes::LINK_LIMIT, message).at(entity.class_span, ""));
             return None;
@@ -426,7 +425,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The instance of an earlier load, if it would come out the same.
+    /// The instance of an earlier load, if making it again would give the same.
     fn unchanged(&mut self, id: EntityId, class: &Arc<Class>) -> Option<&'a Made> {
         if self.earlier.changed.contains(&id) {
             return None;
@@ -454,7 +453,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The arguments of an entity; `None` if one was reported to be wrong.
+    /// The arguments of an entity; `None` if one of them was reported as an error.
     fn arguments(&mut self, entity: &Entity, class: &Class) -> Option<Arguments> {
         let mut arguments = Arguments::default();
         let mut complete = true;
@@ -495,8 +494,8 @@ impl<'a, 'f> Loader<'a, 'f> {
         complete.then_some(arguments)
     }
 
-    /// What a parameter stands for, noting in `arguments` what it refers to; `None` if something was
-    /// reported to be wrong.
+    /// Converts a parameter and records in `arguments` the entities that it refers to; returns `None` if an error was
+    /// reported.
     fn resolve<T>(
         &mut self,
         arguments: &mut Arguments,
@@ -517,8 +516,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// The texture that cuts out a shape; none where it is 1 everywhere. `None` if it was reported to
-    /// be wrong.
+    /// The alpha texture of a shape; none if it is 1 everywhere. `None` if an error was reported.
     fn alpha_texture(
         &mut self,
         parameter: &Parameter,
@@ -530,7 +528,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         self.resolve(arguments, |resolver| texture(parameter, resolver)).map(Some)
     }
 
-    /// The parameters as the entity's class calls them.
+    /// The parameters of an entity translated to those of its class.
     fn parameters<'e>(&mut self, entity: &'e Entity, class: &Class) -> Vec<Cow<'e, Parameter>> {
         match self.standard_name(entity) {
             Some(standard) => translated(entity, standard, class),
@@ -538,7 +536,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// Says what of a name of the format has no effect here, once for each thing.
+    /// Warns once about each parameter of a pbrt name that has no effect.
     fn check_format(&mut self, entity: &Entity, class: &Class) {
         let Some(standard) = self.standard_name(entity) else { return };
         let (kind, name) = (entity.kind.word(), &entity.class);
@@ -554,7 +552,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// Whether an entity is one that no class stands for, which is said once for each name.
+    /// True if no class implements the entity's pbrt name; warns once about each name.
     fn is_left_out(&mut self, entity: &Entity) -> bool {
         let left_out = StandardName::is_left_out(entity)
             && matches!(self.classes.find(&entity.class), Found::Nothing);
@@ -566,7 +564,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         left_out
     }
 
-    /// Says which references of the instance are called through and not set, once for each of a class.
+    /// Warns about references that the instance calls through and that are not set, once for each of a class.
     fn warn_of_unset_references(&mut self, id: EntityId, instance: &Instance) {
         let span = self.description.entities[id.0].class_span;
         for warning in instance.unset_reference_warnings() {
@@ -582,7 +580,7 @@ impl<'a, 'f> Loader<'a, 'f> {
         }
     }
 
-    /// What a name means that is the format's. A class of the scene wins over it.
+    /// The meaning of a pbrt name. A class of the same name in the scene's folder takes precedence.
     fn standard_name(&mut self, entity: &Entity) -> Option<&'static StandardName> {
         let standard = StandardName::of(entity)?;
         match self.classes.find(&entity.class) {
@@ -611,18 +609,17 @@ impl<'a, 'f> Loader<'a, 'f> {
                 let message = format!("unknown {} class `{}`", entity.kind.word(), entity.class);
                 let diagnostic =
                     Diagnostic::new(codes::UNKNOWN_CLASS, message).at(entity.class_span, "");
-                self.diagnostics.push(
-                    match most_similar(&entity.class, Classes::standard_names()) {
-                        Some(near) => diagnostic.suggest(
-                            "did you mean this?",
-                            entity.class_span,
-                            format!("\"{near}\""),
-                        ),
-                        None => diagnostic.note(
-                            "it is neither declared beside the scene nor in the standard library",
-                        ),
-                    },
-                );
+                self.diagnostics
+                    .push(match most_similar(&entity.class, Classes::standard_names()) {
+                    Some(near) => diagnostic.suggest(
+                        "did you mean this?",
+                        entity.class_span,
+                        format!("\"{near}\""),
+                    ),
+                    None => diagnostic.note(
+                        "it is declared neither in the scene's folder nor in the standard library",
+                    ),
+                });
                 return None;
             }
         };
@@ -643,19 +640,19 @@ impl<'a, 'f> Loader<'a, 'f> {
     }
 }
 
-/// The parameter that cuts a shape out, unless it is one of its class.
+/// The alpha parameter of a shape, unless its class declares one of that name.
 fn alpha_parameter<'e>(entity: &'e Entity, class: &Class) -> Option<&'e Parameter> {
     let is_own = class.parameters.iter().any(|parameter| parameter.name == ALPHA);
     let mut given = entity.parameters.iter();
     given.find(|it| entity.kind == EntityKind::Shape && it.name == ALPHA && !is_own)
 }
 
-/// Looks up references for the arguments of one instance.
+/// Resolves references for the arguments of one instance.
 struct Resolver<'l, 'a, 'f> {
     loader: &'l mut Loader<'a, 'f>,
-    /// What went wrong was reported where it happened.
+    /// True if an error was reported where it occurred.
     reported: bool,
-    /// What was asked for.
+    /// The entities referred to.
     named: Vec<(EntityId, Arc<Instance>)>,
     /// The classes of constants.
     standard: Vec<Arc<Class>>,

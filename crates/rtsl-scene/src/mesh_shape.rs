@@ -1,5 +1,5 @@
-//! The format's shapes that are meshes. They become instances of the library's classes `TriangleMesh`
-//! and `BilinearMesh`, whose buffers are the mesh's arrays; or of `Parallelogram`, where that is all they are.
+//! The format's mesh shapes. They become instances of the library's classes `TriangleMesh` and `BilinearMesh`, whose
+//! buffers are the mesh's arrays, or of `Parallelogram` if the mesh is a single one.
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::standard_names::StandardName;
 use crate::mesh::{Mesh, MeshBuilder, MeshError, read_gltf_within, read_ply_within};
 use crate::reader::{Input, Parameter, SceneFiles, Values, resolve};
 
-/// A shape that is a mesh.
+/// A mesh shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshShape {
     /// `trianglemesh`: vertices and triangles in the scene's text.
@@ -27,7 +27,7 @@ pub enum MeshShape {
 }
 
 impl MeshShape {
-    /// The shape that the format calls so.
+    /// The mesh shape with this name in the format.
     pub fn named(name: &str) -> Option<MeshShape> {
         match name {
             "trianglemesh" => Some(MeshShape::Triangles),
@@ -47,7 +47,7 @@ impl MeshShape {
         }
     }
 
-    /// The arguments that the class takes for `entity`.
+    /// The arguments of the class for `entity`.
     pub fn arguments(
         self,
         entity: &Entity,
@@ -87,7 +87,7 @@ fn check_names(entity: &Entity, known: &[&str]) -> Result<(), Box<Diagnostic>> {
     }))
 }
 
-/// Holds what the arrays take that are made of the numbers in a scene's text.
+/// Holds the memory of the arrays made of the numbers in a scene's text.
 fn hold(entity: &Entity, budget: &InputBudget) -> Result<Held, Box<Diagnostic>> {
     let numbers = ["P", "N", "uv", "indices"].map(|name| find(entity, name));
     let count = numbers.into_iter().flatten().map(|parameter| parameter.values.len()).sum();
@@ -96,7 +96,7 @@ fn hold(entity: &Entity, budget: &InputBudget) -> Result<Held, Box<Diagnostic>> 
     })
 }
 
-/// The shape's vertices, without any indices.
+/// The shape's vertices, without indices.
 fn vertices(entity: &Entity) -> Result<MeshBuilder, Box<Diagnostic>> {
     Ok(MeshBuilder {
         positions: floats(entity, "P")?,
@@ -132,7 +132,7 @@ fn ply(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
     read_ply_within(files.files.open(path)?, files.budget)
 }
 
-/// The files that a glTF file names lie beside it. All of them are held until the mesh is made.
+/// Files that a glTF file refers to are relative to it. All of them are held in memory until the mesh is complete.
 fn gltf(files: SceneFiles<'_>, path: &Path) -> Result<Mesh, MeshError> {
     let file = files.read(path)?;
     let buffers = RefCell::new(Vec::new());
@@ -171,7 +171,7 @@ fn find<'a>(entity: &'a Entity, name: &str) -> Option<&'a Parameter> {
     entity.parameters.iter().find(|parameter| parameter.name == name)
 }
 
-/// The bits of the floats of a parameter; none where it is not given.
+/// The bits of a parameter's floats; none if it is not given.
 fn floats(entity: &Entity, name: &str) -> Result<Vec<u32>, Box<Diagnostic>> {
     let Some(parameter) = find(entity, name) else { return Ok(Vec::new()) };
     let numbers = numbers(parameter)?;
@@ -182,7 +182,7 @@ fn floats(entity: &Entity, name: &str) -> Result<Vec<u32>, Box<Diagnostic>> {
     Ok(numbers.iter().map(|number| (*number as f32).to_bits()).collect())
 }
 
-/// The indices of a shape, which may leave out those of a single face.
+/// The indices of a shape, which may be omitted for a single face.
 fn indices(entity: &Entity, single: &[u32]) -> Result<Vec<u32>, Box<Diagnostic>> {
     let Some(parameter) = find(entity, "indices") else { return Ok(single.to_vec()) };
     let bits = |number: &f64| {

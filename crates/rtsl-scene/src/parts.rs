@@ -1,4 +1,4 @@
-//! A scene in the making.
+//! A scene under construction.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use super::description::{Entity, EntityId};
 use super::scene::SceneObject;
 use super::shutter::Shutter;
 
-/// What grows while a scene is put together.
+/// The lists that grow during loading.
 #[derive(Default)]
 pub struct SceneParts {
     pub materials: Vec<Arc<Instance>>,
-    /// By entity, `None` standing for the default material.
+    /// The indices of materials by entity; `None` is the default material.
     pub material_indices: BTreeMap<Option<EntityId>, Option<u32>>,
     pub objects: Vec<SceneObject>,
     pub ambient: [f32; 3],
@@ -24,17 +24,17 @@ pub struct SceneParts {
     pub shutter: Shutter,
 }
 
-/// Where something is when the shutter opens, and how it moves until it closes.
+/// The transform at shutter open, and the motion during the shutter interval.
 pub type Placement = (Transform, Option<Arc<MovingTransform>>);
 
 impl SceneParts {
-    /// The placement of a shape or light that first undergoes `first`.
+    /// The placement of a shape or light to which `first` is applied first.
     pub fn place_entity(&self, entity: &Entity, first: Transform) -> Placement {
         let end = entity.end_transform.map(|end| end.after(first));
         self.shutter.place(entity.transform.after(first), end)
     }
 
-    /// The placement of the camera, from its own space to the world's; `None` where it has no inverse.
+    /// The placement of the camera, from its own space to the world's; `None` if it has no inverse.
     pub fn place_camera(&self, camera: &Entity) -> Option<Placement> {
         let start = camera.transform.inverse()?;
         let end = match camera.end_transform {

@@ -1,16 +1,16 @@
-//! The renderers that a scene can ask for.
+//! The renderers that a scene can select.
 
 /// The renderers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Renderer {
-    /// Packets of rays from tiles; runs `shade` of materials.
+    /// Traces packets of rays tile by tile and runs `shade` of materials.
     Interactive,
-    /// Paths; runs the methods of materials that sample and weigh.
+    /// Traces paths and runs the sampling and evaluation methods of materials.
     Batch,
 }
 
 impl Renderer {
-    /// Its name.
+    /// Returns the name of the renderer.
     pub fn name(self) -> &'static str {
         match self {
             Renderer::Interactive => "interactive",

@@ -1,4 +1,4 @@
-//! Scenes, ready to be rendered: instances of classes, placed.
+//! Loaded scenes: instances of classes with their transforms.
 
 use std::sync::Arc;
 
@@ -14,34 +14,34 @@ pub struct Scene {
     pub settings: Settings,
     /// The camera.
     pub camera: Arc<Instance>,
-    /// From the camera's space to the world's, when the shutter opens.
+    /// From the camera's space to the world's, at shutter open.
     pub camera_to_world: Transform,
-    /// The same for as long as the shutter is open, if it moves.
+    /// The same over the shutter interval, if it moves.
     pub camera_motion: Option<Arc<MovingTransform>>,
     /// The materials.
     pub materials: Vec<Arc<Instance>>,
     /// The lights.
     pub lights: Vec<PlacedLight>,
-    /// What `ambient()` gives.
+    /// The value of `ambient()`.
     pub ambient: [f32; 3],
     /// The objects.
     pub objects: Vec<SceneObject>,
-    /// The objects that stand in the world, by their index.
+    /// The indices of the objects outside all groups.
     pub world: Vec<u32>,
-    /// Groups of objects that instances place.
+    /// Groups of objects that instances place, as indices of objects.
     pub groups: Vec<Vec<u32>>,
-    /// Groups, placed.
+    /// Instances of groups.
     pub instances: Vec<PlacedGroup>,
 }
 
 impl Scene {
-    /// The camera, the materials and the lights, in this order.
+    /// Returns the camera, the materials and the lights, in this order.
     pub fn shading_instances(&self) -> impl Iterator<Item = &Arc<Instance>> {
         let lights = self.lights.iter().map(|light| &light.light);
         [&self.camera].into_iter().chain(&self.materials).chain(lights)
     }
 
-    /// Whether camera, materials and lights are the same objects.
+    /// True if camera, materials and lights are the same instances.
     pub fn has_same_shading(&self, other: &Scene) -> bool {
         let mut pairs = self.shading_instances().zip(other.shading_instances());
         self.materials.len() == other.materials.len()
@@ -50,8 +50,8 @@ impl Scene {
             && pairs.all(|(one, other)| Arc::ptr_eq(one, other))
     }
 
-    /// Whether rays hit the same: every shape is the same object in the same place, and as many
-    /// materials and lights stand there to be told apart.
+    /// True if rays have the same hits: every shape is the same instance at the same place, and the numbers of
+    /// materials and lights are equal.
     pub fn has_same_shapes(&self, other: &Scene) -> bool {
         let same = |(one, other): (&SceneObject, &SceneObject)| {
             Arc::ptr_eq(&one.primitive, &other.primitive)
@@ -80,39 +80,40 @@ fn same_texture(one: Option<&Arc<Instance>>, other: Option<&Arc<Instance>>) -> b
     }
 }
 
-/// A light and its place.
+/// A light and its transform.
 #[derive(Clone, Debug)]
 pub struct PlacedLight {
     /// The light.
     pub light: Arc<Instance>,
-    /// From its own space to the world's, when the shutter opens.
+    /// From the light's space to the world's, at shutter open.
     pub transform: Transform,
 }
 
-/// A shape with what it looks like.
+/// A shape with its material.
 #[derive(Clone, Debug)]
 pub struct SceneObject {
     /// The shape.
     pub primitive: Arc<Instance>,
-    /// Where the shape stands for many objects, the triangles of a mesh for example: how many.
+    /// The number of elements if the shape consists of several, such as the triangles of a mesh.
     pub elements: Option<u32>,
-    /// From its own space to that of its group, or the world's, when the shutter opens.
+    /// From the shape's space to that of its group, or the world's, at shutter open.
     pub transform: Transform,
-    /// The same for as long as the shutter is open, if it moves.
+    /// The same over the shutter interval, if it moves.
     pub motion: Option<Arc<MovingTransform>>,
     /// The index of its material.
     pub material: u32,
     /// The index of the material whose emission it gives off besides.
     pub emitter: Option<u32>,
-    /// Its normals point the other way.
+    /// True if its normals are flipped.
     pub reverse_orientation: bool,
-    /// The texture that cuts it out: where its number is 0 there is nothing, where it is 1 all of the
-    /// surface is there, and between them it is there as often as the number says.
+    /// The alpha texture: 0 is transparent, 1 is opaque, and a value between them is the probability that a ray hits
+    /// the surface.
     pub alpha: Option<Arc<Instance>>,
 }
 
 impl SceneObject {
-    /// From its own space to that of its group for good; of what moves, its group has its own space.
+    /// The constant transform from the shape's space to that of its group. A moving shape has a group to itself, and
+    /// the identity here.
     pub fn fixed_transform(&self) -> Transform {
         match self.motion {
             None => self.transform,
@@ -121,13 +122,13 @@ impl SceneObject {
     }
 }
 
-/// A group, placed.
+/// An instance of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGroup {
     /// The index of the group.
     pub group: u32,
-    /// From the group's space to the world's, when the shutter opens.
+    /// From the group's space to the world's, at shutter open.
     pub transform: Transform,
-    /// The same for as long as the shutter is open, if it moves.
+    /// The same over the shutter interval, if it moves.
     pub motion: Option<Arc<MovingTransform>>,
 }

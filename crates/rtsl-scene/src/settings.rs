@@ -7,14 +7,14 @@ use super::description::{Description, Entity, EntityId};
 use crate::reader::{Parameter, ParameterType, Values};
 use crate::renderer::Renderer;
 
-/// Everything about an image that is not a shader.
+/// All settings of an image that are not shaders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Columns of the image.
     pub width: usize,
     /// Rows of the image.
     pub height: usize,
-    /// The image's file, where the scene names one.
+    /// The name of the image file, if the scene gives one.
     pub filename: Option<String>,
     /// The brightness of 8-bit images, in stops.
     pub exposure: f32,
@@ -22,28 +22,28 @@ pub struct Settings {
     pub filter: PixelFilter,
     /// The sampler.
     pub sampler: Sampler,
-    /// What renders it, where the scene says so.
+    /// The renderer, if the scene selects one.
     pub renderer: Option<Renderer>,
-    /// How often rays may spawn rays: 0 follows camera rays only.
+    /// The greatest depth of rays spawned by rays; 0 traces camera rays only.
     pub max_depth: u32,
-    /// Rays that rays spawn are not traced where less of their light than this would arrive in the pixel; 0 traces all.
+    /// The least contribution to the pixel for which spawned rays are traced; 0 traces all.
     pub cutoff: f32,
-    /// Paths end by chance where less of their light than this would arrive in the pixel; 0 ends none.
+    /// The contribution to the pixel below which paths are terminated at random (Russian roulette); 0 terminates none.
     pub roulette_threshold: f32,
-    /// The least distance of a hit from its ray's origin, where the scene sets it.
+    /// The least distance of a hit from its ray's origin, if the scene sets it.
     pub epsilon: Option<f32>,
     /// The greatest number of loop iterations of one ray in one call of a method.
     pub loop_budget: u32,
 }
 
-/// Larger images are refused: 2^28 pixels take 3 GiB.
+/// The greatest number of pixels: 2^28 pixels take 3 GiB.
 const MAX_PIXELS: u64 = 1 << 28;
 const MAX_SIDE: f64 = 65_536.0;
 const MAX_SAMPLES: f64 = 65_536.0;
-/// Filters reach so far, in pixels; a narrower one is a point.
+/// The range of filter radii in pixels; a narrower filter is a point.
 const NARROWEST_FILTER: f64 = 0.001;
 const WIDEST_FILTER: f64 = 64.0;
-/// Each level of `trace` takes a level of the host's stack.
+/// The greatest depth: each level of `trace` takes a level of the host's stack.
 const MAX_DEPTH: f64 = 64.0;
 
 impl Default for Settings {
@@ -66,7 +66,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Reads the settings of a scene; what is wrong goes to `diagnostics`.
+    /// Reads the settings of a scene; errors go to `diagnostics`.
     pub fn read(description: &Description, diagnostics: &mut Diagnostics) -> Self {
         let mut settings = Settings::default();
         let entity = |id: Option<EntityId>| id.map(|EntityId(index)| &description.entities[index]);
@@ -85,13 +85,13 @@ impl Settings {
         settings
     }
 
-    /// Takes `count` samples a pixel, with the sampler that stands.
+    /// Sets the number of samples per pixel and keeps the kind of sampler.
     pub fn set_samples_per_pixel(&mut self, count: u32) {
         let (columns, rows) = grid(count);
         self.sampler = Sampler { columns, rows, ..self.sampler };
     }
 
-    /// What is wrong with the size of the image.
+    /// Returns an error message if the image is too large.
     pub fn size_problem(&self) -> Option<String> {
         let pixels = (self.width as u64).saturating_mul(self.height as u64);
         (pixels > MAX_PIXELS).then(|| format!("the image has more than {MAX_PIXELS} pixels"))
@@ -160,7 +160,7 @@ impl Settings {
         let columns = reader.whole("xsamples", 1.0, 256.0);
         let rows = reader.whole("ysamples", 1.0, 256.0);
         let jitter = reader.boolean("jitter").unwrap_or(true);
-        // Whatever the scene asks for, scrambling is Owen's.
+        // Scrambling is always Owen's, whatever the scene selects.
         reader.text("randomization");
         reader.finish();
         let (columns, rows) = match (columns, rows) {
@@ -170,7 +170,7 @@ impl Settings {
         let kind = match entity.class.as_str() {
             "independent" => SamplerKind::Independent,
             "stratified" => SamplerKind::Stratified { jitter },
-            // The format's samplers of low discrepancy: one stands for all.
+            // One sampler implements all low-discrepancy samplers of the format.
             "sobol" | "halton" | "paddedsobol" | "zsobol" | "pmj02bn" => SamplerKind::Sobol,
             _ => {
                 diagnostics.push(unknown_setting(entity, &["independent", "stratified", "sobol"]));
@@ -198,7 +198,7 @@ impl Settings {
             "sppm",
             "function",
         ];
-        // What light does on its way past a first surface is for paths.
+        // Indirect light requires the path renderer.
         self.renderer = Some(match entity.class.as_str() {
             "interactive" | "whitted" | "direct" | "directlighting" | "ambientocclusion" => {
                 Renderer::Interactive
@@ -234,7 +234,7 @@ fn stratified(count: u32, seed: u64) -> Sampler {
     Sampler { kind: SamplerKind::Stratified { jitter: true }, columns, rows, seed }
 }
 
-/// Columns and rows of a grid of `count` cells, as near to square as they divide.
+/// The columns and rows of a grid of `count` cells, as near to square as divisors permit.
 fn grid(count: u32) -> (u32, u32) {
     let count = count.max(1);
     let divides = |rows: &u32| count.is_multiple_of(*rows);
@@ -251,7 +251,7 @@ fn unknown_setting(entity: &Entity, known: &[&str]) -> Diagnostic {
     }
 }
 
-/// Takes parameters one by one; in the end those not taken are unknown.
+/// Takes parameters one by one; the remaining ones are unknown.
 struct ParameterReader<'a> {
     entity: &'a Entity,
     taken: Vec<&'static str>,
@@ -306,7 +306,7 @@ impl<'a> ParameterReader<'a> {
             return Some(value);
         }
         let name = &parameter.name;
-        let message = format!("`{name}` lies between {least} and {greatest}, found {value}");
+        let message = format!("`{name}` must lie between {least} and {greatest}, found {value}");
         self.diagnostics
             .push(Diagnostic::new(codes::SCENE_LIMIT, message).at(parameter.values_span, ""));
         None
@@ -329,7 +329,7 @@ impl<'a> ParameterReader<'a> {
         }
     }
 
-    /// The format has these; they have no effect.
+    /// Ignores parameters of the format that have no effect.
     fn ignore(&mut self, names: &[&'static str]) {
         for name in names {
             if let Some(parameter) = self.take(name) {
@@ -426,7 +426,7 @@ mod tests {
         for (text, part) in [
             ("PixelFilter \"gausian\"", "did you mean `gaussian`?"),
             ("PixelFilter \"box\" \"float sigma\" 1", "has no parameter `sigma`"),
-            ("PixelFilter \"box\" \"float xradius\" 0", "`xradius` lies between 0.001 and 64"),
+            ("PixelFilter \"box\" \"float xradius\" 0", "`xradius` must lie between 0.001 and 64"),
         ] {
             let (settings, messages) = read(text);
             assert!(messages.contains(part), "{messages}");

@@ -1,4 +1,4 @@
-//! When the camera's shutter is open, and what moves meanwhile.
+//! The camera's shutter, and the motion while it is open.
 
 use std::sync::Arc;
 
@@ -8,22 +8,22 @@ use rtsl_math::{MovingTransform, Transform};
 use super::description::{Description, Entity};
 use crate::reader::Values;
 
-/// The parameters of every camera that say when its shutter opens and closes.
+/// The parameters of every camera for the times at which its shutter opens and closes.
 pub const SHUTTER: [&str; 2] = ["shutteropen", "shutterclose"];
 
-/// The parts of the scene's motion at which the shutter opens and closes: 0 at its start, 1 at its end.
+/// The times at which the shutter opens and closes, as fractions of the scene's motion: 0 at its start, 1 at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter([f64; 2]);
 
 impl Default for Shutter {
-    /// Open for the whole motion.
+    /// Open during the whole motion.
     fn default() -> Self {
         Shutter([0.0, 1.0])
     }
 }
 
 impl Shutter {
-    /// The shutter of `camera`: times from 0 to 1 where it says nothing.
+    /// The shutter of `camera`: from 0 to 1 by default.
     pub fn read(description: &Description, camera: &Entity) -> Result<Shutter, Box<Diagnostic>> {
         let mut times = [0.0, 1.0];
         for (time, name) in times.iter_mut().zip(SHUTTER) {
@@ -40,7 +40,8 @@ impl Shutter {
             }
         }
         if times[1] < times[0] {
-            let message = format!("the shutter closes at {} and opens at {}", times[1], times[0]);
+            let message =
+                format!("the shutter closes at {}, before it opens at {}", times[1], times[0]);
             let diagnostic = Diagnostic::new(codes::WRONG_VALUE, message);
             return Err(Box::new(diagnostic.at(camera.class_span, "")));
         }
@@ -48,14 +49,14 @@ impl Shutter {
         Ok(Shutter(times.map(|time| (time - start) / (end - start))))
     }
 
-    /// The place of what stands at `start` before the motion and at `end` after it, if it moves: where it
-    /// is when the shutter opens, and how it moves until it closes, if it does.
+    /// The placement of a thing with the transforms `start` and `end` of its motion, if it moves: its transform at
+    /// shutter open, and its motion until the shutter closes.
     pub fn place(
         self,
         start: Transform,
         end: Option<Transform>,
     ) -> (Transform, Option<Arc<MovingTransform>>) {
-        // The reader has refused what cannot move.
+        // The reader rejects transforms without a valid motion.
         let moving = end.and_then(|end| MovingTransform::new(start, end, self.0));
         match moving {
             None => (start, None),

@@ -1,5 +1,4 @@
-//! A scene with the files that it comes from: loaded once, or again and again while shaders and
-//! parameters change.
+//! A scene with its source files: loaded once, or repeatedly while shaders and parameters change.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -19,27 +18,27 @@ use crate::reader::{
     FileSource, Parameter, ParameterType, SceneFiles, Values, defines, read_scene_within,
 };
 
-/// What the command line adds to a scene.
+/// Options of loading.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// `name.parameter=value`, in order.
+    /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
-    /// The memory that the scene's files may take; that of [`InputBudget::new`] where `None`.
+    /// The memory budget for the scene's files; that of [`InputBudget::new`] if `None`.
     pub input_memory: Option<Amount>,
 }
 
-/// A scene that was loaded.
+/// A loaded scene.
 #[derive(Debug)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// What of its description its parts come from.
+    /// The entities from which its parts were made.
     pub origins: Origins,
     /// Warnings.
     pub warnings: Messages,
-    /// The time that reading took.
+    /// The time for reading files.
     pub read_time: Duration,
     /// The time for finding and checking the classes.
     pub compile_time: Duration,
@@ -57,11 +56,10 @@ pub fn load_scene(
     SceneSource::read(path, files, options).load()
 }
 
-/// A scene's text as it was read, and what was made of it so far.
+/// The text of a scene, and the instances made from it so far.
 ///
-/// [`SceneSource::load`] may be called any number of times. What did not change since the last time,
-/// neither its parameters nor its class nor anything that it refers to, is the same object again, by which
-/// renderers see what they can keep.
+/// [`SceneSource::load`] may be called repeatedly. An instance is the same object as after the previous load if its
+/// parameters, its class and everything that it refers to did not change; renderers use this to see what they can keep.
 pub struct SceneSource<'f> {
     path: PathBuf,
     files: &'f dyn FileSource,
@@ -69,28 +67,28 @@ pub struct SceneSource<'f> {
     map: SourceMap,
     description: Description,
     settings: Settings,
-    /// What reading said.
+    /// The messages of reading.
     diagnostics: Diagnostics,
     read_time: Duration,
     classes: Classes<'f>,
     /// The instances of the last load, by entity.
     made: Vec<Option<Made>>,
-    /// What the texts have left of the memory for files.
+    /// The budget that is left for files after the scene's text.
     budget: InputBudget,
-    /// Entities of which a parameter was set since.
+    /// Entities with a parameter that was set since the last load.
     changed: BTreeSet<EntityId>,
 }
 
 impl<'f> SceneSource<'f> {
-    /// Reads the scene in the file `path`. What is wrong with its text, loading says.
+    /// Reads the scene in the file `path`. Errors in its text are reported by loading.
     pub fn read(path: &Path, files: &'f dyn FileSource, options: &LoadOptions) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
         let classes = Classes::new(Compiler::default(), files, folder);
         Self::read_with(path, files, options, classes)
     }
 
-    /// Reads the scene's text again, without the parameters that were set since. Classes whose text did
-    /// not change stay the same.
+    /// Reads the scene's text again, without the parameters that were set since. Classes whose text did not change stay
+    /// the same.
     pub fn read_again(&self) -> Self {
         Self::read_with(&self.path, self.files, &self.options, self.classes.clone())
     }
@@ -131,19 +129,19 @@ impl<'f> SceneSource<'f> {
         }
     }
 
-    /// Whether a file of the scene's own text differs from what was read.
+    /// True if a file of the scene's text differs from the text that was read.
     pub fn text_changed(&self) -> bool {
         let files = self.map.files().map(|(_, file)| file);
         let changed = |path: &Path, text: &str| match self.files.size(path) {
             Ok(size) if size != text.len() as u64 => true,
             Ok(_) => self.files.read(path).is_ok_and(|now| now != text.as_bytes()),
-            // What stands in no file, such as the command line, can't change.
+            // Sources without a file, such as the command line, cannot change.
             Err(_) => false,
         };
         files.into_iter().any(|file| changed(Path::new(&file.name), &file.text))
     }
 
-    /// Forgets the shaders' files, so that the next load reads them again.
+    /// Discards the shader files, so that the next load reads them again.
     pub fn refresh_shaders(&mut self) {
         self.classes.refresh();
     }
@@ -151,13 +149,13 @@ impl<'f> SceneSource<'f> {
     /// Makes the scene.
     ///
     /// # Errors
-    /// All errors of the scene and its shaders, with the warnings among them. What was made before is
-    /// kept for the next load.
+    /// All errors of the scene and its shaders, with the warnings among them. Instances of the previous load are kept
+    /// for the next one.
     pub fn load(&mut self) -> Result<Loaded, Messages> {
         let start = Instant::now();
         let mut diagnostics = self.diagnostics.clone();
         let earlier = Earlier { made: &self.made, changed: &self.changed };
-        // What an earlier load read is as good as gone where this one reads it again.
+        // The files of the previous load do not count, because this load reads them again.
         let budget = self.budget.branch();
         self.classes.set_budget(&budget);
         let mut loader = Loader::new(
@@ -193,23 +191,23 @@ impl<'f> SceneSource<'f> {
         }
     }
 
-    /// The instance of an entity, as the last load made it.
+    /// Returns the instance of an entity from the last load.
     pub fn instance(&self, EntityId(index): EntityId) -> Option<&Arc<Instance>> {
         self.made.get(index)?.as_ref().map(|made| &made.instance)
     }
 
-    /// The line of the scene's text in which an entity stands.
+    /// Returns the line of an entity in the scene's text.
     pub fn line_of(&self, EntityId(index): EntityId) -> u32 {
         let span = self.description.entities[index].class_span;
         self.map.position(span.file, span.start).line
     }
 
-    /// What the scene's text says, with the parameters that were set since.
+    /// Returns the description of the scene, with the parameters that were set since.
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// What a parameter of an entity is given, by the name that the class gives it.
+    /// Returns the values given for a parameter of an entity, by the class's name of the parameter.
     pub fn given_values(&self, EntityId(index): EntityId, name: &str) -> Option<Values> {
         let entity = &self.description.entities[index];
         let given = entity.parameters.iter().find(|it| class_name(entity, &it.name) == name);
@@ -220,15 +218,15 @@ impl<'f> SceneSource<'f> {
         })
     }
 
-    /// Sets a parameter of an entity, by the name that the class gives it; the next load makes the
-    /// entity and all that refers to it anew. Returns what stood before.
+    /// Sets a parameter of an entity, by the class's name of the parameter. The next load remakes the entity and
+    /// everything that refers to it. Returns the previous parameter.
     pub fn set_parameter(&mut self, id: EntityId, name: &str, values: Values) -> Option<Parameter> {
         self.changed.insert(id);
         let parameter = given(&self.description.entities[id.0], name, values);
         self.replace_parameter(id, name, Some(parameter))
     }
 
-    /// Goes back to what stood before a parameter was set, if no load made use of it.
+    /// Restores the previous parameter after [`SceneSource::set_parameter`], if no load has used the new one.
     pub fn restore_parameter(&mut self, id: EntityId, name: &str, earlier: Option<Parameter>) {
         self.changed.remove(&id);
         self.replace_parameter(id, name, earlier);
@@ -247,14 +245,14 @@ impl<'f> SceneSource<'f> {
         earlier
     }
 
-    /// The files that the scene was read from, shaders included.
+    /// Returns the files from which the scene was read, including shaders.
     pub fn source_files(&self) -> Vec<PathBuf> {
         let own = self.map.files().map(|(_, file)| PathBuf::from(&file.name));
         own.filter(|path| path.is_file()).chain(self.classes.source_files()).collect()
     }
 }
 
-/// A parameter of `entity`, as the command line would give it.
+/// A parameter of `entity` in the form of a definition from the command line.
 fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
     let span = entity.class_span;
     Parameter {
@@ -266,7 +264,7 @@ fn given(entity: &Entity, name: &str, values: Values) -> Parameter {
     }
 }
 
-/// What the class of an entity calls one of its parameters.
+/// The class's name of an entity's parameter.
 fn class_name<'a>(entity: &Entity, name: &'a str) -> &'a str {
     StandardName::of(entity).map_or(name, |standard| standard.parameter(name))
 }

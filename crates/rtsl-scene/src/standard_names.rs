@@ -1,33 +1,33 @@
-//! The format's own names, and the classes of the standard library that stand for them.
+//! The pbrt names of the format, and the classes of the standard library that implement them.
 
 use rtsl_math::Transform;
 
 use super::description::{Entity, EntityKind};
 use super::parallelogram::Parallelogram;
 
-/// A name of the format.
+/// A pbrt name.
 #[derive(Debug)]
 pub struct StandardName {
     kind: EntityKind,
     name: &'static str,
-    /// The class that stands for it.
+    /// The class that implements it.
     pub class: &'static str,
-    /// Parameters that the class calls otherwise: the format's name, the class's.
+    /// Parameters with another name in the class: the format's name, the class's name.
     parameters: &'static [(&'static str, &'static str)],
-    /// What the format takes for parameters that are not given, where the class takes otherwise.
+    /// The format's default values of parameters, if the class has others.
     defaults: &'static [(&'static str, &'static [f64])],
-    /// Parameters that have no effect here, besides those of all of the kind.
+    /// Parameters that have no effect, besides those of all entities of the kind.
     without_effect: &'static [&'static str],
-    /// The format's shape stands along z, the class's along y.
+    /// True if the format's shape is aligned with z and the class's with y.
     stands_along_z: bool,
-    /// A file with an image is among the parameters.
+    /// True if one parameter is the file of an image.
     reads_image: bool,
-    /// Nothing like it is here: the class only takes its place.
+    /// True if the class is only a substitute that looks different.
     replaced: bool,
 }
 
 impl StandardName {
-    /// What stands for the class of an entity, if it is a name of the format.
+    /// The implementation of an entity's class, if it is a pbrt name.
     pub fn of(entity: &Entity) -> Option<&'static StandardName> {
         let has_image = entity.parameters.iter().any(|parameter| parameter.name == "filename");
         let is_sky = entity.kind == EntityKind::Light && entity.class == "infinite";
@@ -40,7 +40,7 @@ impl StandardName {
         NAMES.iter().find(|standard| standard.kind == entity.kind && standard.name == entity.class)
     }
 
-    /// Whether a parameter of the format has no effect here.
+    /// True if a parameter of the format has no effect here.
     pub fn has_no_effect(&self, name: &str) -> bool {
         let of_all: &[&str] = match self.kind {
             EntityKind::Material => &["displacement", "normalmap"],
@@ -57,34 +57,34 @@ impl StandardName {
         self.replaced || of_all.contains(&name) || self.without_effect.contains(&name)
     }
 
-    /// Whether a file with an image is among the parameters.
+    /// True if one parameter is the file of an image.
     pub fn reads_image(&self) -> bool {
         self.reads_image
     }
 
-    /// Whether the class only takes its place.
+    /// True if the class is only a substitute.
     pub fn is_replaced(&self) -> bool {
         self.replaced
     }
 
-    /// Whether entities of this name are left out, for want of a class.
+    /// True if entities of this name are ignored because no class implements them.
     pub fn is_left_out(entity: &Entity) -> bool {
         LEFT_OUT.iter().any(|(kind, name)| *kind == entity.kind && *name == entity.class)
     }
 
-    /// What the class calls the parameter `name`.
+    /// Returns the class's name of the parameter `name`.
     pub fn parameter<'a>(&self, name: &'a str) -> &'a str {
         let renamed = self.parameters.iter().find(|(theirs, _)| *theirs == name);
         renamed.map_or(name, |(_, ours)| ours)
     }
 
-    /// Parameters of the class that have these values where a scene gives none.
+    /// Returns parameters of the class that have these values if the scene gives none.
     pub fn defaults(&self) -> impl Iterator<Item = (&'static str, &'static [f64])> {
         self.defaults.iter().copied()
     }
 
-    /// From the class's space to that of the format's shape. The reflection in it gives both the
-    /// same texture coordinates.
+    /// Returns the transform from the class's space to that of the format's shape. It includes a reflection, so that
+    /// both have the same texture coordinates.
     pub fn placement(&self) -> Transform {
         const ALONG_Z: [f64; 16] =
             [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -121,7 +121,7 @@ impl StandardName {
         StandardName { reads_image: true, ..self }
     }
 
-    /// A name for which a class stands that looks otherwise.
+    /// A name whose class is a substitute that looks different.
     const fn replacing(kind: EntityKind, name: &'static str, class: &'static str) -> Self {
         StandardName { replaced: true, ..StandardName::new(kind, name, class) }
     }
@@ -136,11 +136,11 @@ static IMAGE_SKY: StandardName = StandardName::new(EntityKind::Light, "infinite"
     .renaming(&[("scale", "strength")])
     .with_image();
 
-/// `bilinearmesh` with a single patch that is flat.
+/// `bilinearmesh` with a single parallelogram.
 static PARALLELOGRAM: StandardName =
     StandardName::new(EntityKind::Shape, "bilinearmesh", "Parallelogram");
 
-/// What no class stands for; `interface` and its old names are surfaces of media, and not seen.
+/// Names that no class implements; `interface` and its former names are boundaries of media and invisible.
 const LEFT_OUT: &[(EntityKind, &str)] = &[
     (EntityKind::Shape, "curve"),
     (EntityKind::Shape, "loopsubdiv"),
@@ -151,7 +151,7 @@ const LEFT_OUT: &[(EntityKind, &str)] = &[
     (EntityKind::Material, ""),
 ];
 
-/// What stands for textures that are not supported.
+/// The value of textures that are not supported.
 const HALF: &[(&str, &[f64])] = &[("value", &[0.5])];
 
 const NAMES: &[StandardName] = &[

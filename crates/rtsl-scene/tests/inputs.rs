@@ -1,4 +1,4 @@
-//! Files of scenes take no more memory than their budget, whatever they say of themselves.
+//! The files of scenes stay within their memory budget, whatever their contents claim.
 
 #[allow(dead_code, reason = "only its numbers are used here")]
 #[path = "../../../fuzz/entries/mutation.rs"]
@@ -31,7 +31,7 @@ fn color(Vec2(x, y): Vec2<usize>) -> (f16, f16, f16) {
     (part(x, WIDTH), part(y, HEIGHT), part(x * y % 7, 3))
 }
 
-/// A small picture in a way of an EXR.
+/// A small picture in one of the encodings of EXR.
 fn exr_file(compression: Compression, blocks: Blocks) -> Vec<u8> {
     let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
     let channels = SpecificChannels::rgb(color);
@@ -98,7 +98,7 @@ fn every_compression_is_read_as_the_library_reads_it() {
     }
 }
 
-/// The place of the eleven counters of the first block of DWA compression.
+/// The position of the eleven counters of the first block of DWA compression.
 fn counters(file: &[u8]) -> usize {
     let number = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap());
     let is_start = |at: &usize| {
@@ -107,7 +107,7 @@ fn counters(file: &[u8]) -> usize {
     (0..file.len() - 88).find(is_start).unwrap()
 }
 
-/// Such a counter made the library ask for 140 terabytes, which ended the process.
+/// Such a counter made the library request 140 terabytes, which aborted the process.
 #[test]
 fn no_memory_is_asked_for_by_counters_of_blocks() {
     for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
@@ -152,10 +152,10 @@ fn what_a_header_claims_is_held_before_it_is_taken() {
     assert!(read_picture(&png, &budget(1024)).is_ok());
 }
 
-/// Asks this test to be the process whose memory is limited.
+/// The environment variable that selects the process whose memory is limited.
 const LIMITED: &str = "RTSL_TEST_READS_PICTURES";
 
-/// Reads pictures with other bytes here and there, some of them numbers at the limits of their types.
+/// Reads pictures with mutated bytes, some of them numbers at the limits of their types.
 #[test]
 fn mutated_pictures_process() {
     if std::env::var_os(LIMITED).is_none() {
@@ -167,7 +167,7 @@ fn mutated_pictures_process() {
     for _ in 0..2500 {
         let mut file = seeds[random.below(seeds.len())].clone();
         for _ in 0..1 + random.below(4) {
-            // Most of what is allocated by stands near the beginning.
+            // Most numbers that control allocations are near the beginning.
             let near = if random.below(4) > 0 { file.len().min(900) } else { file.len() };
             let at = random.below(near);
             const ODD: [u64; 8] =
@@ -183,7 +183,7 @@ fn mutated_pictures_process() {
     }
 }
 
-/// The process above in 500 MiB of addresses, where an allocation beyond the budget ends it by a signal.
+/// Runs the process above with 500 MiB of address space, where an allocation beyond the budget aborts it.
 #[cfg(target_os = "linux")]
 #[test]
 fn mutated_pictures_take_no_more_than_their_budget() {

@@ -1,4 +1,4 @@
-//! Motion, as scenes describe it: what moves, from where to where, while the shutter is open.
+//! Motion in scenes: moving objects, their placements, and the shutter interval.
 
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ fn the_shutter_sees_a_part_of_the_motion() {
     let motion = part.objects[0].motion.as_ref().expect("it moves");
     assert_eq!(motion.at(0.0).point([0.0; 3]), [2.0, 0.0, 0.0]);
     assert_eq!(motion.at(1.0).point([0.0; 3]), [3.0, 0.0, 0.0]);
-    // A shutter that opens for no time, and one that closes before anything moves.
+    // A shutter interval of length 0, and one that closes before the motion starts.
     let moment = loaded(&text("\"float shutteropen\" 4 \"float shutterclose\" 4"));
     assert!(moment.scene.objects[0].motion.is_none() && moment.warnings.is_empty());
     assert_eq!(moment.scene.objects[0].transform.point([0.0; 3]), [3.0, 0.0, 0.0]);
@@ -106,7 +106,7 @@ fn what_cannot_move_so_is_said() {
         6 │ Shape "Sphere"
           │ ^^^^^
 
-        error[E0612]: `TransformTimes` stands after `WorldBegin`, expected before it
+        error[E0612]: `TransformTimes` appears after `WorldBegin`, expected before it
           ┌─ scene.pbrt:7:1
           │
         7 │ TransformTimes 0 1

@@ -1,5 +1,5 @@
-//! The pages that `rtsl explain` prints for scenes: each example gives the code it should, and the
-//! mended one gives nothing.
+//! The pages that `rtsl explain` prints for scenes: each example reports its code, and the corrected example reports
+//! nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use rtsl::Messages;
 use rtsl_scene::reader::MemoryFiles;
 use rtsl_scene::{LoadOptions, load_scene};
 
-/// What loading a scene says. Examples leave out the camera.
+/// The messages of loading a scene. Examples omit the camera.
 fn messages(text: &str) -> Messages {
     let camera = "Camera \"Pinhole\"\n";
     let text = format!("{camera}{text}");

@@ -1,5 +1,4 @@
-//! The reader of scenes: what it understands, what it says of what it does not, and that no
-//! input brings it down.
+//! The reader of scenes: accepted inputs, diagnostics of invalid ones, and robustness against any input.
 
 use std::path::{Path, PathBuf};
 
@@ -87,7 +86,7 @@ fn several_errors_are_reported_in_one_run() {
               │
               = help: did you mean `float`?
 
-            error[E0603]: found what is not a finite number, expected more numbers or `]`
+            error[E0603]: found a number that is not finite or not well-formed, expected more numbers or `]`
               ┌─ scene.pbrt:5:34
               │
             5 │ Shape "Sphere" "float radius" [1 2e999]

@@ -1,4 +1,4 @@
-//! What stays the same object when a scene is loaded again.
+//! Instances that stay the same object when a scene is loaded again.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ Shape "Sphere" "float radius" 2
 const STRIPES: &str = "#include \"shade.rtsl\"\nclass Stripes : rt_Texture;
 void lookup() { rt_TextureColor = color(shade()); }";
 
-/// A scene in a folder of its own, removed in the end.
+/// A scene in a temporary folder, which is removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -55,7 +55,7 @@ fn load(source: &mut SceneSource<'_>) -> Loaded {
     source.load().unwrap_or_else(|messages| panic!("{}", messages.to_text(false)))
 }
 
-/// Which instances are the same: of the camera, the two materials, the two shapes.
+/// Compares instances: the camera, the two materials, the two shapes.
 fn same(one: &Loaded, other: &Loaded) -> [bool; 5] {
     let instances = |loaded: &Loaded| {
         let scene = &loaded.scene;

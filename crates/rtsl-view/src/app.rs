@@ -1,4 +1,4 @@
-//! What the viewer does: events in, pixels out. It knows no window.
+//! The viewer: converts events to pixels. It does not depend on a window.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -13,29 +13,29 @@ use crate::input::{Button, Event, Key};
 use crate::overlay;
 use crate::panel::{self, Panel, Request};
 
-/// Degrees that the camera turns for a pixel of a drag.
+/// The camera's rotation in degrees for a pixel of a drag.
 const DEGREES_PER_PIXEL: f64 = 0.35;
-/// Degrees that the camera turns for an arrow key.
+/// The camera's rotation in degrees for an arrow key.
 const DEGREES_PER_STEP: f64 = 5.0;
-/// What a notch of the wheel makes of the distance.
+/// The factor of the distance for a notch of the wheel.
 const DOLLY_PER_NOTCH: f64 = 0.88;
-/// Flights cover this part of the distance to the pivot in a second.
+/// The speed of flights: the fraction of the distance to the pivot per second.
 const FLIGHT_PER_SECOND: f64 = 0.7;
-/// Shift makes flights so much faster.
+/// The factor by which Shift speeds flights up.
 const HASTE: f64 = 4.0;
-/// The pointer may move so many pixels during a click.
+/// The greatest movement of the pointer during a click, in pixels.
 const CLICK_RADIUS: f64 = 3.0;
-/// No panel opens by itself in windows narrower than this: it would cover the figures.
+/// The least width of a window in which the panel opens automatically: in narrower ones it would cover the figures.
 const WIDE_ENOUGH: i32 = 3 * panel::WIDTH;
 
-/// The viewer behind its window.
+/// The viewer, without its window.
 pub struct App {
     session: Session,
     panel: Panel,
     shows_panel: bool,
     shows_figures: bool,
     shows_help: bool,
-    /// What the camera orbits about.
+    /// The point about which the camera orbits.
     pivot: Vector,
     up: Vector,
     pointer: (f64, f64),
@@ -44,13 +44,13 @@ pub struct App {
     picked: Option<Picked>,
     /// Diagnostics, until they are closed or out of date.
     message: Option<String>,
-    /// What the last two frames were apart, smoothed.
+    /// The smoothed time between frames.
     frame_time: Duration,
     last_frame: Option<Instant>,
     wishes: Vec<Wish>,
 }
 
-/// What only the window can do.
+/// A request that only the window can fulfil.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish {
     /// Write a line to standard output.
@@ -59,24 +59,24 @@ pub enum Wish {
     Screenshot,
 }
 
-/// The pointer is down over the image.
+/// A drag with the pointer over the image.
 #[derive(Clone, Copy, Debug)]
 struct Drag {
     button: Button,
     start: (f64, f64),
-    /// It moved too far for a click.
+    /// True if it moved too far for a click.
     moved: bool,
 }
 
 impl App {
-    /// A viewer of a session.
+    /// Creates a viewer of a session.
     pub fn new(session: Session) -> Self {
         let (width, height) = session.film().size();
         let camera = session.camera();
         let middle = session.pick(width / 2, height / 2);
         let position = camera_control::position(camera);
         let ahead = camera_control::forward(camera);
-        // A scene without a middle is taken to be as large as its camera is far from its origin.
+        // A scene without bounds is assumed to be as large as its camera's distance from the origin.
         let reach = camera_control::distance(position, [0.0; 3]).max(1.0);
         let pivot = middle.map_or_else(
             || [0, 1, 2].map(|axis: usize| position[axis] + ahead[axis] * reach),
@@ -105,27 +105,27 @@ impl App {
         app
     }
 
-    /// The session that it shows.
+    /// Returns the session.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// The message that stands, if one does.
+    /// Returns the message being shown.
     pub fn message(&self) -> Option<&str> {
         self.message.as_deref()
     }
 
-    /// What was picked last.
+    /// Returns the last pick.
     pub fn picked(&self) -> Option<&Picked> {
         self.picked.as_ref()
     }
 
-    /// What only the window can do; each wish is given once.
+    /// Takes the wishes since the last call.
     pub fn take_wishes(&mut self) -> Vec<Wish> {
         std::mem::take(&mut self.wishes)
     }
 
-    /// Takes an event.
+    /// Handles an event.
     pub fn handle(&mut self, event: Event) {
         match event {
             Event::Resized { width, height } => self.session.resize(width, height),
@@ -145,16 +145,16 @@ impl App {
         }
     }
 
-    /// Whether [`App::advance`] has anything to do.
+    /// True if [`App::advance`] has work to do.
     pub fn is_busy(&self) -> bool {
         self.session.is_busy() || self.flight() != [0.0; 3]
     }
 
-    /// Renders for about `budget`, after the camera flew for as long as the last frame took.
+    /// Renders for about `budget`, after moving the camera for the time of the last frame.
     pub fn advance(&mut self, budget: Duration) {
         let now = Instant::now();
         let since = self.last_frame.map_or(Duration::ZERO, |last| now - last);
-        // After a rest the time since is no frame's.
+        // After a rest, the time since the last frame is not a frame time.
         let since = since.min(Duration::from_millis(250));
         self.last_frame = Some(now);
         self.frame_time = self.frame_time.mul_f64(0.8) + since.mul_f64(0.2);
@@ -165,12 +165,12 @@ impl App {
         }
     }
 
-    /// The viewer rests: the next frame's time does not count from the last.
+    /// Notes that the viewer rests: the next frame time does not start at the last frame.
     pub fn rest(&mut self) {
         self.last_frame = None;
     }
 
-    /// Paints the window: `pixels` are as many as the session's film has.
+    /// Paints the window: `pixels` has the size of the session's film.
     pub fn paint(&self, pixels: &mut [u32]) {
         let (width, height) = self.session.film().size();
         if pixels.len() < width * height {
@@ -261,7 +261,7 @@ impl App {
                 let mode = ViewMode::ALL.get(index);
                 mode.into_iter().for_each(|mode| self.session.set_view_mode(*mode));
             }
-            // Flights are read from the keys that are down.
+            // Flights are controlled by the keys that are down.
             Key::Character(_) | Key::Shift => {}
             Key::ArrowLeft => self.orbit([DEGREES_PER_STEP, 0.0]),
             Key::ArrowRight => self.orbit([-DEGREES_PER_STEP, 0.0]),
@@ -296,7 +296,8 @@ impl App {
         self.session.set_camera(camera);
     }
 
-    /// Moves across what it sees, which follows the pointer where the view is about 50 degrees wide.
+    /// Moves the camera parallel to the image, so that the scene follows the pointer if the field of view is about 50
+    /// degrees.
     fn pan(&mut self, dx: f64, dy: f64) {
         let camera = self.session.camera();
         let (width, height) = self.session.film().size();
@@ -323,7 +324,7 @@ impl App {
         }
     }
 
-    /// Where the keys that are down lead: right, up, forward.
+    /// The direction of flight for the keys that are down: right, up, forward.
     fn flight(&self) -> Vector {
         let along = |forth: char, back: char| {
             let down = |letter| f64::from(self.keys.contains(&Key::Character(letter)));

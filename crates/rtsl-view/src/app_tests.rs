@@ -26,7 +26,7 @@ const DOTS: &str = "class Dots : rt_Material;
 [[label \"Size\", min 0, max 1]] public float size = 0.25;
 void shade() { rt_SampleColor = color(size, 0.25, 0.25); }";
 
-/// A viewer of a scene in a folder of its own, removed in the end.
+/// A viewer of a scene in a temporary folder, which is removed at the end.
 struct Viewer {
     folder: PathBuf,
     app: App,
@@ -64,7 +64,7 @@ impl Viewer {
         self.events([Event::KeyPressed(key), Event::KeyReleased(key)]);
     }
 
-    /// The pixels once all samples are taken.
+    /// The pixels after all samples are taken.
     fn pixels(&mut self) -> Vec<u32> {
         while self.app.is_busy() {
             self.app.advance(Duration::from_millis(20));
@@ -93,7 +93,7 @@ impl Drop for Viewer {
     }
 }
 
-/// Where the ball shows.
+/// The position of the ball.
 const BALL: (f64, f64) = (160.0, 40.0);
 const BALL_PIXEL: usize = 40 * 320 + 160;
 

@@ -1,25 +1,25 @@
-//! Moving a camera: functions from where it stands to where it stands then.
+//! Camera movements, as functions from the present transform to the next.
 //!
-//! A camera's transform leads from its own space, x to the right, y up and z forward, to the world.
-//! Its handedness is kept, whichever it is. Angles are in degrees.
+//! A camera's transform maps its own space, with x to the right, y up and z forward, to the world. Its handedness is
+//! preserved. Angles are in degrees.
 
 use rtsl_math::Transform;
 
 /// A point or a direction in the world.
 pub type Vector = [f64; 3];
 
-/// Looking closer to straight up or down than this makes left and right undefined.
+/// The greatest cosine between the view and the vertical: beyond it, left and right are ill-defined.
 const STEEPEST: f64 = 0.998;
 
-/// Turns a camera about a point, as if it hung there: positive angles move it to the left and up, so
-/// that what it sees moves to the right and down.
+/// Orbits a camera around a point: positive angles move it to the left and up, so that the image moves to the right and
+/// down.
 pub fn orbit(camera: Transform, pivot: Vector, up: Vector, [yaw, pitch]: [f64; 2]) -> Transform {
     let pitched = turn(camera, pivot, right(camera), pitch * handedness(camera));
     let pitched = if is_steep(pitched, up) { camera } else { pitched };
     turn(pitched, pivot, up, yaw * handedness(camera))
 }
 
-/// Turns a camera where it stands: positive angles look to the right and down.
+/// Rotates a camera at its position: positive angles look to the right and down.
 pub fn look(camera: Transform, up: Vector, angles: [f64; 2]) -> Transform {
     orbit(camera, position(camera), up, angles)
 }
@@ -37,27 +37,27 @@ pub fn dolly(camera: Transform, pivot: Vector, factor: f64) -> Transform {
     Transform::translate(way.map(|x| x * (1.0 - factor))).after(camera)
 }
 
-/// Where a camera stands.
+/// Returns the position of a camera.
 pub fn position(camera: Transform) -> Vector {
     camera.point([0.0; 3])
 }
 
-/// Where it looks: of unit length.
+/// Returns the viewing direction, of unit length.
 pub fn forward(camera: Transform) -> Vector {
     axis(camera, [0.0, 0.0, 1.0])
 }
 
-/// Its right: of unit length.
+/// Returns the direction to the right, of unit length.
 pub fn right(camera: Transform) -> Vector {
     axis(camera, [1.0, 0.0, 0.0])
 }
 
-/// What is above it: of unit length.
+/// Returns the camera's up direction, of unit length.
 pub fn above(camera: Transform) -> Vector {
     axis(camera, [0.0, 1.0, 0.0])
 }
 
-/// The axis of the world that is nearest to what is above a camera: the world's up, in most scenes.
+/// Returns the world axis closest to the camera's up direction: the world's up, in most scenes.
 pub fn world_up(camera: Transform) -> Vector {
     let above = above(camera);
     let nearest = (0..3).max_by(|a: &usize, b| above[*a].abs().total_cmp(&above[*b].abs()));
@@ -66,7 +66,7 @@ pub fn world_up(camera: Transform) -> Vector {
     up
 }
 
-/// The distance of two points.
+/// Returns the distance of two points.
 pub fn distance(one: Vector, other: Vector) -> f64 {
     dot(subtract(one, other), subtract(one, other)).sqrt()
 }
@@ -81,7 +81,7 @@ fn is_steep(camera: Transform, up: Vector) -> bool {
     dot(forward(camera), up).abs() > STEEPEST || dot(above(camera), up) < 0.0
 }
 
-/// 1 where right is the product of up and forward, -1 in mirrored scenes.
+/// 1 if right is the cross product of up and forward, -1 in mirrored scenes.
 fn handedness(camera: Transform) -> f64 {
     if camera.swaps_handedness() { -1.0 } else { 1.0 }
 }

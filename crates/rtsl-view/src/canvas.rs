@@ -41,13 +41,13 @@ pub struct Canvas<'a> {
 }
 
 impl<'a> Canvas<'a> {
-    /// Draws on `pixels`, of which `width` make a row.
+    /// Draws on `pixels`, in rows of `width`.
     pub fn new(pixels: &'a mut [u32], width: usize) -> Self {
         let height = pixels.len().checked_div(width).unwrap_or(0);
         Canvas { pixels, width: width as i32, height: height as i32 }
     }
 
-    /// Columns and rows.
+    /// Returns columns and rows.
     pub fn size(&self) -> (i32, i32) {
         (self.width, self.height)
     }
@@ -57,14 +57,14 @@ impl<'a> Canvas<'a> {
         self.for_each_pixel(rect, |pixel| *pixel = color);
     }
 
-    /// Lays a colour over a rectangle, so that three quarters of it show.
+    /// Blends a colour over a rectangle with an opacity of three quarters.
     pub fn cover(&mut self, rect: Rect, color: Color) {
-        // Two bits are taken from each channel, so that none spills into the next.
+        // Two bits are shifted out of each channel, and masked so that none spills into the next.
         let part = |pixel: u32| (pixel >> 2) & 0x003F_3F3F;
         self.for_each_pixel(rect, |pixel| *pixel = part(*pixel) + 3 * part(color));
     }
 
-    /// Writes a line of text, its top left at (x, y). Letters that the font lacks become `?`.
+    /// Writes a line of text with its top left at (x, y). Letters that the font lacks become `?`.
     pub fn text(&mut self, x: i32, y: i32, text: &str, color: Color) {
         let [_, red, green, blue] = color.to_be_bytes();
         let style = MonoTextStyle::new(FONT, Rgb888::new(red, green, blue));

@@ -1,33 +1,33 @@
-//! What people do, in words of our own: everything behind the window is tested without one.
+//! Input events, independent of the window library, so that everything behind the window can be tested without one.
 
-/// Something happened.
+/// An input event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// The window has so many columns and rows.
+    /// The window was resized.
     Resized {
         /// Columns.
         width: usize,
         /// Rows.
         height: usize,
     },
-    /// The pointer stands here, in pixels from the top left.
+    /// The pointer moved to this position, in pixels from the top left.
     PointerMoved {
-        /// From the left.
+        /// Pixels from the left.
         x: f64,
-        /// From the top.
+        /// Pixels from the top.
         y: f64,
     },
-    /// A button went down.
+    /// A button was pressed.
     ButtonPressed(Button),
-    /// A button went up.
+    /// A button was released.
     ButtonReleased(Button),
-    /// The wheel turned by so many notches, away from the user where positive.
+    /// The wheel turned by so many notches, positive away from the user.
     Scrolled(f64),
-    /// A key went down, or repeats.
+    /// A key was pressed, or repeats.
     KeyPressed(Key),
-    /// A key went up.
+    /// A key was released.
     KeyReleased(Key),
-    /// The keyboard speaks to another window now: no key is down.
+    /// The window lost the keyboard focus: no key is down.
     FocusLost,
     /// A file of the scene was saved.
     FilesChanged,
@@ -36,15 +36,15 @@ pub enum Event {
 /// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
-    /// The first.
+    /// The primary button.
     Left,
     /// The wheel.
     Middle,
-    /// The second.
+    /// The secondary button.
     Right,
 }
 
-/// A key, by what it means.
+/// A key, by its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Key {
     /// A letter, lower case, a digit or a sign.
@@ -57,7 +57,7 @@ pub enum Key {
     ArrowUp,
     /// An arrow.
     ArrowDown,
-    /// Either of them.
+    /// Either Shift key.
     Shift,
     /// Tab.
     Tab,
@@ -65,6 +65,6 @@ pub enum Key {
     Escape,
     /// Home.
     Home,
-    /// Takes a picture of the window.
+    /// F12, which takes a picture of the window.
     F12,
 }

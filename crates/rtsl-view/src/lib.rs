@@ -1,11 +1,10 @@
-//! A window in which a scene is rendered while camera, parameters and shaders change: what `rtsl view`
-//! opens.
+//! A window in which a scene is rendered while camera, parameters and shaders change: the implementation of `rtsl
+//! view`.
 //!
-//! [`app`] is the viewer: [`input`] events in, pixels out. The window carries the one to it and the other
-//! to the screen, and nothing else, so that the viewer is tested without a display.
+//! [`app`] is the viewer: [`input`] events in, pixels out. The window only passes events to the viewer and pixels to
+//! the screen, so that the viewer can be tested without a display.
 //!
-//! This crate must NOT know any stage of the compiler, nor what rays are: it knows
-//! [`rtsl_render::session`].
+//! This crate depends on [`rtsl_render::session`] only: not on the stages of the compiler, nor on the tracing of rays.
 
 pub mod app;
 pub mod camera_control;

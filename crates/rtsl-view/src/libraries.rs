@@ -1,6 +1,6 @@
-//! Libraries of the system without which the window's library panics.
+//! A check for system libraries without which the window library panics.
 
-/// One that the display at hand needs and that can't be loaded; `None` if all is well.
+/// Returns a library that the display needs and that cannot be loaded; `None` if none is missing.
 #[cfg(target_os = "linux")]
 pub fn missing() -> Option<&'static str> {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
@@ -15,7 +15,7 @@ pub fn missing() -> Option<&'static str> {
     }
 }
 
-/// Elsewhere nothing is loaded that may be missing.
+/// On other systems no library is loaded at run time.
 #[cfg(not(target_os = "linux"))]
 pub fn missing() -> Option<&'static str> {
     None

@@ -1,4 +1,4 @@
-//! What stands over the image: figures, what was picked, messages, help.
+//! Overlays of the image: figures, picks, messages, help.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ const BACKGROUND: Color = 0x0010_1418;
 const ERROR_BACKGROUND: Color = 0x0050_1010;
 const MARGIN: i32 = 6;
 
-/// A message takes no more lines of the window.
+/// The greatest number of lines of a message.
 const MAX_LINES: usize = 16;
 
-/// The keys, for people who ask.
+/// The keys and their functions.
 pub const HELP: &[(&str, &str)] = &[
     ("left drag", "orbit"),
     ("middle drag, shift + left", "pan"),
@@ -37,7 +37,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("escape", "close messages"),
 ];
 
-/// Figures of the last frames.
+/// Paints figures of the last frames.
 pub fn paint_figures(
     canvas: &mut Canvas<'_>,
     status: &Status,
@@ -50,7 +50,7 @@ pub fn paint_figures(
     paint_block(canvas, MARGIN, MARGIN, &lines, TEXT, BACKGROUND);
 }
 
-/// The figures as text.
+/// Returns the figures as text.
 pub fn figures(status: &Status, mode: ViewMode, frame_time: Duration) -> Vec<String> {
     let (width, height) = status.size;
     let reduced = match status.reduction {
@@ -78,7 +78,7 @@ pub fn figures(status: &Status, mode: ViewMode, frame_time: Duration) -> Vec<Str
     ]
 }
 
-/// What was picked, in words.
+/// Returns a description of a pick.
 pub fn describe(picked: &Picked) -> String {
     let [x, y, z] = picked.position;
     format!(
@@ -87,7 +87,7 @@ pub fn describe(picked: &Picked) -> String {
     )
 }
 
-/// A message at the bottom: what is wrong with a shader, say.
+/// Paints a message at the bottom, for example the error of a shader.
 pub fn paint_message(canvas: &mut Canvas<'_>, message: &str) {
     let (width, height) = canvas.size();
     let letters = ((width - 4 * MARGIN) / LETTER).max(8) as usize;
@@ -101,7 +101,7 @@ pub fn paint_message(canvas: &mut Canvas<'_>, message: &str) {
     paint_block(canvas, MARGIN, height - block - MARGIN, &lines, TEXT, ERROR_BACKGROUND);
 }
 
-/// The keys, in the middle.
+/// Paints the keys in the middle.
 pub fn paint_help(canvas: &mut Canvas<'_>) {
     let line = |(keys, what): &(&str, &str)| format!("{keys:28}{what}");
     let lines: Vec<String> = HELP.iter().map(line).collect();
@@ -111,7 +111,7 @@ pub fn paint_help(canvas: &mut Canvas<'_>) {
     paint_block(canvas, place.0.max(0), place.1.max(0), &lines, TEXT, BACKGROUND);
 }
 
-/// One faint line at the bottom right.
+/// Paints one faint line at the bottom right.
 pub fn paint_hint(canvas: &mut Canvas<'_>, hint: &str) {
     let (width, height) = canvas.size();
     let x = width - hint.chars().count() as i32 * LETTER - MARGIN;
@@ -138,7 +138,7 @@ fn paint_block(
     }
 }
 
-/// A number with three digits and the letter of its thousands.
+/// A number with three digits and a suffix for thousands.
 fn in_thousands(number: f64) -> String {
     match number {
         n if n >= 1e9 => format!("{:.2} G", n / 1e9),
@@ -147,7 +147,7 @@ fn in_thousands(number: f64) -> String {
     }
 }
 
-/// Terminals draw lines with letters that the font lacks.
+/// Replaces the line-drawing characters of diagnostics, which the font lacks.
 fn plain(line: &str) -> String {
     line.chars()
         .map(|letter| match letter {

@@ -1,8 +1,7 @@
-//! The panel of parameters: the parts of the scene, and for the selected one a slider or a field for
-//! each component of its parameters.
+//! The panel of parameters: the parts of the scene, and for the selected one a slider or a field for each component of
+//! its parameters.
 //!
-//! It is laid out anew for each paint and each event, as a list of rows: what is painted and what is
-//! hit can't differ.
+//! It is laid out for each paint and each event, as a list of rows, so that painting and hit testing always agree.
 
 use rtsl_render::session::{Control, ControlKind, Thing};
 use rtsl_scene::EntityId;
@@ -14,7 +13,7 @@ pub const WIDTH: i32 = 300;
 
 const ROW: i32 = 19;
 const MARGIN: i32 = 8;
-/// Where sliders begin, and how long they are.
+/// The start and the length of sliders.
 const TRACK: i32 = 116;
 const TRACK_LENGTH: i32 = 110;
 
@@ -25,7 +24,7 @@ const FAINT: Color = 0x00A0_A0A0;
 const TRACK_COLOR: Color = 0x0040_464C;
 const KNOB: Color = 0x0060_A8E0;
 
-/// What the panel shows, and what of it.
+/// The panel and its scroll state.
 #[derive(Debug, Default)]
 pub struct Panel {
     /// The parts of the scene.
@@ -33,21 +32,21 @@ pub struct Panel {
     /// The parameters of the selected part.
     pub controls: Vec<Control>,
     selected: Option<EntityId>,
-    /// Rows that are scrolled out at the top.
+    /// The number of rows scrolled out at the top.
     scrolled: usize,
     drag: Option<Drag>,
 }
 
-/// A slider or a field that the pointer holds.
+/// A slider or a field that is being dragged.
 #[derive(Clone, Debug)]
 struct Drag {
     control: usize,
     component: usize,
-    /// Where the pointer was, and the value then.
+    /// The position of the pointer and the value at the start of the drag.
     from: (f64, f64),
 }
 
-/// What the panel asks for.
+/// A request of the panel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// Show the parameters of a part.
@@ -68,22 +67,22 @@ enum Row {
     Thing(usize),
     /// A component of a parameter: indices of the control and of the component.
     Component(usize, usize),
-    /// The explanation of the control that is held.
+    /// The explanation of the control that is being dragged.
     Explanation(usize),
 }
 
 impl Panel {
-    /// A panel of these parts, none of them selected.
+    /// Creates a panel of these parts, none of them selected.
     pub fn new(things: Vec<Thing>) -> Self {
         Panel { things, ..Panel::default() }
     }
 
-    /// The part that is selected.
+    /// Returns the selected part.
     pub fn selected(&self) -> Option<EntityId> {
         self.selected
     }
 
-    /// Selects a part, whose parameters are these, and scrolls to it.
+    /// Selects a part with these parameters, and scrolls to it.
     pub fn select(&mut self, entity: Option<EntityId>, controls: Vec<Control>) {
         if self.selected != entity {
             self.drag = None;
@@ -92,8 +91,7 @@ impl Panel {
         self.controls = controls;
     }
 
-    /// Scrolls so that the selected part and its parameters show in a window of this height, as far as
-    /// they fit.
+    /// Scrolls so that the selected part and its parameters are visible in a window of this height, as far as they fit.
     pub fn show_selected(&mut self, height: i32) {
         let index = self.things.iter().position(|thing| Some(thing.entity) == self.selected);
         let Some(index) = index else { return };
@@ -103,14 +101,14 @@ impl Panel {
         self.scrolled = self.scrolled.max(end.saturating_sub(visible)).min(index);
     }
 
-    /// Turns the wheel.
+    /// Scrolls by notches of the wheel.
     pub fn scroll(&mut self, notches: f64) {
         let rows = self.rows().len();
         let target = self.scrolled as f64 - 3.0 * notches;
         self.scrolled = (target.max(0.0) as usize).min(rows.saturating_sub(4));
     }
 
-    /// The pointer went down at (x, y) of the window, whose panel begins at `left`.
+    /// Handles a press of the pointer at (x, y) of the window, with the panel's left edge at `left`.
     pub fn press(&mut self, left: i32, x: f64, y: f64) -> Option<Request> {
         let row = self.scrolled + (y.max(0.0) / f64::from(ROW)) as usize;
         match *self.rows().get(row)? {
@@ -129,7 +127,7 @@ impl Panel {
         }
     }
 
-    /// The pointer moved while it is down.
+    /// Handles a movement of the pressed pointer.
     pub fn drag_to(&mut self, left: i32, x: f64) -> Option<Request> {
         let Drag { control, from: (start, before), .. } = *self.drag.as_ref()?;
         let control = &self.controls[control];
@@ -140,7 +138,7 @@ impl Panel {
                 let part = ((x - track) / f64::from(TRACK_LENGTH)).clamp(0.0, 1.0);
                 least + (greatest - least) * part
             }
-            // A hundredth of the value for each pixel, a whole number for ten.
+            // A hundredth of the value per pixel; for integers one per ten pixels.
             (kind, None) => {
                 let unit =
                     if kind == ControlKind::Whole { 0.1 } else { before.abs().max(0.1) * 0.01 };
@@ -153,17 +151,17 @@ impl Panel {
         self.set(value.max(control.min.unwrap_or(value)).min(control.max.unwrap_or(value)))
     }
 
-    /// The pointer went up.
+    /// Handles the release of the pointer.
     pub fn release(&mut self) {
         self.drag = None;
     }
 
-    /// Whether the pointer holds something.
+    /// True if the pointer drags a control.
     pub fn is_held(&self) -> bool {
         self.drag.is_some()
     }
 
-    /// Rows of pixels that it takes in a window that is high enough.
+    /// Returns the height of all rows in pixels.
     pub fn height(&self) -> i32 {
         self.rows().len().saturating_sub(self.scrolled) as i32 * ROW
     }
@@ -198,7 +196,7 @@ impl Panel {
         Some(Request::Set { name: control.name.clone(), values: control.values.clone() })
     }
 
-    /// All rows, those scrolled out too.
+    /// All rows, including those scrolled out.
     fn rows(&self) -> Vec<Row> {
         let mut rows = Vec::with_capacity(self.things.len());
         for (index, thing) in self.things.iter().enumerate() {
@@ -268,8 +266,7 @@ impl Panel {
     }
 }
 
-/// The range of a slider; a colour that no annotation bounds has one as long as it is no brighter than
-/// white.
+/// The range of a slider; a colour without an annotated range has one unless it is brighter than white.
 fn range(control: &Control) -> Option<(f64, f64)> {
     match (control.min, control.max, control.kind) {
         (Some(least), Some(greatest), _) => (least < greatest).then_some((least, greatest)),
@@ -334,7 +331,7 @@ mod tests {
         }
     }
 
-    /// A panel at the window's left edge, with the second of two things selected.
+    /// A panel at the window's left edge, with the second of two parts selected.
     fn panel() -> Panel {
         let thing = |index: usize, title: &str| Thing {
             entity: EntityId(index),

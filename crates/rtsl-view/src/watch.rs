@@ -1,7 +1,7 @@
-//! Tells when files of a scene are saved.
+//! A watch for changes of a scene's files.
 //!
-//! Folders are watched rather than files, since many editors write a new file and rename it. Where the
-//! system can't tell, their contents are looked at twenty times a second.
+//! Folders are watched rather than files, because many editors write a new file and rename it. If the system cannot
+//! report changes, the contents are polled twenty times a second.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::time::Duration;
 use notify::event::{AccessKind, AccessMode};
 use notify::{Config, EventKind, PollWatcher, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// Editors write in several steps: this long after the last one a file is complete.
+/// Editors write in several steps: the time after the last one at which a file counts as complete.
 const SETTLED_AFTER: Duration = Duration::from_millis(10);
 
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -38,7 +38,7 @@ impl FileWatch {
         Ok(FileWatch { watcher, folders: BTreeSet::new() })
     }
 
-    /// Watches the folders of these files too. What can't be watched is left out.
+    /// Also watches the folders of these files. Folders that cannot be watched are ignored.
     pub fn add(&mut self, files: &[PathBuf]) {
         for file in files {
             let folder = match file.parent() {
@@ -60,13 +60,13 @@ fn teller(sender: Sender<()>) -> impl FnMut(notify::Result<notify::Event>) {
             is_change(event.kind) && event.paths.iter().any(|path| is_of_scenes(path))
         });
         if is_of_interest {
-            // Nobody listens once the window is closed.
+            // The receiver is gone once the window is closed.
             let _ = sender.send(());
         }
     }
 }
 
-/// Reading a file is no change; that would never end.
+/// Reading a file is not a change; otherwise every reload would cause another.
 fn is_change(kind: EventKind) -> bool {
     match kind {
         EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),

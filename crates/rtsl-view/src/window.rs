@@ -1,4 +1,4 @@
-//! The window: carries events to the viewer and pixels to the screen.
+//! The window: passes events to the viewer and pixels to the screen.
 
 use std::io::Write;
 use std::num::NonZeroU32;
@@ -21,33 +21,33 @@ use crate::input::{Button, Event, Key};
 use crate::libraries;
 use crate::watch::FileWatch;
 
-/// Samples are added for this long before events are looked at: input is never later.
+/// The time for adding samples between events: the greatest delay of input.
 const SLICE: Duration = Duration::from_millis(15);
 
-/// Touchpads scroll by pixels: so many are a notch.
+/// The number of pixels that a touchpad scrolls for a notch.
 const PIXELS_PER_NOTCH: f64 = 40.0;
 
-/// The picture that F12 takes where no file is named.
+/// The picture that F12 takes if no file is given.
 const PICTURE: &str = "rtsl-view.png";
 
-/// What the window is to do besides showing the scene.
+/// Options of the window.
 #[derive(Clone, Debug, Default)]
 pub struct ViewOptions {
     /// The window's title.
     pub title: String,
-    /// Close after so many frames, or when all samples are taken if that comes first.
+    /// Close after so many frames, or when all samples are taken, whichever is first.
     pub frames: Option<u64>,
     /// Write a picture of the window to this file before it closes, and when F12 is pressed.
     pub screenshot: Option<PathBuf>,
 }
 
-/// Why there is no window.
+/// An error of opening the window.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// No display.
     #[error("cannot open a window: {0}")]
     NoDisplay(String),
-    /// A picture can't be written.
+    /// A picture cannot be written.
     #[error(transparent)]
     Screenshot(#[from] ImageError),
 }
@@ -55,7 +55,7 @@ pub enum ViewError {
 /// Shows a session in a window until it is closed.
 ///
 /// # Errors
-/// If there is no display, or a picture can't be written.
+/// If there is no display, or a picture cannot be written.
 pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
     if let Some(library) = libraries::missing() {
         return Err(ViewError::NoDisplay(format!("the library {library} cannot be loaded")));
@@ -63,7 +63,7 @@ pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
     let events = EventLoop::<FilesChanged>::with_user_event().build().map_err(no_display)?;
     let context = Context::new(events.owned_display_handle()).map_err(no_display)?;
     let proxy = events.create_proxy();
-    // Without it there is still the key that reads the files again. The loop may have ended.
+    // If watching fails, the key for reading the files again still works. The event loop may have ended.
     let watch = FileWatch::new(move || _ = proxy.send_event(FilesChanged)).ok();
     let size = session.film().size();
     let mut viewer = Viewer {
@@ -83,7 +83,7 @@ pub fn view(session: Session, options: ViewOptions) -> Result<(), ViewError> {
 
 fn no_display(error: impl std::fmt::Display) -> ViewError {
     let text = error.to_string();
-    // Errors of the system name the source line of the library that met them.
+    // Errors of the system contain the source line of the library that reports them.
     let told = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
     ViewError::NoDisplay(told.map_or(text.clone(), |(_, what)| what.to_owned()))
 }
@@ -95,13 +95,13 @@ struct FilesChanged;
 struct Viewer {
     app: App,
     options: ViewOptions,
-    /// Columns and rows that the window opens with.
+    /// The initial columns and rows.
     size: (usize, usize),
     context: Context<OwnedDisplayHandle>,
-    /// The window's pixels; `None` until there is a window.
+    /// The window's pixels; `None` before the window is created.
     surface: Option<Surface<OwnedDisplayHandle, Rc<Window>>>,
     watch: Option<FileWatch>,
-    /// Frames that were shown.
+    /// The number of frames shown.
     frames: u64,
     failure: Option<ViewError>,
 }
@@ -166,7 +166,7 @@ impl Viewer {
         }
     }
 
-    /// Paints the window and hands it to the screen.
+    /// Paints the window and presents it.
     fn show(&mut self, events: &ActiveEventLoop) {
         if let Err(error) = self.present() {
             self.failure = Some(error);
@@ -201,7 +201,7 @@ impl Viewer {
     fn grant_wishes(&mut self, events: &ActiveEventLoop) {
         for wish in self.app.take_wishes() {
             match wish {
-                // Whoever started the viewer may not read what it says.
+                // Errors are ignored, because the standard output may be closed.
                 Wish::Print(line) => _ = writeln!(std::io::stdout(), "{line}"),
                 Wish::Screenshot => self.take_screenshot(events),
             }
@@ -226,7 +226,7 @@ impl Viewer {
     }
 }
 
-/// The viewer's word for what happened to the window, if it has one.
+/// Translates an event of the window to one of the viewer, if there is one.
 fn translate(event: &WindowEvent) -> Option<Event> {
     match event {
         WindowEvent::Resized(size) => Some(resized(*size)),
@@ -265,7 +265,7 @@ fn resized(size: PhysicalSize<u32>) -> Event {
     Event::Resized { width: size.width as usize, height: size.height as usize }
 }
 
-/// Keys that go on while they are held; others would show and hide things.
+/// True for keys that repeat while they are held; other keys toggle things.
 fn is_step(key: Key) -> bool {
     match key {
         Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => true,

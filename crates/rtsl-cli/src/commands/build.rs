@@ -1,4 +1,4 @@
-//! `rtsl build`: a shader on its way to machine code, or a library of shaders for other programs.
+//! `rtsl build`: the stages of compiling a shader, or a library of shaders for other programs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,22 +26,22 @@ pub struct BuildArguments {
     /// The form to show or write.
     #[arg(long, value_enum)]
     emit: EmitName,
-    /// Where to write it; standard output if not given.
+    /// The output file; standard output if not given.
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
-    /// The class, where the file has several; for a library those that it has, with commas between, else all.
+    /// The class, if the file has several; for a library its classes, separated by commas, or all if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(super) class: Vec<String>,
-    /// The method; all methods if not given, one after the other.
+    /// The method; all methods if not given.
     #[arg(long)]
     method: Option<String>,
-    /// What the rays of a call have in common: `packet` one object, `common-origin` that and where they
-    /// start, `stream` nothing; `leaf` is for one ray and many objects, `single` for one and one. For a library
-    /// several, with commas between. `packet` if not given, for a library `single`.
+    /// The call mode: the rays of a `packet` call have one object, those of `common-origin` also a common origin, those
+    /// of `stream` one object each; `leaf` is for one ray and several objects, `single` for one ray and one object. For
+    /// a library several, separated by commas. `packet` if not given, for a library `single`.
     #[arg(long, value_name = "SHAPES", value_delimiter = ',', value_parser = parse_shape)]
     pub(super) shape: Vec<CallMode>,
-    /// Rays at a time, for a library several, with commas between; what suits the machine if not given. Never changes
-    /// results.
+    /// The SIMD width in rays, for a library several, separated by commas; selected for the machine if not given. Never
+    /// changes results.
     #[arg(long, value_name = "WIDTHS", value_delimiter = ',', value_parser = parse_width)]
     pub(super) width: Vec<u32>,
     #[command(flatten)]
@@ -52,10 +52,10 @@ pub struct BuildArguments {
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting,
           requires = "specialise")]
     params: Vec<(String, JsonValue)>,
-    /// The machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
+    /// The target machine: x86-64-v2, x86-64-v3, x86-64-v4 or aarch64; this one if not given.
     #[arg(long)]
     target: Option<String>,
-    /// How much work goes into machine code.
+    /// The optimisation level.
     #[arg(short = 'O', long = "optimize", value_name = "LEVEL", default_value_t = 2,
           value_parser = clap::value_parser!(u8).range(0..=3))]
     optimization: u8,
@@ -70,11 +70,11 @@ pub struct BuildArguments {
 enum EmitName {
     /// The syntax tree.
     Ast,
-    /// The single-ray representation, linked and optimised.
+    /// The single-ray IR, linked and optimised.
     Ir,
-    /// Packet code, masks explicit.
+    /// Packet code with explicit masks.
     Packet,
-    /// LLVM text.
+    /// LLVM IR as text.
     Llvm,
     /// Assembly.
     Asm,
@@ -82,13 +82,13 @@ enum EmitName {
     Obj,
     /// The C header of that object file.
     Header,
-    /// What that object file says of its classes and parameters, as JSON.
+    /// The description of that object file's classes and parameters, as JSON.
     Layout,
-    /// The classes as C++17 that stands alone, to read and to build with any compiler.
+    /// The classes as standalone C++17, which any compiler can build.
     Cpp,
 }
 
-/// What is made of a name.
+/// The meaning of a form's name.
 enum Form {
     Tree,
     Method(Emit),
@@ -124,13 +124,13 @@ pub fn run(arguments: &BuildArguments, reporter: &Reporter) -> CommandResult {
 }
 
 impl BuildArguments {
-    /// The methods that are asked for; `None` for all.
+    /// Returns the requested methods; `None` for all.
     pub(super) fn methods(&self) -> Result<Option<Vec<Method>>, Failure> {
         let name = self.method.as_deref();
         name.map(|name| find_method(name).map(|it| vec![it]).map_err(Failure::Usage)).transpose()
     }
 
-    /// The machine that is asked for; `None` for this one.
+    /// Returns the requested target; `None` for this machine.
     pub(super) fn target(&self) -> Result<Option<Target>, Failure> {
         match self.target.as_deref() {
             None | Some("host") => Ok(None),
@@ -141,21 +141,21 @@ impl BuildArguments {
         }
     }
 
-    /// An engine for the first of the widths.
+    /// Returns an engine for the first of the widths.
     pub(super) fn engine(&self, reporter: &Reporter) -> Result<Engine, Failure> {
         let optimization = level(self.optimization);
         let width = self.width.first().copied();
         engine(EngineOptions { optimization, width, ..self.code.options() }, reporter)
     }
 
-    /// The one source of a form that has one.
+    /// Returns the source of a form that has only one.
     fn source(&self) -> Result<&Path, Failure> {
         only("source", &self.sources)?;
         Ok(&self.sources[0])
     }
 }
 
-/// Refuses several where there can be one.
+/// Rejects several values for a form that takes one.
 fn only<T>(what: &str, given: &[T]) -> Result<(), Failure> {
     if given.len() > 1 {
         let message = format!(
@@ -196,7 +196,7 @@ fn emit_methods(
     emit_class(arguments, form, class, &unit, reporter).map(Some)
 }
 
-/// The class that a source names, if it is no file.
+/// Returns the class that a source names, if it is not a file.
 pub(super) fn standard_class(source: &Path) -> Option<&str> {
     if super::is_file_name(source) { None } else { source.to_str() }
 }

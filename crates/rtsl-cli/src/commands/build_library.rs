@@ -1,4 +1,4 @@
-//! Libraries of `rtsl build`: object files, their C headers, and what they say of themselves.
+//! Libraries of `rtsl build`: object files, their C headers and descriptions.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,20 +12,21 @@ use super::{Failure, unit_of};
 use crate::layout_json::layout_json;
 use crate::report::Reporter;
 
-/// What is said of libraries alone.
+/// Arguments that apply to libraries only.
 #[derive(Debug, Args)]
 pub struct LibraryArguments {
-    /// What a reference refers to, `Ward.kd=Constant`, where instances of the first class occur in the library; may be repeated. An
-    /// element of an array of references is `Layered.layers[2]=Ward`. References that are not bound are unset.
+    /// The class of a reference's target, `Ward.kd=Constant`, in all instances of the first class in the library; may
+    /// be repeated. An element of an array of references is `Layered.layers[2]=Ward`. References without a binding are
+    /// unset.
     #[arg(long, value_name = "CLASS.REFERENCE=CLASS", value_parser = parse_binding)]
     bind: Vec<Binding>,
-    /// What the names of the library's symbols begin with; `rtsl` if not given.
+    /// The prefix of the library's symbols; `rtsl` if not given.
     #[arg(long)]
     prefix: Option<String>,
 }
 
 impl LibraryArguments {
-    /// Whether anything was said.
+    /// True if any of these arguments is given.
     pub fn is_given(&self) -> bool {
         !self.bind.is_empty() || self.prefix.is_some()
     }
@@ -38,13 +39,13 @@ pub enum LibraryForm {
     Object,
     /// Its C header.
     Header,
-    /// What it says of itself, as JSON.
+    /// Its description as JSON.
     Layout,
     /// The same classes as C++.
     Cpp,
 }
 
-/// A reference and what it refers to, by their names.
+/// A reference and its target, by their names.
 #[derive(Clone, Debug)]
 struct Binding {
     class: String,
@@ -66,7 +67,7 @@ fn parse_binding(text: &str) -> Result<Binding, String> {
     parts.ok_or_else(|| "a binding is written CLASS.REFERENCE=CLASS".to_owned())
 }
 
-/// The form; `None` where a source has errors, which are reported.
+/// Returns the form; `None` if a source has errors, which are reported.
 pub fn emit(
     arguments: &BuildArguments,
     form: LibraryForm,
@@ -110,7 +111,7 @@ fn make_library(
     Ok(Some(engine.aot_library(&sources.chosen, &options)?))
 }
 
-/// Each of the shapes at each of the widths.
+/// Combines each of the call modes with each of the widths.
 fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(CallMode, u32)> {
     let shapes = if arguments.shape.is_empty() { &[CallMode::Single] } else { &*arguments.shape };
     let widths =
@@ -121,14 +122,14 @@ fn shapes(arguments: &BuildArguments, engine: &Engine) -> Vec<(CallMode, u32)> {
 /// The classes of a command line.
 struct Sources<'a> {
     compiler: &'a Compiler,
-    /// All that the sources have.
+    /// All classes of the sources.
     all: Vec<Arc<Class>>,
-    /// Those that the library is to have.
+    /// The classes of the library.
     chosen: Vec<Arc<Class>>,
 }
 
 impl<'a> Sources<'a> {
-    /// `None` where a source has errors, which are reported.
+    /// Compiles the sources; `None` if one has errors, which are reported.
     fn compile(
         arguments: &BuildArguments,
         compiler: &'a Compiler,
@@ -163,7 +164,7 @@ impl<'a> Sources<'a> {
         found.ok_or_else(|| unknown_class(name, names).into())
     }
 
-    /// A class of the sources, else of the standard library.
+    /// Returns a class of the sources, or else of the standard library.
     fn any_class(&self, name: &str) -> Result<Arc<Class>, Failure> {
         match self.all.iter().find(|class| class.name == name) {
             Some(class) => Ok(class.clone()),

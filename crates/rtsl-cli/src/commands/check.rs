@@ -1,4 +1,4 @@
-//! `rtsl check`: what is wrong with shaders.
+//! `rtsl check`: reports the errors and warnings of shaders.
 
 use std::path::PathBuf;
 
@@ -16,15 +16,15 @@ pub struct CheckArguments {
     /// The files to check.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Print one JSON object a line for each diagnostic, to standard output: code, severity,
-    /// message, file, line, column, endLine, endColumn, notes, help.
+    /// Print one JSON object per line for each diagnostic to standard output: code, severity, message, file, line,
+    /// column, endLine, endColumn, notes, help.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     search_path: SearchPath,
 }
 
-/// Checks all files, and says how many problems there are.
+/// Checks all files and reports the number of errors and warnings.
 pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     let compiler = compiler(&arguments.search_path);
     let (mut errors, mut warnings) = (0, 0);
@@ -45,14 +45,14 @@ pub fn run(arguments: &CheckArguments, reporter: &Reporter) -> CommandResult {
     }
     if !arguments.json && errors + warnings > 0 {
         let files = counted(arguments.files.len(), "file");
-        let problems = [(errors, "error"), (warnings, "warning")];
-        let problems: Vec<String> = problems
+        let counts = [(errors, "error"), (warnings, "warning")];
+        let counts: Vec<String> = counts
             .into_iter()
             .filter(|(count, _)| *count > 0)
             .map(|(count, name)| counted(count, name))
             .collect();
         let kind = if errors > 0 { "error" } else { "warning" };
-        reporter.message(kind, &format!("{} in {files}", problems.join(" and ")));
+        reporter.message(kind, &format!("{} in {files}", counts.join(" and ")));
     }
     Ok(if errors > 0 { Outcome::InputAtFault } else { Outcome::Done })
 }

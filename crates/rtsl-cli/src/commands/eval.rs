@@ -1,4 +1,4 @@
-//! `rtsl eval`: runs one method on given values.
+//! `rtsl eval`: calls one method on given values.
 
 use std::io::BufReader;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ pub struct EvalArguments {
     file: Option<PathBuf>,
     /// The method; without one the file is only compiled.
     method: Option<String>,
-    /// The class, where the file has several.
+    /// The class, if the file has several.
     #[arg(long)]
     class: Option<String>,
     /// A parameter of the instance; may be repeated. Values are numbers, `true`, `false`, lists
@@ -34,14 +34,14 @@ pub struct EvalArguments {
     /// A scratch member before the call; may be repeated.
     #[arg(long = "scratch", value_name = "NAME=VALUE", value_parser = parse_setting)]
     scratch: Vec<(String, JsonValue)>,
-    /// The greatest number of loop iterations of one ray, all loops taken together, and of the constructor; at most
-    /// 1073741824. A request of `--stdin` names its own.
+    /// The greatest number of loop iterations of one ray, in all loops together, and of the constructor; at most
+    /// 1073741824. Requests of `--stdin` set their own.
     #[arg(long, value_name = "ITERATIONS", default_value_t = DEFAULT_LOOP_BUDGET)]
     budget: u32,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
-    /// Read one JSON request a line from standard input, write one JSON answer a line.
+    /// Read one JSON request per line from standard input, write one JSON answer per line.
     #[arg(long, conflicts_with_all = ["file", "method", "class", "params", "state", "scratch"])]
     stdin: bool,
     #[command(flatten)]
@@ -50,7 +50,7 @@ pub struct EvalArguments {
     search_path: SearchPath,
 }
 
-/// Runs the method, or answers requests until there are no more.
+/// Calls the method, or answers all requests.
 pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
     let search_path = &arguments.search_path.search_path;
     if arguments.stdin {
@@ -65,11 +65,11 @@ pub fn run(arguments: &EvalArguments, reporter: &Reporter) -> CommandResult {
         write_result(None, answer.to_line().as_bytes())?;
         return Ok(if answer.ok { Outcome::Done } else { Outcome::InputAtFault });
     }
-    let Evaluation { answer, compilation, problems } = session.evaluate(&request);
+    let Evaluation { answer, compilation, further } = session.evaluate(&request);
     if let Some(compilation) = compilation {
         reporter.compilation(&compilation);
     }
-    problems.iter().for_each(|problem| reporter.diagnostic(problem));
+    further.iter().for_each(|diagnostic| reporter.diagnostic(diagnostic));
     write_result(None, plain_text(&answer).as_bytes())?;
     match answer.error {
         Some(error) => Err(Failure::Usage(error)),
@@ -105,18 +105,18 @@ fn request(arguments: &EvalArguments) -> Request {
     }
 }
 
-/// `name=value`, the value a number, a list with commas, or JSON.
+/// Parses `name=value`, where the value is a number, a list with commas, or JSON.
 pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
     let json = |text: &str| {
         let number = serde_json::from_str(text);
-        // What JSON writes otherwise: `.5`, `+1`, `1.`.
+        // Numbers that JSON does not accept: `.5`, `+1`, `1.`.
         let float = || {
             let value: f32 = text.trim().parse().ok()?;
             let shown = serde_json::to_string(&Json::Float(value)).ok()?;
             serde_json::from_str(&shown).ok()
         };
-        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is no value"))
+        number.ok().or_else(float).ok_or_else(|| format!("`{text}` is not a value"))
     };
     let value = if value.contains(',') && !value.trim_start().starts_with(['[', '{']) {
         JsonValue::Array(value.split(',').map(json).collect::<Result<_, _>>()?)
@@ -126,7 +126,7 @@ pub fn parse_setting(text: &str) -> Result<(String, JsonValue), String> {
     Ok((name.to_owned(), value))
 }
 
-/// `name = value` lines, the value of the one ray.
+/// Formats `name = value` lines with the values of the only ray.
 fn plain_text(answer: &Answer) -> String {
     let mut text = String::new();
     if let Some(hit) = &answer.hit {

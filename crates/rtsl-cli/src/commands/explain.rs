@@ -1,4 +1,4 @@
-//! `rtsl explain`: what the code of a diagnostic means.
+//! `rtsl explain`: explanations of diagnostic codes.
 
 use clap::Args;
 use rtsl::{code_info, codes};

@@ -1,4 +1,4 @@
-//! `rtsl info`: this program and the machine, or a class.
+//! `rtsl info`: information on this program and the machine, or on a class.
 
 use std::path::{Path, PathBuf};
 
@@ -14,21 +14,21 @@ use crate::arguments::SearchPath;
 use crate::files::write_result;
 use crate::report::Reporter;
 
-/// Defaults of more numbers than a matrix has are not shown.
+/// Default values with more numbers than a matrix are not shown.
 const SHOWN_NUMBERS: usize = 16;
 
 /// The command line of `rtsl info`.
 #[derive(Debug, Args)]
 pub struct InfoArguments {
-    /// A class of the standard library, or a file: what its classes are and take. Without one,
-    /// the program's version, the LLVM in use and the machine.
+    /// A class of the standard library, or a file: shows the roles and parameters of its classes. Without one, the
+    /// program's version, the LLVM in use and the machine.
     #[arg(value_name = "CLASS|FILE")]
     subject: Option<String>,
     #[command(flatten)]
     search_path: SearchPath,
 }
 
-/// Prints what is asked about.
+/// Prints the information.
 pub fn run(arguments: &InfoArguments, reporter: &Reporter) -> CommandResult {
     let text = match &arguments.subject {
         None => about_program(&arguments.search_path.search_path),
@@ -74,7 +74,7 @@ fn about_program(search_path: &[PathBuf]) -> String {
     text + &format!("search path   {folders}\n")
 }
 
-/// What `--denoise` has to work with.
+/// Describes the denoiser that `--denoise` uses.
 fn about_denoiser() -> String {
     match Denoiser::load() {
         Ok(denoiser) => {
@@ -86,7 +86,7 @@ fn about_denoiser() -> String {
     }
 }
 
-/// Of LLVM's list, what the machine has.
+/// The features of the machine in LLVM's list.
 fn present_features(features: &str) -> String {
     let present = features.split(',').filter_map(|feature| feature.strip_prefix('+'));
     present.collect::<Vec<_>>().join(" ")
@@ -97,7 +97,7 @@ fn about_library_class(compiler: &Compiler, name: &str) -> Result<String, Failur
     Ok(about_class(unit.class(name)?))
 }
 
-/// What a parameter is where nobody sets it, as scenes write it; `None` for references, buffers, structs and tables.
+/// The default value of a parameter in the syntax of scenes; `None` for references, buffers, structs and tables.
 fn shown_default(class: &Class, parameter: &Parameter) -> Option<String> {
     let scalar = scalar_of(&parameter.ty)?;
     let words = default_value(class, parameter).filter(|words| words.len() <= SHOWN_NUMBERS)?;
@@ -111,7 +111,7 @@ fn shown_default(class: &Class, parameter: &Parameter) -> Option<String> {
     Some(if words.len() == 1 { shown } else { format!("[{shown}]") })
 }
 
-/// The scalar that values of the type consist of.
+/// The scalar type of which values of the type consist.
 fn scalar_of(ty: &ParameterType) -> Option<Scalar> {
     match ty {
         ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => Some(*scalar),

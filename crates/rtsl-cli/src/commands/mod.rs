@@ -25,23 +25,23 @@ use crate::arguments::{DEFAULT_LOOP_BUDGET, SearchPath};
 use crate::eval::{ValueError, make_instance};
 use crate::report::Reporter;
 
-/// How a command ended.
+/// The end of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As asked.
+    /// The command succeeded.
     Done,
-    /// The input is at fault; diagnostics are written.
+    /// The input has errors; diagnostics are written.
     InputAtFault,
 }
 
-/// Why a command could not end.
+/// An error that ends a command.
 #[derive(Debug)]
 pub enum Failure {
-    /// The command line asks for what there is not.
+    /// The command line is wrong.
     Usage(String),
-    /// The input is at fault; diagnostics are yet to be written.
+    /// The input has errors; diagnostics are not written yet.
     Diagnostics(Vec<Diagnostic>),
-    /// A result can't be written.
+    /// The result cannot be written.
     Output(std::io::Error),
 }
 
@@ -51,29 +51,29 @@ impl From<Diagnostic> for Failure {
     }
 }
 
-/// What a command gives.
+/// The result of a command.
 pub type CommandResult = Result<Outcome, Failure>;
 
-/// A compiler that looks for includes where the command line says. Constructors of its classes end.
+/// Returns a compiler with the include folders of the command line. Constructors of its classes have a loop budget.
 pub fn compiler(search_path: &SearchPath) -> Compiler {
     let search_path = search_path.search_path.clone();
     Compiler::new(CompilerOptions { search_path, loop_budget: Some(DEFAULT_LOOP_BUDGET) })
 }
 
-/// Compiles a file and reports; `None` if there are errors.
+/// Compiles a file and reports its diagnostics; `None` if there are errors.
 pub fn compile_file(compiler: &Compiler, path: &Path, reporter: &Reporter) -> Option<Unit> {
     let compilation: Compilation = compiler.compile_file(path);
     reporter.compilation(&compilation);
     compilation.unit
 }
 
-/// Whether a word of the command line is the name of a file, not that of a class.
+/// True if a word of the command line is the name of a file rather than of a class.
 pub fn is_file_name(path: &Path) -> bool {
     path.extension().is_some() || path.exists()
 }
 
-/// The classes of a file, or of the file of the standard library that has this class; reports, and gives `None` if
-/// there are errors.
+/// Returns the classes of a file, or of the file of the standard library that contains this class. Diagnostics are
+/// reported; `None` if there are errors.
 pub fn unit_of(
     compiler: &Compiler,
     source: &Path,
@@ -85,7 +85,7 @@ pub fn unit_of(
     Ok(Some(library::unit_of_class(compiler, &source.to_string_lossy())?))
 }
 
-/// The class of this name, or the only one.
+/// Returns the class of this name, or the only one.
 pub fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>, Failure> {
     match (name, unit.classes()) {
         (Some(name), _) => Ok(unit.class(name)?),
@@ -99,14 +99,14 @@ pub fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Cl
     }
 }
 
-/// An engine; its warnings are reported.
+/// Creates an engine and reports its warnings.
 pub fn engine(options: EngineOptions, reporter: &Reporter) -> Result<Engine, Failure> {
     let (engine, warnings) = Engine::new(options)?;
     warnings.iter().for_each(|warning| reporter.diagnostic(warning));
     Ok(engine)
 }
 
-/// An instance with the parameters of a command line.
+/// Creates an instance with the parameters of a command line.
 pub fn instance(
     params: &[(String, JsonValue)],
     class: &Arc<Class>,
@@ -116,7 +116,7 @@ pub fn instance(
     make_instance(class, unit, params).map_err(value_failure)
 }
 
-/// Why a command ends that was given such a value.
+/// The failure for an invalid value.
 fn value_failure(error: ValueError) -> Failure {
     match error {
         ValueError::Malformed(message) => Failure::Usage(message),

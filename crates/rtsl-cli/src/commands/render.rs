@@ -1,4 +1,4 @@
-//! `rtsl render`: a scene to a picture.
+//! `rtsl render`: renders a scene to a picture.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ use crate::files::write_result;
 use crate::progress_line::ProgressLine;
 use crate::report::Reporter;
 
-/// How often checkpoints are written, unless the user says otherwise.
+/// The default interval of writing checkpoints.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
 
 /// The command line of `rtsl render`.
@@ -33,65 +33,67 @@ pub struct RenderArguments {
     /// The picture: OUT.png or OUT.exr.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// What renders, instead of what the scene's integrator says.
+    /// The renderer, overriding the scene's integrator.
     #[arg(long, value_enum)]
     renderer: Option<RendererName>,
-    /// Samples a pixel, instead of the scene's.
+    /// Samples per pixel, overriding the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Columns and rows, instead of the scene's.
+    /// Columns and rows, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,
-    /// How many threads; all processors if not given. Never changes the picture.
+    /// The number of threads; that of all processors if not given. Never changes the picture.
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// The seed of the sampler, instead of the scene's.
+    /// The seed of the sampler, overriding the scene's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Stop after this time and write what there is.
+    /// Stop after this time and write the picture as it is.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time: Option<Duration>,
-    /// End where standard errors, relative to the brightness of their tile, are no more than this, such as 0.02. Batch
-    /// renderer.
+    /// Stop sampling tiles whose standard errors, relative to their brightness, are no greater than this, such as 0.02.
+    /// Batch renderer.
     #[arg(long, value_name = "NOISE", value_parser = parse_noise)]
     noise: Option<f32>,
-    /// Keep what there is in this file while rendering, every half a minute, to go on with `--resume` after whatever
-    /// happens. Batch renderer.
+    /// Write checkpoints to this file while rendering, every half a minute, from which `--resume` continues after any
+    /// interruption. Batch renderer.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// How often the checkpoint is written.
+    /// The interval of writing the checkpoint.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, requires = "checkpoint")]
     checkpoint_every: Option<Duration>,
-    /// Go on from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C left beside the picture. The picture has
-    /// the bits of one that was never interrupted. Where there is no checkpoint the render begins anew.
+    /// Continue from the checkpoint: that of `--checkpoint`, or the one that Ctrl-C left next to the picture. The
+    /// picture has the bits of one that was never interrupted. Without a checkpoint the render starts from the
+    /// beginning.
     #[arg(long)]
     resume: bool,
-    // Written from the list of images, so that none is forgotten.
+    // Generated from the list of AOVs, so that it is complete.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_aov, help = aov_help())]
     aov: Vec<Aov>,
-    /// Make no kernels for the scene's values while rendering, which renders of more than a second do.
-    /// Never changes the picture.
+    /// Disable specialised kernels for the scene's values, which renders of more than a second use. Never changes the
+    /// picture.
     #[arg(long)]
     no_specialise: bool,
-    /// Write what the render did and how long it took, as JSON.
+    /// Write statistics of the render as JSON.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
     /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
     defines: Vec<String>,
-    /// Brighten a PNG by so many stops, on top of the scene's exposure.
+    /// The exposure of a PNG in stops, added to the scene's.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
-    /// How linear colours become those of a PNG.
+    /// The view transform from linear colours to those of a PNG.
     #[arg(long, value_enum, default_value_t = View::Standard)]
     view: View,
-    /// Take the noise out of the picture with Open Image Denoise, where that is installed. What comes out depends on the library and the machine.
+    /// Denoise the picture with Open Image Denoise, if it is installed. The result depends on the library and the
+    /// machine.
     #[arg(long)]
     denoise: bool,
-    /// The precision of colours in an EXR. All else in it is float.
+    /// The precision of colours in an EXR. All other channels are float.
     #[arg(long, value_enum, default_value_t = Precision::Float)]
     exr: Precision,
-    /// Make each image of an EXR a part of its own.
+    /// Write each image of an EXR as a separate part.
     #[arg(long)]
     exr_parts: bool,
     #[command(flatten)]
@@ -107,7 +109,7 @@ pub struct RenderArguments {
 enum RendererName {
     /// Traces paths by the materials' `BSDF`, `sampleBSDF` and `evaluatePDF`.
     Batch,
-    /// Runs the materials' `shade`, with packets of rays from tiles, as `rtsl view` does.
+    /// Calls the materials' `shade`, with packets of rays from tiles, as `rtsl view` does.
     Interactive,
 }
 
@@ -123,9 +125,9 @@ impl From<RendererName> for Renderer {
 /// View transforms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum View {
-    /// sRGB; what is brighter than white is cut off.
+    /// sRGB, clamped at white.
     Standard,
-    /// A curve like film's, on which bright colours run into white.
+    /// A filmic curve, on which bright colours desaturate towards white.
     Filmic,
     /// Linear.
     Raw,
@@ -162,7 +164,7 @@ impl From<Precision> for ExrPrecision {
 /// Renders and writes the picture.
 pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     check_output(&arguments.output)?;
-    // Before the work, not after it.
+    // Checked before the render, not after it.
     let denoiser = match arguments.denoise.then(Denoiser::load).transpose() {
         Ok(denoiser) => denoiser,
         Err(error) => return Ok(refused(denoiser_diagnostic(&error), reporter)),
@@ -206,7 +208,7 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     if let Some(denoiser) = &denoiser {
         match denoised(denoiser, &rendered.image, &rendered.aovs) {
             Ok(image) => rendered.image = image,
-            // The render is not lost for it.
+            // The render is kept even if it cannot be denoised.
             Err(error) => outcome = refused(denoiser_diagnostic(&error), reporter),
         }
         rendered.aovs.retain(|image| arguments.aov.contains(&image.aov));
@@ -222,21 +224,21 @@ pub fn run(arguments: &RenderArguments, reporter: &Reporter) -> CommandResult {
     if rendered.statistics.cancelled {
         say_how_to_go_on(arguments, &rendered, reporter);
     }
-    // Such as a checkpoint that could not be written.
+    // For example a checkpoint that could not be written.
     let is_done = !rendered.warnings.has_errors() && !interrupted.load(Ordering::Relaxed);
     Ok(if is_done { outcome } else { Outcome::InputAtFault })
 }
 
-/// Says what is wrong.
+/// Reports an error.
 fn refused(diagnostic: Diagnostic, reporter: &Reporter) -> Outcome {
     report(&Messages::one(diagnostic), reporter);
     Outcome::InputAtFault
 }
 
-/// Becomes true when the user interrupts the program; a second time ends it at once.
+/// Returns a flag that becomes true when the user interrupts the program; a second interrupt ends it at once.
 fn interrupts() -> &'static AtomicBool {
     static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-    // Where the system has no such signal, it ends the program as it always did.
+    // On systems without this signal, an interrupt ends the program as by default.
     let _ = ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(INPUT_AT_FAULT));
@@ -245,7 +247,7 @@ fn interrupts() -> &'static AtomicBool {
     &INTERRUPTED
 }
 
-/// What the render keeps, and where.
+/// The checkpoint options of the render.
 fn checkpoint(arguments: &RenderArguments) -> CheckpointRequest {
     let every = arguments.checkpoint_every.unwrap_or(CHECKPOINT_EVERY);
     CheckpointRequest {
@@ -255,7 +257,7 @@ fn checkpoint(arguments: &RenderArguments) -> CheckpointRequest {
     }
 }
 
-/// The file by which the render can go on: beside the picture unless another is named.
+/// The path of the checkpoint: next to the picture unless another is given.
 fn checkpoint_path(arguments: &RenderArguments) -> PathBuf {
     arguments.checkpoint.clone().unwrap_or_else(|| {
         let mut name = arguments.output.clone().into_os_string();
@@ -264,7 +266,7 @@ fn checkpoint_path(arguments: &RenderArguments) -> PathBuf {
     })
 }
 
-/// Tells what there is of a picture that was not finished, and how to finish it.
+/// Reports the state of an unfinished picture, and the way to finish it.
 fn say_how_to_go_on(arguments: &RenderArguments, rendered: &RenderResult, reporter: &Reporter) {
     let Some(samples) = rendered.statistics.mean_samples else { return };
     let message = format!(
@@ -274,11 +276,11 @@ fn say_how_to_go_on(arguments: &RenderArguments, rendered: &RenderResult, report
     );
     let path = checkpoint_path(arguments);
     let note = Diagnostic::new(codes::UNFINISHED_PICTURE, message)
-        .help(format!("the same command with `--resume` goes on from `{}`", path.display()));
+        .help(format!("the same command with `--resume` continues from `{}`", path.display()));
     report(&Messages::one(note), reporter);
 }
 
-/// How the picture is written.
+/// The options for writing the picture.
 fn image_options(arguments: &RenderArguments, rendered: &RenderResult) -> ImageOptions {
     let sampler = &rendered.settings.sampler;
     ImageOptions {
@@ -292,7 +294,7 @@ fn image_options(arguments: &RenderArguments, rendered: &RenderResult) -> ImageO
     }
 }
 
-/// Refuses before the work what could not be written after it.
+/// Checks before the render that the picture can be written.
 fn check_output(output: &Path) -> Result<(), Failure> {
     ImageFormat::from_path(output).map_err(|error| Failure::Usage(error.to_string()))?;
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -304,14 +306,14 @@ fn check_output(output: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Reports the messages about a scene.
+/// Reports the messages of a scene.
 pub fn report(messages: &Messages, reporter: &Reporter) {
     for (sources, diagnostic) in messages.iter() {
         reporter.diagnostics(sources, [diagnostic]);
     }
 }
 
-/// Columns and rows.
+/// Parses columns and rows.
 pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
     let size = text.split_once(['x', 'X']).and_then(|(width, height)| {
         let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side));
@@ -320,7 +322,7 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), String> {
     size.ok_or_else(|| "expected columns and rows, such as 1024x768".to_owned())
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 pub fn parse_threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|threads| (1..=1024).contains(threads));
     threads.ok_or_else(|| "expected a number from 1 to 1024".to_owned())

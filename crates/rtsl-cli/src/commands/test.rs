@@ -1,4 +1,4 @@
-//! `rtsl test`: whether classes keep what they promise to renderers.
+//! `rtsl test`: checks the contracts between classes and renderers.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -32,16 +32,16 @@ pub struct TestArguments {
     /// Check this class only.
     #[arg(long)]
     class: Option<String>,
-    /// A parameter of all instances; may be repeated. Values are as those of `rtsl eval`.
+    /// A parameter of all instances; may be repeated. The syntax of values is that of `rtsl eval`.
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     params: Vec<(String, JsonValue)>,
-    /// Samples for each test of a distribution: four times as many find deviations half as large.
+    /// The number of samples for each test of a distribution: four times as many detect deviations half as large.
     #[arg(long, default_value_t = Options::default().samples, value_parser = clap::value_parser!(u32).range(1000..=10_000_000))]
     samples: u32,
-    /// Chooses the random numbers.
+    /// The seed of random numbers.
     #[arg(long, default_value_t = Options::default().seed)]
     seed: u64,
-    /// Print one JSON object a line for each instance.
+    /// Print one JSON object per line for each instance.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -85,7 +85,7 @@ struct Tests<'a> {
     engine: Engine,
 }
 
-/// A class, how it is set, and what was found.
+/// A class with a setting and its report.
 struct Checked<'a> {
     class: &'a Class,
     setting: &'a Setting,
@@ -93,16 +93,16 @@ struct Checked<'a> {
 }
 
 impl Tests<'_> {
-    /// Checks all settings of a class; gives how many contracts are broken.
+    /// Checks all settings of a class; returns the number of broken contracts.
     fn check_class(&self, class: &Arc<Class>) -> Result<usize, Failure> {
         let given = self.given(class)?;
         let mut broken = 0;
-        // Keeps the code from setting to setting.
+        // Keeps the compiled code from setting to setting.
         let mut program = None;
         for (index, setting) in self.settings(class).iter().enumerate() {
             let instance = setting
                 .instance(class, &given)
-                .map_err(|problems| Failure::Diagnostics(problems.into_vec()))?;
+                .map_err(|errors| Failure::Diagnostics(errors.into_vec()))?;
             program.get_or_insert_with(|| self.engine.program(&instance));
             let report = self.check(&instance, index == 0)?;
             broken += report.broken().count();
@@ -117,13 +117,13 @@ impl Tests<'_> {
         Ok(broken)
     }
 
-    /// Code does not depend on parameters, so the first instance's bits speak for all.
+    /// Code does not depend on parameters, so the bits are compared for the first instance only.
     fn check(&self, instance: &Arc<Instance>, compare_bits: bool) -> Result<Report, Failure> {
         let TestArguments { samples, seed, .. } = *self.arguments;
         Ok(check(&self.engine, instance, &Options { samples, seed, compare_bits })?)
     }
 
-    /// The parameters of the command line that the class has, and those that no class has: it says so.
+    /// Returns the parameters of the command line that the class has; reports those that no class has.
     fn given(&self, class: &Class) -> Result<Vec<(String, Value)>, Failure> {
         let has = |class: &Class, name: &str| class.parameters.iter().any(|it| it.name == name);
         let is_wanted = |name: &str| {
@@ -137,13 +137,13 @@ impl Tests<'_> {
         values.collect()
     }
 
-    /// The settings of a class without what the command line sets.
+    /// Returns the settings of a class, without the parameters of the command line.
     fn settings(&self, class: &Class) -> Vec<Setting> {
         let names: Vec<&str> = self.arguments.params.iter().map(|(name, _)| &**name).collect();
         settings(class, &names)
     }
 
-    /// All findings of the first setting; of the others what is broken.
+    /// Formats all findings of the first setting, and only the broken contracts of others.
     fn text(&self, checked: &Checked<'_>, is_first: bool) -> String {
         let Checked { class, setting, report } = checked;
         let roles: Vec<&str> = class.roles.iter().map(|role| role.name()).collect();
@@ -163,12 +163,12 @@ impl Tests<'_> {
         text + "\n"
     }
 
-    /// The parameters of the command line, as they are written there.
+    /// The parameters in the syntax of the command line.
     fn shown_params(&self) -> impl Iterator<Item = String> {
         self.arguments.params.iter().map(|(name, value)| format!("{name}={value}"))
     }
 
-    /// The command that repeats a call.
+    /// Returns the command that repeats a call.
     fn command(&self, checked: &Checked<'_>, inputs: &Inputs) -> String {
         let Checked { class, setting, .. } = checked;
         let file = self.arguments.file.display();

@@ -1,4 +1,4 @@
-//! `rtsl view`: a scene in a window.
+//! `rtsl view`: shows a scene in a window.
 
 use std::path::PathBuf;
 
@@ -21,25 +21,25 @@ pub struct ViewArguments {
     /// The scene, in the format of pbrt-v4 with RTSL's class names.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// Columns and rows of the window, instead of the scene's.
+    /// Columns and rows of the window, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,
-    /// Samples a pixel that are taken while the camera rests, instead of the scene's.
+    /// Samples per pixel that are taken while the camera does not move, overriding the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// How many threads; all processors if not given. Never changes the picture.
+    /// The number of threads; that of all processors if not given. Never changes the picture.
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// Close after so many frames, or when all samples are taken if that comes first.
+    /// Close after so many frames, or when all samples are taken, whichever is first.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// Write a picture of the window to this file before it closes by itself, and when F12 is pressed.
+    /// Write a picture of the window to this file before it closes automatically, and when F12 is pressed.
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
     /// Set a parameter of the scene: `camera.fov=30`, `lamp.intensity=10,9,8`; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
     defines: Vec<String>,
-    /// Brighten by so many stops, on top of the scene's exposure.
+    /// The exposure in stops, added to the scene's.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
     #[command(flatten)]

@@ -1,10 +1,10 @@
-//! A renderer that answers every ray alike.
+//! A host that answers every ray alike.
 
 use rtsl::host::{Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, RayLanes};
 
 use super::request::HostRequest;
 
-/// Answers what the request says.
+/// Answers with the values of the request.
 pub struct PlainHost<'a>(pub &'a HostRequest);
 
 impl Host for PlainHost<'_> {
@@ -56,7 +56,7 @@ impl Host for PlainHost<'_> {
     }
 }
 
-/// Whether the angle between a unit vector and an axis has at least this cosine.
+/// True if the angle between a unit vector and an axis has at least this cosine.
 fn is_within(direction: [f32; 3], axis: [f32; 3], cosine: f32) -> bool {
     if cosine == f32::NEG_INFINITY {
         return true;

@@ -1,7 +1,7 @@
-//! Requests a line, answers a line: answered on all processors, in the order they came.
+//! A server for one request per line, answered with one line each: on all processors, in the order of the requests.
 //!
-//! Each thread has a session of its own. Lines are read ahead of their answers, a few for each
-//! thread; a program that waits for every answer before it asks again loses nothing.
+//! Each thread has a separate session. A few lines per thread are read ahead; a program that waits for each answer
+//! before the next request is not delayed.
 
 use std::io::{self, BufRead, Write};
 use std::path::Path;
@@ -11,16 +11,16 @@ use std::thread;
 
 use super::{Answer, Session};
 
-/// Lines that are read ahead, for each thread.
+/// The number of lines that are read ahead for each thread.
 const AHEAD: usize = 2;
 
-/// A line to answer, and where its answer goes.
+/// A request with the channel of its answer.
 struct Job {
     line: Vec<u8>,
     answer: SyncSender<String>,
 }
 
-/// Answers the lines of `input` on `output` until there are no more.
+/// Answers the lines of `input` on `output` until the input ends.
 ///
 /// # Errors
 /// Those of reading and writing.
@@ -44,7 +44,7 @@ pub fn answer_lines(
     })
 }
 
-/// Ends with the input, or when nobody takes the answers any more.
+/// Ends with the input, or when the answers are not received any more.
 fn read_jobs(
     mut input: impl BufRead,
     jobs: &SyncSender<Job>,
@@ -75,7 +75,7 @@ fn answer_jobs(jobs: &Mutex<Receiver<Job>>, search_path: &[impl AsRef<Path>]) {
             Ok(text) => session.answer_line(text),
             Err(_) => Answer::refusal(None, "not UTF-8"),
         };
-        // Nobody waits for it where writing has failed.
+        // The receiver is gone if writing has failed.
         let _ = answer.send(answered.to_line());
     }
 }

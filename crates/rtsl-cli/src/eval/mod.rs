@@ -1,4 +1,4 @@
-//! Runs one method on given values: what `rtsl eval` does, for people and for programs.
+//! Calls one method on given values: the implementation of `rtsl eval`, from the command line and as a server.
 
 mod host;
 mod lines;

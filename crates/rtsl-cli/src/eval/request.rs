@@ -1,4 +1,4 @@
-//! What is asked and answered, a JSON object each.
+//! Requests and answers, a JSON object each.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,14 +17,14 @@ pub type Values = serde_json::Map<String, JsonValue>;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Given back in the answer.
+    /// Repeated in the answer.
     #[serde(default)]
     pub id: Option<JsonValue>,
     /// The shader's text.
     pub source: Option<String>,
     /// The shader's file, in place of its text.
     pub file: Option<PathBuf>,
-    /// The class; may be left out where there is one.
+    /// The class; optional if there is only one.
     pub class: Option<String>,
     /// The method; without one the text is only compiled.
     pub method: Option<String>,
@@ -37,44 +37,44 @@ pub struct Request {
     /// Scratch members before the call.
     #[serde(default)]
     pub scratch: Values,
-    /// Buffers, which are parameters too: they may stand here or in `params`.
+    /// Buffers, which are also parameters: they may be given here or in `params`.
     #[serde(default)]
     pub buffers: Values,
-    /// How many rays; as many as the longest `lanes` list has, else 1.
+    /// The number of rays; the length of the longest `lanes` list, or 1, if not given.
     pub lanes: Option<usize>,
     /// `auto`, `jit` or `interp`.
     pub backend: Option<String>,
-    /// Rays at a time.
+    /// The SIMD width in rays.
     pub width: Option<u32>,
     /// `contract`, `strict` or `fast`.
     pub math: Option<String>,
     /// The greatest number of loop iterations of one ray; [`DEFAULT_LOOP_BUDGET`] if not given.
     pub budget: Option<u32>,
-    /// What the renderer answers.
+    /// The answers of the host.
     #[serde(default)]
     pub host: HostRequest,
 }
 
 impl Request {
-    /// The greatest number of loop iterations of one ray.
+    /// Returns the greatest number of loop iterations of one ray.
     pub fn budget(&self) -> u32 {
         self.budget.unwrap_or(DEFAULT_LOOP_BUDGET)
     }
 }
 
-/// What the renderer answers to a shader's questions.
+/// The answers of the host to a shader's requests.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostRequest {
     /// The radiance along every ray; black if not given.
     pub trace: [f32; 3],
-    /// Whether every ray is blocked.
+    /// True if every ray is occluded.
     pub occluded: bool,
     /// Ambient light; black if not given.
     pub ambient: [f32; 3],
     /// The value of `rand()`.
     pub rand: f32,
-    /// What `illuminance` runs over.
+    /// The lights of `illuminance`.
     pub lights: Vec<Light>,
 }
 
@@ -84,10 +84,10 @@ pub struct HostRequest {
 pub struct Light {
     /// The unit vector towards it.
     pub direction: [f32; 3],
-    /// How far it is; infinitely if not given.
+    /// The distance; infinite if not given.
     #[serde(default = "infinity")]
     pub distance: f32,
-    /// Its radiance, or the whole contribution where the density is 0.
+    /// Its radiance, or the whole contribution if the density is 0.
     pub color: [f32; 3],
     /// The density per solid angle; 0, a delta, if not given.
     #[serde(default)]
@@ -101,16 +101,16 @@ fn infinity() -> f32 {
 /// An answer.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Answer {
-    /// The request's.
+    /// The id of the request.
     pub id: Option<JsonValue>,
-    /// Whether there are no errors.
+    /// True if there are no errors.
     pub ok: bool,
-    /// What is wrong with the request itself.
+    /// The error of the request itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// What is wrong with the shader.
+    /// The diagnostics of the shader.
     pub diagnostics: Vec<JsonDiagnostic>,
-    /// The classes of the text, where no method is asked for.
+    /// The classes of the text, if the request has no method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub classes: Option<Vec<String>>,
     /// The state variables that the method may set.
@@ -119,18 +119,18 @@ pub struct Answer {
     /// The scratch members.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scratch: Option<BTreeMap<String, Json>>,
-    /// Whether each ray's call accepted a hit.
+    /// For each ray, true if the call accepted a hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit: Option<Json>,
 }
 
 impl Answer {
-    /// The answer to a request that makes no sense.
+    /// The answer to an invalid request.
     pub fn refusal(id: Option<JsonValue>, error: impl Into<String>) -> Answer {
         Answer { id, error: Some(error.into()), ..Answer::default() }
     }
 
-    /// As a line of JSON, its end included.
+    /// Returns a line of JSON with its end.
     pub fn to_line(&self) -> String {
         serde_json::to_string(self).unwrap_or_default() + "\n"
     }

@@ -1,4 +1,4 @@
-//! Makes the instance, sets what the request sets, calls the method, reads what it gave.
+//! Executes a request: creates the instance, sets its inputs, calls the method and reads the outputs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use crate::names::{find_method, find_state};
 /// The greatest number of rays of one request.
 const MAX_LANES: usize = 1 << 20;
 
-/// Why there is no result.
+/// The reason for an answer without a result.
 #[derive(Debug)]
 pub enum Refusal {
-    /// The request itself is at fault.
+    /// An error of the request itself.
     Request(String),
-    /// The shader, its parameters or this machine are.
+    /// An error of the shader, its parameters or this machine.
     Diagnostics(Vec<Diagnostic>),
 }
 
@@ -44,7 +44,7 @@ impl From<ValueError> for Refusal {
     }
 }
 
-/// Runs the request's method and completes the evaluation. Gives the program, to be kept.
+/// Executes the request and completes the evaluation. Returns the program, for reuse.
 pub fn run(
     request: &Request,
     unit: &Unit,
@@ -58,7 +58,7 @@ pub fn run(
     let instance = values::make_instance(class, unit, params)?;
     let program = engine.program(&instance);
     let linked = program.method(method)?;
-    evaluation.problems.extend(linked.warnings.iter().cloned());
+    evaluation.further.extend(linked.warnings.iter().cloned());
     let kernel = program.kernel(method, CallMode::Packet)?;
 
     let state_values = parse_lanes(&request.state);
@@ -86,7 +86,7 @@ pub fn run(
     if status.budget_exhausted {
         answer.ok = false;
         let problem = budget_exhausted(&program, method, request.budget());
-        evaluation.problems.push(problem);
+        evaluation.further.push(problem);
     }
     let written = linked.writes.iter().map(|variable| show_state(variable, &state));
     answer.state = Some(written.collect());
@@ -109,7 +109,7 @@ fn choose_class<'a>(unit: &'a Unit, name: Option<&str>) -> Result<&'a Arc<Class>
     }
 }
 
-/// The role in which the class has the method.
+/// Returns the role in which the class has the method.
 pub fn role_of(class: &Class, method: Method) -> Option<Role> {
     class.roles.iter().copied().find(|role| method.roles().contains(role))
 }
@@ -189,7 +189,7 @@ fn set_scratch_member(
             .iter()
             .any(|known| known.name == place && known.scalar == Scalar::Bool);
         for (index, word) in words.into_iter().enumerate() {
-            // Kernels hold true as all ones.
+            // Kernels represent true by all ones.
             let word = if is_bool && word != 0 { u32::MAX } else { word };
             scratch.words_mut(*first as usize + index)[lane] = word;
         }
@@ -219,7 +219,7 @@ fn show_scratch(program: &Program, scratch: &LaneBlock) -> BTreeMap<String, Json
     members.collect()
 }
 
-/// The words of every place of the scratch of one ray.
+/// The words of the scratch variables of one ray.
 fn lane_words<'a>(program: &'a Program, scratch: &'a LaneBlock, lane: usize) -> PlaceWords<'a> {
     let places = program.scratch().iter().filter_map(|place| {
         let first = *program.layout().scratch.get(&place.name)?;

@@ -1,4 +1,4 @@
-//! Requests, one after the other, with what they can share.
+//! A session of requests that share compiled texts and programs.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -13,28 +13,28 @@ use super::request::{Answer, Request};
 use super::run::{self, Refusal};
 use crate::report::JsonDiagnostic;
 
-/// How many compiled texts are kept.
+/// The number of compiled texts that are kept.
 const KEPT_TEXTS: usize = 16;
-/// How many programs of one text are kept.
+/// The number of programs of one text that are kept.
 const KEPT_PROGRAMS: usize = 64;
 
-/// Answers requests. Texts and code are kept for requests that ask for the same.
+/// Answers requests. Texts and code are kept for requests with the same source.
 #[derive(Default)]
 pub struct Session {
     search_path: Vec<PathBuf>,
     engines: Vec<(EngineOptions, Engine)>,
-    /// The most recently used last.
+    /// The most recently used is last.
     texts: Vec<KeptText>,
 }
 
-/// What became of a request.
+/// The result of a request.
 pub struct Evaluation {
     /// The answer without its diagnostics.
     pub answer: Answer,
     /// The compiled text with its diagnostics.
     pub compilation: Option<Arc<Compilation>>,
-    /// Further diagnostics, of parameters, linking and running, without a place.
-    pub problems: Vec<Diagnostic>,
+    /// Further diagnostics, of parameters, linking and running, without a position.
+    pub further: Vec<Diagnostic>,
 }
 
 /// A compiled text.
@@ -47,12 +47,12 @@ struct KeptText {
 }
 
 impl Session {
-    /// A session whose texts may include files from these folders.
+    /// Creates a session whose texts may include files from these folders.
     pub fn new(search_path: Vec<PathBuf>) -> Session {
         Session { search_path, ..Session::default() }
     }
 
-    /// The answer to a line of JSON.
+    /// Answers a line of JSON.
     pub fn answer_line(&mut self, line: &str) -> Answer {
         let json: serde_json::Value = match serde_json::from_str(line) {
             Ok(json) => json,
@@ -65,33 +65,33 @@ impl Session {
         }
     }
 
-    /// The answer to a request.
+    /// Answers a request.
     pub fn answer(&mut self, request: &Request) -> Answer {
-        let Evaluation { mut answer, compilation, problems } = self.evaluate(request);
+        let Evaluation { mut answer, compilation, further } = self.evaluate(request);
         let compiled = compilation.iter().flat_map(|compilation| {
             let diagnostics = compilation.diagnostics.iter();
             diagnostics.map(|diagnostic| JsonDiagnostic::new(&compilation.sources, diagnostic))
         });
         let nowhere = SourceMap::new();
-        let others = problems.iter().map(|problem| JsonDiagnostic::new(&nowhere, problem));
+        let others = further.iter().map(|diagnostic| JsonDiagnostic::new(&nowhere, diagnostic));
         answer.diagnostics = compiled.chain(others).collect();
         answer
     }
 
-    /// What a request gives, diagnostics apart.
+    /// Evaluates a request, without its diagnostics.
     pub fn evaluate(&mut self, request: &Request) -> Evaluation {
         let id = request.id.clone();
         let answer = Answer { id: id.clone(), ..Answer::default() };
-        let mut evaluation = Evaluation { answer, compilation: None, problems: Vec::new() };
-        // A mistake of the compiler costs one answer, not the process.
+        let mut evaluation = Evaluation { answer, compilation: None, further: Vec::new() };
+        // A panic of the compiler affects only this answer, not the process.
         let completed =
             catch_unwind(AssertUnwindSafe(|| self.try_evaluate(request, &mut evaluation)));
         match completed {
             Ok(Ok(())) => {}
             Ok(Err(Refusal::Request(error))) => evaluation.answer = Answer::refusal(id, error),
-            Ok(Err(Refusal::Diagnostics(problems))) => {
+            Ok(Err(Refusal::Diagnostics(errors))) => {
                 evaluation.answer.ok = false;
-                evaluation.problems.extend(problems);
+                evaluation.further.extend(errors);
             }
             Err(_) => {
                 let message = "internal error: the compiler failed on this request";
@@ -130,7 +130,7 @@ impl Session {
         });
         let source = match (&request.source, &request.file) {
             (Some(source), None) => source,
-            // A file may have changed, or what it includes.
+            // The file, or one that it includes, may have changed.
             (None, Some(file)) => return Ok(Arc::new(compiler.compile_file(file))),
             _ => {
                 let message = "a request has either `source` or `file`";
@@ -175,7 +175,7 @@ impl Session {
             return Ok(engine.clone());
         }
         let (engine, warnings) = Engine::new(options.clone())?;
-        evaluation.problems.extend(warnings.iter().cloned());
+        evaluation.further.extend(warnings.iter().cloned());
         self.engines.push((options, engine.clone()));
         Ok(engine)
     }

@@ -1,4 +1,4 @@
-//! Values between JSON and the language.
+//! Conversion of values between JSON and the language.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub enum Lanes {
 }
 
 impl Lanes {
-    /// Reads a value that may have lanes.
+    /// Parses a value that may have lanes.
     pub fn parse(value: &JsonValue) -> Lanes {
         match value {
             JsonValue::Object(fields) if fields.len() == 1 => match fields.get("lanes") {
@@ -33,7 +33,7 @@ impl Lanes {
         }
     }
 
-    /// How many rays it has values for; any number where `None`.
+    /// Returns the number of rays for which it has values; `None` for any number.
     pub fn count(&self) -> Option<usize> {
         match self {
             Lanes::Uniform(_) => None,
@@ -41,7 +41,7 @@ impl Lanes {
         }
     }
 
-    /// The value of a ray.
+    /// Returns the value of a ray.
     pub fn get(&self, lane: usize) -> Option<&JsonValue> {
         match self {
             Lanes::Uniform(value) => Some(value),
@@ -50,7 +50,7 @@ impl Lanes {
     }
 }
 
-/// A parameter's value. An object with a `class` is an instance of that class of the text.
+/// Parses a parameter's value. An object with a `class` is an instance of that class of the text.
 pub fn parse_value(json: &JsonValue, unit: &Unit) -> Result<Value, ValueError> {
     match json {
         JsonValue::Bool(value) => Ok(Value::Bool(*value)),
@@ -78,18 +78,18 @@ pub fn parse_value(json: &JsonValue, unit: &Unit) -> Result<Value, ValueError> {
     }
 }
 
-/// Why a value can't be read.
+/// The error of an invalid value.
 #[derive(Debug)]
 pub enum ValueError {
-    /// The request is at fault.
+    /// An error of the request.
     Malformed(String),
-    /// An instance can't be made.
+    /// The instance cannot be created.
     Instance(Vec<Diagnostic>),
 }
 
-/// Whole numbers are ints where they fit, so that they serve for any type.
+/// Integers become ints if they fit, so that they convert to any type.
 fn parse_number(text: &str) -> Result<Value, ValueError> {
-    // A float keeps the sign of its zero.
+    // A float preserves the sign of its zero.
     if text != "-0" {
         if let Ok(value) = text.parse() {
             return Ok(Value::Int(value));
@@ -116,7 +116,7 @@ fn parse_instance(name: &str, fields: &Values, unit: &Unit) -> Result<Value, Val
     Ok(Value::Instance(instance))
 }
 
-/// An instance of `class` with these parameters.
+/// Creates an instance of `class` with these parameters.
 pub fn make_instance<'a>(
     class: &Arc<Class>,
     unit: &Unit,
@@ -126,10 +126,10 @@ pub fn make_instance<'a>(
         .map(|(name, value)| Ok((name.as_str(), parse_value(value, unit)?)))
         .collect::<Result<Vec<_>, ValueError>>()?;
     Instance::new(class, arguments)
-        .map_err(|problems| ValueError::Instance(problems.iter().cloned().collect()))
+        .map_err(|errors| ValueError::Instance(errors.iter().cloned().collect()))
 }
 
-/// All floats of a value, in order.
+/// Collects all floats of a value, in order.
 fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
     match parse_value(json, &Unit::default()) {
         Ok(Value::Int(value)) => floats.push(value as f32),
@@ -144,7 +144,7 @@ fn parse_floats(json: &JsonValue, floats: &mut Vec<f32>) -> Result<(), String> {
     Ok(())
 }
 
-/// The components of a state variable; one float serves for a colour.
+/// Parses the components of a state variable; a single float may be given for a colour.
 pub fn parse_state(variable: &StateVariable, json: &JsonValue) -> Result<Vec<f32>, String> {
     let (name, count) = (variable.name, variable.ty.components() as usize);
     let mut floats = Vec::with_capacity(count);
@@ -158,10 +158,10 @@ pub fn parse_state(variable: &StateVariable, json: &JsonValue) -> Result<Vec<f32
     Ok(floats)
 }
 
-/// The words of places, read element by element.
+/// The words of variables, read element by element.
 pub type PlaceWords<'a> = BTreeMap<String, Box<dyn Iterator<Item = u32> + 'a>>;
 
-/// A value of type `ty` from the words of its places; the first is called `path`.
+/// Converts the words of a type's variables to JSON; the first variable is called `path`.
 pub fn show(ty: &ParameterType, path: &str, words: &mut PlaceWords<'_>) -> Json {
     match ty {
         ParameterType::Scalar(scalar) => show_scalar(*scalar, path, words),
@@ -185,7 +185,7 @@ pub fn show(ty: &ParameterType, path: &str, words: &mut PlaceWords<'_>) -> Json 
         ParameterType::Array(element, count) => {
             Json::List((0..*count).map(|_| show(element, path, words)).collect())
         }
-        // No class has them in scratch.
+        // No class has these types in scratch.
         ParameterType::Buffer(_) | ParameterType::Reference(_) => Json::Text(type_name(ty)),
     }
 }

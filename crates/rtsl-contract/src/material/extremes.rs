@@ -1,5 +1,5 @@
-//! Rays and surfaces that are rare, and that every picture has: normals for shading that lean away from the
-//! surface's, rays along the surface, tangents of no length.
+//! Rare inputs that occur in every picture: shading normals that differ from the surface's, grazing rays, zero
+//! tangents.
 
 use glam::{DVec3, Vec3};
 use rtsl::Method;
@@ -19,7 +19,7 @@ const RAYS: usize = 2048;
 /// Checks tilted normals and extreme rays.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<[Finding; 2], Stop> {
     let tilted = run(subject, Contract::TiltedNormals, tilted_normals)?;
     let extreme = run(subject, Contract::ExtremeRays, extreme_rays)?;
@@ -43,7 +43,7 @@ fn run(
     Ok(tally.finish(ONLY_SHADES))
 }
 
-/// Any ray, any surface, and normals for shading within 80 degrees of the surface's.
+/// Random rays and surfaces, with shading normals within 80 degrees of the surface's.
 fn tilted_normals(stream: Stream, rays: &mut Rays) {
     let items = 0..RAYS as u64;
     let normal = |item| stream.direction(item);
@@ -65,7 +65,7 @@ fn tilted_normals(stream: Stream, rays: &mut Rays) {
     rays.set_vectors("rt_BSDFSeed", items.map(|item| stream.vector(item)));
 }
 
-/// Combinations of what is just possible.
+/// Combinations of extreme but valid inputs.
 fn extreme_rays(stream: Stream, rays: &mut Rays) {
     const LAST: f32 = 1.0 - 1.0 / (1 << 24) as f32;
     let graze = |height: f32| Vec3::new(0.6, -height, 0.8);

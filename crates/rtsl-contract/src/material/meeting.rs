@@ -1,4 +1,4 @@
-//! How a ray meets a surface.
+//! The geometry of a ray that meets a surface.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,17 +12,17 @@ use crate::subject::Subject;
 /// A ray and the surface that it meets.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
-    /// Of unit length; for shading, too.
+    /// The geometric and shading normal, of unit length.
     pub normal: DVec3,
     pub tangent: DVec3,
-    /// Towards the surface, of any length.
+    /// The ray's direction towards the surface, of any length.
     pub ray: DVec3,
     degrees: f64,
     behind: bool,
 }
 
 impl Meeting {
-    /// Meetings from straight above to grazing, on both sides: parts of the right angle from the normal.
+    /// Returns meetings from perpendicular to grazing, on both sides.
     pub fn all() -> Vec<Meeting> {
         const PARTS: [(f64, bool); 7] = [
             (0.0, false),
@@ -39,7 +39,7 @@ impl Meeting {
         PARTS.iter().enumerate().map(number).collect()
     }
 
-    /// A ray at a part of the right angle from the normal, turned around it by a part of the turn.
+    /// A ray at an angle from the normal, as a fraction of the right angle, turned around it by a fraction of a turn.
     pub fn new(part: f64, turn: f64, behind: bool) -> Meeting {
         let normal = DVec3::new(0.3, 0.8, -0.5).normalize();
         let (across, along) = normal.any_orthonormal_pair();
@@ -49,7 +49,7 @@ impl Meeting {
         let up = if behind { -normal } else { normal };
         Meeting {
             normal,
-            // Neither of unit length nor at right angles to the normal: nobody promised that.
+            // Neither of unit length nor perpendicular to the normal: renderers do not guarantee that.
             tangent: 2.0 * across + 0.3 * normal,
             // Rays may have any length.
             ray: -1.7 * (cosine * up + sine * aside),
@@ -58,17 +58,17 @@ impl Meeting {
         }
     }
 
-    /// The direction back to the viewer, of unit length.
+    /// Returns the direction to the viewer, of unit length.
     pub fn view(&self) -> DVec3 {
         -self.ray.normalize()
     }
 
-    /// Whether the ray comes from behind the surface.
+    /// True if the ray comes from behind the surface.
     pub fn is_behind(&self) -> bool {
         self.behind
     }
 
-    /// Rays that all meet the surface so.
+    /// Returns rays that all have this geometry.
     pub fn rays(&self, subject: &Subject<'_>, stream: Stream, count: usize) -> Rays {
         let mut rays = subject.rays(Role::Material, stream, 0..count as u64);
         let point = DVec3::new(0.4, 0.7, -1.1);

@@ -1,4 +1,4 @@
-//! What materials promise.
+//! Contracts of materials.
 
 mod extremes;
 mod meeting;
@@ -15,7 +15,7 @@ use crate::subject::Subject;
 /// Checks a material.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut findings = scattering::check(subject)?;
     findings.push(reciprocity::check(subject)?);
@@ -23,10 +23,10 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     Ok(findings)
 }
 
-/// Why a class that only shades keeps no contract of scattering.
+/// The reason why contracts of scattering do not apply to a class that has only `shade`.
 const ONLY_SHADES: &str = "the class has neither BSDF nor sampleBSDF";
 
-/// Whether the class has what a path tracer calls.
+/// True if the class has the methods that a path tracer calls.
 fn scatters(subject: &Subject<'_>) -> bool {
     subject.has(Method::SampleBsdf) && subject.has(Method::Bsdf)
 }

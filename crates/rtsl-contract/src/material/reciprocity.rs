@@ -1,4 +1,4 @@
-//! Light takes the same way back: viewer and light may change places.
+//! Reciprocity of the BSDF.
 
 use glam::{DVec3, Vec3};
 use rtsl::Method;
@@ -12,21 +12,21 @@ use crate::subject::Subject;
 use crate::tally::Tally;
 use crate::{Contract, Finding};
 
-/// Pairs of directions that are tried.
+/// The number of pairs of directions.
 const PAIRS: usize = 1024;
-/// How far both ways may differ, relatively: narrow lobes enlarge the rounding of directions.
+/// The relative tolerance: narrow lobes amplify rounding of directions.
 const RELATIVE_ERROR: f64 = 0.02;
-/// The part of pairs that rounding may decide: those far out in the tails of narrow lobes.
+/// The fraction of pairs that may fail because of rounding, in the tails of narrow lobes.
 const ROUNDED_PART: f64 = 0.02;
-/// Directions this close to opposite have no half vector to speak of: rounding decides in narrow lobes.
+/// Directions closer to opposite than this have no accurate half vector, so that narrow lobes amplify rounding.
 const MIN_SUM: f32 = 0.1;
-/// Values as small as this part of the greatest do not count.
+/// Values below this fraction of the greatest are ignored.
 const MIN_PART: f64 = 1e-5;
 
-/// Checks pairs at random and pairs that samples make.
+/// Checks random pairs of directions and pairs made of samples.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::Reciprocity);
     tally.allow(ROUNDED_PART);
@@ -42,7 +42,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Finding, Stop> {
     Ok(tally.finish("BSDF is black, or no number, in both directions of all pairs tried"))
 }
 
-/// Pairs of directions, away from the surface, and what goes from one to the other.
+/// Pairs of directions that point away from the surface, with the BSDF from one to the other.
 struct Ways {
     normal: DVec3,
     views: Vec<Vec3>,
@@ -76,7 +76,7 @@ impl Ways {
         Ok(Ways { normal: meeting.normal, views, lights, there, back })
     }
 
-    /// Whether the same call gives something else with other random numbers.
+    /// True if the same call returns other values with other random numbers.
     fn are_random(&mut self, subject: &Subject<'_>) -> Result<bool, Stop> {
         let before = self.there.vectors("rt_BSDFValue");
         self.there.renumber(subject.stream(Contract::Reciprocity).at(2), 0);
@@ -88,7 +88,7 @@ impl Ways {
 
     fn judge(&self, subject: &Subject<'_>, tally: &mut Tally) -> Result<(), Stop> {
         let (there, back) = (self.there.vectors("rt_BSDFValue"), self.back.vectors("rt_BSDFValue"));
-        // What is no number is another contract's.
+        // NaN is handled by another contract.
         let are_finite = |pair: usize| there[pair].is_finite() && back[pair].is_finite();
         let greatest = (0..PAIRS)
             .filter(|pair| are_finite(*pair))
@@ -126,14 +126,14 @@ impl Ways {
         Ok(())
     }
 
-    /// Whether light passes through the surface, and if so, whether the viewer is outside.
+    /// Returns `None` for reflection; for transmission, true if the viewer is outside.
     fn passes(&self, pair: usize) -> Option<bool> {
         let side = |direction: Vec3| direction.as_dvec3().dot(self.normal) > 0.0;
         let (view, light) = (side(self.views[pair]), side(self.lights[pair]));
         (view != light).then_some(view)
     }
 
-    /// What light that goes through, seen from outside, is to that seen from behind: the median.
+    /// The median ratio of transmitted light seen from outside to that seen from behind.
     fn scale(&self, there: &[Vec3], back: &[Vec3], counts: impl Fn(usize) -> bool) -> f64 {
         let ratio = |pair: usize| {
             let from_outside = self.passes(pair)?;

@@ -1,4 +1,4 @@
-//! `sampleBSDF` against `evaluatePDF` and `BSDF`, one meeting of ray and surface after the other.
+//! `sampleBSDF` compared with `evaluatePDF` and `BSDF`, for one geometry of ray and surface after the other.
 
 use std::ops::Range;
 
@@ -19,10 +19,10 @@ use crate::tally::Tally;
 use crate::values::{is_color, is_unit};
 use crate::{Contract, Finding, Inputs};
 
-/// Checks all that samples say.
+/// Checks all contracts of samples.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let mut tests = Tests::new(subject);
     if super::scatters(subject) {
@@ -34,7 +34,7 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     Ok(tests.finish())
 }
 
-/// Whether a sample is one that `BSDF` and `evaluatePDF` know of: no delta, and right by itself.
+/// True if `BSDF` and `evaluatePDF` apply to a sample: it is valid and not a delta.
 fn is_compared(value: Vec3, density: f32) -> bool {
     density != 0.0 && density.is_finite() && is_color(value)
 }
@@ -49,13 +49,13 @@ struct Tests<'a> {
     throughput: Throughput,
 }
 
-/// What `BSDF` and `evaluatePDF` say of some directions; a density in all three components.
+/// The values of `BSDF` and `evaluatePDF` for some directions; the density is in all three components.
 struct Stated {
     values: Vec<Vec3>,
     densities: Vec<Vec3>,
 }
 
-/// What a surface scatters in a meeting, as samples and as a density.
+/// The scattering of a surface for one geometry, as samples and as a density.
 struct MeetingSource<'t, 'a> {
     tests: &'t mut Tests<'a>,
     meeting: &'t Meeting,
@@ -107,7 +107,7 @@ impl<'a> Tests<'a> {
         let weights = Weights::new(meeting);
         let mut source = MeetingSource { tests: self, meeting, stream, weights };
         source.draw(0..count, &mut samples)?;
-        // What is proposed is chosen by numbers that samples do not use.
+        // Proposals use other random numbers than samples.
         let proposals = stream.at(1);
         let found =
             Comparison::new(&mut source, &samples, meeting.normal, proposals, significance)?;
@@ -116,7 +116,7 @@ impl<'a> Tests<'a> {
         self.judge(meeting, &found)
     }
 
-    /// Checks each sample by itself, and keeps those that are right so far.
+    /// Checks each sample individually, and keeps the valid ones.
     fn check_batch(
         &mut self,
         meeting: &Meeting,
@@ -150,7 +150,7 @@ impl<'a> Tests<'a> {
         Ok(())
     }
 
-    /// Whether samples have the value and the density that are stated of their directions.
+    /// Compares the value and the density of samples with those stated for their directions.
     fn verdicts(
         &self,
         meeting: &Meeting,
@@ -171,7 +171,7 @@ impl<'a> Tests<'a> {
         Ok(values.into_iter().zip(densities).map(|(value, density)| value.max(density)).collect())
     }
 
-    /// What `BSDF` and `evaluatePDF` say of directions.
+    /// Returns `BSDF` and `evaluatePDF` for these directions.
     fn stated(&self, meeting: &Meeting, directions: &[Vec3]) -> Result<Stated, Stop> {
         let mut rays = meeting.rays(self.subject, Stream::new(0), directions.len());
         rays.set_vectors("rt_LightDirection", directions.iter().copied());
@@ -181,7 +181,7 @@ impl<'a> Tests<'a> {
         Ok(Stated { values: rays.vectors("rt_BSDFValue"), densities })
     }
 
-    /// Whether a sample is one: a direction, a value and a density.
+    /// Checks the direction, the value and the density of a sample.
     fn check_sample(&mut self, meeting: &Meeting, rays: &Rays, ray: usize) -> Result<(), Stop> {
         let direction = rays.vector("rt_LightDirection", ray);
         let value = rays.vector("rt_BSDFValue", ray);
@@ -192,7 +192,7 @@ impl<'a> Tests<'a> {
         if self.values.test(is_value, message) {
             self.values.set_inputs(inputs()?);
         }
-        // Nobody looks at the direction of a sample that is black.
+        // Renderers ignore the direction of a black sample.
         let is_given_up = density == 0.0 && value == Vec3::ZERO;
         let message = || {
             let length = direction.length();
@@ -204,7 +204,7 @@ impl<'a> Tests<'a> {
         Ok(())
     }
 
-    /// Whether samples and density agree, as a whole and cell by cell.
+    /// Checks the comparison of samples with the density, as a whole and cell by cell.
     fn judge(&mut self, meeting: &Meeting, found: &Comparison) -> Result<(), Stop> {
         let place = meeting.to_string();
         let message = || found.integral_message(&place, "have a density");
@@ -217,7 +217,7 @@ impl<'a> Tests<'a> {
         Ok(())
     }
 
-    /// The density towards directions; what is none counts as broken and as 0.
+    /// Returns the densities of directions; an invalid one breaks a contract and becomes 0.
     fn densities(&mut self, meeting: &Meeting, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
         let mut rays = None;
@@ -250,7 +250,7 @@ impl<'a> Tests<'a> {
     fn finish(self) -> Vec<Finding> {
         let tallies =
             [self.directions, self.values, self.agreement, self.integral, self.distribution];
-        // Of a class that scatters, some may have nothing to test: all its samples are deltas.
+        // A class that scatters may have only delta samples.
         let is_sampled = super::scatters(self.subject);
         let reason = if is_sampled { "no sample has a density" } else { ONLY_SHADES };
         let mut findings: Vec<Finding> =

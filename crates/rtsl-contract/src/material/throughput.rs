@@ -1,8 +1,8 @@
-//! How much of the light that arrives is scattered.
+//! Energy conservation.
 //!
-//! Light that goes through the surface may be scaled: where radiance enters a denser medium it grows by the
-//! square of the ratio of indices, and shrinks on its way out. So what comes through from one side may be
-//! multiplied with a number, the same for all directions, if it is divided by it from the other side.
+//! Transmitted radiance may be scaled: on entering a denser medium it grows by the square of the ratio of indices, and
+//! it shrinks on its way out. Light transmitted from one side may therefore be multiplied by a factor, the same for all
+//! directions, if it is divided by it from the other side.
 
 use glam::{DVec3, Vec3};
 
@@ -12,12 +12,12 @@ use crate::statistics::{Mean, normal_quantile};
 use crate::values::is_color;
 use crate::{Contract, Failure, Finding, Outcome};
 
-/// How far sums of floats may be off.
+/// The tolerance for rounding in sums of floats.
 const ROUNDING: f64 = 2e-3;
-/// The squares of all ratios of indices that there are.
+/// An upper bound of the squared ratio of refractive indices.
 const MAX_SCALE: f64 = 16.0;
 
-/// The weights of paths that meet a surface.
+/// The weights of samples for one geometry.
 pub struct Weights {
     meeting: Meeting,
     /// By component, reflected and transmitted.
@@ -34,7 +34,7 @@ impl Weights {
         }
     }
 
-    /// Adds a sample: a delta where the density is 0. One that is no sample says nothing of light, and breaks another
+    /// Adds a sample: a delta if the density is 0. An invalid sample is ignored here, because it breaks another
     /// contract.
     pub fn add(&mut self, direction: Vec3, value: Vec3, density: f32) {
         if !(is_color(value) && direction.is_finite() && density.is_finite() && density >= 0.0) {
@@ -53,18 +53,18 @@ impl Weights {
     }
 }
 
-/// What all meetings gave.
+/// The results for all geometries.
 #[derive(Default)]
 pub struct Throughput {
     measured: Vec<Measured>,
 }
 
-/// One component of one meeting.
+/// One component for one geometry.
 struct Measured {
     meeting: Meeting,
     reflected: f64,
     transmitted: f64,
-    /// What chance may add to the sum.
+    /// The statistical error of the sum.
     chance: f64,
 }
 
@@ -82,14 +82,15 @@ impl Throughput {
         }
     }
 
-    /// Whether there is a scale for light that goes through with which nobody scatters too much.
+    /// Returns the finding: the contract holds if a scale of transmitted light exists with which no geometry scatters
+    /// too much.
     pub fn finish(self, is_sampled: bool) -> Finding {
         let contract = Contract::Energy;
         if self.measured.is_empty() {
             let reason = if is_sampled { "no sample has a value to measure" } else { ONLY_SHADES };
             return Finding { contract, outcome: Outcome::NotApplicable(reason.to_owned()) };
         }
-        // From outside light is divided by the scale, from behind multiplied.
+        // Light from outside is divided by the scale, light from behind is multiplied by it.
         let (mut least, mut greatest) = (1.0 / MAX_SCALE, MAX_SCALE);
         for it in self.measured.iter().filter(|it| it.transmitted > 0.0) {
             let left = (1.0 + it.chance - it.reflected).max(0.0);

@@ -1,4 +1,5 @@
-//! What `intersect` finds: within bounds, the nearest, the same from everywhere, and never where it came from.
+//! Contracts of `intersect`: hits lie within the bounds, are the closest, do not depend on the origin of the ray, and
+//! do not repeat at its origin.
 
 use glam::DVec3;
 use rtsl::Method;
@@ -11,16 +12,16 @@ use crate::tally::Tally;
 use crate::{Contract, Finding};
 
 const RAYS: u64 = 4096;
-/// The part of rays that may be decided by rounding: at edges and silhouettes.
+/// The fraction of rays that may fail because of rounding, at edges and silhouettes.
 const ROUNDED_PART: f64 = 0.01;
-/// How far points may be off, as a part of the distances that were computed with.
+/// The tolerance of positions, relative to the distances in the computation.
 const POSITION_ERROR: f64 = 2e-5;
 const NEVER_HIT: &str = "no ray hits it";
 
-/// Checks `intersect` by itself.
+/// Checks `intersect` alone.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
     let shot = Shot::new(subject, random_rays(subject, place))?;
     Ok(vec![
@@ -32,7 +33,7 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
     ])
 }
 
-/// From outside and inside, of all lengths, and some along an axis.
+/// Rays from outside and inside, with directions of all lengths, some of them along an axis.
 fn random_rays(subject: &Subject<'_>, place: &Place) -> Vec<Ray> {
     let (origins, targets) =
         (subject.stream(Contract::Bounds), subject.stream(Contract::Bounds).at(1));
@@ -85,7 +86,7 @@ fn check_bounds(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fin
     Ok(tally.finish(NEVER_HIT))
 }
 
-/// The nearest hit is found whatever the limit, if that is greater, and no other if it is less.
+/// The closest hit is found for every greater limit, and no hit for a lesser one.
 fn check_limits(subject: &Subject<'_>, shot: &Shot) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::Limits);
     for factor in [1.001, 0.999] {
@@ -117,7 +118,7 @@ fn shown(hit: Option<f32>) -> String {
     hit.map_or("none".to_owned(), |t| format!("one at {t}"))
 }
 
-/// A direction may have any length: what it hits is the same.
+/// The hit does not depend on the length of the direction.
 fn check_lengths(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
     const FACTOR: f32 = 3.7;
     let mut tally = Tally::new(Contract::Lengths);
@@ -151,7 +152,7 @@ fn check_lengths(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fi
     Ok(tally.finish(NEVER_HIT))
 }
 
-/// Where one ray finds the surface, another finds it too.
+/// A point that one ray hits is hit by another ray towards it.
 fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::Points);
     tally.allow(ROUNDED_PART);
@@ -162,7 +163,7 @@ fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fin
     });
     let others = Shot::new(subject, others.collect())?;
     for ray in (0..shot.hits.len()).filter(|ray| shot.hits[*ray].is_some()) {
-        // Something nearer may hide it.
+        // A closer hit may occlude it.
         let holds = others.hits[ray].is_some_and(|t| t <= 1.001);
         let message = || {
             format!(
@@ -179,10 +180,10 @@ fn check_points(subject: &Subject<'_>, place: &Place, shot: &Shot) -> Result<Fin
     Ok(tally.finish(NEVER_HIT))
 }
 
-/// Rays that leave a point of the surface, to either side, do not hit it at once.
+/// Rays that leave a point of the surface, to either side, do not hit it immediately.
 fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result<Finding, Stop> {
     let mut tally = Tally::new(Contract::Leaving);
-    // As much as rays at silhouettes lose by rounding.
+    // As many rays at silhouettes fail because of rounding.
     tally.allow(0.002);
     shot.then(subject, Method::ComputeNormal)?;
     let normals = shot.vectors("rt_GeometricNormal");
@@ -191,7 +192,7 @@ fn check_leaving(subject: &Subject<'_>, place: &Place, mut shot: Shot) -> Result
         let (origin, normal) = (shot.points[ray].as_dvec3(), normals[ray].as_dvec3());
         let sideways = stream.direction(ray as u64);
         let side = if sideways.dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        // At least a few degrees from the surface: nearer to it a curved one may come back.
+        // At least a few degrees from the surface: a curved surface may be hit again at smaller angles.
         let away = sideways + 0.3 * side * normal;
         let away = if away.is_finite() { away.normalize() } else { sideways };
         Ray::new(origin, away, place.epsilon())

@@ -1,4 +1,4 @@
-//! What primitives promise.
+//! Contracts of primitives.
 
 mod hits;
 mod sampling;
@@ -16,7 +16,7 @@ use crate::subject::Subject;
 /// Checks a primitive.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     let place = Place::find(subject)?;
     let mut findings = hits::check(subject, &place)?;
@@ -25,12 +25,12 @@ pub fn check(subject: &Subject<'_>) -> Result<Vec<Finding>, Stop> {
     Ok(findings)
 }
 
-/// Where the primitive is.
+/// The position of the primitive.
 struct Place {
     bounds: Bounds,
     /// A point within the bounds.
     center: DVec3,
-    /// Half of the diagonal; for what has no bounds, how much of it is looked at.
+    /// Half of the diagonal; for an unbounded primitive, the radius of the part that is tested.
     radius: f64,
 }
 
@@ -42,7 +42,7 @@ struct Bounds {
 }
 
 impl Place {
-    /// How much is looked at of what has no bounds.
+    /// The radius of the part of an unbounded primitive that is tested.
     const OPEN_RADIUS: f64 = 3.0;
 
     fn find(subject: &Subject<'_>) -> Result<Place, Stop> {
@@ -63,12 +63,12 @@ impl Place {
         })
     }
 
-    /// The least distance at which a renderer lets hits count.
+    /// The least distance at which a renderer accepts hits.
     fn epsilon(&self) -> f64 {
         1e-4 * self.radius.max(1e-3 * self.center.length())
     }
 
-    /// A point uniform in the ball around the box.
+    /// A uniform point in the ball around the box.
     fn point_within(&self, stream: Stream, item: u64) -> DVec3 {
         let radius = libm::cbrt(f64::from(stream.number(item, 5)));
         self.center + self.radius * radius * stream.direction(item)

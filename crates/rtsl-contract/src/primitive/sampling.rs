@@ -1,9 +1,8 @@
-//! `generateSample` against `samplePDF` and `intersect`.
+//! `generateSample` compared with `samplePDF` and `intersect`.
 //!
-//! A sample may lie where the primitive hides itself; renderers then see nothing of it. So of samples those
-//! count that a ray finds first, and their density over directions must be that of the point that a ray in
-//! that direction finds. Where the surface is seen from its side the density has no bound, so what
-//! is seen at less than a few degrees is left out on both sides.
+//! A sample may be occluded by the primitive itself, and renderers then ignore it. Therefore only samples that a ray
+//! hits first are counted, and their density over directions must be that of the point that a ray in that direction
+//! hits. At grazing angles the density is unbounded, so angles of less than a few degrees are excluded on both sides.
 
 use std::ops::Range;
 
@@ -23,19 +22,19 @@ use crate::{Contract, Finding, Inputs};
 
 /// The least cosine at which a point counts.
 const MIN_COSINE: f32 = 0.1;
-/// How far densities of the same point may be apart: where cosines are small they have few digits.
+/// The tolerance of densities of the same point: small cosines have few digits.
 const DENSITY_ERROR: f32 = 0.01;
-/// How far a hit may be before or behind the sample that it should be, as a part of the distance.
+/// The tolerance of a hit's distance from the sample, relative to the distance.
 const DISTANCE_ERROR: f32 = 2e-3;
 /// More samples of a call than these do not differ by rounding.
 const MAX_ROUNDED: usize = 256;
 /// Points beside one, along the axes.
 const BESIDE: usize = 6;
 
-/// Checks what samples say.
+/// Checks the contracts of samples.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
     let mut tests = Tests {
         subject,
@@ -46,7 +45,7 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
         integral: Tally::new(Contract::SampleIntegral),
         distribution: Tally::new(Contract::SampleDistribution),
     };
-    // Rounding decides at edges, for points and for what normals are compared at.
+    // Rounding decides at edges, for points and for the normals compared there.
     tests.points.allow(0.01);
     tests.normals.allow(0.01);
     let reason = if !subject.has(Method::GenerateSample) {
@@ -73,7 +72,7 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
     ])
 }
 
-/// Points from which the primitive is seen: far, near, close to its surface, and within its box.
+/// Points from which the primitive is visible: far, near, close to its surface, and within its box.
 fn viewpoints(subject: &Subject<'_>, place: &Place) -> Result<Vec<DVec3>, Stop> {
     let direction = DVec3::new(0.51, 0.62, -0.596).normalize();
     let far = place.center + 4.0 * place.radius * direction;
@@ -104,7 +103,7 @@ struct Tests<'a> {
     distribution: Tally,
 }
 
-/// What is seen of the primitive from a point, as samples and as a density.
+/// The visible part of the primitive from a point, as samples and as a density.
 struct ViewSource<'t, 'a> {
     tests: &'t mut Tests<'a>,
     from: Vec3,
@@ -131,7 +130,7 @@ impl Tests<'_> {
         let count = u64::from(self.subject.options.samples);
         let mut source = ViewSource { tests: self, from, stream };
         source.draw(0..count, &mut samples)?;
-        // What is proposed is chosen by numbers that samples do not use.
+        // Proposals use other random numbers than samples.
         let proposals = stream.at(1);
         let found = Comparison::new(&mut source, &samples, axis, proposals, significance)?;
         let place = format!("from {from}");
@@ -145,7 +144,7 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// Adds samples, checked one by one. Those that are not seen have no density.
+    /// Adds samples, checked one by one. Samples that are not visible have no density.
     fn sample(
         &mut self,
         from: Vec3,
@@ -200,8 +199,8 @@ impl Tests<'_> {
         Ok(())
     }
 
-    /// For each sample, true if `samplePDF` gives its density to the sample's point, or densities less and greater than that
-    /// to points that rounding may put in its place: where a cosine is tiny, the last digits of the point decide.
+    /// True for each sample whose density agrees with that of `samplePDF` at its point, or lies between those at points
+    /// that rounding may yield instead: where a cosine is tiny, the last digits of the point decide.
     fn agrees_up_to_rounding(
         &self,
         from: Vec3,
@@ -231,8 +230,7 @@ impl Tests<'_> {
         Ok(agrees)
     }
 
-    /// Whether what is seen in a direction counts: not where the surface is seen from its side. Without `computeNormal` nobody
-    /// can tell.
+    /// True if the surface is not seen at a grazing angle, so that the sample counts. Always true without `computeNormal`.
     fn is_aslant(&self, normal: Vec3, direction: Vec3) -> bool {
         !self.subject.has(Method::ComputeNormal)
             || normal.dot(direction.normalize()).abs() >= MIN_COSINE
@@ -245,7 +243,7 @@ impl Tests<'_> {
         self.normals.test(normal.dot(found) > 0.99, message);
     }
 
-    /// What `samplePDF` is called with for what is seen in a direction.
+    /// Returns the inputs of `samplePDF` for the point that is visible in a direction.
     fn density_inputs(&self, from: Vec3, direction: Vec3) -> Result<Inputs, Stop> {
         let shot = Shot::new(self.subject, vec![self.ray(from, direction)])?;
         let (rays, _) = self.density_at(from, &shot.points, &[Vec3::Z])?;
@@ -256,7 +254,7 @@ impl Tests<'_> {
         Ray::new(from.as_dvec3(), direction.as_dvec3(), self.place.epsilon())
     }
 
-    /// What `samplePDF` says of the points that are seen in directions; 0 where there is none.
+    /// Returns `samplePDF` of the points that are visible in these directions; 0 if there is none.
     fn densities_towards(&mut self, from: Vec3, directions: &[Vec3]) -> Result<Vec<f32>, Stop> {
         let mut all = Vec::with_capacity(directions.len());
         for numbers in batches(0..directions.len() as u64) {
@@ -274,7 +272,7 @@ impl Tests<'_> {
         Ok(all)
     }
 
-    /// What `samplePDF` says of points.
+    /// Returns `samplePDF` of points.
     fn density_at(
         &self,
         from: Vec3,

@@ -1,4 +1,4 @@
-//! Rays that look for a primitive, and what they find.
+//! Rays towards a primitive, and their hits.
 
 use glam::{DVec3, Vec2, Vec3};
 use rtsl::{Method, Role};
@@ -8,7 +8,7 @@ use crate::rays::Rays;
 use crate::stop::Stop;
 use crate::subject::Subject;
 
-/// A ray, and from where to where hits count, in units of its direction's length.
+/// A ray with the limits of hits, in units of its direction's length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     pub origin: Vec3,
@@ -18,20 +18,20 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray without a limit.
+    /// Creates a ray without a limit.
     pub fn new(origin: DVec3, direction: DVec3, epsilon: f64) -> Ray {
         let (origin, direction) = (origin.as_vec3(), direction.as_vec3());
         let epsilon = epsilon as f32 / direction.length().max(f32::MIN_POSITIVE);
         Ray { origin, direction, epsilon, limit: f32::INFINITY }
     }
 
-    /// The point at a parameter, rounded as hosts round it.
+    /// Returns the point at a parameter, rounded as in renderers.
     pub fn at(&self, t: f32) -> Vec3 {
         (self.origin.as_dvec3() + f64::from(t) * self.direction.as_dvec3()).as_vec3()
     }
 }
 
-/// Rays and their nearest hits.
+/// Rays and their closest hits.
 pub struct Shot {
     pub given: Vec<Ray>,
     /// The parameter of each ray's hit.
@@ -45,7 +45,7 @@ impl Shot {
     /// Calls `intersect`.
     ///
     /// # Errors
-    /// If it has no code, or does not end.
+    /// If it cannot be compiled or does not terminate.
     pub fn new(subject: &Subject<'_>, given: Vec<Ray>) -> Result<Shot, Stop> {
         let mut rays = set_up(subject, &given);
         subject.call(Method::Intersect, &mut rays)?;
@@ -59,19 +59,19 @@ impl Shot {
         Ok(Shot { given, hits, points, rays })
     }
 
-    /// What `intersect` was called with for a ray.
+    /// Returns the inputs of `intersect` for a ray.
     ///
     /// # Errors
-    /// If it has no code.
+    /// If it cannot be compiled.
     pub fn inputs(&self, subject: &Subject<'_>, ray: usize) -> Result<Inputs, Stop> {
         let rays = set_up(subject, &self.given[ray..=ray]);
         subject.inputs(Method::Intersect, &rays, 0)
     }
 
-    /// Calls a method after the hits were found; the class need not have it.
+    /// Calls a method after the hits were found; nothing happens if the class does not have it.
     ///
     /// # Errors
-    /// If it has no code, or does not end.
+    /// If it cannot be compiled or does not terminate.
     pub fn then(&mut self, subject: &Subject<'_>, method: Method) -> Result<(), Stop> {
         if subject.has(method) {
             subject.call(method, &mut self.rays)?;
@@ -85,12 +85,12 @@ impl Shot {
         Ok(())
     }
 
-    /// A variable that a method set; normals have unit length.
+    /// Returns a variable that a method set; normals are normalised.
     pub fn vectors(&self, variable: &str) -> Vec<Vec3> {
         self.rays.vectors(variable)
     }
 
-    /// The texture coordinates.
+    /// Returns the texture coordinates.
     pub fn coordinates(&self) -> Vec<Vec2> {
         self.rays.pairs("rt_TextureUV")
     }

@@ -1,4 +1,4 @@
-//! Normals and derivatives beside differences of hits of neighbouring rays.
+//! Normals and derivatives compared with differences between hits of neighbouring rays.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rtsl::Method;
@@ -11,20 +11,20 @@ use crate::tally::Tally;
 use crate::{Contract, Finding};
 
 const RAYS: u64 = 2048;
-/// How far neighbours are aside, as a part of the size.
+/// The distance of neighbours, relative to the size.
 const STEP: f64 = 0.01;
-/// How far a normal may be off, in radians: what is left of curvature and rounding.
+/// The tolerance of a normal in radians, for curvature and rounding.
 const ANGLE_ERROR: f64 = 0.03;
-/// How far a difference may be from what derivatives say, as a part of it.
+/// The relative tolerance of a difference compared with derivatives.
 const DERIVATIVE_ERROR: f64 = 0.05;
-/// Neighbours lie on one smooth piece of the surface if the middle between two is as near to the hit as
-/// this part of their distance.
+/// Neighbours lie on one smooth piece of the surface if their midpoint is as close to the hit as this fraction of their
+/// distance.
 const SMOOTH_PART: f64 = 0.02;
 const NO_NEIGHBOURS: &str = "no ray hits a smooth piece of it";
 
 const COORDINATES: &str = "rt_TextureUV";
 
-/// Something that a method sets of a hit.
+/// A property of a hit that a method sets.
 #[derive(Clone, Copy)]
 struct SurfaceValue {
     name: &'static str,
@@ -46,10 +46,10 @@ impl SurfaceValue {
     }
 }
 
-/// Checks what later methods say of hits.
+/// Checks the results of later methods for hits.
 ///
 /// # Errors
-/// If a method has no code, or does not end.
+/// If a method cannot be compiled or does not terminate.
 pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop> {
     let patches = Patches::new(subject, place)?;
     Ok(vec![
@@ -60,7 +60,7 @@ pub fn check(subject: &Subject<'_>, place: &Place) -> Result<Vec<Finding>, Stop>
     ])
 }
 
-/// Hits, each with four neighbours: before and behind it along two directions across the ray.
+/// Hits with four neighbours each: two along each of two directions across the ray.
 struct Patches {
     middle: Shot,
     neighbours: [Shot; 4],
@@ -68,7 +68,7 @@ struct Patches {
     coordinates: [Vec<Vec2>; 4],
 }
 
-/// Two differences of neighbours, along two directions.
+/// The differences between neighbours along two directions.
 struct Differences {
     points: [DVec3; 2],
     coordinates: [DVec2; 2],
@@ -108,7 +108,7 @@ impl Patches {
         Ok(Patches { middle, neighbours, coordinates })
     }
 
-    /// Of a hit with neighbours on one smooth piece.
+    /// Returns the differences for a hit with neighbours on one smooth piece.
     fn differences(&self, ray: usize) -> Option<Differences> {
         self.middle.hits[ray]?;
         self.neighbours.iter().all(|shot| shot.hits[ray].is_some()).then_some(())?;
@@ -123,7 +123,7 @@ impl Patches {
         is_smooth.then_some(Differences { points, coordinates: [b - a, d - c] })
     }
 
-    /// What each of the class's methods sets; renderers see nothing of variables that none sets.
+    /// Checks the values that each of the class's methods sets; renderers ignore variables that none sets.
     fn check_values(&self, subject: &Subject<'_>) -> Result<Finding, Stop> {
         let mut tally = Tally::new(Contract::SurfaceValues);
         let own: Vec<SurfaceValue> =
@@ -189,7 +189,7 @@ impl Patches {
         Ok(tally.finish(NO_NEIGHBOURS))
     }
 
-    /// Of a surface that closes, which every ray meets an even number of times, normals point outward.
+    /// Checks that normals point outward on a closed surface, which every ray hits an even number of times.
     fn check_sides(&self, subject: &Subject<'_>, place: &Place) -> Result<Finding, Stop> {
         let mut tally = Tally::new(Contract::Outward);
         tally.allow(0.01);
@@ -219,7 +219,7 @@ impl Patches {
     }
 
     fn is_closed(&self, subject: &Subject<'_>, place: &Place) -> Result<bool, Stop> {
-        /// More would be a surface unlike any.
+        /// More hits are not expected of any surface.
         const MAX_HITS: usize = 8;
         let mut counts = vec![0_usize; self.middle.given.len()];
         let mut rays = self.middle.given.clone();
@@ -275,7 +275,7 @@ impl Patches {
         Ok(tally.finish("texture coordinates do not vary smoothly anywhere"))
     }
 
-    /// Whether coordinates change evenly from neighbour to neighbour: not where they start anew.
+    /// True if coordinates change evenly from neighbour to neighbour, without a seam.
     fn is_smooth_in_coordinates(&self, ray: usize, middle: DVec2) -> bool {
         [(0, 1), (2, 3)].into_iter().all(|(before, behind)| {
             let before = self.coordinates[before][ray].as_dvec2();

@@ -1,5 +1,5 @@
-//! The functions of Open Image Denoise that are used: those that are the same in versions 1 and 2, and two that
-//! changed their names.
+//! Bindings to the functions of Open Image Denoise in use: those that are the same in versions 1 and 2, and two whose
+//! names changed.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -22,8 +22,8 @@ pub const CPU_DEVICE: c_int = 1;
 /// `OIDN_FORMAT_FLOAT3`
 pub const FLOAT3: c_int = 3;
 
-/// An image of a filter: its name, its pixels, their format, columns, rows, and the bytes before, from pixel to pixel
-/// and from row to row, where 0 means no gaps.
+/// Sets an image of a filter: its name, pixels, format, columns, rows, the offset in bytes, and the strides from pixel
+/// to pixel and from row to row, where 0 means no gaps.
 type SetImage = unsafe extern "C" fn(
     *mut FilterHandle,
     *const c_char,
@@ -52,10 +52,10 @@ pub struct Api {
 }
 
 impl Api {
-    /// Looks every function up; the error names the first that is missing.
+    /// Looks up all functions; the error is the name of the first missing one.
     pub fn resolve(library: &Library) -> Result<Api, &'static str> {
-        // Safety: the types are those of the library's headers for these names, and it is never unloaded once all
-        // are found.
+        // Safety: the types are those of the library's headers for these names, and the library is never unloaded once
+        // all are found.
         unsafe {
             Ok(Api {
                 new_device: find(library, &["oidnNewDevice"])?,
@@ -74,14 +74,14 @@ impl Api {
     }
 }
 
-/// The first function of these names.
+/// Returns the first function of these names.
 ///
 /// # Safety
-/// Each has the type `T`, and the library stays.
+/// Each must have the type `T`, and the library must stay loaded.
 unsafe fn find<T: Copy>(library: &Library, names: &[&'static str]) -> Result<T, &'static str> {
     names
         .iter()
-        // Safety: as the caller says.
+        // Safety: guaranteed by the caller.
         .find_map(|name| unsafe { library.get::<T>(name.as_bytes()) }.ok())
         .map(|function| *function)
         .ok_or(names[0])

@@ -1,7 +1,7 @@
-//! Open Image Denoise, loaded at run time where it is installed: versions 1 and 2 by their C interface.
+//! Open Image Denoise, loaded at run time if it is installed: versions 1 and 2 through their C interface.
 //!
-//! Only the processor is used, also where the library knows graphics cards: memory is then shared, and a machine gives the
-//! same picture again. What it computes is the library's own, and not the same on all machines.
+//! Only the CPU device is used, even if the library supports GPUs: memory is then shared, and a machine reproduces the
+//! same picture. The result depends on the library and may differ between machines.
 
 mod ffi;
 mod search;
@@ -13,68 +13,68 @@ use libloading::Library;
 
 use ffi::{Api, CPU_DEVICE, DeviceHandle, FLOAT3, FilterHandle};
 
-/// The library, ready to be called.
+/// The library with its functions.
 pub struct Denoiser {
     api: Api,
     path: PathBuf,
     version: (u32, u32),
 }
 
-/// What is denoised: images of one size, rows one after another.
+/// The input of the denoiser: images of one size, row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct DenoiserInput<'a> {
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Linear colours of any brightness.
+    /// Linear colours, with unlimited range.
     pub color: &'a [[f32; 3]],
-    /// The albedo of what is seen, from 0 to 1.
+    /// The albedo of the visible surface, from 0 to 1.
     pub albedo: Option<&'a [[f32; 3]]>,
-    /// The normal of what is seen; used only with an albedo, as the library has it.
+    /// The normal of the visible surface; used only together with the albedo, as the library requires.
     pub normal: Option<&'a [[f32; 3]]>,
 }
 
-/// Why there is no denoised image.
+/// An error of denoising.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiserError {
-    /// No library is installed where it is looked for.
+    /// No library is installed in the places searched.
     #[error("Open Image Denoise is not installed")]
     Missing,
-    /// What was found cannot be used.
+    /// A library was found but cannot be used.
     #[error("`{}` cannot be used as Open Image Denoise: {reason}", path.display())]
     Unusable {
         /// The library.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
-    /// An image has more or fewer pixels than it should.
+    /// An image has the wrong number of pixels.
     #[error("{what} has {found} pixels, expected {expected}")]
     Size {
-        /// Which image.
+        /// The name of the image.
         what: &'static str,
-        /// How many it has.
+        /// The number of its pixels.
         found: usize,
-        /// How many it should have.
+        /// The expected number.
         expected: usize,
     },
-    /// The library refused.
+    /// The library reported an error.
     #[error("Open Image Denoise: {0}")]
     Failed(String),
 }
 
 impl Denoiser {
-    /// Loads what `RTSL_OIDN` names, a file or a folder, or else the system's library.
+    /// Loads the library that `RTSL_OIDN` names, as a file or a folder, or else the system's library.
     ///
     /// # Errors
-    /// There is none, or none that can be used; the error is that of the first that exists.
+    /// If none is found or usable; the error is that of the first candidate that exists.
     pub fn load() -> Result<Self, DenoiserError> {
         let mut first_error = None;
         for candidate in search::candidates() {
             match Denoiser::open(&candidate.path) {
                 Ok(denoiser) => return Ok(denoiser),
-                // A name that the system does not find says nothing.
+                // A name that the system does not find is not an error yet.
                 Err(error) if candidate.was_named || candidate.path.exists() => {
                     first_error.get_or_insert(error);
                 }
@@ -87,35 +87,35 @@ impl Denoiser {
     /// Loads one library.
     ///
     /// # Errors
-    /// It is none, or not Open Image Denoise.
+    /// If it cannot be loaded, or is not Open Image Denoise.
     pub fn open(path: &Path) -> Result<Self, DenoiserError> {
         let unusable = |reason: String| DenoiserError::Unusable { path: path.to_owned(), reason };
-        // Safety: loading runs the library's initialisers. The user installed the library as Open Image Denoise, or named
-        // it; no more can be known of any library.
+        // Safety: loading runs the library's initialisers. The user installed the library as Open Image Denoise, or
+        // named it; this is the trust that every dynamic library requires.
         let library = unsafe { Library::new(path) }.map_err(|error| unusable(error.to_string()))?;
         let api = Api::resolve(&library)
             .map_err(|name| unusable(format!("it has no function `{name}`")))?;
-        // Its threads may outlive any use.
+        // The threads of the library may outlive any use.
         std::mem::forget(library);
         let version = Device::new(&api).map_err(|error| unusable(error.to_string()))?.version();
         Ok(Denoiser { api, path: path.to_owned(), version })
     }
 
-    /// Where the library lies, or the name by which the system found it.
+    /// Returns the library's path, or the name by which the system found it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The library's version, major and minor.
+    /// Returns the library's version, major and minor.
     pub fn version(&self) -> (u32, u32) {
         self.version
     }
 
-    /// The image without noise. Albedo and normals are denoised by themselves first, since depth of field and motion
-    /// make them noisy too.
+    /// Returns the denoised image. Albedo and normals are denoised first, because depth of field and motion blur make
+    /// them noisy too.
     ///
     /// # Errors
-    /// Sizes differ, or the library has no memory.
+    /// If sizes differ, or the library has not enough memory.
     pub fn denoise(&self, input: &DenoiserInput<'_>) -> Result<Vec<[f32; 3]>, DenoiserError> {
         input.check()?;
         if input.color.is_empty() {
@@ -166,21 +166,21 @@ struct Device<'a> {
 
 impl<'a> Device<'a> {
     fn new(api: &'a Api) -> Result<Self, DenoiserError> {
-        // Safety: the function takes any type of device, and gives null for those it does not have.
+        // Safety: the function accepts any type of device, and returns null if it is not supported.
         let handle = unsafe { (api.new_device)(CPU_DEVICE) };
         let device = Device { api, handle };
         if handle.is_null() {
             device.check()?;
-            return Err(DenoiserError::Failed("it does not know this processor".to_owned()));
+            return Err(DenoiserError::Failed("it does not support this processor".to_owned()));
         }
-        // Safety: the handle is that of a device.
+        // Safety: the handle refers to a device.
         unsafe { (api.commit_device)(handle) };
         device.check()?;
         Ok(device)
     }
 
     fn version(&self) -> (u32, u32) {
-        // Safety: the handle is that of a device, and all have this number.
+        // Safety: the handle refers to a device, and every device has this property.
         let number = unsafe { (self.api.device_int)(self.handle, c"version".as_ptr()) };
         let number = u32::try_from(number).unwrap_or(0);
         (number / 10_000, number / 100 % 100)
@@ -221,7 +221,7 @@ impl<'a> Device<'a> {
             set(name, pixels.as_ptr().cast_mut().cast());
         }
         set(c"output", output.as_mut_ptr().cast());
-        // Safety: the handle is that of a filter with all its images.
+        // Safety: the handle refers to a filter with all its images.
         unsafe {
             for flag in flags {
                 (self.api.set_bool)(filter.handle, flag.as_ptr(), true);
@@ -234,10 +234,10 @@ impl<'a> Device<'a> {
         Ok(output)
     }
 
-    /// The first error since it was asked for.
+    /// Returns the first error since the last call.
     fn check(&self) -> Result<(), DenoiserError> {
         let mut message: *const c_char = std::ptr::null();
-        // Safety: null stands for errors of this thread that no device has.
+        // Safety: a null handle selects the errors of this thread that belong to no device.
         let code = unsafe { (self.api.device_error)(self.handle, &mut message) };
         if code == 0 {
             return Ok(());
@@ -245,7 +245,7 @@ impl<'a> Device<'a> {
         if message.is_null() {
             return Err(DenoiserError::Failed(format!("error {code}")));
         }
-        // Safety: the library sets it to a text that ends in a zero and lives until the next call.
+        // Safety: the library sets it to a null-terminated text that lives until the next call.
         let text = unsafe { CStr::from_ptr(message) };
         Err(DenoiserError::Failed(text.to_string_lossy().into_owned()))
     }
@@ -254,7 +254,7 @@ impl<'a> Device<'a> {
 impl Drop for Device<'_> {
     fn drop(&mut self) {
         if !self.handle.is_null() {
-            // Safety: nobody else holds the handle.
+            // Safety: the handle is not shared.
             unsafe { (self.api.release_device)(self.handle) };
         }
     }
@@ -268,7 +268,7 @@ struct Filter<'a> {
 
 impl<'a> Filter<'a> {
     fn new(device: &Device<'a>) -> Result<Self, DenoiserError> {
-        // Safety: the handle is that of a device.
+        // Safety: the handle refers to a device.
         let handle = unsafe { (device.api.new_filter)(device.handle, c"RT".as_ptr()) };
         if handle.is_null() {
             device.check()?;
@@ -280,7 +280,7 @@ impl<'a> Filter<'a> {
 
 impl Drop for Filter<'_> {
     fn drop(&mut self) {
-        // Safety: nobody else holds the handle.
+        // Safety: the handle is not shared.
         unsafe { (self.api.release_filter)(self.handle) };
     }
 }

@@ -1,5 +1,4 @@
-//! Where Open Image Denoise may lie: where `RTSL_OIDN` says, which silences every other place, or else where the system
-//! looks for libraries.
+//! The places where Open Image Denoise is searched: only `RTSL_OIDN` if it is set, or else the system's libraries.
 
 use std::path::{Path, PathBuf};
 
@@ -7,11 +6,11 @@ use std::path::{Path, PathBuf};
 pub struct Candidate {
     /// The file, or a name that the system looks up.
     pub path: PathBuf,
-    /// The user named it.
+    /// True if the user named it.
     pub was_named: bool,
 }
 
-/// The libraries to try, the best first.
+/// Returns the libraries to try, the best first.
 pub fn candidates() -> Vec<Candidate> {
     match std::env::var_os("RTSL_OIDN").filter(|value| !value.is_empty()) {
         Some(value) => {
@@ -25,7 +24,8 @@ pub fn candidates() -> Vec<Candidate> {
     }
 }
 
-/// The file itself, or the libraries of the folder. A path that is neither is handed on, so that the error can say so.
+/// Returns the file itself, or the libraries in the folder. Any other path is returned unchanged, so that it appears in
+/// the error.
 fn chosen(path: &Path) -> Vec<PathBuf> {
     let folders = ["", "lib", "lib64", "bin"];
     let files = folders
@@ -35,7 +35,7 @@ fn chosen(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() && !found.is_empty() { found } else { vec![path.to_owned()] }
 }
 
-/// Names of the library, the newest first.
+/// File names of the library, the newest version first.
 fn names() -> &'static [&'static str] {
     if cfg!(windows) {
         &["OpenImageDenoise.dll"]

@@ -1,28 +1,28 @@
-//! Pixel filters, by sampling them: a sample lies where its pixel's filter is large and counts for this pixel
-//! alone, so that sums have one order and tiles nothing to do with each other (Ernst, Stamminger and
-//! Greiner, "Filter Importance Sampling", 2006).
+//! Pixel filters by importance sampling: the samples of a pixel are distributed like its filter and contribute to this
+//! pixel only, so that sums have one order and tiles are independent (Ernst, Stamminger and Greiner, "Filter Importance
+//! Sampling", 2006).
 //!
-//! All filters are products of one function of x and one of y, each even. A table inverts the integral of each
-//! function's magnitude; it comes from additions, multiplications and divisions of binary64 alone, so that it
-//! has the same bits everywhere.
+//! All filters are products of an even function of x and one of y. A table inverts the integral of each function's
+//! magnitude; it is computed by additions, multiplications and divisions of binary64 alone, so that it has the same
+//! bits everywhere.
 
 use std::sync::Arc;
 
 use crate::{exponential, sine_and_cosine_of_degrees};
 
-/// How a filter falls from the middle of a pixel.
+/// The shape of a filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FilterShape {
-    /// Not at all.
+    /// Constant.
     Box,
-    /// Straight, to zero at the radius: the tent.
+    /// Linear, to zero at the radius: the tent.
     Triangle,
-    /// As a normal distribution, less its value at the radius.
+    /// A normal distribution, minus its value at the radius.
     Gaussian {
         /// The standard deviation in pixels.
         sigma: f64,
     },
-    /// Mitchell's and Netravali's cubic splines, which are negative far from the middle.
+    /// The cubic splines of Mitchell and Netravali, which have negative lobes.
     Mitchell {
         /// Their blur.
         b: f64,
@@ -38,12 +38,12 @@ pub enum FilterShape {
 pub struct PixelFilter {
     shape: FilterShape,
     radius: [f64; 2],
-    /// For x and y; none where places are what they are given.
+    /// For x and y; `None` if the filter does not change positions.
     tables: Option<Arc<[AxisTable; 2]>>,
 }
 
 impl PixelFilter {
-    /// A filter that reaches so far, in pixels, to each side of a pixel's middle.
+    /// Creates a filter that extends so far, in pixels, to each side of a pixel's center.
     pub fn new(shape: FilterShape, radius: [f64; 2]) -> Self {
         if shape == FilterShape::Box && radius == [0.5; 2] {
             return Self::default();
@@ -52,18 +52,18 @@ impl PixelFilter {
         PixelFilter { shape, radius, tables: Some(Arc::new(tables)) }
     }
 
-    /// How it falls.
+    /// Returns the shape.
     pub fn shape(&self) -> FilterShape {
         self.shape
     }
 
-    /// How far it reaches along x and y.
+    /// Returns the radius along x and y.
     pub fn radius(&self) -> [f64; 2] {
         self.radius
     }
 
-    /// What [`PixelFilter::sample`] makes of many points, each in its place, and their weights. Where places are what they are
-    /// given it does nothing, so weights have to be 1 before.
+    /// Replaces many points by the results of [`PixelFilter::sample`] and sets their weights. If the filter does not
+    /// change positions, nothing is written, so weights have to be 1 before.
     pub fn sample_each(&self, points: [&mut [f32]; 2], weights: &mut [f32]) {
         if self.tables.is_none() {
             return;
@@ -74,10 +74,11 @@ impl PixelFilter {
         }
     }
 
-    /// From a point of [0,1)^2 to the place of a sample and its weight.
+    /// Maps a point of [0,1)^2 to the position of a sample and its weight.
     ///
-    /// The place is in pixels from the pixel's corner, so that the pixel itself is [0,1)^2. Weights are 1 on average,
-    /// so the mean of radiance times weight is the filtered radiance; only a filter with negative parts has any but 1.
+    /// The position is relative to the pixel's corner, so that the pixel itself is [0,1)^2. Weights are 1 on average,
+    /// so the mean of radiance times weight is the filtered radiance; weights differ from 1 only for filters with
+    /// negative lobes.
     #[inline(always)]
     pub fn sample(&self, point: [f32; 2]) -> ([f32; 2], f32) {
         let Some(tables) = &self.tables else {
@@ -90,25 +91,26 @@ impl PixelFilter {
 }
 
 impl Default for PixelFilter {
-    /// The mean over the pixel.
+    /// The box filter over the pixel.
     fn default() -> Self {
         PixelFilter { shape: FilterShape::Box, radius: [0.5; 2], tables: None }
     }
 }
 
-/// Cells of a table. Each holds as much of the filter as any other; within one, places are even.
+/// The number of cells of a table. All cells have the same share of the filter's integral; within a cell, positions are
+/// uniform.
 const CELLS: usize = 512;
-/// Steps of the integral that a table inverts.
+/// The number of steps of the numerical integral that a table inverts.
 const STEPS: usize = 1 << 14;
 
-/// The part of a filter along one axis.
+/// The factor of a filter along one axis.
 #[derive(Clone, Debug, PartialEq)]
 struct AxisTable {
-    /// Element `i`: the distance from the middle within which `i` / CELLS of the magnitude's integral lies.
+    /// Element `i` is the distance from the center within which `i` / CELLS of the magnitude's integral lies.
     distances: Vec<f32>,
-    /// How many cells come before the filter turns negative.
+    /// The number of cells before the filter turns negative.
     positive_cells: f32,
-    /// The integral of the magnitude, as a multiple of that of the filter.
+    /// The integral of the magnitude, divided by that of the filter.
     weight: f32,
 }
 
@@ -123,7 +125,7 @@ impl AxisTable {
         let mut below = 0.0;
         for (step, value) in values.iter().enumerate() {
             let part = value.abs();
-            // Several cells may end in a step, and none.
+            // Any number of cells may end within a step.
             while distances.len() < CELLS {
                 let wanted = whole * distances.len() as f64 / CELLS as f64;
                 if below + part <= wanted {
@@ -142,10 +144,10 @@ impl AxisTable {
         }
     }
 
-    /// From a number in [0,1) to a signed distance from the middle, and its weight.
+    /// Maps a number in [0,1) to a signed distance from the center and its weight.
     #[inline(always)]
     fn sample(&self, number: f32) -> (f32, f32) {
-        // Exact: what stratifies the number stratifies the place.
+        // The mapping is exact, so stratified numbers give stratified positions.
         let side = 2.0 * number - 1.0;
         let scaled = side.abs() * CELLS as f32;
         let cell = (scaled as usize).min(CELLS - 1);
@@ -156,13 +158,13 @@ impl AxisTable {
     }
 }
 
-/// A filter's value at a distance from the middle that is not greater than the radius, up to a factor.
+/// The value of a filter, up to a constant factor, at a distance from the center not greater than the radius.
 fn value(shape: FilterShape, radius: f64, distance: f64) -> f64 {
     match shape {
         FilterShape::Box => 1.0,
         FilterShape::Triangle => radius - distance,
         FilterShape::Gaussian { sigma } => {
-            // The series is good to exp(-44), which is nothing.
+            // The series is accurate down to exp(-44), which is negligible.
             let at = |x: f64| exponential((-0.5 * (x / sigma) * (x / sigma)).max(-44.0));
             (at(distance) - at(radius)).max(0.0)
         }
@@ -181,7 +183,7 @@ fn mitchell(b: f64, c: f64, x: f64) -> f64 {
     }
 }
 
-/// The window on [0, 1], from its middle to its end.
+/// The window on [0, 1], from its center to its end.
 fn blackman_harris(x: f64) -> f64 {
     let wave = |harmonic: f64| sine_and_cosine_of_degrees(180.0 * harmonic * x).1;
     0.35875 + 0.48829 * wave(1.0) + 0.14128 * wave(2.0) + 0.01168 * wave(3.0)
@@ -219,7 +221,7 @@ mod tests {
             let filter = PixelFilter::new(shape, [radius, 1.0]);
             let mut bins = [0.0; BINS];
             for index in 0..POINTS {
-                // The middle along y, whose weight is that of all its positive part.
+                // The center along y, where the weight is that of the whole positive part.
                 let ([x, _], weight) = filter.sample([(index as f32 + 0.5) / POINTS as f32, 0.5]);
                 let bin = ((f64::from(x) - 0.5 + radius) / (2.0 * radius) * BINS as f64) as usize;
                 bins[bin.min(BINS - 1)] += f64::from(weight) / POINTS as f64;

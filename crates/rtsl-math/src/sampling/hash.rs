@@ -1,13 +1,13 @@
-//! Integer hashing and permutation, on 32 bits: many at a time in vectors.
+//! 32-bit integer hashing and permutation, suited to vectorisation.
 
-/// A hash of two words in which every bit of both takes part.
+/// A hash of two words that depends on every bit of both.
 #[inline(always)]
 pub fn hash(a: u32, b: u32) -> u32 {
     mix(mix(a).wrapping_add(b).wrapping_add(0x9E37_79B9))
 }
 
-/// A reversible function with little bias: two rounds of a shifted exclusive-or and an odd factor, as
-/// found by search (Wellons, "Prospecting for Hash Functions", 2018).
+/// A bijection with little bias: two rounds of a shifted exclusive-or and an odd factor, as found by search (Wellons,
+/// "Prospecting for Hash Functions", 2018).
 #[inline(always)]
 pub fn mix(word: u32) -> u32 {
     let word = (word ^ word >> 16).wrapping_mul(0x7FEB_352D);
@@ -15,15 +15,15 @@ pub fn mix(word: u32) -> u32 {
     word ^ word >> 16
 }
 
-/// The upper 24 bits as a number in [0,1); every value is exact in binary32.
+/// Converts the upper 24 bits to a number in [0,1); every value is exact in binary32.
 #[inline(always)]
 pub fn unit_float(bits: u32) -> f32 {
-    // Through i32, for which every machine has a conversion of vectors.
+    // Through i32, for which every machine has a vector conversion.
     (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Element `index` of a permutation of `0..length` that `key` chooses: one of the next power of two,
-/// walked until it falls inside (cycle walking).
+/// Element `index` of the permutation of `0..length` selected by `key`: a permutation of the next power of two,
+/// iterated until the value is in range (cycle walking).
 pub fn permute(index: u32, length: u32, key: u32) -> u32 {
     if length <= 1 {
         return 0;
@@ -37,7 +37,7 @@ pub fn permute(index: u32, length: u32, key: u32) -> u32 {
     }
 }
 
-/// The same for a length that is a power of two: a hash that is reversible on so many numbers.
+/// The same for a length that is a power of two: a bijective hash.
 #[inline(always)]
 pub fn permute_power_of_two(index: u32, length: u32, key: u32) -> u32 {
     let mask = length.wrapping_sub(1);
@@ -45,7 +45,7 @@ pub fn permute_power_of_two(index: u32, length: u32, key: u32) -> u32 {
     let mut value = index & mask;
     for round in 0..4 {
         let word = hash(key, round);
-        // An odd factor, an addition and a shifted exclusive-or are each reversible.
+        // An odd factor, an addition and a shifted exclusive-or are each bijective.
         value = value.wrapping_mul(word | 1).wrapping_add(word >> 16) & mask;
         value ^= value >> shift;
     }

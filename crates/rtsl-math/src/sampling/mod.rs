@@ -1,5 +1,5 @@
-//! Numbers in [0,1) by counters: pixel, sample, stream and dimension give the number, whatever ray
-//! was computed before, in whatever packet, on whatever thread.
+//! Counter-based numbers in [0,1): pixel, sample, stream and dimension determine the number, independent of the order
+//! of rays, of packets and of threads.
 
 mod filter;
 mod hash;

@@ -1,4 +1,4 @@
-//! Samplers: how the numbers of one pixel are spread.
+//! Samplers: the distribution of a pixel's sample points.
 
 use super::hash::{hash, permute, permute_power_of_two, unit_float};
 use super::sobol::{sobol_bits, sobol_pair_bits};
@@ -6,11 +6,11 @@ use super::sobol::{sobol_bits, sobol_pair_bits};
 /// The kinds of sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplerKind {
-    /// Every number on its own.
+    /// Every number is independent.
     Independent,
     /// Each dimension of a pixel's samples has one number in each of as many strata.
     Stratified {
-        /// Numbers lie anywhere in their strata, else in the middle.
+        /// True if numbers are uniform within their strata, false if they are in the middle.
         jitter: bool,
     },
     /// Owen-scrambled points of Sobol's sequence: each dimension, and each pair (2k, 2k + 1) of them, has one
@@ -27,21 +27,21 @@ pub struct Sampler {
     pub columns: u32,
     /// Rows of strata in a pixel.
     pub rows: u32,
-    /// Chooses one of many sequences.
+    /// Selects one of many sequences.
     pub seed: u64,
 }
 
 impl Sampler {
-    /// Samples a pixel.
+    /// Returns the number of samples per pixel.
     pub fn samples_per_pixel(&self) -> u32 {
         self.columns * self.rows
     }
 
-    /// How much of a pixel's side a sample stands for beside the others: what textures are smoothed over. Samples in
-    /// strata are as many as there will be. For others it is those so far: what a sample shows must not depend on how many
-    /// come after it, so that samples can be added to a picture that has some.
+    /// The fraction of a pixel's side that represents a sample, over which textures are filtered. Stratified samplers
+    /// use the final number of samples. Other samplers use the number of samples up to this one: a sample must not
+    /// depend on the number of samples after it, so that samples can be added to a picture.
     pub fn part_of_pixel(&self, sample: u32) -> f32 {
-        // Below this nothing is gained.
+        // Narrower filters do not improve the picture.
         const LEAST: f32 = 0.125;
         let among = match self.kind {
             SamplerKind::Stratified { .. } => self.samples_per_pixel(),
@@ -50,32 +50,32 @@ impl Sampler {
         (1.0 / (among as f32).sqrt()).max(LEAST)
     }
 
-    /// The place of a sample in its pixel, in [0,1)^2. Dimensions of its own.
+    /// Returns the position of a sample in its pixel, in [0,1)^2, from dimensions reserved for it.
     #[inline(always)]
     pub fn pixel_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
         self.pair::<SPREAD>(self.key(pixel, 1), sample)
     }
 
-    /// The place of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
+    /// Returns the position of a sample on the lens, in [0,1)^2, in an order unrelated to that in the pixel.
     #[inline(always)]
     pub fn lens_position<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> [f32; 2] {
         let key = self.key(pixel, 2);
         self.pair::<SPREAD>(key, self.permuted::<SPREAD>(sample, hash(key, 3)))
     }
 
-    /// The time of a sample within the shutter, in [0,1).
+    /// Returns the time of a sample within the shutter interval, in [0,1).
     #[inline(always)]
     pub fn time<const SPREAD: u8>(&self, pixel: u32, sample: u32) -> f32 {
         self.number::<SPREAD>(self.key(pixel, 4), sample)
     }
 
-    /// The key of a camera ray's sequence of numbers.
+    /// Returns the key of a camera ray's sequence of numbers.
     #[inline(always)]
     pub fn stream_key(&self, pixel: u32) -> u32 {
         self.key(pixel, 5)
     }
 
-    /// A number of a ray's sequence.
+    /// Returns a number of a ray's sequence.
     #[inline(always)]
     pub fn number_of_stream<const SPREAD: u8>(&self, key: u32, dimension: u32, sample: u32) -> f32 {
         if SPREAD == SOBOL {
@@ -84,7 +84,7 @@ impl Sampler {
         self.number::<SPREAD>(hash(key, dimension), sample)
     }
 
-    /// Numbers 2 `pair` and 2 `pair` + 1 of a ray's sequence, in less time than one by one.
+    /// Returns the numbers 2 `pair` and 2 `pair` + 1 of a ray's sequence, faster than one by one.
     #[inline(always)]
     pub fn pair_of_stream<const SPREAD: u8>(&self, key: u32, pair: u32, sample: u32) -> [f32; 2] {
         if SPREAD == SOBOL {
@@ -95,7 +95,7 @@ impl Sampler {
         [one, self.number_of_stream::<SPREAD>(key, first.wrapping_add(1), sample)]
     }
 
-    /// Which of the ways to spread numbers it takes, decided once for many of them.
+    /// Returns the method of distributing numbers, which is selected once for many of them.
     pub fn spread(&self) -> u8 {
         match self.kind {
             SamplerKind::Independent => INDEPENDENT,
@@ -120,7 +120,7 @@ impl Sampler {
     #[inline(always)]
     fn permuted<const SPREAD: u8>(&self, sample: u32, key: u32) -> u32 {
         match SPREAD {
-            // Any order of numbers that have nothing to do with each other will do; Sobol's points have their own.
+            // For independent numbers any order is good; Sobol's points are shuffled by themselves.
             INDEPENDENT | SOBOL => sample,
             POWER_OF_TWO => permute_power_of_two(sample, self.samples_per_pixel(), key),
             _ => permute(sample, self.samples_per_pixel(), key),
@@ -168,22 +168,22 @@ impl Sampler {
     }
 }
 
-/// Ways to spread numbers, as parameters of code that makes many: [`SamplerKind::Independent`].
+/// A method of distributing numbers, as a parameter of code that generates many: [`SamplerKind::Independent`].
 pub const INDEPENDENT: u8 = 0;
-/// Strata in a number that is a power of two: code without loops, which vectors of lanes can run.
+/// Strata whose number is a power of two: code without loops, which vectorises.
 pub const POWER_OF_TWO: u8 = 1;
-/// Strata in any number.
+/// Any number of strata.
 pub const ANY_COUNT: u8 = 2;
 /// [`SamplerKind::Sobol`].
 pub const SOBOL: u8 = 3;
 
-/// Rounding may lift a number to 1, which lies outside.
+/// Rounding may give 1, which is outside the range.
 #[inline(always)]
 fn below_one(x: f32) -> f32 {
     if x < 1.0 { x } else { 1.0_f32.next_down() }
 }
 
-/// The key of the sequence of a ray that another spawned as its `child`th.
+/// Returns the key of the sequence of the ray that another one spawned as its `child`th.
 #[inline(always)]
 pub fn child_key(key: u32, child: u32) -> u32 {
     hash(hash(key, u32::MAX), child)

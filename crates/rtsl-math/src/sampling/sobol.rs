@@ -1,18 +1,18 @@
-//! Owen-scrambled Sobol points: each pair of dimensions is a (0,2)-sequence of its own.
+//! Owen-scrambled Sobol points: each pair of dimensions is an independent (0,2)-sequence.
 //!
-//! The first two dimensions of Sobol's sequence are its best: of any aligned 2^m points each elementary
-//! interval of area 2^-m holds one. So every pair takes these two, with its samples in an order of its own
-//! (a nested uniform shuffle, which keeps aligned blocks together) and with scrambling of its own
-//! (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). A pixel's first 2^m samples are such a
-//! set for every m, so any number of samples can be taken, and more later.
+//! The first two dimensions of Sobol's sequence are its best: of any aligned 2^m points each elementary interval of
+//! area 2^-m contains one. Every pair therefore uses these two, with an independent order of samples (a nested uniform
+//! shuffle, which keeps aligned blocks together) and independent scrambling (Burley, "Practical Hash-based Owen
+//! Scrambling", JCGT 2020). A pixel's first 2^m samples are such a set for every m, so any number of samples can be
+//! taken, and more added later.
 //!
-//! All is done on 32-bit integers, without branches and tables: the first dimension is reversal of bits, the
-//! second before that the matrix of Pascal's triangle modulo 2. With AVX2 a number takes 1.9 ns, or 1.6 ns as one of
-//! a pair, where one of the independent sampler takes 0.9 ns and a stratified one 3.3 ns.
+//! The computation uses 32-bit integers, without branches and tables: the first dimension is bit reversal, the second
+//! is preceded by the matrix of Pascal's triangle modulo 2. With AVX2 a number takes 1.9 ns, or 1.6 ns as one of a
+//! pair, against 0.9 ns for the independent sampler and 3.3 ns for the stratified one.
 
 use super::hash::mix;
 
-/// A number of a pair, as 32 bits after the binary point. `component` is 0 or 1.
+/// Returns a number of a pair, as 32 bits after the binary point. `component` is 0 or 1.
 #[inline(always)]
 pub fn sobol_bits(pair_key: u32, component: u32, sample: u32) -> u32 {
     let index = shuffled(sample, pair_key);
@@ -21,26 +21,26 @@ pub fn sobol_bits(pair_key: u32, component: u32, sample: u32) -> u32 {
     scrambled(pascal(index, chosen), pair_key, component)
 }
 
-/// Both numbers of a pair: what [`sobol_bits`] gives for each.
+/// Returns both numbers of a pair: the results of [`sobol_bits`].
 #[inline(always)]
 pub fn sobol_pair_bits(pair_key: u32, sample: u32) -> [u32; 2] {
     let index = shuffled(sample, pair_key);
     [scrambled(index, pair_key, 0), scrambled(pascal(index, u32::MAX), pair_key, 1)]
 }
 
-/// The sample that takes the place of `sample`: of any 2^m that begin at a multiple of that, such again.
+/// Returns the index that replaces `sample`. Any aligned block of 2^m indices is mapped to such a block.
 #[inline(always)]
 fn shuffled(sample: u32, pair_key: u32) -> u32 {
     owen_hash(sample.reverse_bits(), pair_key).reverse_bits()
 }
 
-/// From the index, multiplied with the matrix of its dimension, to the point.
+/// Maps the index, multiplied by the matrix of its dimension, to the point.
 ///
-/// A point is the reversal of that product, and scrambling hashes the reversal of a point: two of the three
+/// A point is the bit reversal of that product, and scrambling hashes the reversal of a point: two of the three
 /// reversals cancel.
 #[inline(always)]
 fn scrambled(product: u32, pair_key: u32, component: u32) -> u32 {
-    // Seeds of the components and of the order have nothing in common that the hash does not break up.
+    // The hash breaks up any correlation between the seeds of the components and of the order.
     let seed = mix(pair_key.wrapping_add(component.wrapping_add(1).wrapping_mul(0x9E37_79B9)));
     owen_hash(product, seed).reverse_bits()
 }
@@ -56,9 +56,9 @@ fn pascal(index: u32, chosen: u32) -> u32 {
     index ^ index >> 1 & 0x5555_5555 & chosen
 }
 
-/// A reversible hash in which each bit depends on itself and lower ones only, which makes it an Owen
-/// scrambling of reversed numbers. The constants, found by search, leave less structure than those of the
-/// first such hashes (Vegdahl, "Building a Better LK Hash", 2021).
+/// A bijective hash in which each bit depends only on itself and lower ones, which makes it an Owen scrambling of
+/// reversed numbers. The constants, found by search, leave less structure than those of the first such hashes (Vegdahl,
+/// "Building a Better LK Hash", 2021).
 #[inline(always)]
 fn owen_hash(bits: u32, seed: u32) -> u32 {
     let bits = bits ^ bits.wrapping_mul(0x3D20_ADEA);
@@ -84,7 +84,7 @@ mod tests {
         samples.map(|sample| sobol_pair_bits(pair_key, sample)).collect()
     }
 
-    /// Whether every elementary interval of 2^-m holds one of 2^m points.
+    /// True if every elementary interval of 2^-m contains one of 2^m points.
     fn is_net(points: &[[u32; 2]]) -> bool {
         let m = points.len().ilog2();
         (0..=m).all(|columns| {
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn scrambling_keeps_prefixes_together() {
-        // Two numbers that agree in their first bits still do, and then differ at the same place.
+        // Two numbers with equal first bits keep this property, and differ first at the same bit.
         for key in pair_keys() {
             for bit in 0..32 {
                 let [a, b] = [key, key ^ 1 << bit].map(|bits| owen_hash(bits, 77));
@@ -126,13 +126,13 @@ mod tests {
         }
     }
 
-    /// Of a true Owen scrambling, a bit is flipped for half of all seeds, whatever stands before it; and for
-    /// two prefixes that differ anywhere, flips have nothing to do with each other.
+    /// In a true Owen scrambling, a bit is flipped for half of all seeds, for every prefix of bits before it, and the
+    /// flips of different prefixes are independent.
     #[test]
     fn flips_are_fair_and_independent() {
         const SEEDS: u32 = 8192;
         let flip = |bits: u32, seed: u32, bit: u32| (owen_hash(bits, seed) ^ bits) >> bit & 1;
-        // Five standard deviations of a count of heads; some hundred pairs are looked at.
+        // Five standard deviations of a binomial count; some hundred pairs are tested.
         let bound = 5.0 * f64::from(SEEDS).sqrt() / 2.0;
         for bit in [1_u32, 2, 5, 8, 13, 21, 31] {
             for other in 0..bit {

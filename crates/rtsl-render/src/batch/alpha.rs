@@ -1,35 +1,40 @@
-//! Shapes that textures cut out: where a texture is 0 rays pass, where it is 1 they end, and in between by
-//! chance.
+//! Alpha textures: rays pass a surface with alpha 0, stop at one with alpha 1, and stop at random for values between
+//! them.
 
 use rtsl::Method;
 
 use super::numbers::lone_number;
 use super::scatter::NUMBERS_OF_SHAPES;
 use super::shading_batch::{BATCH_LANES, Callee, ShadingBatch};
-use super::surface::ChunkSurfaces;
+use super::surface::BatchSurfaces;
 use super::surface_group::SurfaceGroup;
 use super::tracer::PathTracer;
 use super::wavefront::{PathHit, Wavefront};
 use crate::compiled::variables::variables;
 
-/// What a path's numbers are for: whether it passes. Each hit on its way has one of its own.
-const NUMBERS_OF_CUT_OUTS: u32 = 0x106;
+/// Selects the random numbers that decide if a ray passes. Each hit along a path has a different one.
+const NUMBERS_OF_ALPHA: u32 = 0x106;
 
-/// What the numbers of textures that cut out are for.
+/// Selects the random numbers of alpha textures.
 const NUMBERS_OF_TEXTURES: u32 = 0x109;
 
 impl PathTracer<'_> {
-    /// Takes back those of a wave's hits from `first` on that rays pass: these rays are active again, from there on.
-    pub fn pass_cut_outs(&self, wave: &mut Wavefront, first: usize, chunk: &mut ShadingBatch) {
-        let mut candidates = wave.hits.split_off(first);
+    /// Removes the wavefront's hits from `first` on that rays pass and continues these rays behind them.
+    pub fn pass_transparent_hits(
+        &self,
+        wavefront: &mut Wavefront,
+        first: usize,
+        batch: &mut ShadingBatch,
+    ) {
+        let mut candidates = wavefront.hits.split_off(first);
         let is_solid =
-            |(group, _): &mut (u32, PathHit)| self.scene.groups[*group as usize].cut_out.is_none();
-        wave.hits.extend(candidates.extract_if(.., is_solid));
+            |(group, _): &mut (u32, PathHit)| self.scene.groups[*group as usize].alpha.is_none();
+        wavefront.hits.extend(candidates.extract_if(.., is_solid));
         candidates.sort_by_key(|(group, _)| *group);
         for hits in candidates.chunk_by(|one, other| one.0 == other.0) {
             let group = &self.scene.groups[hits[0].0 as usize];
             for hits in hits.chunks(BATCH_LANES) {
-                self.cut(group, hits, wave, chunk);
+                self.cut(group, hits, wavefront, batch);
             }
         }
     }
@@ -38,37 +43,37 @@ impl PathTracer<'_> {
         &self,
         group: &SurfaceGroup,
         hits: &[(u32, PathHit)],
-        wave: &mut Wavefront,
-        chunk: &mut ShadingBatch,
+        wavefront: &mut Wavefront,
+        batch: &mut ShadingBatch,
     ) {
         let only: Vec<PathHit> = hits.iter().map(|(_, hit)| *hit).collect();
-        chunk.load(&wave.paths, &only, NUMBERS_OF_SHAPES);
-        ChunkSurfaces::new(self, group, chunk).prepare(chunk);
-        // Each hit on the way has its own, as below.
-        for (key, distance) in chunk.keys.iter_mut().zip(&chunk.distance) {
+        batch.load(&wavefront.paths, &only, NUMBERS_OF_SHAPES);
+        BatchSurfaces::new(self, group, batch).prepare(batch);
+        // Each hit along the path has a different sequence, as below.
+        for (key, distance) in batch.keys.iter_mut().zip(&batch.distance) {
             *key ^= distance.to_bits();
         }
-        chunk.start_numbers(NUMBERS_OF_TEXTURES);
-        let Some((kernel, (class, of))) = group.cut_out.as_ref().zip(group.key.cut_out) else {
+        batch.start_numbers(NUMBERS_OF_TEXTURES);
+        let Some((kernel, (class, of))) = group.alpha.as_ref().zip(group.key.alpha) else {
             return;
         };
         let textures = &self.scene.alpha.classes[class as usize];
         let name = &textures.program.class().name;
-        let callee = Callee { class: name, method: Method::Lookup, problems: self.problems };
-        let ShadingBatch { count, state, scratch, alpha, numbers, .. } = chunk;
+        let callee = Callee { class: name, method: Method::Lookup, errors: self.errors };
+        let ShadingBatch { count, state, scratch, alpha, numbers, .. } = batch;
         let instances = of.instances(&textures.objects, alpha);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
-        let values = chunk.state.floats(variables().float_texture_value);
+        let values = batch.state.floats(variables().float_texture_value);
         for ((group, hit), value) in hits.iter().zip(values) {
-            let path = &mut wave.paths[hit.path as usize];
+            let path = &mut wavefront.paths[hit.path as usize];
             let key = path.key ^ path.distance.to_bits();
-            // What is no number is solid.
-            if *value <= lone_number(key, NUMBERS_OF_CUT_OUTS, path.sample) {
+            // NaN is opaque.
+            if *value <= lone_number(key, NUMBERS_OF_ALPHA, path.sample) {
                 path.epsilon = path.distance;
                 path.distance = path.limit;
-                wave.active.push(hit.path);
+                wavefront.active.push(hit.path);
             } else {
-                wave.hits.push((*group, *hit));
+                wavefront.hits.push((*group, *hit));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What of a film goes into checkpoints, and when they are written.
+//! Conversion of the film to checkpoints, and the schedule of writing them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -12,28 +12,28 @@ use super::film::{BatchFilm, TileRecord};
 use crate::checkpoint::{Checkpoint, CheckpointError, Damage, Fingerprint, Numbers, Section};
 use crate::tiles::TILE;
 
-/// Where and when a render keeps what it has.
+/// The checkpoint options of a render.
 #[derive(Clone, Debug)]
 pub struct Checkpoints {
     /// The file.
     pub path: PathBuf,
-    /// How often it is written; only where the render ends early, if `None`.
+    /// The interval of writing; if `None`, only a render that ends early writes one.
     pub every: Option<Duration>,
-    /// Whether the render goes on from it. Where there is no such file, it begins anew.
+    /// True if the render resumes from the file. If there is no such file, it starts from the beginning.
     pub resume: bool,
-    /// What the image depends on.
+    /// The inputs that the image depends on.
     pub fingerprint: Fingerprint,
 }
 
 impl Checkpoints {
-    /// The memory that writing or reading one takes, besides the film's.
+    /// The memory for writing or reading a checkpoint, besides the film's.
     pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
         FilmNumbers::memory(tiles, with_features)
     }
 }
 
-/// The same while rendering.
+/// The state of checkpoints during a render.
 pub struct CheckpointWriter<'a> {
     checkpoints: &'a Checkpoints,
     /// The time of the last attempt.
@@ -41,13 +41,13 @@ pub struct CheckpointWriter<'a> {
 }
 
 impl<'a> CheckpointWriter<'a> {
-    /// For a render that begins now.
+    /// For a render that starts now.
     pub fn new(checkpoints: &'a Checkpoints) -> Self {
         CheckpointWriter { checkpoints, last: Mutex::new(Instant::now()) }
     }
 
-    /// Writes a checkpoint if it is time, and nobody else is at it. The render goes on where that fails: there will be
-    /// another attempt, and of the last one it is told.
+    /// Writes a checkpoint if it is due and no other thread is writing one. The render continues if that fails, and a
+    /// later attempt follows; only the error of the last one is reported.
     pub fn write_if_due(&self, film: &BatchFilm) {
         let Some(every) = self.checkpoints.every else { return };
         let Ok(mut last) = self.last.try_lock() else { return };
@@ -60,18 +60,18 @@ impl<'a> CheckpointWriter<'a> {
     /// Writes a last checkpoint.
     ///
     /// # Errors
-    /// What hinders it.
+    /// If it cannot be written.
     pub fn write_last(&self, film: &BatchFilm) -> Result<(), CheckpointError> {
         write(film, self.checkpoints)
     }
 
-    /// Whether checkpoints are written while rendering.
+    /// True if checkpoints are written during the render.
     pub fn is_periodic(&self) -> bool {
         self.checkpoints.every.is_some()
     }
 }
 
-/// Everything that a film knows.
+/// The numbers of a film.
 #[derive(Default)]
 struct FilmNumbers {
     taken: Vec<u32>,
@@ -94,17 +94,17 @@ fn write(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<(), CheckpointEr
     };
     let mut numbers = FilmNumbers::with_room_for(film).map_err(no_memory)?;
     for tile in 0..film.tiles().len() {
-        // A tile at a time: each is what it is after some of its samples, and that is enough.
+        // Tiles are copied one by one: the state of each is consistent, and that suffices.
         numbers.add(&film.record(tile));
     }
     let fingerprint = checkpoints.fingerprint.clone();
     Checkpoint { fingerprint, sections: numbers.sections() }.write(&checkpoints.path)
 }
 
-/// Gives a film what a checkpoint has; where there is none, the film stays as it is. Whether there was one.
+/// Restores a film from a checkpoint; without one the film stays unchanged. Returns true if there was one.
 ///
 /// # Errors
-/// It cannot be read, is damaged, or is of another render.
+/// If it cannot be read, is damaged, or belongs to another render.
 pub fn restore(film: &BatchFilm, checkpoints: &Checkpoints) -> Result<bool, CheckpointError> {
     let Checkpoints { path, fingerprint, .. } = checkpoints;
     if !path.try_exists().unwrap_or(true) {
@@ -124,7 +124,7 @@ fn malformed(path: &Path, what: String) -> CheckpointError {
 }
 
 impl FilmNumbers {
-    /// The memory of the numbers of a film.
+    /// The memory of a film's numbers.
     fn memory(tiles: usize, with_features: bool) -> Amount {
         let of_tile = Amount::of::<u32>(3) + Amount::of::<f64>(1);
         let of_features = Amount::of::<f64>(7) + Amount::of::<u32>(1) + Amount::of::<f32>(1);
@@ -132,7 +132,7 @@ impl FilmNumbers {
         (of_tile + of_pixel.times(LANES)).times(tiles)
     }
 
-    /// None yet, with memory for all of a film.
+    /// Reserves memory for a film's numbers.
     fn with_room_for(film: &BatchFilm) -> Result<Self, OutOfMemory> {
         let tiles = film.tiles().len();
         let pixels = tiles * LANES;
@@ -189,7 +189,7 @@ impl FilmNumbers {
         sections
     }
 
-    /// The numbers for a film, or what is wrong with them.
+    /// Returns the numbers for a film, or an error message.
     fn from_sections(sections: Vec<Section<'_>>, film: &BatchFilm) -> Result<Self, String> {
         let mut all = FilmNumbers::default();
         for Section { name, numbers } in sections {
@@ -205,14 +205,14 @@ impl FilmNumbers {
                 ("distances", Numbers::F64(numbers)) => all.distances = numbers.into_owned(),
                 ("hits", Numbers::U32(numbers)) => all.hits = numbers.into_owned(),
                 ("objects", Numbers::F32(numbers)) => all.objects = numbers.into_owned(),
-                (name, _) => return Err(format!("it has a section `{name}` of another sort")),
+                (name, _) => return Err(format!("its section `{name}` has an unexpected type")),
             }
         }
         all.check(film)?;
         Ok(all)
     }
 
-    /// Whether there are as many as the film's tiles need.
+    /// Checks that the counts of numbers fit the film's tiles.
     fn check(&self, film: &BatchFilm) -> Result<(), String> {
         let tiles = film.tiles().len();
         let pixels = tiles * LANES;

@@ -1,7 +1,7 @@
-//! What rays bring back from what they meet: emission of surfaces, and of lights that they leave the scene towards.
+//! Emission of surfaces that paths hit, and of environment lights for rays that leave the scene.
 //!
-//! Where the light could have been sampled at the last surface, too, the power heuristic weighs what the
-//! material's direction found.
+//! If the light could also have been sampled at the previous surface, the power heuristic weights the contribution of
+//! the material's direction.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
@@ -16,11 +16,11 @@ use super::wavefront::{Path, Wavefront};
 use crate::compiled::variables::variables;
 use crate::lanes::eight::{Eight, eights_of};
 
-/// What the numbers of paths that leave the scene are for.
+/// Selects the random numbers of paths that leave the scene.
 const NUMBERS_OF_SKIES: u32 = 0x108;
 
-/// The part of a sample of density `one` that counts where another way finds the same by density `other`: the
-/// power heuristic. Both are per solid angle, and `one` is positive.
+/// The weight of the power heuristic for a sample with density `one`, which another technique would generate with
+/// density `other`. Both are per solid angle, and `one` is positive.
 #[inline(always)]
 pub fn weight<S: Simd>(one: f32x8<S>, other: f32x8<S>) -> f32x8<S> {
     let ratio = other / one;
@@ -28,11 +28,11 @@ pub fn weight<S: Simd>(one: f32x8<S>, other: f32x8<S>) -> f32x8<S> {
 }
 
 impl PathTracer<'_> {
-    /// Adds what the surfaces of a chunk emit.
-    pub fn add_emission(&self, group: &SurfaceGroup, chunk: &mut ShadingBatch, paths: &mut [Path]) {
+    /// Adds the emission of a batch's surfaces.
+    pub fn add_emission(&self, group: &SurfaceGroup, batch: &mut ShadingBatch, paths: &mut [Path]) {
         if let Some(kernel) = &group.material.emission {
-            self.call_material(group, Method::Emission, kernel, chunk);
-            let lost = add(chunk, paths, &[1.0; BATCH_LANES]);
+            self.call_material(group, Method::Emission, kernel, batch);
+            let lost = add(batch, paths, &[1.0; BATCH_LANES]);
             self.report_lost(self.material_name(group), Method::Emission, lost);
         }
         let Some((kernel, (class, of))) = group.emitter.as_ref().zip(group.key.emitter) else {
@@ -40,16 +40,16 @@ impl PathTracer<'_> {
         };
         let emitters = &self.scene.materials.classes[class as usize];
         let name = &emitters.program.class().name;
-        let callee = Callee { class: name, method: Method::Emission, problems: self.problems };
-        let weights = self.weights_of_hits(group, chunk);
-        let ShadingBatch { count, state, scratch, emitters: of_lanes, numbers, .. } = chunk;
+        let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
+        let weights = self.weights_of_hits(group, batch);
+        let ShadingBatch { count, state, scratch, emitters: of_lanes, numbers, .. } = batch;
         let instances = of.instances(&emitters.objects, of_lanes);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
-        let lost = add(chunk, paths, &weights);
+        let lost = add(batch, paths, &weights);
         self.report_lost(name, Method::Emission, lost);
     }
 
-    /// The class whose methods the materials of a group are.
+    /// Returns the name of the class whose methods are a group's material.
     pub fn material_name(&self, group: &SurfaceGroup) -> &str {
         match group.key.material.0 {
             MaterialSource::Own => &self.scene.compiled.classes[group.key.class as usize].name,
@@ -59,26 +59,26 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Says how many paths a method of a class gave what is not finite.
+    /// Reports the number of paths for which a method of a class returned values that are not finite.
     pub fn report_lost(&self, class: &str, method: Method, lost: u64) {
         if lost > 0 {
-            self.problems.report_not_finite(class, method, lost);
+            self.errors.report_not_finite(class, method, lost);
         }
     }
 
-    /// Calls a method of the chunk's materials.
+    /// Calls a method of the batch's materials.
     pub fn call_material(
         &self,
         group: &SurfaceGroup,
         method: Method,
         kernel: &Kernel,
-        chunk: &mut ShadingBatch,
+        batch: &mut ShadingBatch,
     ) {
         let ShadingBatch {
             count, state, kept_scratch, scratch, objects, materials, numbers, ..
-        } = chunk;
+        } = batch;
         let (source, of) = group.key.material;
-        let callee = Callee { class: self.material_name(group), method, problems: self.problems };
+        let callee = Callee { class: self.material_name(group), method, errors: self.errors };
         match source {
             MaterialSource::Own => {
                 let class = &self.scene.compiled.classes[group.key.class as usize];
@@ -96,107 +96,107 @@ impl PathTracer<'_> {
         }
     }
 
-    /// How much of what directions found counts.
-    fn weights_of_hits(&self, group: &SurfaceGroup, chunk: &mut ShadingBatch) -> Row {
+    /// The weights of the emission that directions found.
+    fn weights_of_hits(&self, group: &SurfaceGroup, batch: &mut ShadingBatch) -> Row {
         let mut weights = [1.0; BATCH_LANES];
         if !group.key.is_sampled {
             return weights;
         }
-        for lane in 0..chunk.count {
-            let entry = self.scene.lights.entry_of(&chunk.hits[lane]);
-            let origin = get(&chunk.origin, lane);
+        for lane in 0..batch.count {
+            let entry = self.scene.lights.entry_of(&batch.hits[lane]);
+            let origin = get(&batch.origin, lane);
             let probability = entry.map_or(0.0, |it| self.scene.lights.probability(it, origin));
-            chunk.light_density[lane] *= probability;
+            batch.light_density[lane] *= probability;
         }
-        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
-            set_weights(eight, &chunk.density, &chunk.light_density, &mut weights);
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, batch.count) {
+            set_weights(eight, &batch.density, &batch.light_density, &mut weights);
         });
         weights
     }
 
-    /// Adds what the rays bring back that left the scene.
-    pub fn add_skies(&self, wave: &mut Wavefront, chunk: &mut ShadingBatch) {
-        let Wavefront { paths, left, .. } = wave;
+    /// Adds the environment lights for rays that left the scene.
+    pub fn add_skies(&self, wavefront: &mut Wavefront, batch: &mut ShadingBatch) {
+        let Wavefront { paths, left, .. } = wavefront;
         if self.scene.lights.skies.is_empty() {
             return;
         }
         for left in left.chunks(BATCH_LANES) {
-            chunk.load_left(paths, left, NUMBERS_OF_SKIES);
+            batch.load_left(paths, left, NUMBERS_OF_SKIES);
             for sky in &self.scene.lights.skies {
-                let weights = self.weights_of_sky(sky, chunk);
-                dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, chunk));
-                self.call_sky(sky, Method::Emission, &sky.emission, chunk);
-                let lost = add(chunk, paths, &weights);
+                let weights = self.weights_of_sky(sky, batch);
+                dispatch!(Level::new(), simd => self.set_sky_directions(simd, sky, batch));
+                self.call_sky(sky, Method::Emission, &sky.emission, batch);
+                let lost = add(batch, paths, &weights);
                 self.report_lost(&sky.program.class().name, Method::Emission, lost);
             }
         }
     }
 
-    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, chunk: &mut ShadingBatch) {
+    fn call_sky(&self, sky: &Sky, method: Method, kernel: &Kernel, batch: &mut ShadingBatch) {
         let name = &sky.program.class().name;
-        let callee = Callee { class: name, method, problems: self.problems };
+        let callee = Callee { class: name, method, errors: self.errors };
         let (objects, number) = &sky.objects;
-        let ShadingBatch { count, state, scratch, numbers, .. } = chunk;
+        let ShadingBatch { count, state, scratch, numbers, .. } = batch;
         let instances = rtsl::Instances::Object(objects, *number);
         callee.call(kernel, *count, instances, (state, scratch), None, numbers);
     }
 
     #[inline(always)]
-    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut ShadingBatch) {
+    fn set_sky_directions<S: Simd>(&self, simd: S, sky: &Sky, batch: &mut ShadingBatch) {
         let v = variables();
         let light = &self.scene.compiled.lights[sky.light as usize];
-        for eight in eights_of(simd, chunk.count) {
+        for eight in eights_of(simd, batch.count) {
             let up = eight.splat_vector([0.0, 0.0, 1.0]);
-            let direction = eight.vector(&light.inverse, &eight.vectors(&chunk.direction));
+            let direction = eight.vector(&light.inverse, &eight.vectors(&batch.direction));
             let direction = eight.normalized_or(&direction, &up);
-            let state = &mut chunk.state;
+            let state = &mut batch.state;
             eight.store_vectors(state, v.ray_direction, &direction);
             eight.store_vectors(state, v.light_direction, &direction);
-            eight.store(state, v.time_seed, eight.numbers(&chunk.time));
+            eight.store(state, v.time_seed, eight.numbers(&batch.time));
         }
     }
 
-    /// How much counts of what directions found in a light: all where it is never sampled, or the
+    /// The weights of the light that directions found in an environment light: 1 if it is never sampled, or the
     /// direction was not chosen by a density.
-    fn weights_of_sky(&self, sky: &Sky, chunk: &mut ShadingBatch) -> Row {
+    fn weights_of_sky(&self, sky: &Sky, batch: &mut ShadingBatch) -> Row {
         let mut weights = [1.0; BATCH_LANES];
         let Some((kernel, entry)) = &sky.density else { return weights };
         dispatch!(Level::new(), simd => {
-            self.set_sky_directions(simd, sky, chunk);
-            self.set_sky_points(simd, sky, chunk);
+            self.set_sky_directions(simd, sky, batch);
+            self.set_sky_points(simd, sky, batch);
         });
-        self.call_sky(sky, Method::EvaluatePdf, kernel, chunk);
-        for lane in 0..chunk.count {
-            let probability = self.scene.lights.probability(*entry, get(&chunk.origin, lane));
-            chunk.light_density[lane] = chunk.state.floats(variables().pdf)[lane] * probability;
+        self.call_sky(sky, Method::EvaluatePdf, kernel, batch);
+        for lane in 0..batch.count {
+            let probability = self.scene.lights.probability(*entry, get(&batch.origin, lane));
+            batch.light_density[lane] = batch.state.floats(variables().pdf)[lane] * probability;
         }
-        dispatch!(Level::new(), simd => for eight in eights_of(simd, chunk.count) {
-            set_weights(eight, &chunk.density, &chunk.light_density, &mut weights);
+        dispatch!(Level::new(), simd => for eight in eights_of(simd, batch.count) {
+            set_weights(eight, &batch.density, &batch.light_density, &mut weights);
         });
-        let densities = chunk.light_density[..chunk.count].iter().zip(&mut weights);
+        let densities = batch.light_density[..batch.count].iter().zip(&mut weights);
         let lost =
             densities.filter(|(density, _)| density.is_nan()).map(|(_, weight)| *weight = f32::NAN);
         self.report_lost(&sky.program.class().name, Method::EvaluatePdf, lost.count() as u64);
         weights
     }
 
-    /// Sets the points that a light was sampled for, if it was: where the rays begin.
+    /// Sets the points for which an environment light may have been sampled: the origins of the rays.
     #[inline(always)]
-    fn set_sky_points<S: Simd>(&self, simd: S, sky: &Sky, chunk: &mut ShadingBatch) {
+    fn set_sky_points<S: Simd>(&self, simd: S, sky: &Sky, batch: &mut ShadingBatch) {
         let v = variables();
         let light = &self.scene.compiled.lights[sky.light as usize];
-        for eight in eights_of(simd, chunk.count) {
-            let point = eight.point(&light.inverse, &eight.vectors(&chunk.origin));
-            eight.store_vectors(&mut chunk.state, v.hit_point, &point);
+        for eight in eights_of(simd, batch.count) {
+            let point = eight.point(&light.inverse, &eight.vectors(&batch.origin));
+            eight.store_vectors(&mut batch.state, v.hit_point, &point);
             if sky.reads_normals {
                 let up = eight.splat_vector([0.0, 0.0, 1.0]);
                 for (variable, normal) in [
-                    (v.geometric_normal, &chunk.geometric_normal),
-                    (v.shading_normal, &chunk.shading_normal),
+                    (v.geometric_normal, &batch.geometric_normal),
+                    (v.shading_normal, &batch.shading_normal),
                 ] {
                     let normal = eight.transposed_vector(&light.forward, &eight.vectors(normal));
                     let normal = eight.normalized_or(&normal, &up);
-                    eight.store_vectors(&mut chunk.state, variable, &normal);
+                    eight.store_vectors(&mut batch.state, variable, &normal);
                 }
             }
         }
@@ -211,14 +211,14 @@ fn set_weights<S: Simd>(eight: Eight<S>, density: &Row, light_density: &Row, wei
     eight.blend(is_weighed.select(weight(density, light_density), one), weights);
 }
 
-/// Adds the emission in the state, weighted, to what the paths bring back. Returns how many paths bring back what is not
-/// finite for it, and not for their weights.
-fn add(chunk: &ShadingBatch, paths: &mut [Path], weights: &Row) -> u64 {
+/// Adds the weighted emission in the state to the paths' radiance. Returns the number of paths whose radiance it, and
+/// not a weight, makes infinite or NaN.
+fn add(batch: &ShadingBatch, paths: &mut [Path], weights: &Row) -> u64 {
     let v = variables();
     let mut lost = 0;
-    let color = [0, 1, 2].map(|channel: usize| chunk.state.floats(v.emission_color + channel));
-    for lane in 0..chunk.count {
-        let path = &mut paths[chunk.hits[lane].path as usize];
+    let color = [0, 1, 2].map(|channel: usize| batch.state.floats(v.emission_color + channel));
+    for lane in 0..batch.count {
+        let path = &mut paths[batch.hits[lane].path as usize];
         let arriving = path.throughput.iter().zip(&color);
         for (radiance, (throughput, color)) in path.radiance.iter_mut().zip(arriving) {
             *radiance += throughput * color[lane] * weights[lane];
@@ -232,7 +232,7 @@ fn add(chunk: &ShadingBatch, paths: &mut [Path], weights: &Row) -> u64 {
 }
 
 impl ShadingBatch {
-    /// Takes paths whose rays left the scene, with the numbers that `purpose` chooses.
+    /// Loads paths whose rays left the scene, with the random numbers that `purpose` selects.
     fn load_left(&mut self, paths: &[Path], left: &[u32], purpose: u32) {
         self.count = left.len().min(BATCH_LANES);
         let Some(last) = left.last() else { return };

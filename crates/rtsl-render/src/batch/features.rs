@@ -1,23 +1,23 @@
-//! What the camera rays of a wave meet besides light: features of pixels.
+//! Pixel features: AOVs of the first surfaces of a wavefront's paths.
 
 use rtsl_bvh::LANES;
 use rtsl_image::Aov;
 
-/// What the first surface of a path is.
+/// The features of a path's first surface.
 #[derive(Clone, Copy, Debug)]
 pub struct PathFeatures {
-    /// What it reflects of white light from all around, by one sample; of a light what it emits, at most 1.
+    /// The reflectance of uniform white light, estimated by one sample; for a light its emission, at most 1.
     pub albedo: [f32; 3],
-    /// Its normal for shading, in world space; zero where nothing is hit.
+    /// The shading normal in world space; zero without a hit.
     pub normal: [f32; 3],
-    /// Its distance; infinite where nothing is hit.
+    /// The distance; infinite without a hit.
     pub distance: f32,
-    /// The number of the object; -1 for none.
+    /// The index of the object; -1 without a hit.
     pub object: f32,
 }
 
 impl PathFeatures {
-    /// Nothing is hit.
+    /// The features without a hit.
     pub const NONE: PathFeatures =
         PathFeatures { albedo: [0.0; 3], normal: [0.0; 3], distance: f32::INFINITY, object: -1.0 };
 }
@@ -25,20 +25,20 @@ impl PathFeatures {
 /// Sums of the features of a tile's samples.
 #[derive(Clone, Debug)]
 pub struct FeatureSums {
-    /// Of albedo.
+    /// The sums of albedo.
     pub albedo: [[f64; 3]; LANES],
-    /// Of normals.
+    /// The sums of normals.
     pub normal: [[f64; 3]; LANES],
-    /// Of the distances of those that hit anything.
+    /// The sums of distances over samples with a hit.
     pub distance: [f64; LANES],
-    /// How many of them do.
+    /// The number of samples with a hit.
     pub hits: [u32; LANES],
     /// The object of the first sample.
     pub object: [f32; LANES],
 }
 
 impl FeatureSums {
-    /// No samples.
+    /// Without samples.
     pub const NONE: FeatureSums = FeatureSums {
         albedo: [[0.0; 3]; LANES],
         normal: [[0.0; 3]; LANES],
@@ -47,7 +47,7 @@ impl FeatureSums {
         object: [-1.0; LANES],
     };
 
-    /// Adds those of one sample of each pixel.
+    /// Adds the features of one sample of each pixel.
     pub fn add(&mut self, features: &[PathFeatures], is_first: bool) {
         for (lane, features) in features.iter().enumerate().take(LANES) {
             let PathFeatures { albedo, normal, distance, object } = features;
@@ -67,7 +67,7 @@ impl FeatureSums {
     }
 }
 
-/// Whether an image of something else than colour is made of features.
+/// True if an AOV is computed from features.
 pub fn is_feature(aov: Aov) -> bool {
     match aov {
         Aov::Albedo | Aov::Distance | Aov::Normal | Aov::Object | Aov::Class => true,

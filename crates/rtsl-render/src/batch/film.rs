@@ -1,4 +1,4 @@
-//! The film of a batch render: sums over samples, tile by tile.
+//! The film of the path renderer: sums over samples, tile by tile.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,41 +9,41 @@ use rtsl_image::{Aov, AovImage, Image};
 use rtsl_memory::{Amount, OutOfMemory, reserved};
 
 use super::features::{FeatureSums, PathFeatures};
-use super::wavefront::{SAMPLES_IN_WAVE, Wavefront};
+use super::wavefront::{SAMPLES_IN_WAVEFRONT, Wavefront};
 use crate::tiles::{TILE, Tile, tiles_of};
 
-/// A film. Each tile has a lock of its own.
+/// A film. Each tile has a separate lock.
 pub struct BatchFilm {
     width: usize,
     height: usize,
     tiles: Vec<Tile>,
     records: Vec<Mutex<TileRecord>>,
-    /// Where the mean of a tile's pixels is this exact, it takes no more samples.
+    /// The noise at which a tile needs no more samples.
     noise_target: Option<f32>,
 }
 
-/// What is known of a tile.
+/// The state of a tile.
 #[derive(Clone, Debug)]
 pub struct TileRecord {
-    /// For each pixel the sum of its samples, in their order.
+    /// For each pixel the sum of its samples, in ascending order.
     pub sums: [[f64; 3]; LANES],
-    /// The sum of their luminances squared.
+    /// The sum of their squared luminances.
     pub squares: [f64; LANES],
-    /// What else is known of the pixels, where that is asked for.
+    /// The sums of features, if AOVs need them.
     pub features: Option<Box<FeatureSums>>,
     /// The samples of each pixel.
     pub taken: u32,
-    /// Samples that were not finite and count as black.
+    /// The number of samples that were not finite and count as black.
     pub dropped: u64,
-    /// The time that they took.
+    /// The time for its samples.
     pub time: Duration,
-    /// Whether it needs no more of them.
+    /// True if it needs no more samples.
     pub is_done: bool,
-    /// Samples that came before those in front of them, by the first.
+    /// Samples that arrived before earlier ones, by the index of the first.
     early: BTreeMap<u32, Samples>,
 }
 
-/// Samples of all pixels of a tile.
+/// Consecutive samples of all pixels of a tile.
 #[derive(Clone, Debug)]
 struct Samples {
     colors: Vec<[f32; 3]>,
@@ -51,7 +51,8 @@ struct Samples {
     time: Duration,
 }
 
-/// The samples after which a tile's noise is first looked at. Fewer might all miss what is rarely hit.
+/// The number of samples after which a tile's noise is first estimated. Fewer samples might all miss a rarely hit
+/// light.
 const MIN_SAMPLES: u32 = 32;
 
 impl TileRecord {
@@ -89,12 +90,12 @@ impl TileRecord {
         self.time += samples.time;
     }
 
-    /// The mean of a pixel.
+    /// Returns the mean of a pixel.
     pub fn mean(&self, lane: usize) -> [f64; 3] {
         self.sums[lane].map(|channel| channel / f64::from(self.taken.max(1)))
     }
 
-    /// The variance of a pixel's mean luminance.
+    /// Returns the variance of a pixel's mean luminance.
     pub fn variance(&self, lane: usize) -> f64 {
         let count = f64::from(self.taken);
         let mean = luminance(self.sums[lane]) / count;
@@ -102,8 +103,8 @@ impl TileRecord {
         if self.taken > 1 { spread / (count - 1.0) } else { 0.0 }
     }
 
-    /// How far the tile's pixels are off, relative to what eyes see of them: standard errors, the root of their mean
-    /// square, over the tile's mean luminance and a little, so that black needs no samples.
+    /// The noise of a tile relative to visibility: the root mean square of its pixels' standard errors, divided by the
+    /// tile's mean luminance plus a constant, so that black tiles need no samples.
     fn noise(&self, lanes: u64) -> f64 {
         const BLACK: f64 = 0.01;
         let count = f64::from(lanes.count_ones().max(1));
@@ -120,7 +121,7 @@ fn luminance([red, green, blue]: [f64; 3]) -> f64 {
 }
 
 impl BatchFilm {
-    /// The memory that a film takes.
+    /// Returns the memory of a film.
     pub fn memory((width, height): (usize, usize), with_features: bool) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
         let features = if with_features { tiles } else { 0 };
@@ -129,10 +130,10 @@ impl BatchFilm {
             + Amount::of::<FeatureSums>(features)
     }
 
-    /// A black film, with room for features if any is asked for.
+    /// Creates a black film, with features if an AOV needs them.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn new(
         (width, height): (usize, usize),
         with_features: bool,
@@ -140,7 +141,7 @@ impl BatchFilm {
     ) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
         let record = |_: &Tile| Mutex::new(TileRecord::new(with_features));
-        // Features lie in boxes of their own: that there is room for all of them is known by this.
+        // Features are boxed separately: this allocation tests that there is room for all of them.
         let features = reserved::<FeatureSums>(if with_features { tiles.len() } else { 0 })?;
         let mut records = reserved(tiles.len())?;
         drop(features);
@@ -148,23 +149,23 @@ impl BatchFilm {
         Ok(BatchFilm { width, height, tiles, records, noise_target })
     }
 
-    /// Its tiles.
+    /// Returns the tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 
-    /// The samples that each pixel of a tile has; `None` where it needs no more.
+    /// Returns the number of samples of a tile; `None` if it needs no more.
     pub fn taken(&self, tile: usize) -> Option<u32> {
         let record = self.record(tile);
         (!record.is_done).then_some(record.taken)
     }
 
-    /// Adds the paths of samples from `first` on of a tile's pixels, sample by sample, which took so long. Sums take
-    /// them in the order of their numbers, whenever they come; a tile that needs no more takes none.
-    pub fn add(&self, tile: usize, first: u32, wave: &Wavefront, time: Duration) {
+    /// Adds the samples from `first` on of a tile's pixels, sample by sample, which took this time. They are summed in
+    /// ascending order, independent of their arrival; a tile that needs no more samples ignores them.
+    pub fn add(&self, tile: usize, first: u32, wavefront: &Wavefront, time: Duration) {
         let mut record = self.record(tile);
-        let colors = wave.paths.iter().map(|path| path.radiance).collect();
-        let features = wave.features.clone();
+        let colors = wavefront.paths.iter().map(|path| path.radiance).collect();
+        let features = wavefront.features.clone();
         record.early.insert(first, Samples { colors, features, time });
         loop {
             let next = record.taken;
@@ -172,10 +173,10 @@ impl BatchFilm {
                 break;
             };
             record.take(&samples);
-            // Where a render ends is no place to look: one that was to take more samples does not look there.
+            // The noise is estimated only at fixed sample counts, so that the end of a render has no influence.
             if let Some(target) = self.noise_target
                 && record.taken >= MIN_SAMPLES
-                && record.taken.is_multiple_of(SAMPLES_IN_WAVE)
+                && record.taken.is_multiple_of(SAMPLES_IN_WAVEFRONT)
             {
                 let lanes = self.tiles[tile].lanes(self.width, self.height);
                 record.is_done = record.noise(lanes) <= f64::from(target);
@@ -183,10 +184,10 @@ impl BatchFilm {
         }
     }
 
-    /// The means of the samples; black where there is none.
+    /// Returns the means of the samples; black without samples.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn image(&self) -> Result<Image, OutOfMemory> {
         let mut image = Image::new(self.width, self.height)?;
         self.for_each_pixel(|record, lane, index| {
@@ -195,10 +196,10 @@ impl BatchFilm {
         Ok(image)
     }
 
-    /// An image of something else; `classes` are the numbers of objects' classes.
+    /// Returns an AOV; `classes` are the indices of the objects' classes.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn aov(&self, aov: Aov, classes: &[f32]) -> Result<AovImage, OutOfMemory> {
         let mut image = AovImage::new(aov, self.width, self.height)?;
         self.for_each_pixel(|record, lane, index| {
@@ -217,24 +218,24 @@ impl BatchFilm {
         }
     }
 
-    /// Samples that were not finite.
+    /// Returns the number of samples that were not finite.
     pub fn dropped(&self) -> u64 {
         (0..self.records.len()).map(|tile| self.record(tile).dropped).sum()
     }
 
-    /// The samples of a pixel, on average.
+    /// Returns the average number of samples per pixel.
     pub fn mean_samples(&self) -> f64 {
         let sum: u64 = (0..self.records.len()).map(|tile| u64::from(self.record(tile).taken)).sum();
         sum as f64 / self.records.len().max(1) as f64
     }
 
-    /// What is known of a tile.
+    /// Locks the state of a tile.
     pub fn record(&self, tile: usize) -> MutexGuard<'_, TileRecord> {
         self.records[tile].lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// What an image of something else shows of a pixel.
+/// The value of an AOV for a pixel.
 fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3] {
     let count = f64::from(record.taken.max(1));
     let mean = |sum: [f64; 3]| sum.map(|channel| (channel / count) as f32);
@@ -249,7 +250,7 @@ fn value(aov: Aov, record: &TileRecord, lane: usize, classes: &[f32]) -> [f32; 3
         Aov::Samples => [record.taken as f32; 3],
         Aov::Variance => [record.variance(lane) as f32; 3],
         Aov::Time => [(record.time.as_nanos() as f64 / (count * LANES as f64)) as f32; 3],
-        // Not counted by this renderer.
+        // This renderer does not count them.
         Aov::Nodes | Aov::Lanes => [0.0; 3],
     }
 }
@@ -260,7 +261,7 @@ mod tests {
     use super::*;
 
     /// Two samples of each pixel, of these radiances.
-    fn wave(radiance: [f32; 2]) -> Wavefront {
+    fn wavefront(radiance: [f32; 2]) -> Wavefront {
         let paths = radiance.into_iter().flat_map(|radiance| {
             std::iter::repeat_n(Path { radiance: [radiance; 3], ..Path::NOWHERE }, LANES)
         });
@@ -270,9 +271,9 @@ mod tests {
     #[test]
     fn samples_are_summed_in_their_order() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 2, &wave([1.0, 1.0]), Duration::ZERO);
+        film.add(0, 2, &wavefront([1.0, 1.0]), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(0), [0.0; 3]));
-        film.add(0, 0, &wave([0.5, 0.5]), Duration::ZERO);
+        film.add(0, 0, &wavefront([0.5, 0.5]), Duration::ZERO);
         assert_eq!((film.taken(0), film.image().unwrap().pixels[0]), (Some(4), [0.75; 3]));
         assert_eq!(film.aov(Aov::Samples, &[]).unwrap().pixels[3][0], 4.0);
         // Four samples with a variance of 1/16, so 1/48 of their mean.
@@ -290,7 +291,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_dropped() {
         let film = BatchFilm::new((8, 8), false, None).unwrap();
-        film.add(0, 0, &wave([f32::NAN, 1.0]), Duration::ZERO);
+        film.add(0, 0, &wavefront([f32::NAN, 1.0]), Duration::ZERO);
         assert_eq!((film.dropped(), film.image().unwrap().pixels[0]), (64, [0.5; 3]));
     }
 
@@ -299,25 +300,25 @@ mod tests {
         let film = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
         let mut first = 0;
         while film.taken(0).is_some() {
-            film.add(0, first, &wave([0.9, 1.1]), Duration::ZERO);
+            film.add(0, first, &wavefront([0.9, 1.1]), Duration::ZERO);
             first += 2;
         }
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
-        film.add(0, first, &wave([9.0, 9.0]), Duration::ZERO);
+        film.add(0, first, &wavefront([9.0, 9.0]), Duration::ZERO);
         assert_eq!(film.record(0).taken, MIN_SAMPLES);
         let noisy = BatchFilm::new((8, 8), false, Some(0.1)).unwrap();
-        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
+        (0..32).for_each(|pass| noisy.add(0, 2 * pass, &wavefront([0.0, 2.0]), Duration::ZERO));
         assert_eq!(noisy.taken(0), Some(64), "the standard error is an eighth");
     }
 
-    /// What ends early and goes on later ends where it would have.
+    /// A render that ends early and is resumed stops where it would have stopped without the interruption.
     #[test]
-    fn noise_is_looked_at_between_waves_alone() {
+    fn noise_is_estimated_between_wavefronts_only() {
         let film = BatchFilm::new((8, 8), false, Some(0.17)).unwrap();
-        // The standard error sinks below it at 36 samples, where no wave ends.
-        (0..23).for_each(|pass| film.add(0, 2 * pass, &wave([0.0, 2.0]), Duration::ZERO));
+        // The standard error falls below the target at 36 samples, where no wavefront ends.
+        (0..23).for_each(|pass| film.add(0, 2 * pass, &wavefront([0.0, 2.0]), Duration::ZERO));
         assert_eq!(film.taken(0), Some(46));
-        film.add(0, 46, &wave([0.0, 2.0]), Duration::ZERO);
+        film.add(0, 46, &wavefront([0.0, 2.0]), Duration::ZERO);
         assert_eq!((film.taken(0), film.record(0).taken), (None, 48));
     }
 }

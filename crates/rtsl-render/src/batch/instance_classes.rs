@@ -1,11 +1,11 @@
-//! Instances of one role by their programs.
+//! Instances of one role, grouped by program.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rtsl::{Engine, Instance, Objects, Program};
 
-/// Instances of one program, by number.
+/// Instances of one program, by index.
 pub struct InstanceClass {
     /// The program.
     pub program: Arc<Program>,
@@ -18,12 +18,12 @@ pub struct InstanceClass {
 pub struct InstanceClasses {
     /// The classes.
     pub classes: Vec<InstanceClass>,
-    /// For each instance its class, and its number there.
+    /// For each instance its class, and its index there.
     pub numbers: Vec<(u32, u32)>,
 }
 
 impl InstanceClasses {
-    /// Those of these instances.
+    /// Groups these instances.
     pub fn new(engine: &Engine, instances: &[Arc<Instance>]) -> Self {
         let mut by_program: BTreeMap<usize, u32> = BTreeMap::new();
         let mut members: Vec<(Arc<Program>, Vec<&Instance>)> = Vec::new();
@@ -35,9 +35,9 @@ impl InstanceClasses {
             if class == next {
                 members.push((program, Vec::new()));
             }
-            let (_, of_class) = &mut members[class as usize];
-            numbers.push((class, of_class.len() as u32));
-            of_class.push(instance);
+            let (_, index_in_class) = &mut members[class as usize];
+            numbers.push((class, index_in_class.len() as u32));
+            index_in_class.push(instance);
         }
         let classes = members.into_iter().map(|(program, instances)| {
             let objects = Arc::new(program.differing_objects(instances));

@@ -1,4 +1,4 @@
-//! Where the objects stand that the lanes of a chunk are about.
+//! Transforms of the objects that the lanes of a batch hit.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -13,24 +13,25 @@ use crate::lanes::fours::fours;
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::sums;
 
-/// Where objects of one class of the traversal stand. Where all lanes have the same, its maps are taken once.
+/// The transforms of the objects of one traversal class. If all lanes have the same object, its transforms are loaded
+/// once.
 pub struct InstanceTransforms<'a> {
     scene: &'a CompiledScene,
-    /// The object, where all lanes have the same.
+    /// The object, if all lanes have the same.
     object: Option<&'a Object>,
-    /// The lengths of the box of what was hit, where that is the same for all lanes.
+    /// The extents of the bounding box that was hit, if all lanes have the same.
     extents: Option<[f32; 3]>,
-    /// Whether the objects have spaces of their own.
+    /// True if the objects have transforms to their group's space.
     is_placed: bool,
-    /// Whether none is placed by an instance.
+    /// True if no instance places them.
     is_in_world: bool,
 }
 
-/// Which objects the lanes have, and their times within the shutter.
+/// The hits of the lanes, and their times within the shutter.
 pub type SurfacePoints<'a> = (&'a [PathHit; BATCH_LANES], &'a Row);
 
 impl<'a> InstanceTransforms<'a> {
-    /// Where the objects of these hits stand.
+    /// Returns the transforms of the objects of these hits.
     pub fn new(scene: &'a CompiledScene, class: u32, hits: &[PathHit]) -> Self {
         let (first, element) = hits.first().map_or((0, 0), |hit| (hit.object, hit.element));
         let is_one = hits.iter().all(|hit| hit.object == first);
@@ -45,17 +46,17 @@ impl<'a> InstanceTransforms<'a> {
         }
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub fn scene(&self) -> &'a CompiledScene {
         self.scene
     }
 
-    /// Whether the objects have spaces of their own.
+    /// True if the objects have transforms to their group's space.
     pub fn is_placed(&self) -> bool {
         self.is_placed
     }
 
-    /// Whether none is placed by an instance.
+    /// True if no instance places them.
     pub fn is_in_world(&self) -> bool {
         self.is_in_world
     }
@@ -64,7 +65,7 @@ impl<'a> InstanceTransforms<'a> {
         &self.scene.objects[hit.object as usize]
     }
 
-    /// From the world's space to those of the objects' groups.
+    /// Returns the transforms from the world's space to those of the objects' groups.
     #[inline(always)]
     pub fn group_inverses<S: Simd>(
         &self,
@@ -80,7 +81,7 @@ impl<'a> InstanceTransforms<'a> {
         })
     }
 
-    /// From the spaces of the objects' groups to the world's.
+    /// The transforms from the spaces of the objects' groups to the world's.
     #[inline(always)]
     fn group_maps<S: Simd>(
         &self,
@@ -96,7 +97,7 @@ impl<'a> InstanceTransforms<'a> {
         })
     }
 
-    /// From the spaces of the objects' groups to their own.
+    /// Returns the transforms from the spaces of the objects' groups to their own.
     #[inline(always)]
     pub fn inverses<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> LaneMaps<S> {
         match self.object {
@@ -105,7 +106,7 @@ impl<'a> InstanceTransforms<'a> {
         }
     }
 
-    /// From the objects' own spaces to those of their groups.
+    /// The transforms from the objects' own spaces to those of their groups.
     #[inline(always)]
     fn maps<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> LaneMaps<S> {
         match self.object {
@@ -114,8 +115,8 @@ impl<'a> InstanceTransforms<'a> {
         }
     }
 
-    /// The sizes of what points on the objects come from, in the world, given those of the rays that find them: on the way to the objects'
-    /// spaces, and back.
+    /// Returns the magnitudes that bound the rounding errors of hit points in the world, given those of the rays: on
+    /// the way to the objects' spaces, and back.
     #[inline(always)]
     pub fn sizes_of_points<S: Simd>(
         &self,
@@ -143,7 +144,8 @@ impl<'a> InstanceTransforms<'a> {
         sums(of_rays, &self.group_maps(eight, lanes).of_sizes().vectors(&in_group))
     }
 
-    /// The sizes of what comes from numbers of these sizes in the objects' spaces, and of these.
+    /// The magnitudes in the groups' spaces that result from these magnitudes through the objects' spaces, and from
+    /// these themselves.
     #[inline(always)]
     fn sizes_in_group<S: Simd>(
         &self,
@@ -161,7 +163,7 @@ impl<'a> InstanceTransforms<'a> {
         sums(sizes, &maps.points(sizes))
     }
 
-    /// Points of the world in the objects' spaces.
+    /// Transforms points of the world to the objects' spaces.
     #[inline(always)]
     pub fn local_points<S: Simd>(
         &self,
@@ -179,7 +181,7 @@ impl<'a> InstanceTransforms<'a> {
         points
     }
 
-    /// Points of the objects' spaces in the world's.
+    /// Transforms points of the objects' spaces to the world's.
     #[inline(always)]
     pub fn points<S: Simd>(
         &self,
@@ -197,7 +199,7 @@ impl<'a> InstanceTransforms<'a> {
         points
     }
 
-    /// Vectors of the objects' spaces in the world's.
+    /// Transforms vectors of the objects' spaces to the world's.
     #[inline(always)]
     pub fn vectors<S: Simd>(
         &self,
@@ -215,7 +217,7 @@ impl<'a> InstanceTransforms<'a> {
         vectors
     }
 
-    /// Normals of the objects' spaces in the world's, of any length, on the side that the objects show.
+    /// Transforms normals of the objects' spaces to the world's, of any length, with the orientation of the objects.
     #[inline(always)]
     pub fn normals<S: Simd, const N: usize>(
         &self,
@@ -242,7 +244,7 @@ impl<'a> InstanceTransforms<'a> {
         normals
     }
 
-    /// -1 where an object's normals point the other way, else 1.
+    /// -1 for objects with reversed orientation, else 1.
     #[inline(always)]
     fn sides<S: Simd>(&self, eight: Eight<S>, (hits, _): SurfacePoints<'_>) -> f32x8<S> {
         let side = |object: &Object| if object.reverse_orientation { -1.0 } else { 1.0 };
@@ -252,7 +254,7 @@ impl<'a> InstanceTransforms<'a> {
         }
     }
 
-    /// How much larger volumes of the objects' spaces are in the world's.
+    /// Returns the factors by which volumes of the objects' spaces are scaled to the world's.
     #[inline(always)]
     pub fn volume_scales<S: Simd>(
         &self,
@@ -274,7 +276,7 @@ impl<'a> InstanceTransforms<'a> {
     }
 }
 
-/// A number for each of eight lanes.
+/// Evaluates a function for each of eight lanes.
 #[inline(always)]
 fn numbers<S: Simd>(eight: Eight<S>, number: impl Fn(usize) -> f32) -> f32x8<S> {
     let numbers: [f32; 8] = std::array::from_fn(|lane| number(eight.start() + lane));

@@ -1,4 +1,4 @@
-//! Kernels of instances of one program, and which instances a call of them is for.
+//! Kernels of the instances of one program, and the selection of instances for a call.
 
 use std::sync::Arc;
 
@@ -7,17 +7,17 @@ use rtsl::{
     Method, ObjectForm, Objects, Outputs, Program, Variant,
 };
 
-/// Which of several instances calls are for.
+/// The selection of instances for calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Batching {
-    /// This one, for all lanes.
+    /// This one for all lanes.
     One(u32),
-    /// One for each lane, by its number.
+    /// One for each lane, by index.
     Each,
 }
 
 impl Batching {
-    /// The shape of kernels for such calls.
+    /// Returns the call mode of kernels for such calls.
     pub fn shape(self) -> CallMode {
         match self {
             Batching::One(_) => CallMode::Packet,
@@ -25,7 +25,7 @@ impl Batching {
         }
     }
 
-    /// The instances of a call.
+    /// Returns the instances of a call.
     pub fn instances<'a>(self, objects: &'a Objects, numbers: &'a LaneIndices) -> Instances<'a> {
         match self {
             Batching::One(number) => Instances::Object(objects, number),
@@ -34,36 +34,40 @@ impl Batching {
     }
 }
 
-/// Makes kernels. What needs many is put together twice: first to learn which it needs, so that all are
-/// compiled at a time, then with them.
+/// Compiles kernels. A builder that needs many runs twice: first to collect its requests, so that all are compiled in
+/// parallel, then with the kernels.
 pub struct KernelMaker<'a> {
     engine: &'a Engine,
-    /// What was asked for; `None` once kernels are made.
+    /// The requests so far; `None` once kernels are compiled.
     requests: Option<Vec<KernelRequest>>,
-    problems: Diagnostics,
+    diagnostics: Diagnostics,
 }
 
 impl<'a> KernelMaker<'a> {
-    /// Makes what `build` asks for, and builds with it.
+    /// Runs `build` to collect requests, compiles them, and runs it again.
     ///
     /// # Errors
-    /// What hinders a kernel from being made.
+    /// If a kernel cannot be compiled.
     pub fn build_with<T>(
         engine: &'a Engine,
         mut build: impl FnMut(&mut KernelMaker<'a>) -> T,
     ) -> Result<(T, Diagnostics), Diagnostics> {
         let mut maker =
-            KernelMaker { engine, requests: Some(Vec::new()), problems: Diagnostics::new() };
+            KernelMaker { engine, requests: Some(Vec::new()), diagnostics: Diagnostics::new() };
         build(&mut maker);
         let requests = maker.requests.take().unwrap_or_default();
-        // Programs keep them.
+        // Programs keep the compiled kernels.
         drop(engine.compile_all(&requests));
         let built = build(&mut maker);
-        if maker.problems.has_errors() { Err(maker.problems) } else { Ok((built, maker.problems)) }
+        if maker.diagnostics.has_errors() {
+            Err(maker.diagnostics)
+        } else {
+            Ok((built, maker.diagnostics))
+        }
     }
 
-    /// A kernel of a method for objects of a form; `None` if the class has no such method, and while it is
-    /// only asked for.
+    /// Returns the kernel of a method for objects of a form; `None` if the class has no such method, or while requests
+    /// are collected.
     pub fn kernel(
         &mut self,
         program: &Arc<Program>,
@@ -92,18 +96,18 @@ impl<'a> KernelMaker<'a> {
         self.note(program.kernel(method, variant))
     }
 
-    /// The engine.
+    /// Returns the engine.
     pub fn engine(&self) -> &'a Engine {
         self.engine
     }
 
-    /// What was made; a failure is reported in the end, once.
+    /// Unwraps a result; the first error is reported once at the end.
     fn note<T>(&mut self, made: Result<T, Diagnostic>) -> Option<T> {
         match made {
             Ok(made) => Some(made),
             Err(problem) => {
-                if !self.problems.iter().any(|known| known.message == problem.message) {
-                    self.problems.push(problem);
+                if !self.diagnostics.iter().any(|known| known.message == problem.message) {
+                    self.diagnostics.push(problem);
                 }
                 None
             }

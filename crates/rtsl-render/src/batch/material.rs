@@ -1,4 +1,4 @@
-//! The methods of materials for the surfaces of a group.
+//! The material methods of a group of surfaces.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use rtsl::{Kernel, LinkedMethod, Method, Objects, Outputs, Program, lookup_state
 
 use super::kernels::{Batching, KernelMaker};
 
-/// Whose methods a surface has for its material.
+/// The class whose methods are a surface's material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MaterialSource {
     /// The shape's own class.
@@ -15,14 +15,14 @@ pub enum MaterialSource {
     Class(u32),
 }
 
-/// The methods of materials.
+/// The kernels of material methods.
 #[derive(Default)]
 pub struct MaterialKernels {
     /// `emission`.
     pub emission: Option<Arc<Kernel>>,
-    /// How it scatters light, if it does so by a density or by deltas.
+    /// The methods that scatter light, if the material samples a density or deltas.
     pub scattering: Option<ScatteringKernels>,
-    /// `shade`, where that is all that the class has.
+    /// `shade`, if the class has no other method.
     pub shade: Option<Arc<Kernel>>,
 }
 
@@ -30,12 +30,11 @@ pub struct MaterialKernels {
 pub struct ScatteringKernels {
     /// `sampleBSDF`.
     pub sample: Arc<Kernel>,
-    /// `BSDF` and `evaluatePDF`; `None` where no light sample can be scattered, since every direction is a
-    /// delta.
+    /// `BSDF` and `evaluatePDF`; `None` if all directions are deltas, so that light samples contribute nothing.
     pub evaluate: Option<EvaluationKernels>,
 }
 
-/// The methods that say how light of one direction is scattered.
+/// The methods that evaluate the BSDF for a given direction.
 pub struct EvaluationKernels {
     /// `BSDF`.
     pub bsdf: Arc<Kernel>,
@@ -47,8 +46,8 @@ pub struct EvaluationKernels {
 const METHODS: [Method; 5] =
     [Method::Emission, Method::Bsdf, Method::EvaluatePdf, Method::SampleBsdf, Method::Shade];
 
-/// The methods of a material that the renderer calls for hits. Those of materials that scatter leave `shade` to
-/// others.
+/// Returns the methods of a material that the renderer calls for hits. `shade` is not among those of materials that
+/// scatter.
 pub fn called_methods(program: &Program) -> impl Iterator<Item = Method> {
     let scatters = program.has(Method::SampleBsdf);
     METHODS
@@ -57,7 +56,7 @@ pub fn called_methods(program: &Program) -> impl Iterator<Item = Method> {
 }
 
 impl MaterialKernels {
-    /// Those of a program's instances.
+    /// Compiles the kernels of a program's instances.
     pub fn new(
         maker: &mut KernelMaker<'_>,
         program: &Arc<Program>,
@@ -89,7 +88,7 @@ impl MaterialKernels {
     }
 }
 
-/// Whether a method leaves a colour black whatever it is called for.
+/// True if a method always leaves a colour black.
 fn leaves_black(method: &LinkedMethod, name: &str) -> bool {
     lookup_state(name).is_some_and(|variable| method.leaves_zero(variable))
 }

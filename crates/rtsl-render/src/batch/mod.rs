@@ -1,22 +1,23 @@
-//! The batch renderer: path tracing through the methods that sample and weigh.
+//! The path renderer: wavefront path tracing by the sampling and evaluation methods of materials.
 //!
-//! A thread takes a tile and a range of its samples: one *wave* of paths. The wave goes from surface to
-//! surface as a whole. Each time:
+//! A thread takes a tile and a range of its samples: one *wavefront* of paths. The wavefront advances from surface to
+//! surface as a whole. In each step:
 //!
-//! 1. The nearest hits of all rays are found, in packets of 64 or streams of a thousand ([`rtsl_bvh`]).
-//! 2. Rays that leave the scene bring back what the lights emit from there.
-//! 3. The others are sorted by *surface groups*: shapes of one class with materials of one class. A group's paths are
-//!    worked on in chunks, with one call of each method for a chunk: the shape's normals, coordinates and derivatives;
-//!    what the surface emits; a sample of one light, and the material's `BSDF` and `evaluatePDF` for it; a
-//!    direction by `sampleBSDF`.
-//! 4. Shadow rays of all groups are traced likewise, and what they do not find blocked is added.
+//! 1. The closest hits of all rays are found, in packets of 64 or streams of a thousand ([`rtsl_bvh`]).
+//! 2. The environment lights are added to paths whose rays leave the scene.
+//! 3. The hits are sorted by *surface group*: shapes of one class with materials of one class. The paths of a group are
+//!    processed in *shading batches*, with one call of each method for a batch: the shape's normals, coordinates and
+//!    derivatives; the emission; a sample of one light, and the material's `BSDF` and `evaluatePDF` for it; a direction
+//!    by `sampleBSDF`.
+//! 4. Shadow rays of all groups are traced likewise, and the contributions of unoccluded ones are added.
 //!
-//! # What a path brings back
+//! # The estimator
 //!
-//! An estimate of the radiance along its camera ray without bias: light that a surface emits is found both by samples of
-//! the lights and by directions that materials choose, and each of the two is weighted by the power heuristic
-//! (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2). The numbers that it is made of are those of
-//! its pixel, sample and vertex alone, so it does not depend on the wave, its size, or the thread.
+//! The radiance of a path is an unbiased estimate of the radiance along its camera ray. Light that a surface emits is
+//! found both by light samples and by directions that materials sample, and the two are weighted by the power heuristic
+//! (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2). Random numbers depend on
+//! the pixel, the sample and the vertex alone, so the estimate does not depend on the wavefront, its size, or the
+//! thread.
 
 mod alpha;
 mod checkpoints;

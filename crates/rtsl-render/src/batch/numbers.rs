@@ -1,4 +1,4 @@
-//! Random numbers of the paths of a chunk.
+//! Random numbers of the paths of a batch.
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{Host, LaneFloats, LaneSet};
@@ -8,26 +8,26 @@ use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler, 
 use super::shading_batch::BATCH_LANES;
 use crate::lanes::sequences::{Samples, Sequences, end_of};
 
-/// Sequences of numbers, one for each lane of a chunk. It is the host of methods that can ask for nothing but
+/// Sequences of random numbers, one for each lane of a batch. It is the host of methods that call no host function but
 /// `rand()`.
 pub struct Numbers {
     sampler: Sampler,
     sequences: Sequences<BATCH_LANES>,
-    /// Which samples of their pixels the lanes belong to.
+    /// The sample indices of the lanes.
     samples: [u32; BATCH_LANES],
-    /// The lanes that have sequences.
+    /// The number of lanes that have sequences.
     count: usize,
 }
 
 impl Numbers {
-    /// No lane has a sequence yet.
+    /// Creates the host without sequences.
     pub fn new(sampler: Sampler) -> Self {
         let (sequences, samples) = (Sequences::new([0; BATCH_LANES]), [0; BATCH_LANES]);
         Numbers { sampler, sequences, samples, count: 0 }
     }
 
-    /// Gives the first `count` lanes the sequences that `purpose` chooses among those of `keys`, from their beginnings.
-    /// `samples` are the samples of their pixels that the lanes belong to.
+    /// Starts sequences of the first `count` lanes, which `purpose` selects among those of `keys`. `samples` are the
+    /// lanes' sample indices.
     pub fn start(
         &mut self,
         (keys, samples): (&[u32; BATCH_LANES], &[u32; BATCH_LANES]),
@@ -40,7 +40,7 @@ impl Numbers {
         self.count = count;
     }
 
-    /// Pairs `pair` of the sequences that `keys` name.
+    /// Computes pair `pair` of the sequences with these `keys`.
     pub fn pairs(&self, keys: &[u32; BATCH_LANES], pair: u32, count: usize, to: [&mut [f32]; 2]) {
         dispatch!(Level::new(), simd => match self.sampler.spread() {
             INDEPENDENT => self.pairs_in_vectors::<_, INDEPENDENT>(simd, keys, pair, count, to),
@@ -69,7 +69,7 @@ impl Numbers {
     }
 }
 
-/// The keys of the sequences that `purpose` chooses among those of `keys`.
+/// Derives the keys of the sequences that `purpose` selects among those of `keys`.
 pub fn derive_keys(keys: &[u32; BATCH_LANES], purpose: u32, count: usize, to: &mut [u32]) {
     let count = count.next_multiple_of(SIMD_LANES);
     dispatch!(Level::new(), simd => derive_in_vectors(simd, &keys[..count], purpose, &mut to[..count]));
@@ -82,7 +82,8 @@ fn derive_in_vectors<S: Simd>(_: S, keys: &[u32], purpose: u32, to: &mut [u32]) 
     }
 }
 
-/// A number in [0,1) that has nothing to do with any sequence: for decisions that no stratification helps.
+/// Returns a number in [0,1) that is independent of any sequence, for decisions that do not benefit from
+/// stratification.
 #[inline(always)]
 pub fn lone_number(key: u32, purpose: u32, sample: u32) -> f32 {
     unit_float(hash(hash(key, purpose), sample))

@@ -1,4 +1,4 @@
-//! From a scene to an image: waves of all tiles, pass by pass, over all threads.
+//! Rendering an image: wavefronts of all tiles, pass by pass, on all threads.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ use super::film::BatchFilm;
 use super::scene::BatchScene;
 use super::tile_order::TileOrder;
 use super::tracer::{BatchMemory, PathTracer};
-use super::wavefront::SAMPLES_IN_WAVE;
+use super::wavefront::SAMPLES_IN_WAVEFRONT;
 use crate::checkpoint::CheckpointError;
 use crate::compiled::object_class_numbers::ObjectClasses;
 use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
@@ -22,7 +22,7 @@ use crate::progress::TilesDone;
 use crate::statistics::{NotFinite, RayCounts};
 use crate::tiles::{RenderThreads, TILE};
 
-/// The images of something else than colour that it makes.
+/// The AOVs that this renderer supports.
 const AOVS: [Aov; 8] = [
     Aov::Albedo,
     Aov::Distance,
@@ -34,58 +34,57 @@ const AOVS: [Aov; 8] = [
     Aov::Time,
 ];
 
-/// How to render.
+/// Options of a render.
 #[derive(Clone, Copy, Default)]
 pub struct BatchOptions<'a> {
-    /// How many threads; all processors where `None`.
+    /// The number of threads; that of all processors if `None`.
     pub threads: Option<usize>,
-    /// Is told which waves are done, from any thread.
+    /// Called with the progress, from any thread.
     pub progress: Option<&'a (dyn Fn(TilesDone) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// Images of something else than colour.
+    /// The AOVs to render.
     pub aovs: &'a [Aov],
-    /// Tiles take no more samples where their noise is no more than this: standard errors relative to the
-    /// tile's luminance.
+    /// The noise at which tiles take no more samples: standard errors relative to the tile's luminance.
     pub noise_target: Option<f32>,
-    /// Keeps what there is, to go on later.
+    /// Checkpoint options, to resume the render later.
     pub checkpoints: Option<&'a Checkpoints>,
 }
 
-/// An image, and what making it took.
+/// An image with statistics of its render.
 #[derive(Clone, Debug)]
 pub struct BatchRendered {
-    /// The image; where the render ended early, of the samples that there are.
+    /// The image; if the render ended early, of the samples taken so far.
     pub image: Image,
-    /// The images that were asked for besides, in that order.
+    /// The AOVs, in the order of the options.
     pub aovs: Vec<AovImage>,
-    /// The classes of the objects, by their numbers in such an image.
+    /// The names of object classes, by their indices in the AOV.
     pub object_classes: Vec<String>,
-    /// The samples of a pixel, on average.
+    /// The average number of samples per pixel.
     pub mean_samples: f64,
-    /// Rays traced.
+    /// The number of rays traced.
     pub rays: RayCounts,
-    /// Samples that were not finite.
+    /// The number of samples that were not finite.
     pub dropped_samples: u64,
     /// The methods whose values were not finite.
     pub not_finite: Vec<NotFinite>,
-    /// The time.
+    /// The duration.
     pub time: Duration,
-    /// How many threads there were.
+    /// The number of threads.
     pub threads: usize,
-    /// Whether the render ended early.
+    /// True if the render ended early.
     pub cancelled: bool,
-    /// Why there is no checkpoint of all that was rendered.
-    pub checkpoint_problem: Option<CheckpointError>,
+    /// The error if there is no checkpoint of all that was rendered.
+    pub checkpoint_error: Option<CheckpointError>,
 }
 
 /// Renders a scene.
 ///
 /// # Errors
-/// If a shader ran past its budget of loop iterations, threads can't be had, it does not make an image that is asked for,
-/// or the checkpoint cannot be resumed.
+/// If a shader exceeds its budget of loop iterations, threads cannot be started, an AOV is not supported, or the
+/// checkpoint cannot be resumed.
 pub fn render(scene: &BatchScene, options: BatchOptions<'_>) -> Result<BatchRendered, Messages> {
     Aov::refuse_others(options.aovs, &AOVS, Renderer::Batch.name()).map_err(Messages::one)?;
     let threads = RenderThreads::new(options.threads)?;
@@ -101,7 +100,7 @@ struct Job<'a> {
     options: BatchOptions<'a>,
     film: BatchFilm,
     with_features: bool,
-    problems: RuntimeErrors,
+    errors: RuntimeErrors,
     writer: Option<CheckpointWriter<'a>>,
     done: AtomicUsize,
     skipped: AtomicUsize,
@@ -122,30 +121,30 @@ impl<'a> Job<'a> {
             options,
             film,
             with_features,
-            problems: RuntimeErrors::default(),
+            errors: RuntimeErrors::default(),
             writer: options.checkpoints.map(CheckpointWriter::new),
             done: AtomicUsize::new(0),
             skipped: AtomicUsize::new(0),
         })
     }
 
-    /// Renders all passes; whether it ended early, and the rays traced.
+    /// Renders all passes. Returns true if it ended early, and the number of rays traced.
     fn run(&self, threads: &RenderThreads, start: Instant) -> (bool, RayCounts) {
         let settings = &self.scene.compiled.settings;
         let samples = settings.sampler.samples_per_pixel();
         let tiles = self.film.tiles().len();
         let order = TileOrder::new(tiles, settings.width.div_ceil(TILE));
-        let count = samples.div_ceil(SAMPLES_IN_WAVE) as usize * tiles;
+        let count = samples.div_ceil(SAMPLES_IN_WAVEFRONT) as usize * tiles;
         let (next, memories) = threads.for_each_tile(
             (0, count),
             || BatchMemory::new(self.scene),
             || !self.must_stop(start),
             |memory, index| {
-                // Pass by pass over the whole image, so that it is even wherever it ends.
+                // Each pass covers the whole image, so that it has uniform quality wherever the render ends.
                 let (pass, tile) = (index / tiles, order.tile(index % tiles));
-                let first = pass as u32 * SAMPLES_IN_WAVE;
-                let wave = (first, samples.min(first + SAMPLES_IN_WAVE));
-                let was_needed = self.render_wave(memory, tile, wave);
+                let first = pass as u32 * SAMPLES_IN_WAVEFRONT;
+                let wavefront = (first, samples.min(first + SAMPLES_IN_WAVEFRONT));
+                let was_needed = self.render_wavefront(memory, tile, wavefront);
                 self.tell(was_needed, count);
             },
         );
@@ -154,7 +153,7 @@ impl<'a> Job<'a> {
         (next < count, rays)
     }
 
-    /// Tells that one more of so many waves is done.
+    /// Reports that one more of so many wavefronts is done.
     fn tell(&self, was_needed: bool, of: usize) {
         let skipped = self.skipped.fetch_add(usize::from(!was_needed), Ordering::Relaxed)
             + usize::from(!was_needed);
@@ -164,19 +163,24 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Renders the samples `first..end` of a tile, as far as it needs them, and tells whether it does.
-    fn render_wave(&self, memory: &mut BatchMemory, tile: usize, (first, end): (u32, u32)) -> bool {
+    /// Renders the samples `first..end` of a tile if it needs them; returns true if it did.
+    fn render_wavefront(
+        &self,
+        memory: &mut BatchMemory,
+        tile: usize,
+        (first, end): (u32, u32),
+    ) -> bool {
         let Some(first) = self.film.taken(tile).map(|taken| taken.max(first)) else { return false };
         if first >= end {
             return false;
         }
         let begun = Instant::now();
-        let Job { scene, problems, with_features, .. } = self;
-        let tracer = PathTracer { scene, problems, with_features: *with_features };
+        let Job { scene, errors, with_features, .. } = self;
+        let tracer = PathTracer { scene, errors, with_features: *with_features };
         tracer.trace_samples(memory, self.film.tiles()[tile], (first, end));
-        // Samples that were cut short are none.
-        if !self.problems.any() {
-            self.film.add(tile, first, &memory.wave, begun.elapsed());
+        // Samples that were aborted are not added.
+        if !self.errors.any() {
+            self.film.add(tile, first, &memory.wavefront, begun.elapsed());
             if let Some(writer) = &self.writer {
                 writer.write_if_due(&self.film);
             }
@@ -187,7 +191,7 @@ impl<'a> Job<'a> {
     fn must_stop(&self, start: Instant) -> bool {
         let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
         let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
-        cancelled || late || self.problems.any()
+        cancelled || late || self.errors.any()
     }
 
     fn finish(
@@ -197,13 +201,13 @@ impl<'a> Job<'a> {
         rays: RayCounts,
         threads: usize,
     ) -> Result<BatchRendered, Messages> {
-        let Job { scene, options, film, problems, writer, .. } = self;
+        let Job { scene, options, film, errors, writer, .. } = self;
         let scene = &scene.compiled;
-        if problems.any() {
-            return Err(exhausted_budgets(scene, &problems));
+        if errors.any() {
+            return Err(exhausted_budgets(scene, &errors));
         }
         let is_kept = |writer: &&CheckpointWriter<'_>| cancelled || writer.is_periodic();
-        let checkpoint_problem =
+        let checkpoint_error =
             writer.as_ref().filter(is_kept).and_then(|writer| writer.write_last(&film).err());
         let classes = ObjectClasses::of(scene);
         let numbers: Vec<f32> = scene.objects.iter().map(|it| classes.number(it)).collect();
@@ -216,11 +220,11 @@ impl<'a> Job<'a> {
             mean_samples: film.mean_samples(),
             rays,
             dropped_samples: film.dropped(),
-            not_finite: problems.not_finite(),
+            not_finite: errors.not_finite(),
             time,
             threads,
             cancelled,
-            checkpoint_problem,
+            checkpoint_error,
         })
     }
 }

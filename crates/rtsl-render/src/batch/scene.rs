@@ -1,4 +1,4 @@
-//! A scene ready for path tracing: what rays hit, by groups of surfaces, and what lights them.
+//! A scene prepared for path tracing: surface groups and lights.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -23,53 +23,52 @@ use crate::compiled::runtime_errors::{RuntimeErrors, exhausted_budgets};
 use crate::compiled::shaders::is_own_material;
 use crate::compiled::{BuildStep, CompiledScene};
 
-/// Of classes with no more objects than this each is called for by itself: what its methods read of it is read
-/// once.
+/// In classes with at most so many objects, each is called separately: its members are then read once.
 const MAX_OBJECTS_ALONE: usize = 8;
 
 /// A scene ready for path tracing.
 pub struct BatchScene {
-    /// What rays are traced against, and how.
+    /// The compiled scene with the acceleration structure.
     pub compiled: CompiledScene,
-    /// The time that kernels took.
+    /// The time for compiling kernels.
     pub compile_time: Duration,
     /// The groups.
     pub(super) groups: Vec<SurfaceGroup>,
-    /// What is known of each object.
+    /// The entries of objects.
     pub(super) objects: Vec<ObjectEntry>,
     /// The materials.
     pub(super) materials: InstanceClasses,
-    /// The textures that cut out shapes.
+    /// The alpha textures.
     pub(super) alpha: InstanceClasses,
     /// The lights.
     pub(super) lights: Lights,
 }
 
-/// What is known of an object.
+/// The indices of an object's parts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ObjectEntry {
     /// Its group.
     pub group: u32,
-    /// The number of its material among those of its class.
+    /// The index of its material among those of its class.
     pub material: u32,
-    /// The number of its emitter among those of its class.
+    /// The index of its emitter among those of its class.
     pub emitter: u32,
-    /// The number of the texture that cuts it out among those of its class.
-    pub cut_out: u32,
-    /// The class of the traversal that it, or its elements, belong to.
+    /// The index of its alpha texture among those of its class.
+    pub alpha: u32,
+    /// The traversal class of the object or its elements.
     pub class: u32,
-    /// Its number there; elements have their own.
+    /// Its index there; elements have separate ones.
     pub number: u32,
-    /// The first of its items in its group.
+    /// The index of its first item in its group.
     pub first_item: u32,
 }
 
 impl BatchScene {
-    /// Makes kernels for a scene and builds its acceleration structure. Warnings go to `messages`; `listener` is
-    /// told what comes next.
+    /// Compiles kernels for a scene and builds its acceleration structure. Warnings go to `messages`; `listener` is
+    /// called with the next step.
     ///
     /// # Errors
-    /// If a class lacks a method that its use needs, or a kernel can't be made.
+    /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
     pub fn new(
         scene: &Scene,
         engine: &Engine,
@@ -96,9 +95,9 @@ impl BatchScene {
             let groups: Vec<SurfaceGroup> = groups.collect();
             (groups, Lights::new(maker, scene, &compiled, &materials, &plan.objects))
         });
-        let ((groups, lights), problems) = made.map_err(|problems| failed(messages, problems))?;
-        messages.push(SourceMap::new(), problems);
-        // Paths go every way, so that searches want them all at once.
+        let ((groups, lights), diagnostics) = made.map_err(|errors| failed(messages, errors))?;
+        messages.push(SourceMap::new(), diagnostics);
+        // Paths are incoherent, so searches need all kernels at once.
         let has_streams = compiled.geometry.suits_stream(RAYS_OF_STREAM);
         compiled.classes.par_iter().for_each(|class| class.make_all(has_streams));
         warn_of_shade(&groups, &compiled, &materials, messages);
@@ -112,11 +111,11 @@ impl BatchScene {
             alpha,
             lights,
         };
-        let problems = RuntimeErrors::default();
-        let tracer = PathTracer { scene: &scene, problems: &problems, with_features: false };
+        let errors = RuntimeErrors::default();
+        let tracer = PathTracer { scene: &scene, errors: &errors, with_features: false };
         let probes = tracer.probe_lights();
-        if problems.any() {
-            return Err(exhausted_budgets(&scene.compiled, &problems));
+        if errors.any() {
+            return Err(exhausted_budgets(&scene.compiled, &errors));
         }
         scene.lights.select_by(&probes);
         Ok(scene)
@@ -124,28 +123,28 @@ impl BatchScene {
 }
 
 impl BatchScene {
-    /// Whether rays pass through some of what they hit.
-    pub(super) fn has_cut_outs(&self) -> bool {
+    /// True if rays may pass surfaces because of alpha textures.
+    pub(super) fn has_alpha(&self) -> bool {
         !self.alpha.classes.is_empty()
     }
 
-    /// Whether any material has nothing but `shade`.
+    /// True if any material has only `shade`.
     pub(super) fn has_shade(&self) -> bool {
         self.groups.iter().any(|group| group.material.shade.is_some())
     }
 
-    /// Whether any surface asks how wide rays are.
+    /// True if any surface reads the ray's footprint.
     pub(super) fn has_footprints(&self) -> bool {
         self.groups.iter().any(|group| group.needs.footprints)
     }
 
-    /// The greatest number of arrays of scratch of a shader.
+    /// Returns the greatest number of scratch arrays of a shader.
     pub(super) fn scratch_arrays(&self) -> usize {
         self.compiled.scratch_arrays
     }
 }
 
-/// Whether surfaces of a scene have nothing but `shade`.
+/// True if surfaces of a scene have only `shade`.
 pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
     scene.objects.iter().any(|object| {
         let material = match is_own_material(object) {
@@ -157,7 +156,7 @@ pub(crate) fn has_shade(engine: &Engine, scene: &Scene) -> bool {
     })
 }
 
-/// Says which materials have nothing but `shade`.
+/// Warns about materials that have only `shade`.
 fn warn_of_shade(
     groups: &[SurfaceGroup],
     compiled: &CompiledScene,
@@ -174,20 +173,21 @@ fn warn_of_shade(
         })
         .collect();
     for class in classes {
-        let message = format!("`{class}` has nothing but `shade`, which runs as it stands");
+        let message = format!("`{class}` has only `shade`, which does not support path tracing");
         messages.push_one(
-            Diagnostic::new(codes::SHADE_ONLY, message)
-                .note("its picture is what it computes, whether that is all light or not"),
+            Diagnostic::new(codes::SHADE_ONLY, message).note(
+                "the image shows the light that `shade` computes, which may not be all of it",
+            ),
         );
     }
 }
 
-fn failed(messages: &mut Messages, problems: Diagnostics) -> Messages {
-    messages.push(SourceMap::new(), problems);
+fn failed(messages: &mut Messages, diagnostics: Diagnostics) -> Messages {
+    messages.push(SourceMap::new(), diagnostics);
     std::mem::take(messages)
 }
 
-/// Every object with its place among the traversal's classes.
+/// Returns every object with its index in the traversal's classes.
 fn members(compiled: &CompiledScene) -> Vec<GroupMember> {
     let members = compiled.items.iter().flat_map(|items| items.members());
     let mut members: Vec<GroupMember> = members.copied().collect();
@@ -195,7 +195,7 @@ fn members(compiled: &CompiledScene) -> Vec<GroupMember> {
     members
 }
 
-/// The classes of all that surfaces are made of.
+/// The classes of the parts of surfaces.
 #[derive(Clone, Copy)]
 struct Classes<'a> {
     compiled: &'a CompiledScene,
@@ -204,28 +204,28 @@ struct Classes<'a> {
 }
 
 impl<'a> Classes<'a> {
-    /// The programs and instances of a group.
+    /// Returns the programs and instances of a group.
     fn parts_of(&self, key: &GroupKey) -> GroupParts<'a> {
         let class = &self.compiled.classes[key.class as usize];
-        let of_class =
+        let class_sizes =
             |classes: &'a InstanceClasses, class: u32| -> (&'a Arc<Program>, &'a Objects) {
                 let class = &classes.classes[class as usize];
                 (&class.program, &class.objects)
             };
         let material = match key.material.0 {
             MaterialSource::Own => (class.program(), &*class.objects),
-            MaterialSource::Class(number) => of_class(self.materials, number),
+            MaterialSource::Class(number) => class_sizes(self.materials, number),
         };
         GroupParts {
             class,
             material,
-            emitter: key.emitter.map(|(class, _)| of_class(self.materials, class)),
-            cut_out: key.cut_out.map(|(class, _)| of_class(self.alpha, class)),
+            emitter: key.emitter.map(|(class, _)| class_sizes(self.materials, class)),
+            alpha: key.alpha.map(|(class, _)| class_sizes(self.alpha, class)),
         }
     }
 }
 
-/// Which groups there are, and which object is in which.
+/// The groups, and the group of each object.
 struct GroupPlan {
     keys: Vec<GroupKey>,
     objects: Vec<ObjectEntry>,
@@ -233,33 +233,33 @@ struct GroupPlan {
 
 impl GroupPlan {
     fn new(scene: &Scene, classes: Classes<'_>, members: &[GroupMember]) -> Self {
-        // Of the objects with cut-outs, in their order.
-        let mut with_cut_outs = 0_usize..;
-        let mut of_class: BTreeMap<u32, usize> = BTreeMap::new();
+        // Indices of alpha textures, in the order of the objects that have them.
+        let mut alpha_indices = 0_usize..;
+        let mut class_sizes: BTreeMap<u32, usize> = BTreeMap::new();
         for member in members {
-            *of_class.entry(member.class).or_default() += 1;
+            *class_sizes.entry(member.class).or_default() += 1;
         }
         let planned: Vec<(GroupMember, Planned)> = members
             .iter()
             .map(|member| {
-                let is_alone = of_class[&member.class] <= MAX_OBJECTS_ALONE;
-                let has_cut_out = scene.objects[member.object as usize].alpha.is_some();
-                let cut_out = if has_cut_out { with_cut_outs.next() } else { None };
-                (*member, Planned::new(scene, classes, *member, is_alone, cut_out))
+                let is_alone = class_sizes[&member.class] <= MAX_OBJECTS_ALONE;
+                let has_alpha = scene.objects[member.object as usize].alpha.is_some();
+                let alpha_index = if has_alpha { alpha_indices.next() } else { None };
+                (*member, Planned::new(scene, classes, *member, is_alone, alpha_index))
             })
             .collect();
-        // Of which materials the surfaces of a group are.
+        // The instances of materials, emitters and alpha textures in each group.
         let mut numbers: BTreeMap<GroupSeed, [BTreeSet<u32>; 3]> = BTreeMap::new();
         for (_, planned) in &planned {
-            let [of_material, of_emitter, of_cut_out] = numbers.entry(planned.rough).or_default();
+            let [of_material, of_emitter, of_alpha] = numbers.entry(planned.seed).or_default();
             of_material.insert(planned.entry.material);
             of_emitter.insert(planned.entry.emitter);
-            of_cut_out.insert(planned.entry.cut_out);
+            of_alpha.insert(planned.entry.alpha);
         }
         let mut by_key: BTreeMap<GroupKey, u32> = BTreeMap::new();
         let mut objects = vec![ObjectEntry::default(); scene.objects.len()];
         for (member, planned) in &planned {
-            let key = planned.rough.key(numbers[&planned.rough].each_ref().map(of));
+            let key = planned.seed.key(numbers[&planned.seed].each_ref().map(of));
             let next = by_key.len() as u32;
             let group = *by_key.entry(key).or_insert(next);
             objects[member.object as usize] = ObjectEntry { group, ..planned.entry };
@@ -271,7 +271,7 @@ impl GroupPlan {
     }
 }
 
-/// One instance, if it is the only one.
+/// Selects one instance if it is the only one.
 fn of(numbers: &BTreeSet<u32>) -> Batching {
     match (numbers.first(), numbers.len()) {
         (Some(only), 1) => Batching::One(*only),
@@ -279,21 +279,21 @@ fn of(numbers: &BTreeSet<u32>) -> Batching {
     }
 }
 
-/// A group, but for which of their classes' instances the surfaces have.
+/// A group before the instances of its classes are known.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct GroupSeed {
     class: u32,
     shape: Batching,
     material: MaterialSource,
     emitter: Option<u32>,
-    cut_out: Option<u32>,
+    alpha: Option<u32>,
     is_sampled: bool,
 }
 
 impl GroupSeed {
-    fn key(self, [material, emitter, cut_out]: [Batching; 3]) -> GroupKey {
+    fn key(self, [material, emitter, alpha]: [Batching; 3]) -> GroupKey {
         let of_material = match self.material {
-            // The shape's numbers are the material's.
+            // The material is the shape, with the same indices.
             MaterialSource::Own => self.shape,
             MaterialSource::Class(_) => material,
         };
@@ -302,15 +302,15 @@ impl GroupSeed {
             shape: self.shape,
             material: (self.material, of_material),
             emitter: self.emitter.map(|class| (class, emitter)),
-            cut_out: self.cut_out.map(|class| (class, cut_out)),
+            alpha: self.alpha.map(|class| (class, alpha)),
             is_sampled: self.is_sampled,
         }
     }
 }
 
-/// An object with its group to be.
+/// An object with the seed of its group.
 struct Planned {
-    rough: GroupSeed,
+    seed: GroupSeed,
     entry: ObjectEntry,
 }
 
@@ -320,7 +320,7 @@ impl Planned {
         classes: Classes<'_>,
         member: GroupMember,
         is_alone: bool,
-        cut_out: Option<usize>,
+        alpha_index: Option<usize>,
     ) -> Self {
         let Classes { compiled, materials, alpha } = classes;
         let object = &scene.objects[member.object as usize];
@@ -335,14 +335,14 @@ impl Planned {
             }
         };
         let emitter = object.emitter.map(|emitter| materials.numbers[emitter as usize]);
-        let cut_out = cut_out.map(|texture| alpha.numbers[texture]);
+        let alpha = alpha_index.map(|texture| alpha.numbers[texture]);
         Planned {
-            rough: GroupSeed {
+            seed: GroupSeed {
                 class: member.class,
                 shape: if is_one { Batching::One(number) } else { Batching::Each },
                 material,
                 emitter: emitter.map(|(class, _)| class),
-                cut_out: cut_out.map(|(class, _)| class),
+                alpha: alpha.map(|(class, _)| class),
                 is_sampled: emitter.is_some_and(|(emitter, _)| {
                     is_sampled(&materials.classes[emitter as usize].program, class.program())
                 }),
@@ -351,7 +351,7 @@ impl Planned {
                 group: 0,
                 material: material_number,
                 emitter: emitter.map_or(0, |(_, number)| number),
-                cut_out: cut_out.map_or(0, |(_, number)| number),
+                alpha: alpha.map_or(0, |(_, number)| number),
                 class: member.class,
                 number,
                 first_item: member.first,

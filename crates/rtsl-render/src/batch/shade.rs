@@ -1,5 +1,4 @@
-//! Materials that have nothing but `shade`: it runs as it stands, as in the interactive renderer, and the rays that it
-//! traces are paths.
+//! Materials that have only `shade`: it is called as in the interactive renderer, and its rays are traced as paths.
 
 use std::cell::RefCell;
 
@@ -15,25 +14,26 @@ use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
 use crate::tiles::LaneContext;
 
-/// What a path's numbers are for: those of `shade`, and of the paths that its rays are.
+/// Selects the random numbers of `shade` and of its rays' paths.
 const NUMBERS_OF_SHADE: u32 = 0x107;
 
-/// What one thread needs to shade.
+/// The memory of a thread for `shade`.
 pub struct ShadeMemory {
     workspace: Workspace,
-    /// For the paths that rays of `shade` are: one is in use for each level of such materials.
+    /// For the paths of `shade`'s rays: one is in use for each level of recursion.
     free: RefCell<Vec<BatchMemory>>,
 }
 
 impl ShadeMemory {
-    /// For a scene.
+    /// Allocates the memory for a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         ShadeMemory { workspace: Workspace::new(scene), free: RefCell::default() }
     }
 }
 
 impl PathTracer<'_> {
-    /// Adds what paths bring back from surfaces whose materials shade, after `depth` others. Returns the rays that it took.
+    /// Adds the radiance of hits whose materials have only `shade`, after `depth` other surfaces. Returns the number of
+    /// rays.
     pub fn add_shading(
         &self,
         mut hits: Vec<PathHit>,
@@ -41,7 +41,7 @@ impl PathTracer<'_> {
         paths: &mut [Path],
         memory: &mut ShadeMemory,
     ) -> RayCounts {
-        // Numbers of a packet belong to one sample each.
+        // The lanes of a packet have one sample index.
         hits.sort_by_key(|hit| paths[hit.path as usize].sample);
         let sample = |hit: &PathHit| paths[hit.path as usize].sample;
         let packets: Vec<&[PathHit]> = hits
@@ -60,7 +60,7 @@ impl PathTracer<'_> {
         std::mem::take(&mut memory.workspace.rays)
     }
 
-    /// What `shade` gives for hits of one sample, no more than a packet has lanes.
+    /// Calls `shade` for hits of one sample, at most as many as a packet has lanes.
     fn shading(
         &self,
         hits: &[PathHit],
@@ -88,7 +88,7 @@ impl PathTracer<'_> {
         let mut context = LaneContext::new(scene.settings.sampler, streams, rays.time);
         let ShadeMemory { workspace, free } = memory;
         let spawned = SpawnedPaths { tracer: self, sample, free };
-        let tracer = Tracer { scene, problems: self.problems };
+        let tracer = Tracer { scene, errors: self.errors };
         let context = &mut context;
         let mut host =
             ShadingHost { tracer: &tracer, workspace, context, depth, spawned: &spawned };
@@ -98,7 +98,7 @@ impl PathTracer<'_> {
         colors
     }
 
-    /// By which searches name what was hit.
+    /// The id of a hit in searches.
     fn id_of(&self, hit: &PathHit) -> HitId {
         let item = self.scene.objects[hit.object as usize].first_item + hit.element;
         let first_instance = self.scene.compiled.geometry.first_instance;
@@ -109,7 +109,7 @@ impl PathTracer<'_> {
     }
 }
 
-/// Rays of `shade` as paths.
+/// Traces the rays of `shade` as paths.
 struct SpawnedPaths<'a> {
     tracer: &'a PathTracer<'a>,
     sample: u32,
@@ -128,22 +128,22 @@ impl SpawnedRays for SpawnedPaths<'_> {
     ) -> PacketColors {
         let taken = self.free.borrow_mut().pop();
         let mut memory = taken.unwrap_or_else(|| BatchMemory::new(self.tracer.scene));
-        let wave = &mut memory.wave;
-        wave.paths.clear();
-        wave.paths.extend(
+        let wavefront = &mut memory.wavefront;
+        wavefront.paths.clear();
+        wavefront.paths.extend(
             (0..LANES)
                 .map(|lane| Path::from_ray(rays, lane, context.streams.keys()[lane], self.sample)),
         );
-        wave.features.clear();
-        wave.active.clear();
-        wave.active.extend(lanes_of(lanes).map(|lane| lane as u32));
+        wavefront.features.clear();
+        wavefront.active.clear();
+        wavefront.active.extend(lanes_of(lanes).map(|lane| lane as u32));
         let inner = PathTracer { with_features: false, ..*self.tracer };
-        inner.trace_wave(&mut memory, depth);
+        inner.trace_wavefront(&mut memory, depth);
         let colors = std::array::from_fn(|channel| {
-            std::array::from_fn(|lane| memory.wave.paths[lane].radiance[channel])
+            std::array::from_fn(|lane| memory.wavefront.paths[lane].radiance[channel])
         });
         let mut rays = std::mem::take(&mut memory.rays);
-        // Who spawned them has counted them.
+        // The spawning kernel has counted these rays.
         rays.traced = rays.traced.saturating_sub(u64::from(lanes.count_ones()));
         workspace.rays += rays;
         self.free.borrow_mut().push(memory);

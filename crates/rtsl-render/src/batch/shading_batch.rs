@@ -1,4 +1,5 @@
-//! The memory of one thread for the surfaces of a chunk of paths: arrays with a number for each lane.
+//! Shading batches: the memory of one thread for the surfaces of a batch of paths, as arrays with an element for each
+//! lane.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -17,9 +18,9 @@ use crate::compiled::runtime_errors::RuntimeErrors;
 use crate::lanes::eight::eights_of;
 use crate::lanes::fours::fours;
 
-/// Lanes of a chunk: the more, the fewer calls; the fewer, the more of it stays in caches. An odd number of vectors of sixteen:
-/// arrays a power of two apart fall into the same places of a cache. A thousand spheres took 8 % less time with 240 than
-/// with 256.
+/// Lanes of a batch: more lanes need fewer calls, fewer lanes stay in caches. The number of vectors of sixteen is odd,
+/// because arrays at a distance of a power of two compete for the same cache sets: a thousand spheres took 8 % less
+/// time with 240 than with 256.
 pub const BATCH_LANES: usize = 272;
 
 /// A number for each lane.
@@ -28,39 +29,39 @@ pub type Row = [f32; BATCH_LANES];
 /// A vector or colour for each lane, component by component.
 pub type Rows = [Row; 3];
 
-/// The memory.
+/// A shading batch.
 pub struct ShadingBatch {
-    /// How many lanes are in use.
+    /// The number of lanes in use.
     pub count: usize,
-    /// What the rays hit.
+    /// The hits of the rays.
     pub hits: [PathHit; BATCH_LANES],
-    /// Where the rays begin, in world space.
+    /// The origins of the rays in world space.
     pub origin: Rows,
-    /// Where they go.
+    /// The directions of the rays.
     pub direction: Rows,
     /// The least parameters of hits.
     pub epsilon: Row,
     /// The parameters of the hits.
     pub distance: Row,
-    /// The greatest parameters that hits of the rays could have.
+    /// The greatest parameters of hits.
     limit: Row,
     /// The times within the shutter.
     pub time: Row,
-    /// How wide the rays are where they hit.
+    /// The widths of the rays at the hits.
     pub width: Row,
-    /// How much wider after a unit of length.
+    /// The increase of width per unit of length.
     pub spread: Row,
-    /// What radiance along the rays is multiplied with.
+    /// The weights of radiance along the rays.
     pub throughput: Rows,
     /// The densities of the directions; 0 if they were not chosen by one.
     pub density: Row,
-    /// Which sequences of numbers the paths have.
+    /// The keys of the paths' random sequences.
     pub keys: [u32; BATCH_LANES],
-    /// Which samples of their pixels they are.
+    /// The sample indices of the paths.
     pub samples: [u32; BATCH_LANES],
-    /// The points that were hit, in world space.
+    /// The hit points in world space.
     pub point: Rows,
-    /// How far off them rays begin that leave the surfaces.
+    /// The offsets of the origins of rays that leave the surfaces.
     pub offset: Row,
     /// The surfaces' normals, of unit length, in world space.
     pub geometric_normal: Rows,
@@ -68,120 +69,120 @@ pub struct ShadingBatch {
     pub shading_normal: Rows,
     /// -1 where the ray met the surface from behind, else 1.
     pub side: Row,
-    /// With which density per solid angle the hits would have been chosen as samples of lights; 0 where they would not.
+    /// The densities per solid angle with which the hits would have been sampled as lights; 0 if they cannot be.
     pub light_density: Row,
-    /// Samples of lights.
+    /// The light samples.
     pub light: LightRows,
-    /// Where the paths go on.
+    /// The continuations of the paths.
     pub onward: OnwardRows,
-    /// Numbers in [0,1) that choose lobes of materials.
+    /// Random numbers in [0,1) that select lobes of materials.
     pub lobe_seeds: Row,
-    /// Those that choose lights.
+    /// Random numbers that select lights.
     pub light_seeds: Row,
     /// The state of all calls for the surfaces.
     pub state: LaneBlock,
-    /// What the shapes' `intersect` left for the hits.
+    /// The scratch of the shapes' `intersect` for the hits.
     pub kept_scratch: LaneBlock,
     /// The materials' scratch.
     pub scratch: LaneBlock,
-    /// Which lanes `intersect` accepted a hit for, where it is called again.
+    /// The lanes for which `intersect` accepted a hit, when it is called again.
     pub accepted: MaskBlock,
-    /// The numbers of the objects that were hit among those of their class.
+    /// The indices of the objects that were hit among those of their class.
     pub objects: LaneIndices,
-    /// Those of their materials.
+    /// The indices of their materials.
     pub materials: LaneIndices,
-    /// Those of their emitters.
+    /// The indices of their emitters.
     pub emitters: LaneIndices,
-    /// Those of the textures that cut them out.
+    /// The indices of their alpha textures.
     pub alpha: LaneIndices,
-    /// Random numbers.
+    /// The random numbers.
     pub numbers: Numbers,
 }
 
-/// The rays of a chunk, and where what they hit stands.
-pub struct ChunkRays<'a> {
-    /// Where they begin, in world space.
+/// The rays of a batch and their hits.
+pub struct BatchRays<'a> {
+    /// The origins in world space.
     pub origin: &'a Rows,
-    /// Where they go.
+    /// The directions.
     pub direction: &'a Rows,
     /// The least parameters of hits.
     pub epsilon: &'a Row,
     /// The parameters of the hits.
     pub distance: &'a Row,
-    /// The greatest parameters that hits could have.
+    /// The greatest parameters of hits.
     pub limit: &'a Row,
     /// The times within the shutter.
     pub time: &'a Row,
-    /// What they hit, and when.
-    pub whereabouts: SurfacePoints<'a>,
+    /// The hits and their times.
+    pub surface_points: SurfacePoints<'a>,
 }
 
-/// What calls for the shapes of a chunk need.
-pub struct ChunkCall<'a> {
+/// The arguments of calls for the shapes of a batch.
+pub struct BatchCall<'a> {
     /// State and scratch.
     pub blocks: (&'a mut LaneBlock, &'a mut LaneBlock),
-    /// Where `intersect` says which lanes it accepted a hit for.
+    /// The lanes for which `intersect` accepted a hit.
     pub accepted: &'a mut MaskBlock,
-    /// The numbers of the objects that were hit.
+    /// The indices of the objects that were hit.
     pub objects: &'a LaneIndices,
 }
 
-/// Samples of lights for the points of a chunk.
+/// Light samples for the points of a batch.
 pub struct LightRows {
-    /// The lanes to which light is scattered, if nothing is in its way.
-    pub lanes: ChunkLanes,
+    /// The lanes to which light is scattered, if it is not occluded.
+    pub lanes: BatchLanes,
     /// Unit vectors towards them, in world space.
     pub direction: Rows,
-    /// Where rays towards them begin: off the surfaces.
+    /// The origins of shadow rays: off the surfaces.
     pub origin: Rows,
-    /// Where those rays end, if nothing lies between.
+    /// The lengths of shadow rays.
     pub distance: Row,
-    /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, that of choosing the light
-    /// included. Black where there is no sample. In the end what the surfaces scatter of it along the paths.
+    /// Radiance, or the whole contribution of a delta light, divided by the density of the sample, including that of
+    /// selecting the light. Black without a sample. At the end, the contribution to the paths' radiance.
     pub color: Rows,
-    /// That density, where a direction of the material could have found the light too; else 0.
+    /// That density, if a direction of the material could have found the light too; else 0.
     pub density: Row,
 }
 
-/// Where a chunk's paths go.
+/// The continuations of a batch's paths.
 pub struct OnwardRows {
-    /// Which of them go on.
-    pub lanes: ChunkLanes,
-    /// Which of them would bring back what is not finite.
-    pub lost: ChunkLanes,
+    /// The lanes that continue.
+    pub lanes: BatchLanes,
+    /// The lanes whose radiance would be infinite or NaN.
+    pub lost: BatchLanes,
     /// The directions.
     pub direction: Rows,
-    /// Where their rays begin: off the surfaces.
+    /// The origins of their rays: off the surfaces.
     pub origin: Rows,
-    /// What radiance along the rays is multiplied with.
+    /// The weights of radiance along the rays.
     pub throughput: Rows,
     /// The densities of the directions; 0 for deltas.
     pub density: Row,
-    /// How much wider the rays become after a unit of length.
+    /// The increase of the rays' width per unit of length.
     pub spread: Row,
-    /// Which sequences of numbers the paths have from there on.
+    /// The keys of the paths' random sequences from there on.
     pub keys: [u32; BATCH_LANES],
 }
 
-/// Some of the lanes of a chunk: bits, eight by eight.
-pub struct ChunkLanes([u8; BATCH_LANES / 8]);
+/// A set of lanes of a batch: bits, eight by eight.
+pub struct BatchLanes([u8; BATCH_LANES / 8]);
 
-impl ChunkLanes {
-    /// None.
-    pub const NONE: ChunkLanes = ChunkLanes([0; BATCH_LANES / 8]);
+impl BatchLanes {
+    /// The empty set.
+    pub const NONE: BatchLanes = BatchLanes([0; BATCH_LANES / 8]);
 
-    /// Says which of the eight lanes from `start` on are among them.
+    /// Sets the membership of the eight lanes from `start` on.
     #[inline(always)]
     pub fn set_eight(&mut self, start: usize, bits: u8) {
         self.0[start / 8] = bits;
     }
 
-    /// Whether there is none.
+    /// True if the set is empty.
     pub fn is_empty(&self) -> bool {
         self.0.iter().all(|bits| *bits == 0)
     }
 
-    /// Those of the first `count` lanes.
+    /// Iterates over those of the first `count` lanes that are in the set.
     #[inline(always)]
     pub fn among(&self, count: usize) -> impl Iterator<Item = usize> {
         let eights = self.0.iter().zip((0..count).step_by(8));
@@ -193,7 +194,7 @@ impl ChunkLanes {
 }
 
 impl ShadingBatch {
-    /// For shaders with at most so many arrays of scratch.
+    /// For shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
         const NONE: Row = [0.0; BATCH_LANES];
         Box::new(ShadingBatch {
@@ -218,7 +219,7 @@ impl ShadingBatch {
             side: NONE,
             light_density: NONE,
             light: LightRows {
-                lanes: ChunkLanes::NONE,
+                lanes: BatchLanes::NONE,
                 direction: [NONE; 3],
                 origin: [NONE; 3],
                 distance: NONE,
@@ -226,8 +227,8 @@ impl ShadingBatch {
                 density: NONE,
             },
             onward: OnwardRows {
-                lanes: ChunkLanes::NONE,
-                lost: ChunkLanes::NONE,
+                lanes: BatchLanes::NONE,
+                lost: BatchLanes::NONE,
                 direction: [NONE; 3],
                 origin: [NONE; 3],
                 throughput: [NONE; 3],
@@ -249,8 +250,8 @@ impl ShadingBatch {
         })
     }
 
-    /// Takes paths and what they hit, with the numbers that `purpose` chooses. Lanes behind the last repeat it up to a
-    /// multiple of eight, so that eights are whole.
+    /// Loads paths and their hits, with the random numbers that `purpose` selects. The last lane is repeated up to a
+    /// multiple of eight, so that vectors are complete.
     pub fn load(&mut self, paths: &[Path], hits: &[PathHit], purpose: u32) {
         self.count = hits.len().min(BATCH_LANES);
         if let Some(last) = hits.last() {
@@ -261,7 +262,7 @@ impl ShadingBatch {
         self.start_numbers(purpose);
     }
 
-    /// Gives the lanes other numbers: those that `purpose` chooses.
+    /// Restarts the lanes' random numbers with those that `purpose` selects.
     pub fn start_numbers(&mut self, purpose: u32) {
         self.numbers.start((&self.keys, &self.samples), purpose, self.count);
     }
@@ -300,28 +301,28 @@ impl ShadingBatch {
         }
     }
 
-    /// What the lanes in use hit.
+    /// Returns the hits of the lanes in use.
     pub fn hits(&self) -> &[PathHit] {
         &self.hits[..self.count]
     }
 
-    /// The rays, and what calls for what they hit need.
-    pub fn rays_and_call(&mut self) -> (ChunkRays<'_>, ChunkCall<'_>) {
+    /// Returns the rays, and the arguments of calls for their hits.
+    pub fn rays_and_call(&mut self) -> (BatchRays<'_>, BatchCall<'_>) {
         let ShadingBatch { hits, origin, direction, epsilon, distance, limit, time, .. } = self;
-        let whereabouts = (&*hits, &*time);
-        let rays = ChunkRays { origin, direction, epsilon, distance, limit, time, whereabouts };
+        let surface_points = (&*hits, &*time);
+        let rays = BatchRays { origin, direction, epsilon, distance, limit, time, surface_points };
         let ShadingBatch { state, kept_scratch, accepted, objects, .. } = self;
-        (rays, ChunkCall { blocks: (state, kept_scratch), accepted, objects })
+        (rays, BatchCall { blocks: (state, kept_scratch), accepted, objects })
     }
 
-    /// Which objects the lanes hit, and when.
-    pub fn whereabouts(&self) -> SurfacePoints<'_> {
+    /// Returns the hits of the lanes and their times.
+    pub fn surface_points(&self) -> SurfacePoints<'_> {
         (&self.hits, &self.time)
     }
 }
 
-/// Sets the numbers by which a kernel knows the objects of lanes. Lanes behind the last that are in one vector with it get
-/// one that is in every table.
+/// Sets the objects of lanes by their indices. The last is repeated to complete its vector, because kernels need valid
+/// indices there.
 pub fn set_numbers(indices: &mut LaneIndices, numbers: impl Iterator<Item = u32>) {
     const WIDEST_VECTOR: usize = 16;
     let mut indices = indices.as_mut_slice().iter_mut();
@@ -334,33 +335,33 @@ fn with([x, y, z]: [f32; 3], last: f32) -> [f32; 4] {
     [x, y, z, last]
 }
 
-/// Sets a vector of one lane.
+/// Sets a lane's vector.
 #[inline(always)]
 pub fn set(rows: &mut Rows, lane: usize, [x, y, z]: [f32; 3]) {
     (rows[0][lane], rows[1][lane], rows[2][lane]) = (x, y, z);
 }
 
-/// The vector of one lane.
+/// Returns a lane's vector.
 #[inline(always)]
 pub fn get(rows: &Rows, lane: usize) -> [f32; 3] {
     [rows[0][lane], rows[1][lane], rows[2][lane]]
 }
 
-/// Whether all components of a vector are finite.
+/// True if all components of a vector are finite.
 #[inline(always)]
 pub fn are_finite(vector: &[f32; 3]) -> bool {
     vector.iter().all(|component| component.is_finite())
 }
 
-/// Whose kernel is called, for messages.
+/// The kernel that is called, for messages.
 #[derive(Clone, Copy)]
 pub struct Callee<'a> {
     /// The class.
     pub class: &'a str,
     /// Its method.
     pub method: Method,
-    /// Where problems go.
-    pub problems: &'a RuntimeErrors,
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
 }
 
 impl Callee<'_> {
@@ -384,7 +385,7 @@ impl Callee<'_> {
             host,
         });
         if status.budget_exhausted {
-            self.problems.report(self.class, self.method);
+            self.errors.report(self.class, self.method);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Rays towards samples of lights, and what those add if nothing lies between.
+//! Shadow rays, and the contributions of unoccluded light samples.
 
 use rtsl_bvh::{LANES, LaneMask, RAYS_OF_STREAM, RayPacket, Search, lanes_of};
 
@@ -7,36 +7,36 @@ use super::tracer::BatchMemory;
 use super::wavefront::Path;
 use crate::compiled::tracer::Tracer;
 
-/// A ray towards a sample of a light.
+/// A shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowRay {
-    /// Where it begins.
+    /// The origin.
     pub origin: [f32; 3],
     /// Its direction, of unit length.
     pub direction: [f32; 3],
-    /// Where it ends.
+    /// The length.
     pub distance: f32,
     /// The time within the shutter.
     pub time: f32,
-    /// What it adds if it meets nothing.
+    /// The contribution if it is not occluded.
     pub color: [f32; 3],
-    /// To which path.
+    /// The index of the path.
     pub path: u32,
-    /// Which sequence of numbers the path has.
+    /// The key of the path's random sequence.
     pub key: u32,
-    /// Which sample of its pixel the path is.
+    /// The sample index of the path.
     pub sample: u32,
 }
 
 impl ShadowRay {
-    /// Adds what it is for.
+    /// Adds the contribution to its path.
     #[inline(always)]
     pub fn add_to(&self, paths: &mut [Path]) {
         let radiance = &mut paths[self.path as usize].radiance;
         (0..3).for_each(|channel| radiance[channel] += self.color[channel]);
     }
 
-    /// The same ray, as that of a path.
+    /// Returns the ray as a path.
     pub fn path_of(&self, epsilon: f32) -> Path {
         Path {
             origin: self.origin,
@@ -52,13 +52,13 @@ impl ShadowRay {
     }
 }
 
-/// Traces the shadow rays of a wave and adds what they are for.
+/// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
 pub fn trace_shadow_rays(tracer: &Tracer<'_>, memory: &mut BatchMemory) {
-    let BatchMemory { shadow_rays, searcher, wave, .. } = memory;
+    let BatchMemory { shadow_rays, searcher, wavefront, .. } = memory;
     if tracer.scene.geometry.suits_stream(shadow_rays.len()) {
-        trace_with_streams(tracer, shadow_rays, searcher, &mut wave.paths);
+        trace_with_streams(tracer, shadow_rays, searcher, &mut wavefront.paths);
     } else {
-        trace_with_packets(tracer, shadow_rays, searcher, &mut wave.paths);
+        trace_with_packets(tracer, shadow_rays, searcher, &mut wavefront.paths);
     }
 }
 

@@ -1,5 +1,4 @@
-//! Surfaces that are worked on together: shapes of one class of the traversal with materials of one
-//! class, and the methods that are called for them.
+//! Surface groups: shapes of one traversal class with materials of one class, and the kernels that are called for them.
 
 use std::sync::Arc;
 
@@ -12,29 +11,28 @@ use super::material::{MaterialKernels, MaterialSource, called_methods};
 use crate::compiled::object_class::ObjectClass;
 use crate::compiled::shaders::SurfaceNeeds;
 
-/// What surfaces of one group have in common.
+/// The key of a surface group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct GroupKey {
-    /// The class of the traversal.
+    /// The traversal class.
     pub class: u32,
-    /// The one object, by its number among those of the class, where there are few: calls for one object read its
-    /// members once.
+    /// The object by its index in the class, if the class has few: calls for one object read its members once.
     pub shape: Batching,
     /// The materials.
     pub material: (MaterialSource, Batching),
-    /// The materials whose emission they give off besides.
+    /// The materials of additional emission.
     pub emitter: Option<(u32, Batching)>,
-    /// The textures that cut them out.
-    pub cut_out: Option<(u32, Batching)>,
-    /// Whether rays can find them as samples of a light, so that densities have to be told.
+    /// The alpha textures.
+    pub alpha: Option<(u32, Batching)>,
+    /// True if light sampling can select the surfaces, so that hits need densities.
     pub is_sampled: bool,
 }
 
-/// Surfaces that are worked on together.
+/// A group of surfaces that are shaded together.
 pub struct SurfaceGroup {
-    /// What they have in common.
+    /// The key.
     pub key: GroupKey,
-    /// What of them is computed.
+    /// The surface properties to compute.
     pub needs: SurfaceNeeds,
     /// The shapes' methods.
     pub shape: ShapeKernels,
@@ -43,14 +41,14 @@ pub struct SurfaceGroup {
     /// The emitters' `emission`.
     pub emitter: Option<Arc<Kernel>>,
     /// The textures' `lookup`.
-    pub cut_out: Option<Arc<Kernel>>,
-    /// Arrays of scratch of the material.
+    pub alpha: Option<Arc<Kernel>>,
+    /// The number of scratch arrays of the material.
     pub material_scratch: usize,
 }
 
 /// The methods of shapes.
 pub struct ShapeKernels {
-    /// `intersect`, for the scratch that it leaves, where a method reads it.
+    /// `intersect`, if a method reads its scratch.
     pub hit: Option<Arc<Kernel>>,
     /// `computeNormal`.
     pub normal: Option<Arc<Kernel>>,
@@ -62,7 +60,7 @@ pub struct ShapeKernels {
     pub density: Option<Arc<Kernel>>,
 }
 
-/// The programs and instances that a group is made of.
+/// The programs and instances of a group's parts.
 pub struct GroupParts<'a> {
     /// The shapes.
     pub class: &'a ObjectClass,
@@ -70,12 +68,12 @@ pub struct GroupParts<'a> {
     pub material: (&'a Arc<Program>, &'a Objects),
     /// The emitters.
     pub emitter: Option<(&'a Arc<Program>, &'a Objects)>,
-    /// The textures that cut them out.
-    pub cut_out: Option<(&'a Arc<Program>, &'a Objects)>,
+    /// The alpha textures.
+    pub alpha: Option<(&'a Arc<Program>, &'a Objects)>,
 }
 
 impl SurfaceGroup {
-    /// Makes the kernels of a group.
+    /// Compiles the kernels of a group.
     pub fn new(maker: &mut KernelMaker<'_>, key: GroupKey, parts: &GroupParts<'_>) -> Self {
         let program = parts.class.program();
         let (material, objects) = parts.material;
@@ -84,11 +82,11 @@ impl SurfaceGroup {
         let mut readers: Vec<Arc<LinkedMethod>> =
             called_methods(material).filter_map(|method| linked(material, method)).collect();
         let emission = parts.emitter.and_then(|(emitter, _)| linked(emitter, Method::Emission));
-        let lookup = parts.cut_out.and_then(|(texture, _)| linked(texture, Method::Lookup));
+        let lookup = parts.alpha.and_then(|(texture, _)| linked(texture, Method::Lookup));
         readers.extend(emission.into_iter().chain(lookup));
         let mut read = Read::by(readers.iter());
         if let MaterialSource::Class(_) = key.material.0 {
-            // The scratch of materials is their own.
+            // Materials have separate scratch.
             read.scratch = false;
         }
         let shape = ShapeKernels::new(maker, key, parts.class, &mut read);
@@ -96,7 +94,7 @@ impl SurfaceGroup {
             let outputs = Outputs::ALL.without_scratch();
             maker.kernel(program, Method::Emission, (of, objects.form()), outputs)
         });
-        let cut_out = parts.cut_out.zip(key.cut_out).and_then(|((program, objects), (_, of))| {
+        let alpha = parts.alpha.zip(key.alpha).and_then(|((program, objects), (_, of))| {
             let outputs = Outputs::ALL.without_scratch();
             maker.kernel(program, Method::Lookup, (of, objects.form()), outputs)
         });
@@ -106,7 +104,7 @@ impl SurfaceGroup {
         };
         let needs = SurfaceNeeds::of(read.state);
         let needs = SurfaceNeeds {
-            // Widths are told in surface parameters.
+            // Widths are relative to surface parameters.
             derivatives: needs.derivatives || needs.footprints,
             inverse_directions: needs.inverse_directions || reads_inverse(program),
             ..needs
@@ -117,13 +115,13 @@ impl SurfaceGroup {
             shape,
             material: MaterialKernels::new(maker, material, objects, of),
             emitter,
-            cut_out,
+            alpha,
             material_scratch,
         }
     }
 }
 
-/// What methods read of a surface.
+/// The surface properties that methods read.
 struct Read {
     state: Outputs,
     scratch: bool,
@@ -144,7 +142,7 @@ impl Read {
 }
 
 impl ShapeKernels {
-    /// Those that compute what is `read`; what they read themselves is added to it.
+    /// Compiles the methods that compute `read`; their own inputs are added to it.
     fn new(
         maker: &mut KernelMaker<'_>,
         key: GroupKey,
@@ -196,7 +194,7 @@ impl ShapeKernels {
     }
 }
 
-/// Whether a method of a shape that is called for its hits reads one over the rays' directions.
+/// True if a shape's method that is called for hits reads the reciprocal direction of rays.
 fn reads_inverse(program: &Program) -> bool {
     let methods =
         [Method::ComputeNormal, Method::ComputeTextureCoordinates, Method::ComputeDerivatives];

@@ -1,32 +1,32 @@
 //! The order in which a pass takes the tiles of an image.
 
-/// Rows of tiles, scattered over the image's height: however few a pass has taken, they are like the whole, so that
-/// the time they took tells what the others will take. Within a row neighbours follow each other, which share what caches
-/// hold of the scene.
+/// A permutation of the rows of tiles that distributes them over the image's height: any number of rows is
+/// representative of the whole, so that the remaining time can be estimated. Within a row tiles are consecutive,
+/// because neighbours share cached parts of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct TileOrder {
     columns: usize,
     rows: usize,
-    /// From a row to the next that is taken; has no divisor with the number of rows.
+    /// The distance between successive rows; coprime to the number of rows.
     step: usize,
 }
 
 impl TileOrder {
-    /// For so many tiles, row by row, in rows of so many.
+    /// For `tiles` tiles in rows of `columns`.
     pub fn new(tiles: usize, columns: usize) -> Self {
         let columns = columns.max(1);
         let rows = tiles.div_ceil(columns).max(1);
         TileOrder { columns, rows, step: step(rows) }
     }
 
-    /// The tile that a pass takes after `index` others.
+    /// Returns the tile at a position in the order.
     pub fn tile(&self, index: usize) -> usize {
         let (turn, column) = (index / self.columns, index % self.columns);
         turn * self.step % self.rows * self.columns + column
     }
 }
 
-/// Steps by the golden section are the most even.
+/// The golden ratio gives the most even distribution.
 fn step(rows: usize) -> usize {
     let golden = (rows * 377 / 610).max(1);
     (golden..rows).find(|step| greatest_divisor(*step, rows) == 1).unwrap_or(1)

@@ -1,4 +1,4 @@
-//! A wave of paths on its way through the scene.
+//! Tracing a wavefront of paths through the scene.
 
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, RayPacket, lanes_of};
@@ -16,48 +16,48 @@ use crate::compiled::tracer::Tracer;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, CameraRays, Tile, camera_rays};
 
-/// What paths are traced with.
+/// The inputs of path tracing.
 #[derive(Clone, Copy)]
 pub struct PathTracer<'a> {
     /// The scene.
     pub scene: &'a BatchScene,
-    /// Where problems go.
-    pub problems: &'a RuntimeErrors,
-    /// Whether the first surfaces of paths are wanted.
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
+    /// True if the features of first surfaces are needed.
     pub with_features: bool,
 }
 
 /// The memory of one thread.
 pub struct BatchMemory {
     /// The paths.
-    pub wave: Wavefront,
-    /// Surfaces that are worked on.
-    pub chunk: Box<ShadingBatch>,
-    /// Samples of lights.
+    pub wavefront: Wavefront,
+    /// The batch that is being shaded.
+    pub batch: Box<ShadingBatch>,
+    /// Light samples.
     pub light: Box<LightMemory>,
-    /// Shadow rays as paths, where rays may pass what they hit.
+    /// Shadow rays as paths, used if alpha textures may let them pass surfaces.
     shadows: Wavefront,
-    /// Rays towards samples of lights that were not yet traced.
+    /// Shadow rays that are not traced yet.
     pub shadow_rays: Vec<ShadowRay>,
-    /// For searches.
+    /// The memory of searches.
     pub searcher: Searcher,
-    /// For camera rays.
+    /// The memory of camera rays.
     pub camera: CameraMemory,
-    /// For materials that shade, if there are any.
+    /// The memory of materials that have only `shade`, if there are any.
     pub shade: Option<Box<ShadeMemory>>,
-    /// Rays traced so far.
+    /// The number of rays traced so far.
     pub rays: RayCounts,
 }
 
 impl BatchMemory {
-    /// For paths in a scene.
+    /// Allocates the memory for a scene.
     pub fn new(scene: &BatchScene) -> Self {
         let sampler = scene.compiled.settings.sampler;
         let scratch = scene.scratch_arrays();
         BatchMemory {
-            wave: Wavefront::default(),
+            wavefront: Wavefront::default(),
             shadows: Wavefront::default(),
-            chunk: ShadingBatch::new(scratch, sampler),
+            batch: ShadingBatch::new(scratch, sampler),
             light: LightMemory::new(scratch, sampler),
             shadow_rays: Vec::new(),
             searcher: Searcher::new(scene),
@@ -69,25 +69,25 @@ impl BatchMemory {
 }
 
 impl PathTracer<'_> {
-    /// Traces a path for each of the samples `first..end` of a tile's pixels, sample by sample: afterwards the wave's
-    /// paths have the radiance that they bring back. Pixels outside the image have paths that bring nothing.
+    /// Traces a path for each of the samples `first..end` of a tile's pixels, sample by sample, and leaves the radiance
+    /// in the wavefront's paths. Paths of pixels outside the image have none.
     pub fn trace_samples(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
         self.begin(memory, tile, (first, end));
-        self.trace_wave(memory, 0);
+        self.trace_wavefront(memory, 0);
     }
 
-    /// Traces the paths of a wave, whose rays were spawned `depth` times.
-    pub fn trace_wave(&self, memory: &mut BatchMemory, mut depth: u32) {
-        while !memory.wave.active.is_empty() && !self.problems.any() {
-            let BatchMemory { wave, chunk, searcher, rays, .. } = memory;
-            rays.traced += if depth > 0 { wave.active.len() as u64 } else { 0 };
+    /// Traces the paths of a wavefront, whose rays have this depth.
+    pub fn trace_wavefront(&self, memory: &mut BatchMemory, mut depth: u32) {
+        while !memory.wavefront.active.is_empty() && !self.errors.any() {
+            let BatchMemory { wavefront, batch, searcher, rays, .. } = memory;
+            rays.traced += if depth > 0 { wavefront.active.len() as u64 } else { 0 };
             searcher.are_together = depth == 0;
-            self.find_hits(wave, searcher, chunk);
-            self.add_skies(&mut memory.wave, &mut memory.chunk);
-            memory.wave.sort(self.scene.groups.len());
+            self.find_hits(wavefront, searcher, batch);
+            self.add_skies(&mut memory.wavefront, &mut memory.batch);
+            memory.wavefront.sort(self.scene.groups.len());
             let mut start = 0;
             for (number, group) in self.scene.groups.iter().enumerate() {
-                let end = memory.wave.ends[number];
+                let end = memory.wavefront.ends[number];
                 self.scatter(group, start..end, depth, memory);
                 start = end;
             }
@@ -96,36 +96,36 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Begins a wave with camera rays.
+    /// Begins a wavefront with camera rays.
     fn begin(&self, memory: &mut BatchMemory, tile: Tile, (first, end): (u32, u32)) {
         let scene = &self.scene.compiled;
-        let BatchMemory { wave, camera: camera_memory, rays: counts, .. } = memory;
-        wave.paths.clear();
-        wave.active.clear();
-        wave.features.clear();
+        let BatchMemory { wavefront, camera: camera_memory, rays: counts, .. } = memory;
+        wavefront.paths.clear();
+        wavefront.active.clear();
+        wavefront.features.clear();
         let lanes = tile.lanes(scene.settings.width, scene.settings.height);
-        let tracer = Tracer { scene, problems: self.problems };
+        let tracer = Tracer { scene, errors: self.errors };
         for sample in first..end {
             let camera = camera_rays(&tracer, camera_memory, tile, sample);
             let CameraRays { rays, context, weights, footprints } = &*camera;
-            let begun = wave.paths.len() as u32;
-            wave.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
+            let begun = wavefront.paths.len() as u32;
+            wavefront.active.extend(lanes_of(lanes).map(|lane| begun + lane as u32));
             counts.camera += u64::from(lanes.count_ones());
-            wave.paths.extend((0..LANES).map(|lane| Path {
+            wavefront.paths.extend((0..LANES).map(|lane| Path {
                 throughput: [0, 1, 2].map(|channel: usize| weights[channel][lane]),
                 width: footprints[0][lane],
                 spread: footprints[1][lane],
                 ..Path::from_ray(rays, lane, context.streams.keys()[lane], sample)
             }));
             camera_memory.keep(camera);
-            self.give_up_by_camera(&mut wave.paths[begun as usize..], lanes);
+            self.give_up_by_camera(&mut wavefront.paths[begun as usize..], lanes);
         }
         if self.with_features {
-            wave.features.resize(wave.paths.len(), PathFeatures::NONE);
+            wavefront.features.resize(wavefront.paths.len(), PathFeatures::NONE);
         }
     }
 
-    /// Gives up those of a sample's paths whose weights are not finite.
+    /// Drops the paths of a sample whose camera weights are not finite.
     fn give_up_by_camera(&self, paths: &mut [Path], lanes: LaneMask) {
         let mut lost = 0;
         for lane in lanes_of(lanes) {
@@ -140,36 +140,36 @@ impl PathTracer<'_> {
         self.report_lost(camera, Method::GenerateRay, lost);
     }
 
-    /// Traces the shadow rays of a wave and adds what they are for.
+    /// Traces the shadow rays of a wavefront and adds the contributions of unoccluded ones.
     fn trace_shadow_rays(&self, memory: &mut BatchMemory) {
         memory.rays.shadow += memory.shadow_rays.len() as u64;
-        if self.scene.has_cut_outs() {
-            self.trace_shadows_of_cut_outs(memory);
+        if self.scene.has_alpha() {
+            self.trace_shadows_through_alpha(memory);
         } else {
-            let tracer = Tracer { scene: &self.scene.compiled, problems: self.problems };
+            let tracer = Tracer { scene: &self.scene.compiled, errors: self.errors };
             trace_shadow_rays(&tracer, memory);
         }
         memory.shadow_rays.clear();
     }
 
-    /// The same where rays may pass what they hit: as rays of a wave of their own.
-    fn trace_shadows_of_cut_outs(&self, memory: &mut BatchMemory) {
-        let BatchMemory { wave, shadows, shadow_rays, chunk, searcher, .. } = memory;
+    /// The same if alpha textures may let rays pass surfaces: the rays form another wavefront.
+    fn trace_shadows_through_alpha(&self, memory: &mut BatchMemory) {
+        let BatchMemory { wavefront, shadows, shadow_rays, batch, searcher, .. } = memory;
         let epsilon = self.scene.compiled.epsilon;
         shadows.paths.clear();
         shadows.paths.extend(shadow_rays.iter().map(|ray| ray.path_of(epsilon)));
         shadows.active.clear();
         shadows.active.extend(0..shadow_rays.len() as u32);
         searcher.are_together = false;
-        self.find_hits(shadows, searcher, chunk);
+        self.find_hits(shadows, searcher, batch);
         for index in &shadows.left {
-            shadow_rays[*index as usize].add_to(&mut wave.paths);
+            shadow_rays[*index as usize].add_to(&mut wavefront.paths);
         }
     }
 }
 
 impl Path {
-    /// A path that begins with a lane's ray.
+    /// Creates a path that begins with a lane's ray.
     pub fn from_ray(rays: &RayPacket, lane: usize, key: u32, sample: u32) -> Self {
         Path {
             origin: rays.origin_of(lane),

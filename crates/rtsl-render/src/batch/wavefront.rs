@@ -1,51 +1,52 @@
-//! The paths of a wave.
+//! Wavefronts of paths.
 
 use super::features::PathFeatures;
 
-/// Samples of a pixel that a wave takes: with 64 pixels a thousand paths, whose memory caches hold.
-pub const SAMPLES_IN_WAVE: u32 = 16;
+/// The number of samples of each pixel in a wavefront: with 64 pixels these are a thousand paths, which fit into
+/// caches.
+pub const SAMPLES_IN_WAVEFRONT: u32 = 16;
 
-/// A path on its way: what is known of it between surfaces. Two lines of a cache each; what is read together lies
-/// in fours.
+/// The state of a path between surfaces. It occupies two cache lines; numbers that are read together are grouped in
+/// fours.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Path {
-    /// Where its ray begins, in world space.
+    /// The origin of its ray, in world space.
     pub origin: [f32; 3],
     /// The least parameter of a hit (exclusive).
     pub epsilon: f32,
-    /// Where its ray goes; of unit length unless a camera made it.
+    /// The direction of its ray; of unit length except for camera rays.
     pub direction: [f32; 3],
-    /// The greatest parameter of a hit (exclusive); of the hit, once that is found.
+    /// The greatest parameter of a hit (exclusive); once a hit is found, its parameter.
     pub distance: f32,
-    /// The greatest parameter of a hit, for good.
+    /// The greatest parameter of a hit, which does not change.
     pub limit: f32,
-    /// What radiance along its ray is multiplied with.
+    /// The weight of radiance along its ray.
     pub throughput: [f32; 3],
     /// The density of its direction per solid angle; 0 if it was not chosen by a density.
     pub density: f32,
-    /// What it brought back so far.
+    /// The radiance so far.
     pub radiance: [f32; 3],
     /// The time within the shutter.
     pub time: f32,
-    /// How wide its ray is where it begins.
+    /// The width of its ray at the origin.
     pub width: f32,
-    /// How much wider after a unit of length.
+    /// The increase of width per unit of length.
     pub spread: f32,
-    /// Which sequence of numbers it has.
+    /// The key of its random sequence.
     pub key: u32,
-    /// Which sample of its pixel it is.
+    /// The index of its sample.
     pub sample: u32,
-    /// The normals where its ray begins, on the side that its last ray came from, in world space.
+    /// The geometric normal at the ray's origin, on the side from which the previous ray came, in world space.
     pub geometric_normal: [f32; 3],
-    /// The one for shading.
+    /// The shading normal there.
     pub shading_normal: [f32; 3],
-    /// Whether it was said already whose values are not finite in what it brings back.
+    /// True if the cause of values that are not finite was reported for this path.
     pub is_blamed: bool,
 }
 
 impl Path {
-    /// One that goes nowhere.
+    /// A path that hits nothing.
     pub const NOWHERE: Path = Path {
         origin: [0.0; 3],
         epsilon: 0.0,
@@ -66,43 +67,43 @@ impl Path {
     };
 }
 
-/// What a ray hits, in the scene's terms.
+/// A hit in terms of the scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PathHit {
     /// The index of the path.
     pub path: u32,
     /// The object.
     pub object: u32,
-    /// Which of its elements.
+    /// The index of its element.
     pub element: u32,
     /// The instance that places it; [`NO_INSTANCE`] for the world.
     pub instance: u32,
 }
 
-/// Instead of an instance: the world.
+/// The value for objects that no instance places.
 pub const NO_INSTANCE: u32 = u32::MAX;
 
-/// Paths that are traced together, with memory for what is known of them.
+/// Paths that are traced together, with their hits.
 #[derive(Default)]
 pub struct Wavefront {
     /// The paths.
     pub paths: Vec<Path>,
-    /// What their first surfaces are, if that is asked for; else none.
+    /// The features of their first surfaces, if they are needed; else empty.
     pub features: Vec<PathFeatures>,
-    /// Those whose rays have still to be traced, by their index.
+    /// The indices of paths whose rays are not traced yet.
     pub active: Vec<u32>,
-    /// Those whose rays left the scene.
+    /// The indices of paths whose rays left the scene.
     pub left: Vec<u32>,
-    /// The hits of the others, as they were found.
+    /// The group and the hit of each other path, in the order found.
     pub hits: Vec<(u32, PathHit)>,
-    /// The same, sorted by group.
+    /// The hits sorted by group.
     pub sorted: Vec<PathHit>,
-    /// For each group the end of its hits among the sorted.
+    /// For each group the end of its hits in `sorted`.
     pub ends: Vec<usize>,
 }
 
 impl Wavefront {
-    /// Sorts the hits by their groups, of which there are so many; within a group they keep their order.
+    /// Sorts the hits by group; within a group they keep their order.
     pub fn sort(&mut self, groups: usize) {
         self.ends.clear();
         self.ends.resize(groups, 0);
@@ -131,11 +132,11 @@ mod tests {
     fn hits_are_sorted_by_group_and_keep_their_order() {
         let hits = [2, 0, 2, 1, 0].into_iter().zip(0..);
         let hits = hits.map(|(group, path)| (group, PathHit { path, ..PathHit::default() }));
-        let mut wave = Wavefront { hits: hits.collect(), ..Wavefront::default() };
-        wave.sort(4);
-        let paths: Vec<u32> = wave.sorted.iter().map(|hit| hit.path).collect();
+        let mut wavefront = Wavefront { hits: hits.collect(), ..Wavefront::default() };
+        wavefront.sort(4);
+        let paths: Vec<u32> = wavefront.sorted.iter().map(|hit| hit.path).collect();
         assert_eq!(
-            (paths.as_slice(), wave.ends.as_slice()),
+            (paths.as_slice(), wavefront.ends.as_slice()),
             ([1, 4, 3, 0, 2].as_slice(), [2, 3, 5, 5].as_slice())
         );
         assert_eq!(size_of::<Path>(), 128);

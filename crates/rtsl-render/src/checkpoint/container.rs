@@ -4,13 +4,13 @@
 //! |---|---|
 //! | 8 bytes | `RTSLckp` and a line feed |
 //! | u32 | the version of the format |
-//! | u64 | how many bytes the file has in all |
-//! | u32 | entries of the fingerprint; then for each its name, a byte for its kind, and its value as text, or 32 bytes of digest |
-//! | u32 | sections; then for each its name, a byte for its kind, a u64 for how many numbers it has, and these |
-//! | 32 bytes | the BLAKE3 digest of all bytes before |
+//! | u64 | the length of the file in bytes |
+//! | u32 | the number of fingerprint entries; then for each its name, a byte for its kind, and its value as text, or 32 bytes of digest |
+//! | u32 | the number of sections; then for each its name, a byte for its kind, a u64 for the count of its numbers, and the numbers |
+//! | 32 bytes | the BLAKE3 digest of all preceding bytes |
 //!
-//! A text is a u32 for its length and so many bytes of UTF-8. BLAKE3 is the hash of the files' digests too; as a checksum it finds
-//! any change, and takes a millisecond for each few megabytes.
+//! A text is a u32 for its length, followed by as many bytes of UTF-8. BLAKE3 is also the hash of the files' digests;
+//! as a checksum it detects any change and takes a millisecond for a few megabytes.
 
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
@@ -27,7 +27,7 @@ const VERSION: u32 = 1;
 const HEADER: u64 = 8 + 4 + 8;
 /// The digest at the end.
 const CHECKSUM: u64 = 32;
-/// Numbers are taken to bytes and back so many at a time.
+/// The count of numbers that are converted to bytes and back at a time.
 const CHUNK: usize = 4096;
 
 const TEXT: u8 = 0;
@@ -71,7 +71,7 @@ pub fn write(checkpoint: &Checkpoint<'_>, writer: &mut dyn Write) -> io::Result<
     writer.write_all(checksum.as_bytes())
 }
 
-/// How many bytes a checkpoint has.
+/// The length of a checkpoint in bytes.
 fn length(checkpoint: &Checkpoint<'_>) -> u64 {
     let text = |text: &str| 4 + text.len() as u64;
     let entries = checkpoint.fingerprint.entries().map(|(name, value)| {
@@ -135,15 +135,15 @@ pub fn read(source: &mut dyn Read, length: u64) -> Result<Checkpoint<'static>, D
         return Err(Damage::Malformed("bytes follow its last section".to_owned()));
     }
     let checksum = input.hasher.finalize();
-    // Compared by the library in constant time, which nobody needs here.
+    // The library compares in constant time, which is not needed here.
     if checksum != input.array::<32>()? {
         return Err(Damage::Checksum);
     }
     Ok(Checkpoint { fingerprint, sections })
 }
 
-/// Reads the fingerprint alone from a source of `length` bytes. Its checksum lies behind all numbers and is not looked
-/// at: of a checkpoint that was changed it may be that of none.
+/// Reads only the fingerprint from a source of `length` bytes. The checksum comes after all numbers and is not
+/// verified, so the fingerprint of a damaged checkpoint may be wrong.
 pub fn read_fingerprint(source: &mut dyn Read, length: u64) -> Result<Fingerprint, Damage> {
     let mut input = Input { source, hasher: blake3::Hasher::new(), left: length };
     input.header(length)?;
@@ -153,7 +153,7 @@ pub fn read_fingerprint(source: &mut dyn Read, length: u64) -> Result<Fingerprin
 struct Input<'a> {
     source: &'a mut dyn Read,
     hasher: blake3::Hasher,
-    /// Bytes that the source has left: no more are asked for, and no memory for more.
+    /// The number of bytes left in the source: a limit for reads and for allocations.
     left: u64,
 }
 
@@ -171,7 +171,7 @@ impl Input<'_> {
             std::cmp::Ordering::Less => Err(Damage::Truncated { expected, found: length }),
             std::cmp::Ordering::Equal => Ok(()),
             std::cmp::Ordering::Greater => {
-                let message = format!("it has {length} bytes and should have {expected}");
+                let message = format!("it has {length} bytes, expected {expected}");
                 Err(Damage::Malformed(message))
             }
         }
@@ -255,7 +255,7 @@ impl Input<'_> {
 
     fn take(&mut self, bytes: &mut [u8]) -> Result<(), Damage> {
         self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
-            Damage::Malformed("what it says of itself needs more bytes than it has".to_owned())
+            Damage::Malformed("its contents need more bytes than it has".to_owned())
         })?;
         self.source.read_exact(bytes).map_err(|error| Damage::Unreadable(error.to_string()))?;
         self.hasher.update(bytes);

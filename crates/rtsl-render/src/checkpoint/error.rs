@@ -1,4 +1,4 @@
-//! Why a checkpoint cannot be written or used.
+//! Errors of checkpoints.
 
 use std::path::PathBuf;
 
@@ -6,55 +6,55 @@ use rtsl::{Diagnostic, diagnostic_codes as codes};
 
 use super::Difference;
 
-/// Why a checkpoint cannot be written or used.
+/// An error of writing or resuming a checkpoint.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CheckpointError {
-    /// The system does not let it be read.
+    /// The file cannot be read.
     #[error("cannot read the checkpoint `{}`: {reason}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// The system's words.
+        /// The system's error message.
         reason: String,
     },
-    /// The system does not let it be written.
+    /// The file cannot be written.
     #[error("cannot write the checkpoint `{}`: {reason}", path.display())]
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// The system's words.
+        /// The system's error message.
         reason: String,
     },
-    /// It is none, or no whole one.
+    /// The file is not a checkpoint, or is damaged.
     #[error("`{}` cannot be resumed: {damage}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The damage.
         damage: Damage,
     },
-    /// It is of another render.
-    #[error("`{}` is of another render: {difference}", path.display())]
+    /// The checkpoint belongs to another render.
+    #[error("`{}` belongs to another render: {difference}", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
         /// The first difference.
         difference: Difference,
     },
-    /// Its place holds something else, which is kept.
+    /// The path is occupied by something else, which is not overwritten.
     #[error("`{}` is not overwritten: {occupant}", path.display())]
     Occupied {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// The content of the file.
         occupant: Occupant,
     },
 }
 
-/// What stands where a checkpoint should be written.
+/// The file at the path of a checkpoint.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Occupant {
-    /// No checkpoint, or none that can be told.
+    /// The file is not a checkpoint, or cannot be identified as one.
     #[error("{0}")]
     Unknown(Damage),
     /// The checkpoint of another render.
@@ -63,27 +63,27 @@ pub enum Occupant {
 }
 
 impl CheckpointError {
-    /// The error as users read it.
+    /// The diagnostic of the error.
     pub fn diagnostic(&self) -> Diagnostic {
         let message = self.to_string();
         match self {
             CheckpointError::Unreadable { .. } => Diagnostic::new(codes::UNREADABLE_FILE, message),
             CheckpointError::Unwritable { .. } => Diagnostic::new(codes::UNWRITABLE_FILE, message)
-                .note("what stood there before is as it was"),
+                .note("the previous file was not changed"),
             CheckpointError::Damaged { .. } => Diagnostic::new(codes::BAD_CHECKPOINT, message)
                 .help("delete it, then render without `--resume`"),
             CheckpointError::Foreign { .. } => Diagnostic::new(codes::FOREIGN_CHECKPOINT, message)
-                .help("restore what differs, or give this render a checkpoint of its own"),
+                .help("restore the difference, or use another checkpoint file for this render"),
             CheckpointError::Occupied { .. } => {
                 Diagnostic::new(codes::OCCUPIED_CHECKPOINT, message).help(OCCUPIED_REMEDY)
             }
         }
     }
 
-    /// The same before the render begins, where nothing is lost yet.
+    /// The diagnostic before the render begins, when nothing is lost yet.
     pub fn early_warning(&self) -> Diagnostic {
         let diagnostic = Diagnostic::new(codes::NO_CHECKPOINT, self.to_string())
-            .note("a render that ends early leaves no checkpoint then");
+            .note("a render that ends early will then leave no checkpoint");
         match self {
             CheckpointError::Occupied { .. } => diagnostic.help(OCCUPIED_REMEDY),
             CheckpointError::Unreadable { .. }
@@ -96,30 +96,30 @@ impl CheckpointError {
 
 const OCCUPIED_REMEDY: &str = "delete it, or name another file with `--checkpoint`";
 
-/// What is wrong with the bytes of a checkpoint.
+/// Damage of a checkpoint's bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
-    /// They begin otherwise.
-    #[error("it is no checkpoint")]
+    /// The file does not start with the magic bytes.
+    #[error("it is not a checkpoint")]
     NotACheckpoint,
-    /// Another program wrote it.
+    /// The version of the format is not supported.
     #[error("it has version {0} of the format, and this program reads version {1}")]
     UnknownVersion(u32, u32),
     /// Bytes are missing at the end.
-    #[error("it was cut off: of {expected} bytes there are {found}")]
+    #[error("it is truncated: it has {found} of {expected} bytes")]
     Truncated {
-        /// How many it says it has.
+        /// The length in the header.
         expected: u64,
-        /// How many there are.
+        /// The actual length.
         found: u64,
     },
-    /// Something changed since it was written.
-    #[error("its checksum does not fit: it was changed, or the disk failed")]
+    /// The checksum is wrong.
+    #[error("its checksum is wrong: the file was changed, or the disk failed")]
     Checksum,
-    /// It says something that cannot be.
+    /// The content is inconsistent.
     #[error("{0}")]
     Malformed(String),
-    /// The system stopped reading.
+    /// The system reported an error while reading.
     #[error("{0}")]
     Unreadable(String),
 }

@@ -1,4 +1,4 @@
-//! What a render depends on, in named entries, by which a checkpoint of another render is told.
+//! Fingerprints: the inputs that a render depends on, as named entries that identify the render of a checkpoint.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,28 +7,28 @@ use rtsl_math::sampling::{FilterShape, PixelFilter, Sampler, SamplerKind};
 use rtsl_scene::reader::Digest;
 use rtsl_scene::{Renderer, Settings};
 
-/// What a render depends on.
+/// The inputs of a render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fingerprint {
     entries: BTreeMap<String, FingerprintValue>,
 }
 
-/// What an entry of a fingerprint is.
+/// The value of an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FingerprintValue {
-    /// Something short, as people read it.
+    /// A short, readable value.
     Text(String),
-    /// Of something long.
+    /// The digest of a long value.
     Digest(Digest),
 }
 
 impl Fingerprint {
-    /// What an image depends on of a scene's settings.
+    /// Returns the entries for the settings that affect the image.
     pub fn of_settings(settings: &Settings) -> Self {
         let Settings {
             width,
             height,
-            // Neither changes what is rendered.
+            // These do not affect the image.
             filename: _,
             exposure: _,
             filter,
@@ -55,7 +55,7 @@ impl Fingerprint {
         let name = match kind {
             SamplerKind::Independent => "independent".to_owned(),
             SamplerKind::Sobol => "sobol".to_owned(),
-            // Its strata depend on how many samples there will be.
+            // The strata depend on the final number of samples.
             SamplerKind::Stratified { jitter } => {
                 let jitter = if *jitter { "" } else { " without jitter" };
                 format!("stratified in {columns}x{rows}{jitter}")
@@ -65,12 +65,12 @@ impl Fingerprint {
         fingerprint
     }
 
-    /// Sets an entry. Names are short and in words, since messages name them.
+    /// Sets an entry. Names are short words, because messages contain them.
     pub fn set(&mut self, name: impl Into<String>, value: impl fmt::Display) {
         self.set_value(name, FingerprintValue::Text(value.to_string()));
     }
 
-    /// Sets an entry of something long.
+    /// Sets an entry to the digest of a long value.
     pub fn set_digest(&mut self, name: impl Into<String>, digest: Digest) {
         self.set_value(name, FingerprintValue::Digest(digest));
     }
@@ -80,12 +80,12 @@ impl Fingerprint {
         self.entries.insert(name.into(), value);
     }
 
-    /// All entries, sorted by name.
+    /// Returns all entries, sorted by name.
     pub fn entries(&self) -> impl ExactSizeIterator<Item = (&str, &FingerprintValue)> {
         self.entries.iter().map(|(name, value)| (name.as_str(), value))
     }
 
-    /// The first entry that differs between a checkpoint's fingerprint and that of the render that would go on.
+    /// Returns the first entry that differs between a checkpoint's fingerprint and that of the render to be resumed.
     pub fn difference(&self, render: &Fingerprint) -> Option<Difference> {
         let names = self.entries.keys().chain(render.entries.keys());
         let differs = |name: &&String| self.entries.get(*name) != render.entries.get(*name);
@@ -98,14 +98,14 @@ impl Fingerprint {
     }
 }
 
-/// Where two renders differ.
+/// A difference between two fingerprints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// The entry's name.
     pub name: String,
-    /// What the checkpoint has.
+    /// The value in the checkpoint.
     pub checkpoint: Option<FingerprintValue>,
-    /// What the render has.
+    /// The value in the render.
     pub render: Option<FingerprintValue>,
 }
 
@@ -116,9 +116,9 @@ impl fmt::Display for Difference {
             (Some(FingerprintValue::Text(checkpoint)), Some(FingerprintValue::Text(render))) => {
                 write!(f, "the checkpoint has {name} {checkpoint}, the render {name} {render}")
             }
-            (Some(_), Some(_)) => write!(f, "{name} has changed since"),
-            (Some(_), None) => write!(f, "the checkpoint has {name}, the render has not"),
-            (None, Some(_)) => write!(f, "the render has {name}, the checkpoint has not"),
+            (Some(_), Some(_)) => write!(f, "{name} has changed since the checkpoint"),
+            (Some(_), None) => write!(f, "the checkpoint has {name}, but the render does not"),
+            (None, Some(_)) => write!(f, "the render has {name}, but the checkpoint does not"),
             (None, None) => write!(f, "neither has {name}"),
         }
     }
@@ -154,11 +154,17 @@ mod tests {
         assert_eq!(said(&three, &fingerprint(4)), "the checkpoint has seed 3, the render seed 4");
         let mut with_file = three.clone();
         with_file.set_digest("scene.pbrt", Digest::of(b"Shape \"Sphere\""));
-        assert_eq!(said(&with_file, &three), "the checkpoint has scene.pbrt, the render has not");
-        assert_eq!(said(&three, &with_file), "the render has scene.pbrt, the checkpoint has not");
+        assert_eq!(
+            said(&with_file, &three),
+            "the checkpoint has scene.pbrt, but the render does not"
+        );
+        assert_eq!(
+            said(&three, &with_file),
+            "the render has scene.pbrt, but the checkpoint does not"
+        );
         let mut edited = with_file.clone();
         edited.set_digest("scene.pbrt", Digest::of(b"Shape \"Disk\""));
-        assert_eq!(said(&with_file, &edited), "scene.pbrt has changed since");
+        assert_eq!(said(&with_file, &edited), "scene.pbrt has changed since the checkpoint");
     }
 
     #[test]

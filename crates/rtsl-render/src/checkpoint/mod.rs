@@ -1,9 +1,9 @@
-//! Checkpoints: what a render has so far, in a file by which it can go on to the same bits.
+//! Checkpoints: the state of a render in a file from which it can be resumed, with the same bits as without the
+//! interruption.
 //!
-//! A checkpoint holds a [`Fingerprint`] of all that the image depends on and sections of numbers, which mean
-//! something to the renderer alone. It is written beside its place and renamed, so that an end at any moment
-//! leaves the earlier one; reading refuses what is damaged, and says why. Writing replaces nothing but checkpoints of the
-//! same render.
+//! A checkpoint contains a [`Fingerprint`] of all inputs of the image and sections of numbers, which only the renderer
+//! interprets. The file is replaced atomically, so that an interruption at any moment leaves the previous one. Damaged
+//! files are rejected with the reason. Writing replaces only checkpoints of the same render.
 
 mod container;
 mod error;
@@ -19,16 +19,16 @@ use rtsl_image::atomic_write::Replacement;
 pub use error::{CheckpointError, Damage, Occupant};
 pub use fingerprint::{Difference, Fingerprint, FingerprintValue};
 
-/// What is kept of a render.
+/// The state of a render.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint<'a> {
-    /// What the image depends on.
+    /// The inputs of the image.
     pub fingerprint: Fingerprint,
-    /// The numbers so far.
+    /// The numbers of the renderer.
     pub sections: Vec<Section<'a>>,
 }
 
-/// Numbers of one kind, under a name.
+/// A named array of numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section<'a> {
     /// The name.
@@ -37,7 +37,7 @@ pub struct Section<'a> {
     pub numbers: Numbers<'a>,
 }
 
-/// Numbers of one kind. They keep all bits, those of NaN too.
+/// An array of numbers of one type. All bits are preserved, including those of NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers<'a> {
     /// binary64
@@ -66,10 +66,10 @@ impl<'a> Section<'a> {
 }
 
 impl Checkpoint<'_> {
-    /// Writes it to the disk in the place of an earlier one of the same render.
+    /// Writes the checkpoint, replacing an earlier one of the same render.
     ///
     /// # Errors
-    /// The system refuses, or the place holds anything else; what stood there is then as it was.
+    /// If the file cannot be written, or the path is occupied by another file, which then stays unchanged.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let replacement = begin_replacement(path, &self.fingerprint)?;
         let written = replacement.finish(|file| {
@@ -80,7 +80,7 @@ impl Checkpoint<'_> {
         written.map_err(|error| unwritable(path, &error))
     }
 
-    /// Whether a checkpoint of this fingerprint could be written there.
+    /// Checks that a checkpoint with this fingerprint can be written to a path.
     ///
     /// # Errors
     /// As for [`Checkpoint::write`].
@@ -88,15 +88,15 @@ impl Checkpoint<'_> {
         begin_replacement(path, fingerprint).map(drop)
     }
 
-    /// Its bytes.
+    /// Writes the bytes of the checkpoint.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Any error of the writer.
     pub fn write_to(&self, writer: &mut dyn Write) -> std::io::Result<()> {
         container::write(self, writer)
     }
 
-    /// The numbers of a section in binary64.
+    /// Returns the binary64 numbers of a section.
     pub fn f64(&self, name: &str) -> Option<&[f64]> {
         match self.numbers(name)? {
             Numbers::F64(numbers) => Some(numbers),
@@ -104,7 +104,7 @@ impl Checkpoint<'_> {
         }
     }
 
-    /// The numbers of a section in binary32.
+    /// Returns the binary32 numbers of a section.
     pub fn f32(&self, name: &str) -> Option<&[f32]> {
         match self.numbers(name)? {
             Numbers::F32(numbers) => Some(numbers),
@@ -112,7 +112,7 @@ impl Checkpoint<'_> {
         }
     }
 
-    /// The whole numbers of a section.
+    /// Returns the integers of a section.
     pub fn u32(&self, name: &str) -> Option<&[u32]> {
         match self.numbers(name)? {
             Numbers::U32(numbers) => Some(numbers),
@@ -129,7 +129,7 @@ impl Checkpoint<'static> {
     /// Reads a checkpoint of any render.
     ///
     /// # Errors
-    /// The file cannot be read, is none, or is damaged.
+    /// If the file cannot be read, is not a checkpoint, or is damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let unreadable = |error: std::io::Error| CheckpointError::Unreadable {
             path: path.to_owned(),
@@ -144,10 +144,10 @@ impl Checkpoint<'static> {
             .map_err(|damage| CheckpointError::Damaged { path: path.to_owned(), damage })
     }
 
-    /// Reads a checkpoint of the render that `expected` tells.
+    /// Reads a checkpoint of the render with the fingerprint `expected`.
     ///
     /// # Errors
-    /// As for [`Checkpoint::read`], and where it is of another render.
+    /// As for [`Checkpoint::read`], and if it belongs to another render.
     pub fn read_for(path: &Path, expected: &Fingerprint) -> Result<Self, CheckpointError> {
         let checkpoint = Self::read(path)?;
         match checkpoint.fingerprint.difference(expected) {
@@ -159,7 +159,7 @@ impl Checkpoint<'static> {
     /// Reads a checkpoint from memory.
     ///
     /// # Errors
-    /// The bytes are none, or damaged.
+    /// If the bytes are not a checkpoint, or are damaged.
     pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, Damage> {
         let length = bytes.len() as u64;
         container::read(&mut bytes, length)
@@ -170,8 +170,8 @@ fn unwritable(path: &Path, error: &std::io::Error) -> CheckpointError {
     CheckpointError::Unwritable { path: path.to_owned(), reason: error.to_string() }
 }
 
-/// Begins to replace the checkpoint of the render that has this fingerprint. What stands there is looked at under the
-/// lock of the replacement, so that no other render writes between the look and the end.
+/// Begins to replace the checkpoint of the render with this fingerprint. The existing file is checked under the lock of
+/// the replacement, so that no other render can write between the check and the end.
 fn begin_replacement(
     path: &Path,
     fingerprint: &Fingerprint,
@@ -183,8 +183,8 @@ fn begin_replacement(
     }
 }
 
-/// What stands in a place besides checkpoints of the render. A file without any bytes is nothing: tools make such files
-/// to have a name.
+/// Returns the content of a path that is not a checkpoint of the render. An empty file counts as nothing, because tools
+/// create empty files to reserve names.
 fn occupant(place: &Path, fingerprint: &Fingerprint) -> std::io::Result<Option<Occupant>> {
     let file = match File::open(place) {
         Ok(file) => file,

@@ -1,4 +1,4 @@
-//! The boxes of objects, as their classes' `computeBounds` gives them.
+//! Bounding boxes of objects, computed by `computeBounds` of their classes.
 
 use rayon::prelude::*;
 use rtsl::host::NoHost;
@@ -12,13 +12,13 @@ use super::compiled_scene::ShaderInstance;
 use super::shaders::Shader;
 use super::variables::{variables, vector};
 
-/// Elements that one call bounds.
+/// The number of elements that one call bounds.
 const CALL: usize = 256;
 
-/// Elements that are made at a time, to be bounded and forgotten: all at once would be more than caches hold.
+/// The number of elements that are created, bounded and discarded at a time: all at once would not fit into caches.
 const MADE: usize = 8192;
 
-/// Asks objects one by one, with one block of state.
+/// Computes the bounds of single objects, with one block of state.
 pub struct BoundsMaker {
     state: LaneBlock,
 }
@@ -30,7 +30,7 @@ impl Default for BoundsMaker {
 }
 
 impl BoundsMaker {
-    /// The box of an object in its own space; `None` if it is unbounded.
+    /// Returns the bounds of an object in its own space; `None` if it is unbounded.
     pub fn bounds(&mut self, shader: &Shader, instance: &ShaderInstance) -> Option<Bounds> {
         let kernel = shader.kernel(Method::ComputeBounds)?;
         let instances = Instances::One(&instance.block);
@@ -39,10 +39,10 @@ impl BoundsMaker {
     }
 }
 
-/// The boxes of an instance's elements, of which there are so many, in their own space.
+/// Returns the bounds of an instance's `count` elements in their own space.
 ///
 /// # Errors
-/// If the elements can't be made, or their bounds have no code.
+/// If the elements cannot be created, or their bounds cannot be compiled.
 pub fn element_bounds(
     program: &Program,
     instance: &Instance,
@@ -74,7 +74,7 @@ pub fn element_bounds(
     Ok(bounds)
 }
 
-/// Whether all went well: a method that runs past its budget bounds nothing.
+/// Calls the method. Returns false if it exceeds its budget, and then there are no bounds.
 fn call(
     kernel: &Kernel,
     state: &mut LaneBlock,

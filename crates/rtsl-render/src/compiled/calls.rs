@@ -1,4 +1,4 @@
-//! Calls of kernels for the rays of a packet.
+//! Kernel calls for the rays of a packet.
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::host::Host;
@@ -11,29 +11,29 @@ use super::compiled_scene::{CompiledScene, ShaderInstance};
 use super::runtime_errors::RuntimeErrors;
 use crate::lanes::mask_bits::{bits, set_bits};
 
-/// The blocks of one call.
+/// The memory blocks of one call.
 pub struct CallBlocks {
     /// The state.
     pub state: LaneBlock,
     /// The scratch.
     pub scratch: LaneBlock,
-    /// The lanes that take part, where these are not the first so many.
+    /// The mask of active lanes, if these are not the first `count` lanes.
     pub mask: MaskBlock,
-    /// Whether the mask counts.
+    /// True if the mask is used.
     pub is_masked: bool,
-    /// What `mask` holds.
+    /// The lanes in `mask`.
     masked: LaneMask,
     /// The lanes that accepted a hit.
     pub accepted: MaskBlock,
 }
 
 impl CallBlocks {
-    /// For shaders with at most so many arrays of scratch.
+    /// Allocates blocks for shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize) -> Self {
         Self::with_lanes(scratch_arrays, LANES)
     }
 
-    /// The same for so many rays.
+    /// The same for `lanes` rays.
     pub fn with_lanes(scratch_arrays: usize, lanes: usize) -> Self {
         CallBlocks {
             state: new_state(lanes),
@@ -50,8 +50,8 @@ impl CallBlocks {
         (0..arrays).for_each(|array| self.scratch.words_mut(array).fill(0));
     }
 
-    /// Makes a mask of lanes where a call needs one: how many rays the call is for.
-    // Without a mask full packets go the way that was made for them.
+    /// Prepares the mask for `lanes` if the call needs one, and returns the number of rays of the call.
+    // Without a mask, full packets use the code specialised for them.
     #[inline(always)]
     pub fn prepare_mask<S: Simd>(&mut self, simd: S, lanes: LaneMask) -> usize {
         let count = LANES - lanes.leading_zeros() as usize;
@@ -63,8 +63,8 @@ impl CallBlocks {
         count
     }
 
-    /// Calls a method for `lanes`; returns the lanes that accepted a hit. `scratch` stands for
-    /// the blocks' own where it is given.
+    /// Calls a method for `lanes`; returns the lanes that accepted a hit. If `scratch` is given, it replaces that of
+    /// the blocks.
     pub fn call(
         &mut self,
         call: &KernelCall<'_>,
@@ -83,7 +83,7 @@ impl CallBlocks {
             host,
         });
         if status.budget_exhausted {
-            call.problems.report(call.class, call.method);
+            call.errors.report(call.class, call.method);
         }
         match call.method {
             Method::Intersect => {
@@ -94,7 +94,7 @@ impl CallBlocks {
     }
 }
 
-/// A kernel, whose it is, and where its problems go.
+/// A kernel with the arguments of its calls.
 pub struct KernelCall<'a> {
     /// The kernel.
     pub kernel: &'a Kernel,
@@ -106,20 +106,20 @@ pub struct KernelCall<'a> {
     pub scratch_arrays: usize,
     /// The class's name, for messages.
     pub class: &'a str,
-    /// Where problems go.
-    pub problems: &'a RuntimeErrors,
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
 }
 
 impl KernelCall<'_> {
-    /// Says that the call's values for these lanes are not finite.
+    /// Reports values of the call that are not finite for these lanes.
     pub fn report_not_finite(&self, lanes: LaneMask) {
         if lanes != 0 {
             let count = u64::from(lanes.count_ones());
-            self.problems.report_not_finite(self.class, self.method, count);
+            self.errors.report_not_finite(self.class, self.method, count);
         }
     }
 
-    /// Whether the kernel reads or writes a component of the state.
+    /// True if the kernel reads or writes a component of the state.
     pub fn touches(&self, component: usize) -> bool {
         self.kernel.state_components().contains(component as u32)
     }
@@ -132,25 +132,25 @@ impl<'a> KernelCall<'a> {
         kernel: &'a Kernel,
         method: Method,
         instances: Instances<'a>,
-        problems: &'a RuntimeErrors,
+        errors: &'a RuntimeErrors,
     ) -> Self {
         let scratch_arrays = program.layout().scratch_arrays as usize;
         let class = &program.class().name;
-        KernelCall { kernel, method, instances, scratch_arrays, class, problems }
+        KernelCall { kernel, method, instances, scratch_arrays, class, errors }
     }
 }
 
 impl CompiledScene {
-    /// The call of an instance's method; `None` if its class has none.
+    /// Returns the call of an instance's method; `None` if its class has none.
     pub fn call<'a>(
         &'a self,
         instance: &'a ShaderInstance,
         method: Method,
-        problems: &'a RuntimeErrors,
+        errors: &'a RuntimeErrors,
     ) -> Option<KernelCall<'a>> {
         let shader = self.shader(instance);
         let kernel = instance.specialised.kernel(method).or_else(|| shader.kernel(method))?;
         let instances = Instances::One(&instance.block);
-        Some(KernelCall::new(&shader.program, kernel, method, instances, problems))
+        Some(KernelCall::new(&shader.program, kernel, method, instances, errors))
     }
 }

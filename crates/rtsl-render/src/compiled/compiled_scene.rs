@@ -23,13 +23,13 @@ use super::shaders::{Purpose, Shader, ShaderTable, SurfaceNeeds, is_own_material
 use super::specialisation::{Specialisation, Specialised};
 use crate::lanes::eight::{Eight, Vectors, scaled};
 
-/// An instance, ready for the kernels of its shader.
+/// An instance prepared for the kernels of its shader.
 pub struct ShaderInstance {
     /// The index of its shader.
     pub shader: usize,
-    /// Its data.
+    /// Its members.
     pub block: Arc<InstanceBlock>,
-    /// Its kernels that know this data.
+    /// The kernels specialised for its values.
     pub specialised: Specialised,
 }
 
@@ -37,24 +37,25 @@ pub struct ShaderInstance {
 pub struct Object {
     /// Its shape.
     pub primitive: ShaderInstance,
-    /// From its own space to its group's. What moves is a group of its own, and a moving instance.
+    /// The transform from its own space to its group's. A moving object is placed by a moving instance of a group to
+    /// itself.
     pub forward: Affine,
-    /// From its group's space to its own.
+    /// The transform from its group's space to its own.
     pub inverse: Affine,
-    /// From sizes of its group's space to those of what its own space makes of them, back in its group's.
+    /// The map of magnitudes for error bounds, from its group's space through its own and back.
     pub sizes: Affine,
-    /// How much larger a volume of its own space is in its group's; positive.
+    /// The factor by which volumes are scaled from its own space to its group's; positive.
     pub volume_scale: f32,
-    /// The index of its material; `None` where the shape is its own.
+    /// The index of its material; `None` if the shape is its own material.
     pub material: Option<u32>,
     /// The index of the material whose emission it gives off besides.
     pub emitter: Option<u32>,
-    /// Its normals point the other way.
+    /// True if its normals are flipped.
     pub reverse_orientation: bool,
 }
 
 impl Object {
-    /// What normals of its own space are in its group's, of any length, on the side that it shows.
+    /// Transforms normals from its own space to its group's, of any length, with its orientation.
     #[inline(always)]
     pub fn normals_to_group<S: Simd>(&self, eight: Eight<S>, normals: &Vectors<S>) -> Vectors<S> {
         let side = if self.reverse_orientation { -1.0 } else { 1.0 };
@@ -66,25 +67,25 @@ impl Object {
 pub struct Light {
     /// The light.
     pub instance: ShaderInstance,
-    /// From its own space to the world's.
+    /// The transform from its own space to the world's.
     pub forward: Affine,
-    /// From the world's space to its own.
+    /// The transform from the world's space to its own.
     pub inverse: Affine,
 }
 
-/// A step in making a scene ready.
+/// A step of preparing a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BuildStep {
-    /// Kernels are made.
+    /// Compiling kernels.
     Kernels {
-        /// For how many shaders.
+        /// The number of shaders.
         shaders: usize,
     },
-    /// Shapes are bounded, and the acceleration structure is built.
+    /// Computing bounds and building the acceleration structure.
     Hierarchy,
 }
 
-/// A scene, ready to be rendered.
+/// A scene prepared for rendering.
 pub struct CompiledScene {
     /// Film, sampler and integrator.
     pub settings: Settings,
@@ -92,46 +93,46 @@ pub struct CompiledScene {
     pub shaders: Vec<Shader>,
     /// The camera.
     pub camera: ShaderInstance,
-    /// From the camera's space to the world's; of one that moves, when the shutter opens.
+    /// The transform from the camera's space to the world's; of a moving camera, at shutter open.
     pub camera_to_world: Affine,
-    /// The same for as long as the shutter is open, if it moves.
+    /// The same over the shutter interval, if it moves.
     pub camera_motion: Option<Arc<MovingTransform>>,
     /// The materials.
     pub materials: Vec<ShaderInstance>,
     /// The lights.
     pub lights: Vec<Light>,
-    /// The shapes that are sampled as lights; their samples come behind those of `lights`.
+    /// The area lights; their light indices come after those of `lights`.
     pub area_lights: Vec<AreaLight>,
-    /// What `ambient()` gives.
+    /// The value of `ambient()`.
     pub ambient: [f32; 3],
     /// The objects.
     pub objects: Vec<Object>,
-    /// The acceleration structure. It knows shapes by their boxes, never by their kernels, so that
-    /// scenes with the same shapes can share it.
+    /// The acceleration structure. It depends on the bounds of shapes but not on their kernels, so that scenes with the
+    /// same shapes can share it.
     pub geometry: Arc<Geometry>,
-    /// What the items of the geometry's groups are.
+    /// The objects of the items in the geometry's groups.
     pub items: Vec<GroupItems>,
-    /// What blocks of the geometry's trees name as their classes.
+    /// The classes of the leaves of the geometry's trees.
     pub classes: Vec<ObjectClass>,
-    /// From a group's space to the world's, for the instances of the geometry; of those that move, when
-    /// the shutter opens.
+    /// The transforms from a group's space to the world's, for the instances of the geometry; of moving instances, at
+    /// shutter open.
     pub instance_transforms: Vec<Affine>,
-    /// How long the boxes of its objects are.
+    /// The extents of its objects' bounding boxes.
     pub extents: Arc<Extents>,
-    /// What `camera_epsilon` gives where the scene's settings say nothing.
+    /// The value of `camera_epsilon` if the scene's settings do not set it.
     usual_camera_epsilon: f32,
-    /// The least distance of the hits of all other rays: these begin off the surfaces that they leave, so that it is 0 unless
-    /// the scene wants more.
+    /// The least distance of hits of all rays but camera rays. Their origins are offset from surfaces, so it is 0
+    /// unless the scene sets it.
     pub epsilon: f32,
     /// The greatest number of scratch arrays of a shader.
     pub scratch_arrays: usize,
-    /// Lanes of a vector of the kernels.
+    /// The SIMD width of the kernels in lanes.
     pub width: u32,
-    /// The time that kernels took.
+    /// The time for compiling kernels.
     pub compile_time: Duration,
-    /// The time that bounds and the acceleration structure took.
+    /// The time for bounds and the acceleration structure.
     pub build_time: Duration,
-    /// What makes kernels for the scene's values; ends after all else.
+    /// Compiles kernels specialised for the scene's values; dropped last.
     pub specialisation: Specialisation,
 }
 
@@ -139,12 +140,12 @@ impl CompiledScene {
     /// Makes kernels for a scene and builds its acceleration structure. Warnings go to `messages`.
     ///
     /// # Errors
-    /// If a class lacks a method that its use needs, or a kernel can't be made.
+    /// If a class lacks a method that its use needs, or a kernel cannot be compiled.
     pub fn new(scene: Scene, engine: &Engine, messages: &mut Messages) -> Result<Self, Messages> {
         Self::with_progress(scene, engine, messages, &|_| {})
     }
 
-    /// Like [`CompiledScene::new`]; tells `listener` what comes next.
+    /// Like [`CompiledScene::new`]; calls `listener` with the next step.
     ///
     /// # Errors
     /// As for [`CompiledScene::new`].
@@ -157,7 +158,7 @@ impl CompiledScene {
         Self::with_shapes(&Shapes::New, Purpose::Shading, scene, engine, messages, listener)
     }
 
-    /// Like [`CompiledScene::with_progress`], with kernels for searches alone.
+    /// Like [`CompiledScene::with_progress`], with only the kernels that searches need.
     ///
     /// # Errors
     /// As for [`CompiledScene::new`].
@@ -184,8 +185,8 @@ impl CompiledScene {
         Self::with_shapes(&Shapes::Same(self), Purpose::Shading, scene, engine, messages, &|_| {})
     }
 
-    /// Like [`CompiledScene::new`], for a scene of which this may have been an earlier state: where shapes
-    /// only moved, or changed their parameters, the trees of this one follow.
+    /// Like [`CompiledScene::new`], for a scene of which this may be an earlier state: if shapes only moved, or changed
+    /// their parameters, the trees are refitted.
     ///
     /// # Errors
     /// As for [`CompiledScene::new`].
@@ -198,9 +199,9 @@ impl CompiledScene {
         Self::with_shapes(&Shapes::Moved(self), Purpose::Shading, scene, engine, messages, &|_| {})
     }
 
-    /// Takes over the values of the instances of `scene` that are other objects than those of
-    /// `earlier`, of which this was made. Nothing is compiled, and nothing happens where that is not
-    /// enough: a shape changed, or the class of anything.
+    /// Replaces the values of the instances in which `scene` differs from `earlier`, from which this was compiled.
+    /// Nothing is compiled. Returns false without any effect if that does not suffice, because a shape or the class of
+    /// an instance changed.
     pub fn replace_values(&mut self, earlier: &Scene, scene: &Scene, engine: &Engine) -> bool {
         if !scene.has_same_shapes(earlier) || scene.ambient != earlier.ambient {
             return false;
@@ -226,7 +227,7 @@ impl CompiledScene {
         true
     }
 
-    /// The camera, the materials and the lights, as [`Scene::shading_instances`] orders them.
+    /// The camera, the materials and the lights, in the order of [`Scene::shading_instances`].
     fn shading_instances(&self) -> impl Iterator<Item = &ShaderInstance> {
         let lights = self.lights.iter().map(|light| &light.instance);
         [&self.camera].into_iter().chain(&self.materials).chain(lights)
@@ -247,8 +248,7 @@ impl CompiledScene {
     ) -> Result<Self, Messages> {
         if purpose == Purpose::Shading && scene.objects.iter().any(|object| object.alpha.is_some())
         {
-            let message =
-                "cut-outs have no effect on the interactive renderer: whole surfaces are there";
+            let message = "alpha has no effect on the interactive renderer: surfaces are opaque";
             messages.push_one(Diagnostic::new(codes::IGNORED_SETTING, message));
         }
         let start = Instant::now();
@@ -275,23 +275,23 @@ impl CompiledScene {
         Ok(compiled)
     }
 
-    /// The least distance of a camera ray's hit, unless the camera says otherwise.
+    /// Returns the least distance of a camera ray's hit, unless the camera sets another.
     pub fn camera_epsilon(&self) -> f32 {
         self.settings.epsilon.unwrap_or(self.usual_camera_epsilon)
     }
 
-    /// The shader of an instance.
+    /// Returns the shader of an instance.
     pub fn shader(&self, instance: &ShaderInstance) -> &Shader {
         &self.shaders[instance.shader]
     }
 
-    /// Where an instance of the geometry stands.
+    /// Returns the placement of an instance of the geometry.
     pub fn placement(&self, instance: u32) -> Option<Placement<'_>> {
         let forward = *self.instance_transforms.get(instance as usize)?;
         Some(Placement::new(self.geometry.instances.get(instance as usize)?, forward))
     }
 
-    /// What the material of an object, its emitter and its own methods read of its surface.
+    /// Returns the surface properties that the material of an object, its emitter and its own methods read.
     pub fn needs(&self, object: &Object) -> SurfaceNeeds {
         let own = object.material.is_none().then_some(object.primitive.shader);
         let others = [object.material, object.emitter].into_iter().flatten();
@@ -306,18 +306,18 @@ impl CompiledScene {
     }
 }
 
-/// What is known of the shapes of a scene.
+/// The parts of an earlier scene that can be reused.
 enum Shapes<'a> {
-    /// Nothing.
+    /// None.
     New,
-    /// They are those of another scene, in the same places.
+    /// The shapes are those of this scene, at the same places.
     Same(&'a CompiledScene),
-    /// They may be those of another scene, in other places.
+    /// The shapes may be those of this scene, at other places.
     Moved(&'a CompiledScene),
 }
 
 impl Shapes<'_> {
-    /// What has to follow shapes that moved.
+    /// The geometry to be refitted.
     fn earlier(&self) -> Option<(&Geometry, &[GroupItems])> {
         match self {
             Shapes::New | Shapes::Same(_) => None,
@@ -340,7 +340,7 @@ impl Builder<'_> {
                 (earlier.geometry.clone(), earlier.extents.clone(), earlier.usual_camera_epsilon)
             }
             Shapes::New | Shapes::Moved(_) => std::thread::scope(|scope| {
-                // The compiler works while the trees are built.
+                // Kernels are compiled while the trees are built.
                 scope.spawn(|| placed.prepare_classes(&scene, &objects, self.shaders));
                 let bounds = self.bounds(&scene)?;
                 let camera_epsilon = usual_camera_epsilon(&scene.objects, &bounds);
@@ -393,7 +393,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The shapes of the world that emit and can be sampled.
+    /// The area lights of the world.
     fn area_lights(&self, scene: &Scene, items: &[GroupItems]) -> Vec<AreaLight> {
         let has = |instance: &Instance, method: Method| {
             let shader = self.table.instance(instance).shader;
@@ -441,8 +441,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The boxes of all objects, or of their elements, in the spaces of their groups; `None` for
-    /// unbounded ones.
+    /// The bounds of all objects, or of their elements, in the spaces of their groups; `None` for unbounded ones.
     fn bounds(&self, scene: &Scene) -> Result<Vec<Vec<Option<Bounds>>>, Diagnostic> {
         let mut maker = BoundsMaker::default();
         let bounds = scene.objects.iter().map(|object| {
@@ -462,14 +461,14 @@ impl Builder<'_> {
     }
 }
 
-/// The objects of the world that move, and the instances that place them.
+/// The moving objects of the world, with the instances that place them.
 fn moving_members<'a>(
     scene: &'a Scene,
     items: &'a [GroupItems],
 ) -> impl Iterator<Item = (GroupMember, Option<u32>)> {
     let moves = |object: &&u32| scene.objects[**object as usize].motion.is_some();
     let moving = scene.world.iter().filter(moves).count();
-    // Their groups come behind those of the scene, their instances behind the scene's.
+    // Their groups come after those of the scene, their instances after the scene's.
     let groups = items.iter().skip(1 + scene.groups.len()).take(moving);
     let first = scene.instances.len() as u32;
     groups.zip(first..).flat_map(|(group, instance)| {
@@ -477,15 +476,15 @@ fn moving_members<'a>(
     })
 }
 
-/// The inverse of a placement.
+/// Returns the inverse of a placement.
 pub fn inverse(transform: Transform) -> Affine {
-    // The reader has refused what has no inverse.
+    // The reader rejects transforms without an inverse.
     transform.inverse().map_or(Affine::IDENTITY, Transform::affine)
 }
 
-/// The least distance of a camera ray's hit: 1e-4 of the scene's scale. The scale is the median diagonal of
-/// the objects' boxes, so that one large floor does not hide small things near the camera; but at least a hundredth
-/// of the diagonal of all.
+/// The least distance of a camera ray's hit: 1e-4 of the scene's scale. The scale is the median diagonal of the
+/// objects' boxes, so that one large floor does not hide small objects near the camera, but at least a hundredth of the
+/// diagonal of the scene.
 fn usual_camera_epsilon(objects: &[SceneObject], own_bounds: &[Vec<Option<Bounds>>]) -> f32 {
     let placed = objects.iter().zip(own_bounds).flat_map(|(object, bounds)| {
         let bounds = bounds.iter().flatten();

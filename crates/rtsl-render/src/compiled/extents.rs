@@ -1,21 +1,20 @@
-//! How long the boxes of shapes are, for bounds of what rounding does to their hits.
+//! Extents of bounding boxes, from which rounding errors of hits are bounded.
 
 use rtsl_bvh::Bounds;
 
-/// The lengths of a box along the axes, rounded up to powers of two: meshes have one for each face, so four bytes must
-/// do.
+/// The side lengths of a box, rounded up to powers of two, in four bytes, because meshes have one for each face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent([u8; 4]);
 
 impl Extent {
-    /// That of a box; none of what is unbounded, of whose numbers nothing is known.
+    /// The extent of a box; infinite for unbounded shapes.
     fn of(bounds: Option<Bounds>) -> Self {
         let Some(Bounds { min, max }) = bounds else { return Extent::default() };
         let [x, y, z] = [0, 1, 2].map(|axis: usize| exponent_above(max[axis] - min[axis]));
         Extent([x, y, z, 0])
     }
 
-    /// The lengths.
+    /// Returns the side lengths.
     #[inline(always)]
     pub fn lengths(self) -> [f32; 3] {
         let [x, y, z, _] = self.0;
@@ -25,7 +24,7 @@ impl Extent {
 
 const MANTISSA_BITS: u32 = f32::MANTISSA_DIGITS - 1;
 
-/// The biased exponent of the least power of two that is no less than a number, which is not negative; 0 for 0.
+/// The biased exponent of the least power of two that is not less than a number, which is not negative; 0 for 0.
 fn exponent_above(length: f32) -> u8 {
     const BELOW_ONE: u32 = (1 << MANTISSA_BITS) - 1;
     (length.to_bits().saturating_add(BELOW_ONE) >> MANTISSA_BITS).min(254) as u8
@@ -35,12 +34,12 @@ fn exponent_above(length: f32) -> u8 {
 #[derive(Clone, Debug, Default)]
 pub struct Extents {
     extents: Vec<Extent>,
-    /// For each object which of them is its own, or its first element's.
+    /// For each object the index of its own extent, or that of its first element.
     first: Vec<u32>,
 }
 
 impl Extents {
-    /// Those of the boxes of each object, or of its elements.
+    /// Computes the extents of the boxes of each object, or of its elements.
     pub fn new(bounds: &[Vec<Option<Bounds>>]) -> Self {
         let mut all = Extents::default();
         for bounds in bounds {
@@ -50,7 +49,7 @@ impl Extents {
         all
     }
 
-    /// The lengths of an object's box, or of that of its element.
+    /// Returns the side lengths of an object's box, or of its element's.
     #[inline(always)]
     pub fn lengths(&self, object: u32, element: u32) -> [f32; 3] {
         let index = self.first[object as usize] as usize + element as usize;

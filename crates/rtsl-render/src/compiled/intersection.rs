@@ -1,4 +1,4 @@
-//! Tests rays against objects by their classes' `intersect`.
+//! Intersection tests by the objects' `intersect`.
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::NoHost;
@@ -6,8 +6,8 @@ use rtsl::{
     CallArguments, CallStatus, Instances, Kernel, LaneBlock, LeafArguments, LeafTest, Method,
 };
 use rtsl_bvh::{
-    BlockTest, LaneMask, Lanes, Leaf, LeafHead, MAX_IN_TURN, Objects, PacketSpace, Pair, PairHit,
-    RayFrame, RayStream, Serial, TraversalRay,
+    LaneMask, Lanes, Leaf, LeafHead, MAX_INTERLEAVED, Objects, PacketSpace, Pair, PairHit,
+    RayFrame, RayLeafTest, RayStream, Serial, TraversalRay,
 };
 use rtsl_math::{SIMD_LANES, reciprocal};
 use smallvec::SmallVec;
@@ -22,50 +22,50 @@ use crate::lanes::mask_bits::bits;
 
 /// The memory of one thread for calls of `intersect`.
 pub struct IntersectionBlocks {
-    /// For rays in their packet's space.
+    /// For rays in the space of their packet.
     packet: CallBlocks,
-    /// For rays that are alone in theirs.
+    /// For rays that are alone in a space.
     alone: CallBlocks,
-    /// For rays of streams, if there are any.
+    /// For rays of streams, allocated at their first use.
     pairs: Option<PairBlocks>,
     scratch_arrays: usize,
 }
 
 impl IntersectionBlocks {
-    /// For shaders with at most so many arrays of scratch.
+    /// Allocates the memory for shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize) -> Self {
         let blocks = || CallBlocks::new(scratch_arrays);
         IntersectionBlocks { packet: blocks(), alone: blocks(), pairs: None, scratch_arrays }
     }
 
     #[inline(always)]
-    fn of(&mut self, company: RayFrame) -> &mut CallBlocks {
-        match company {
+    fn of(&mut self, frame: RayFrame) -> &mut CallBlocks {
+        match frame {
             RayFrame::Packet => &mut self.packet,
             RayFrame::Alone => &mut self.alone,
         }
     }
 }
 
-/// Runs `intersect`.
+/// Calls `intersect` for a search.
 pub struct Intersector<'a> {
     scene: &'a CompiledScene,
-    problems: &'a RuntimeErrors,
+    errors: &'a RuntimeErrors,
     blocks: &'a mut IntersectionBlocks,
-    /// The packet that the blocks hold.
+    /// The packet that is loaded in the blocks.
     loaded_packet: Serial,
-    /// Whether the packet's limits are where kernels read them: not after hits, which stand there then.
+    /// True if the packet's limits are loaded: hits overwrite them.
     has_limits: bool,
 }
 
 impl<'a> Intersector<'a> {
-    /// For one search.
+    /// Prepares a search.
     pub fn new(
         scene: &'a CompiledScene,
         blocks: &'a mut IntersectionBlocks,
-        problems: &'a RuntimeErrors,
+        errors: &'a RuntimeErrors,
     ) -> Self {
-        Intersector { scene, problems, blocks, loaded_packet: 0, has_limits: false }
+        Intersector { scene, errors, blocks, loaded_packet: 0, has_limits: false }
     }
 
     fn class(&self, class: u32) -> &'a ObjectClass {
@@ -74,28 +74,28 @@ impl<'a> Intersector<'a> {
 
     fn report(&self, class: &ObjectClass, status: CallStatus) {
         if status.budget_exhausted {
-            self.problems.report(&class.name, Method::Intersect);
+            self.errors.report(&class.name, Method::Intersect);
         }
     }
 
-    /// Makes tests for objects of one class.
+    /// Performs tests for objects of one class.
     #[inline(always)]
-    fn test_class(&mut self, tests: &mut [BlockTest<'_>]) {
-        let Some(BlockTest { head, ray, .. }) = tests.first() else { return };
+    fn test_class(&mut self, tests: &mut [RayLeafTest<'_>]) {
+        let Some(RayLeafTest { head, ray, .. }) = tests.first() else { return };
         let class = self.class(head.class);
         let Some(kernel) = class.leaf_kernel() else {
             tests.iter_mut().for_each(|test| self.nearest_one_by_one(test));
             return;
         };
-        let lane = |test: &BlockTest<'_>| test.ray.lane as u32;
-        let first = |test: &BlockTest<'_>| ObjectClass::first_number(test.head.of_class);
-        let mut calls: SmallVec<[LeafTest; MAX_IN_TURN]> = SmallVec::new();
+        let lane = |test: &RayLeafTest<'_>| test.ray.lane as u32;
+        let first = |test: &RayLeafTest<'_>| ObjectClass::first_number(test.head.index_in_class);
+        let mut calls: SmallVec<[LeafTest; MAX_INTERLEAVED]> = SmallVec::new();
         tests.iter().for_each(|test| calls.push(LeafTest::new(lane(test), first(test))));
-        let blocks = self.blocks.of(ray.company);
+        let blocks = self.blocks.of(ray.frame);
         let status = kernel.call(LeafArguments {
             state: &mut blocks.state,
             scratch: &mut blocks.scratch,
-            // Where there are fewer the first is repeated, and code for whole vectors has less to ask.
+            // Missing objects repeat the first one, so that kernels need no mask.
             count: SIMD_LANES as u32,
             tests: &mut calls,
             host: &mut NoHost,
@@ -110,9 +110,9 @@ impl<'a> Intersector<'a> {
     }
 
     #[cold]
-    fn nearest_one_by_one(&mut self, test: &mut BlockTest<'_>) {
+    fn nearest_one_by_one(&mut self, test: &mut RayLeafTest<'_>) {
         for index in 0..usize::from(test.head.count) {
-            let found = self.ray_against_one(test.ray, test.block, index);
+            let found = self.ray_against_one(test.ray, test.leaf, index);
             let found = found.filter(|it| test.nearest.is_none_or(|(_, nearest)| *it < nearest));
             test.nearest = found.map(|distance| (index, distance)).or(test.nearest);
         }
@@ -125,14 +125,14 @@ impl Objects for Intersector<'_> {
         &mut self,
         simd: S,
         space: &PacketSpace<'_>,
-        block: &Leaf,
+        leaf: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
-        let class = self.class(block.class);
+        let class = self.class(leaf.class);
         self.load_packet(simd, space);
         let kernel = class.packet_kernel(space.common_origin.is_some());
-        let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
+        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
         let (accepted, status) = self.blocks.packet.intersect(simd, kernel, lanes, instances);
         self.has_limits = accepted == 0;
         self.report(class, status);
@@ -171,7 +171,7 @@ impl Objects for Intersector<'_> {
     }
 
     #[inline(always)]
-    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
+    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
         for tests in tests.chunk_by_mut(|one, other| one.head.class == other.head.class) {
             self.test_class(tests);
         }
@@ -179,17 +179,17 @@ impl Objects for Intersector<'_> {
 
     #[inline(always)]
     fn prefetch(&self, head: &LeafHead) {
-        // None for instances.
+        // Instances have no class.
         if let Some(class) = self.scene.classes.get(head.class as usize) {
-            class.objects.prefetch(ObjectClass::first_number(head.of_class));
+            class.objects.prefetch(ObjectClass::first_number(head.index_in_class));
         }
     }
 
     #[cold]
-    fn ray_against_one(&mut self, ray: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
-        let class = self.class(block.class);
-        let instances = Instances::Object(&class.objects, ObjectClass::number(block, index));
-        let blocks = self.blocks.of(ray.company);
+    fn ray_against_one(&mut self, ray: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
+        let class = self.class(leaf.class);
+        let instances = Instances::Object(&class.objects, ObjectClass::number(leaf, index));
+        let blocks = self.blocks.of(ray.frame);
         let kernel = class.packet_kernel(false);
         let (hit, status) = dispatch!(Level::new(), simd => blocks.intersect(simd, kernel, 1 << ray.lane, instances));
         let distance = blocks.take_distance(ray);
@@ -199,7 +199,7 @@ impl Objects for Intersector<'_> {
 }
 
 impl CallBlocks {
-    /// Calls `intersect` for `lanes`: those that accepted a hit.
+    /// Calls `intersect` for `lanes`; returns those that accepted a hit.
     #[inline(always)]
     fn intersect<S: Simd>(
         &mut self,
@@ -221,7 +221,8 @@ impl CallBlocks {
         (bits(simd, &self.accepted, lanes), status)
     }
 
-    /// The parameter of a ray's hit that the last call found. The ray's limit takes its place, for the next.
+    /// Returns the distance of a ray's hit from the last call, and restores the ray's limit in its place for the next
+    /// call.
     #[inline(always)]
     fn take_distance(&mut self, ray: &TraversalRay) -> f32 {
         let distance = &mut self.state.floats_mut(variables().hit_distance)[ray.lane];
@@ -229,7 +230,7 @@ impl CallBlocks {
     }
 }
 
-/// Sets the rays of all lanes, whether they take part or not.
+/// Sets the rays of all lanes, including inactive ones.
 #[inline(always)]
 fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, space: &PacketSpace<'_>) {
     let v = variables();
@@ -244,7 +245,7 @@ fn load_packet<S: Simd>(_: S, state: &mut LaneBlock, space: &PacketSpace<'_>) {
     }
     state.floats_mut(v.epsilon).copy_from_slice(&rays.epsilon);
     state.floats_mut(v.time_seed).copy_from_slice(&rays.time);
-    // Code for rays from one point reads it from the first lane, whether that takes part or not.
+    // Common-origin kernels read the origin from the first lane, which may be inactive.
     if let Some(origin) = space.common_origin {
         (0..3).for_each(|axis| state.floats_mut(v.ray_origin + axis)[0] = origin[axis]);
     }

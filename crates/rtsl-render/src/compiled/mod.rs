@@ -1,5 +1,5 @@
-//! A scene ready to be rendered: kernels for its shaders, an acceleration structure over its objects, and
-//! searches for what rays hit. What renderers have in common, whatever they do with the hits.
+//! A scene prepared for rendering: kernels for its shaders, an acceleration structure over its objects, and searches
+//! for hits. All renderers share this module.
 
 pub(crate) mod area_light;
 mod bounds;

@@ -1,5 +1,5 @@
-//! Objects of one group that share a shader, in the order of the blocks of the group's tree: what one
-//! call can test.
+//! Traversal classes: objects of one group that share a shader, in the order of the leaves of the group's tree, so that
+//! one call can test several.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -15,36 +15,36 @@ use rtsl_scene::SceneObject;
 
 use super::shaders::Shader;
 
-/// Objects with one shader, placed alike.
+/// Objects of one shader, either all with or all without a transform.
 pub struct ObjectClass {
     which: ObjectNumbering,
-    /// The objects' members, by their numbers: block after block of the tree.
+    /// The objects' members, by index, in the order of the tree's leaves.
     pub objects: Arc<Objects>,
     /// The class's name, for messages.
     pub name: String,
     program: Arc<Program>,
-    /// What kernels for these objects have in common.
+    /// The variant of kernels for these objects.
     variant: Variant,
     packet: Arc<Kernel>,
     common_origin: OnceLock<Option<Arc<Kernel>>>,
     leaf: OnceLock<Option<LeafKernel>>,
     stream: OnceLock<Option<Arc<Kernel>>>,
-    /// `intersect` for nearest hits, where later methods read the scratch that it leaves.
+    /// `intersect` for closest hits, if later methods read its scratch.
     pub hit: Option<Arc<Kernel>>,
-    /// For elements, what is computed of hits, an element for each ray.
+    /// For elements, the methods that compute properties of hits, with an element for each ray.
     surface: BTreeMap<Method, Arc<Kernel>>,
 }
 
-/// ObjectNumbering objects of the scene they are.
+/// The mapping of the scene's objects to indices in the class.
 enum ObjectNumbering {
-    /// Several: each with its number, sorted.
+    /// Several objects, each with its index, sorted.
     Separate(Vec<(u32, u32)>),
-    /// The elements of one: the number of each element.
+    /// The elements of one object: the index of each.
     Elements(Vec<u32>),
 }
 
-/// What the traversal reads of `intersect`: only where the hit is. What else a hit needs is computed anew
-/// for the one that wins.
+/// The outputs of `intersect` that the traversal reads: only the distance of the hit. Other properties are computed for
+/// the closest hit alone.
 fn traversal_outputs() -> Outputs {
     Outputs::state(lookup_state("rt_HitDistance"))
 }
@@ -55,7 +55,7 @@ pub fn packet_variant(program: &Program, is_placed: bool) -> Variant {
     placed(Variant::new(CallMode::Packet), is_placed).reading(traversal_outputs()).of_objects(form)
 }
 
-/// The kernel of `intersect` for nearest hits whose scratch is read.
+/// The kernel of `intersect` for closest hits whose scratch is read.
 pub fn hit_variant(program: &Program, is_placed: bool) -> Variant {
     packet_variant(program, is_placed).reading(Outputs::NONE.with_scratch())
 }
@@ -64,19 +64,19 @@ fn placed(variant: Variant, is_placed: bool) -> Variant {
     if is_placed { variant.placed() } else { variant }
 }
 
-/// The items of a class in the order of its blocks, with repetitions where blocks are not full.
+/// The items of a class in the order of its leaves; leaves that are not full contain repetitions.
 fn items_in_order(tree: &Bvh8, class: u32) -> Vec<u32> {
-    let mut blocks: Vec<&Leaf> = tree.blocks.iter().filter(|block| block.class == class).collect();
-    blocks.sort_unstable_by_key(|block| block.of_class);
-    blocks.into_iter().flat_map(|block| block.items).collect()
+    let mut leaves: Vec<&Leaf> = tree.leaves.iter().filter(|leaf| leaf.class == class).collect();
+    leaves.sort_unstable_by_key(|leaf| leaf.index_in_class);
+    leaves.into_iter().flat_map(|leaf| leaf.items).collect()
 }
 
 impl ObjectClass {
-    /// Several objects of a shader; `objects` are by number, with the maps into their own spaces where they
-    /// have such.
+    /// Creates a class of several objects of a shader; `objects` are by index, with the transforms into their own
+    /// spaces if they have them.
     ///
     /// # Errors
-    /// If a kernel can't be made.
+    /// If a kernel cannot be compiled.
     pub fn of_objects(
         shader: &Shader,
         is_placed: bool,
@@ -101,11 +101,11 @@ impl ObjectClass {
         ObjectClass::new(shader, is_placed, made, ObjectNumbering::Separate(numbers))
     }
 
-    /// The elements of one object, which lie in the tree's blocks of this class. `first` is the item that
-    /// its first element is.
+    /// Creates a class of the elements of one object, which are in the tree's leaves of this class. `first` is the item
+    /// of its first element.
     ///
     /// # Errors
-    /// If they can't be made.
+    /// If they cannot be created.
     pub fn of_elements(
         shader: &Shader,
         object: &SceneObject,
@@ -123,10 +123,10 @@ impl ObjectClass {
         ObjectClass::of_numbered_elements(shader, object, inverse, &order, numbers)
     }
 
-    /// Compiles what elements need, so that it is there when they are made.
+    /// Compiles the kernels of elements, so that they are ready when the elements are created.
     ///
     /// # Errors
-    /// If an element or a kernel can't be made.
+    /// If an element or a kernel cannot be created.
     pub fn prepare_elements(
         shader: &Shader,
         object: &SceneObject,
@@ -188,19 +188,19 @@ impl ObjectClass {
         })
     }
 
-    /// The number of the `index`th item of a block, by which kernels know it.
+    /// Returns the index by which kernels know an item of a leaf.
     #[inline(always)]
-    pub fn number(block: &Leaf, index: usize) -> u32 {
-        ObjectClass::first_number(block.of_class) + index as u32
+    pub fn number(leaf: &Leaf, index: usize) -> u32 {
+        ObjectClass::first_number(leaf.index_in_class) + index as u32
     }
 
-    /// The number of the first item of a block of this number among those of its class.
+    /// Returns the index of the first item of a leaf, given the leaf's index among those of its class.
     #[inline(always)]
-    pub fn first_number(block_of_class: u32) -> u32 {
-        block_of_class * SIMD_LANES as u32
+    pub fn first_number(leaf_index: u32) -> u32 {
+        leaf_index * SIMD_LANES as u32
     }
 
-    /// The number by which kernels know an object, or an element of the one that these are elements of.
+    /// Returns the index by which kernels know an object, or an element of the object whose elements form this class.
     pub fn number_of(&self, object: u32, element: u32) -> Option<u32> {
         match &self.which {
             ObjectNumbering::Separate(numbers) => {
@@ -211,17 +211,17 @@ impl ObjectClass {
         }
     }
 
-    /// The objects' program.
+    /// Returns the objects' program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }
 
-    /// Whether their space is not their group's.
+    /// True if the objects have transforms to their group's space.
     pub fn is_placed(&self) -> bool {
         self.variant.placed
     }
 
-    /// Whether the objects are elements of one.
+    /// True if the objects are elements of one object.
     pub fn has_elements(&self) -> bool {
         match self.which {
             ObjectNumbering::Separate(_) => false,
@@ -229,12 +229,12 @@ impl ObjectClass {
         }
     }
 
-    /// A method that computes something of hits, an element for each ray.
+    /// Returns the kernel of a method that computes properties of hits, with an element for each ray.
     pub fn surface_kernel(&self, method: Method) -> Option<&Kernel> {
         self.surface.get(&method).map(|kernel| &**kernel)
     }
 
-    /// The kernel for packets, from one origin or not.
+    /// Returns the kernel for packets with or without a common origin.
     #[inline]
     pub fn packet_kernel(&self, has_common_origin: bool) -> &Kernel {
         if !has_common_origin {
@@ -244,21 +244,21 @@ impl ObjectClass {
         common_origin.as_ref().unwrap_or(&self.packet)
     }
 
-    /// The kernel for one ray and some objects in a row; `None` if it can't be made.
+    /// Returns the kernel for one ray and several consecutive objects; `None` if it cannot be compiled.
     #[inline]
     pub fn leaf_kernel(&self) -> Option<&LeafKernel> {
         let make = || Some(self.make(CallMode::Leaf)?.for_leaves(self.objects.clone()));
         self.leaf.get_or_init(make).as_ref()
     }
 
-    /// The kernel for rays each with an object of its own; `None` if it can't be made.
+    /// Returns the kernel for rays with one object each; `None` if it cannot be compiled.
     #[inline]
     pub fn stream_kernel(&self) -> Option<&Kernel> {
         self.stream.get_or_init(|| self.make(CallMode::Stream)).as_deref()
     }
 
-    /// Makes the kernels that are else made when they are first wanted: for those who will want them, and would wait.
-    /// That for streams is made where there are any.
+    /// Compiles the kernels that are otherwise compiled at their first use, so that rendering does not wait for them.
+    /// The stream kernel is compiled if there are streams.
     pub fn make_all(&self, has_streams: bool) {
         self.leaf_kernel();
         self.packet_kernel(true);
@@ -267,14 +267,14 @@ impl ObjectClass {
         }
     }
 
-    /// A kernel that is made when it is first wanted: few scenes want all.
+    /// Compiles a kernel at its first use: few scenes need all.
     fn make(&self, shape: CallMode) -> Option<Arc<Kernel>> {
         let variant = Variant { shape, ..self.variant.clone() }.reading(traversal_outputs());
         self.program.kernel(Method::Intersect, variant).ok()
     }
 }
 
-/// The objects of a class in the order of its blocks.
+/// Returns the objects of a class in the order of its leaves.
 pub fn objects_in_order(tree: &Bvh8, class: u32, object: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
     items_in_order(tree, class).into_iter().map(|item| object(item).unwrap_or_default()).collect()
 }

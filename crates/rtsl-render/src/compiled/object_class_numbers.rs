@@ -1,17 +1,17 @@
-//! Numbers of the classes of a scene's objects, for images that show them.
+//! Indices of object classes, for AOVs.
 
 use super::compiled_scene::{CompiledScene, Object};
 
-/// The classes of a scene's objects, in the order in which objects have them.
+/// The classes of a scene's objects, in the order of their first objects.
 pub struct ObjectClasses {
     /// Their names.
     pub names: Vec<String>,
-    /// The number of each shader's class; -1 for those of no object.
+    /// The index of each shader's class; -1 for shaders that are not shapes.
     numbers: Vec<f32>,
 }
 
 impl ObjectClasses {
-    /// Those of a scene.
+    /// Collects the classes of a scene.
     pub fn of(scene: &CompiledScene) -> Self {
         let mut classes =
             ObjectClasses { names: Vec::new(), numbers: vec![-1.0; scene.shaders.len()] };
@@ -25,7 +25,7 @@ impl ObjectClasses {
         classes
     }
 
-    /// The number of an object's class.
+    /// Returns the index of an object's class.
     pub fn number(&self, object: &Object) -> f32 {
         self.numbers[object.primitive.shader]
     }

@@ -1,4 +1,4 @@
-//! Tests rays of a stream, each against an object of its own, by `intersect` in the stream shape.
+//! Tests of rays of a stream against one object each, by `intersect` in the stream call mode.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
@@ -13,7 +13,7 @@ use super::object_class::ObjectClass;
 use super::variables::variables;
 use crate::lanes::fours::fours;
 
-/// The most pairs of a call.
+/// The greatest number of pairs in a call.
 const MAX_PAIRS: usize = 256;
 
 /// The memory of one thread for such tests.
@@ -25,7 +25,7 @@ pub struct PairBlocks {
 }
 
 impl PairBlocks {
-    /// For shaders with at most so many arrays of scratch.
+    /// Allocates the memory for shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize) -> Self {
         PairBlocks {
             state: new_state(MAX_PAIRS),
@@ -35,7 +35,7 @@ impl PairBlocks {
         }
     }
 
-    /// Tests pairs with objects of a class: adds to `found` those that hit.
+    /// Tests pairs with objects of a class; adds those that hit to `found`.
     pub fn test(
         &mut self,
         class: &ObjectClass,
@@ -45,7 +45,7 @@ impl PairBlocks {
     ) -> CallStatus {
         let mut all = CallStatus::default();
         let stream_kernel = class.stream_kernel();
-        // One pair after another where no kernel takes objects of many numbers.
+        // Without a stream kernel, pairs are tested one by one.
         let step = if stream_kernel.is_some() { MAX_PAIRS } else { 1 };
         for (start, pairs) in (0..).step_by(step).zip(pairs.chunks(step)) {
             self.load(stream, pairs);
@@ -69,7 +69,7 @@ impl PairBlocks {
         all
     }
 
-    /// Adds those of the first `count` lanes that were accepted; the first lane is that of the pair `first`.
+    /// Adds the accepted ones of the first `count` lanes; lane 0 is the pair `first`.
     #[inline(always)]
     fn add_accepted<S: Simd>(&self, simd: S, first: u32, count: usize, found: &mut Vec<PairHit>) {
         let accepted = self.accepted.words().chunks_exact(SIMD_LANES);
@@ -78,7 +78,7 @@ impl PairBlocks {
             (0..count).step_by(SIMD_LANES).zip(accepted.zip(distances))
         {
             let accepted = !u32x8::from_slice(simd, accepted).simd_eq(0);
-            // Behind the last pair stands what was there before.
+            // Lanes after the last pair contain old values.
             let mut accepted =
                 accepted.to_bitmask() & !(u64::MAX << (count - start).min(SIMD_LANES));
             while accepted != 0 {
@@ -96,7 +96,7 @@ impl PairBlocks {
         let objects = self.objects.as_mut_slice();
         let (used, rest) = objects.split_at_mut(pairs.len());
         used.iter_mut().zip(pairs).for_each(|(object, pair)| *object = pair.object);
-        // Kernels want all to be among the objects.
+        // Kernels require valid indices in all lanes.
         rest.fill(0);
         dispatch!(Level::new(), simd => self.load_rays(simd, stream, pairs));
     }
@@ -108,7 +108,7 @@ impl PairBlocks {
             || {
                 let v = variables();
                 for (step, pairs) in pairs.chunks(SIMD_LANES).enumerate() {
-                    // Behind the last pair its ray is repeated.
+                    // Lanes after the last pair repeat its ray.
                     let ray = |lane: usize| pairs[lane.min(pairs.len() - 1)].ray as usize;
                     let origins = fours(simd, |lane| stream.rays()[ray(lane)].start);
                     let along = fours(simd, |lane| stream.lines()[ray(lane)].along);
@@ -132,7 +132,7 @@ impl PairBlocks {
     }
 }
 
-/// Eight lanes of all components.
+/// Eight consecutive lanes of all components.
 struct Rows<'a> {
     state: &'a mut LaneBlock,
     start: usize,

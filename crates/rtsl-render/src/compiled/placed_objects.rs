@@ -12,67 +12,67 @@ use super::compiled_scene::{Object, inverse};
 use super::object_class::{ObjectClass, objects_in_order};
 use super::shaders::Shader;
 
-/// The objects of a scene as items of groups. This much is the same for scenes with the same shapes.
+/// The objects of a scene as items of groups. Scenes with the same shapes share them.
 pub struct PlacedObjects {
-    /// What the items of the groups are: first the scene's, then those of the scene's groups, then objects
-    /// that move, each a group of its own.
+    /// The items of the groups: first the scene's, then those of the scene's groups, then moving objects, each in a
+    /// group to itself.
     pub groups: Vec<GroupItems>,
-    /// Where groups stand: first the scene's instances, then the objects that move.
+    /// The instances of groups: first the scene's, then those of moving objects.
     pub instances: Vec<PlacedGroup>,
-    /// The classes, by their numbers.
+    /// The keys of the classes, by index.
     keys: Vec<ClassKey>,
 }
 
-/// What the items of a group are: an item for each object, or for each of its elements, in their
-/// order. In the scene's group the instances follow.
+/// The items of a group: one for each object, or for each of its elements, in order. In the scene's group the instances
+/// follow.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct GroupItems {
     members: Vec<GroupMember>,
-    /// How many items they are.
+    /// The number of items.
     count: u32,
 }
 
 /// An object of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GroupMember {
-    /// The number of the object.
+    /// The index of the object.
     pub object: u32,
-    /// The first of its items.
+    /// The index of its first item.
     pub first: u32,
-    /// The number of its class.
+    /// The index of its class.
     pub class: u32,
 }
 
-/// What objects of one class have in common.
+/// The key of a class: the properties that its objects share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct ClassKey {
-    /// The number of the group.
+    /// The index of the group.
     group: usize,
-    /// The number of the shader.
+    /// The index of the shader.
     shader: usize,
-    /// Whether its space is not its group's.
+    /// True if the objects have transforms to their group's space.
     is_placed: bool,
-    /// The object whose elements they are, and the first of their items.
+    /// The object whose elements they are, and the index of its first item.
     elements: Option<(u32, u32)>,
 }
 
 impl GroupItems {
-    /// The objects.
+    /// Returns the objects.
     pub fn members(&self) -> &[GroupMember] {
         &self.members
     }
 
-    /// How many items there are.
+    /// Returns the number of items.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// The object that an item belongs to.
+    /// Returns the object that an item belongs to.
     pub fn member(&self, item: u32) -> Option<GroupMember> {
         if item >= self.count {
             return None;
         }
-        // Where every object is one item, it is the one with the item's number.
+        // If every object is one item, the object has the item's index.
         let guess = self.members.get(item as usize).filter(|member| member.first == item);
         guess.copied().or_else(|| {
             let after = self.members.partition_point(|member| member.first <= item);
@@ -82,7 +82,7 @@ impl GroupItems {
 }
 
 impl PlacedObjects {
-    /// The objects of a scene.
+    /// Collects the objects of a scene.
     pub fn new(scene: &Scene, objects: &[Object]) -> PlacedObjects {
         let mut numbers = ClassNumbers::default();
         let Groups { groups, instances } = Groups::of(scene);
@@ -106,8 +106,8 @@ impl PlacedObjects {
         PlacedObjects { groups: groups.collect(), instances, keys: numbers.into_keys() }
     }
 
-    /// Builds the trees, or takes those of a scene with the same items and lets them follow. `bounds` are
-    /// those of each object, or of its elements, in the space of the object's group.
+    /// Builds the trees, or refits those of a scene with the same items. `bounds` are those of each object, or of its
+    /// elements, in the space of the object's group.
     pub fn geometry(
         &self,
         bounds: &[Vec<Option<Bounds>>],
@@ -134,19 +134,19 @@ impl PlacedObjects {
         Geometry { groups, instances, first_instance }
     }
 
-    /// Whether all items are what those of another scene are, wherever they stand.
+    /// True if all items are those of another scene, regardless of their places.
     fn has_same_items(&self, geometry: &Geometry, groups: &[GroupItems]) -> bool {
         self.groups == groups && self.instances.len() == geometry.instances.len()
     }
 
-    /// Adds the instances behind the world's objects.
+    /// Adds the instances after the world's objects.
     fn add_instances(&self, placed: &[Group], world: &mut Vec<Item>) -> Vec<Instance> {
         let instances = self.instances.iter().map(|instance| {
             let PlacedGroup { group, transform, motion } = instance;
             let placed = &placed[*group as usize];
             let own = placed.bounds();
             let bounds = match motion {
-                // There is nothing to hit: a box that nothing meets.
+                // An empty group gets a box that no ray meets.
                 _ if placed.is_empty() => Some(Bounds::NOWHERE),
                 None => own.and_then(|bounds| bounds.transformed(*transform)),
                 Some(motion) => own.and_then(|bounds| bounds.moved(motion)),
@@ -157,8 +157,8 @@ impl PlacedObjects {
         instances.collect()
     }
 
-    /// Compiles what the classes of elements need. What goes wrong here does so again, and is said, where the
-    /// classes are made.
+    /// Compiles the kernels of elements. Errors are not reported here, because they occur again when the classes are
+    /// created.
     pub fn prepare_classes(&self, scene: &Scene, objects: &[Object], shaders: &[Shader]) {
         for key in &self.keys {
             if let Some((object, _)) = key.elements {
@@ -169,10 +169,10 @@ impl PlacedObjects {
         }
     }
 
-    /// What blocks of the trees name as their classes.
+    /// Creates the classes of the leaves of the trees.
     ///
     /// # Errors
-    /// If kernels or elements can't be made.
+    /// If kernels or elements cannot be created.
     pub fn classes(
         &self,
         geometry: &Geometry,
@@ -205,7 +205,7 @@ impl PlacedObjects {
     }
 }
 
-/// The objects of each group, and where groups stand.
+/// The objects of each group, and the instances.
 struct Groups {
     groups: Vec<Vec<u32>>,
     instances: Vec<PlacedGroup>,
@@ -237,7 +237,7 @@ impl Groups {
         all
     }
 
-    /// Adds a group of one object; returns its number as instances count.
+    /// Adds a group of one object; returns its index for instances.
     fn add_group(&mut self, object: u32) -> u32 {
         self.groups.push(vec![object]);
         self.groups.len() as u32 - 2
@@ -249,7 +249,7 @@ impl Groups {
     }
 }
 
-/// Numbers for classes, in the order in which they are met.
+/// Assigns indices to classes, in the order of their first use.
 #[derive(Default)]
 struct ClassNumbers {
     numbers: BTreeMap<ClassKey, u32>,
@@ -261,7 +261,7 @@ impl ClassNumbers {
         *self.numbers.entry(key).or_insert(next)
     }
 
-    /// The classes by their numbers.
+    /// Returns the keys of the classes by index.
     fn into_keys(self) -> Vec<ClassKey> {
         let mut keys: Vec<(u32, ClassKey)> =
             self.numbers.into_iter().map(|(key, number)| (number, key)).collect();
@@ -270,19 +270,19 @@ impl ClassNumbers {
     }
 }
 
-/// What a hit is of.
+/// The object that a ray hit.
 #[derive(Clone, Copy, Debug)]
 pub struct HitObject {
     /// The object.
     pub member: GroupMember,
-    /// Which of its elements.
+    /// The index of its element.
     pub element: u32,
-    /// The number of the instance of the scene that places it.
+    /// The index of the instance of the scene that places it.
     pub instance: Option<u32>,
 }
 
 impl HitObject {
-    /// What an id names; `None` for no hit.
+    /// Resolves an id; `None` for no hit.
     pub fn of(geometry: &Geometry, groups: &[GroupItems], id: HitId) -> Option<HitObject> {
         if id == HitId::NONE {
             return None;

@@ -1,5 +1,5 @@
-//! Where the group of a hit stands in the world: the same for all rays of an instance that stands still,
-//! for each ray what its time says where the instance moves.
+//! The transform of a hit's group to the world: constant for all rays, or depending on the ray's time if the instance
+//! moves.
 
 use fearless_simd::Simd;
 use rtsl_bvh::{Instance, LaneMask, Lanes, RayPacket};
@@ -7,26 +7,26 @@ use rtsl_math::Affine;
 
 use crate::lanes::eight::{Eight, Vectors};
 
-/// An instance, with both of its maps.
+/// An instance with its transforms in both directions.
 pub struct Placement<'a> {
     instance: &'a Instance,
-    /// From the group's space to the world's, of what stands still.
+    /// The transform from the group's space to the world's, if the instance does not move.
     forward: Affine,
 }
 
 impl<'a> Placement<'a> {
-    /// That of an instance which leads to the world by `forward`, unless it moves.
+    /// The placement of an instance, which has the transform `forward` to the world unless it moves.
     pub fn new(instance: &'a Instance, forward: Affine) -> Self {
         Placement { instance, forward }
     }
 
-    /// The rays of `lanes` in the group's space.
+    /// Returns the rays of `lanes` in the group's space.
     #[inline(always)]
     pub fn rays_in_group(&self, rays: &RayPacket, lanes: LaneMask) -> RayPacket {
         self.instance.moved_packet(rays, lanes)
     }
 
-    /// Points of the world in the group's space, each at its time.
+    /// Transforms points of the world to the group's space, each at its time.
     #[inline(always)]
     pub fn points_to_group<S: Simd>(
         &self,
@@ -42,7 +42,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// Points of the group's space in the world's, each at its time.
+    /// Transforms points of the group's space to the world's, each at its time.
     #[inline(always)]
     pub fn points_to_world<S: Simd>(
         &self,
@@ -58,7 +58,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// The sizes of what points of these sizes become in the group's space.
+    /// Maps magnitudes of points to those in the group's space, for error bounds.
     #[inline(always)]
     pub fn sizes_to_group<S: Simd>(
         &self,
@@ -73,7 +73,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// The sizes of what vectors of these sizes of the group's space become in the world's.
+    /// Maps magnitudes of vectors from the group's space to the world's, for error bounds.
     #[inline(always)]
     pub fn sizes_to_world<S: Simd>(
         &self,
@@ -89,7 +89,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// Vectors of the group's space in the world's, each at its time.
+    /// Transforms vectors of the group's space to the world's, each at its time.
     #[inline(always)]
     pub fn vectors_to_world<S: Simd>(
         &self,
@@ -105,7 +105,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// Normals of the group's space in the world's, of any length, each at its time.
+    /// Transforms normals of the group's space to the world's, of any length, each at its time.
     #[inline(always)]
     pub fn normals_to_world<S: Simd>(
         &self,
@@ -121,7 +121,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// From the group's space to the world's, at this time.
+    /// Returns the transform from the group's space to the world's at a time.
     pub fn map_at(&self, time: f32) -> Affine {
         match &self.instance.motion {
             None => self.forward,
@@ -129,7 +129,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// From the world's space to the group's, at this time.
+    /// Returns the transform from the world's space to the group's at a time.
     pub fn inverse_at(&self, time: f32) -> Affine {
         match &self.instance.motion {
             None => self.instance.inverse,
@@ -137,7 +137,7 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// How much larger a volume of the group's space is in the world's; positive.
+    /// Returns the factor by which volumes are scaled from the group's space to the world's; positive.
     pub fn volume_scale(&self, time: f32) -> f64 {
         match &self.instance.motion {
             None => self.forward.volume_scale(),

@@ -1,4 +1,4 @@
-//! What goes wrong while rendering.
+//! Runtime errors of shaders.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -9,31 +9,31 @@ use rtsl::{Diagnostic, LoopOwners, Messages, Method, diagnostic_codes as codes};
 use super::compiled_scene::CompiledScene;
 use crate::statistics::NotFinite;
 
-/// What went wrong while rendering: a shader ran past its budget, which ends the render; or it gave values that are not
-/// finite.
+/// The runtime errors of a render: shaders that exceeded their loop budget, which ends the render, and values that are
+/// not finite.
 #[derive(Debug, Default)]
 pub struct RuntimeErrors {
     any: AtomicBool,
-    /// Class and method.
+    /// The classes and methods that exceeded their budget.
     exhausted: Mutex<Vec<(String, Method)>>,
-    /// How many values of a class's method were not finite.
+    /// The number of values of a class's method that were not finite.
     not_finite: Mutex<BTreeMap<(String, Method), u64>>,
 }
 
 impl RuntimeErrors {
-    /// Whether there is any that ends the render.
+    /// True if an error ends the render.
     pub fn any(&self) -> bool {
         self.any.load(Ordering::Relaxed)
     }
 
-    /// The methods that ran past their budget, each once, in a fixed order.
+    /// Returns the methods that exceeded their budget, each once, in a fixed order.
     pub fn exhausted(&self) -> Vec<(String, Method)> {
         let mut list = self.exhausted.lock().map(|list| list.clone()).unwrap_or_default();
         list.sort();
         list
     }
 
-    /// A method of a class ran past its budget.
+    /// Records that a method of a class exceeded its budget.
     #[cold]
     pub fn report(&self, class: &str, method: Method) {
         self.any.store(true, Ordering::Relaxed);
@@ -47,7 +47,7 @@ impl RuntimeErrors {
 }
 
 impl RuntimeErrors {
-    /// A method of a class gave so many values that are not finite.
+    /// Records `count` values of a method of a class that are not finite.
     #[cold]
     pub fn report_not_finite(&self, class: &str, method: Method, count: u64) {
         if let Ok(mut counts) = self.not_finite.lock() {
@@ -55,7 +55,7 @@ impl RuntimeErrors {
         }
     }
 
-    /// The methods that gave values which are not finite, in a fixed order.
+    /// Returns the methods with values that are not finite, in a fixed order.
     pub fn not_finite(&self) -> Vec<NotFinite> {
         let counts = self.not_finite.lock().map(|counts| counts.clone()).unwrap_or_default();
         let entries = counts.into_iter();
@@ -65,17 +65,17 @@ impl RuntimeErrors {
     }
 }
 
-/// What to say of shaders that ran past their budget.
-pub fn exhausted_budgets(scene: &CompiledScene, problems: &RuntimeErrors) -> Messages {
+/// Returns the error messages for shaders that exceeded their budget.
+pub fn exhausted_budgets(scene: &CompiledScene, errors: &RuntimeErrors) -> Messages {
     let mut messages = Messages::default();
-    for (class, method) in problems.exhausted() {
+    for (class, method) in errors.exhausted() {
         let budget = scene.settings.loop_budget;
         let programs = scene.shaders.iter().map(|shader| &*shader.program);
-        let of_class = programs.filter(|program| program.class().name == class);
-        let owners = LoopOwners::of(&class, method, of_class);
+        let index_in_class = programs.filter(|program| program.class().name == class);
+        let owners = LoopOwners::of(&class, method, index_in_class);
         let message = format!("{} ran for more than {budget} loop iterations", owners.subject());
         let diagnostic = Diagnostic::new(codes::BUDGET_EXHAUSTED, message)
-            .help("if it does end, raise the integrator's `\"integer budget\"`");
+            .help("if the loop is finite, raise the integrator's `\"integer budget\"`");
         messages.push_one(match owners.note() {
             Some(note) => diagnostic.note(note),
             None => diagnostic,

@@ -1,5 +1,4 @@
-//! The shaders of a scene with the kernels that it calls: no others, and those that store no more
-//! than something reads.
+//! The shaders of a scene, with exactly the kernels that it calls; their kernels store only outputs that are read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,56 +15,56 @@ use super::specialisation::Specialised;
 
 /// A class with the kernels that a scene calls.
 pub struct Shader {
-    /// The class, linked.
+    /// The linked class.
     pub program: Arc<Program>,
     kernels: BTreeMap<Method, (Variant, Arc<Kernel>)>,
-    /// What the methods that shade read of their surfaces.
+    /// The surface properties that its shading methods read.
     surface: SurfaceNeeds,
-    /// Whether what is called for hits of its shapes reads one over the rays' directions.
+    /// True if methods called for hits of its shapes read the reciprocal directions of rays.
     pub reads_inverse_directions: bool,
-    /// Whether methods that are called for hits read the scratch that `intersect` leaves.
+    /// True if methods called for hits read the scratch of `intersect`.
     pub reads_hit_scratch: bool,
-    /// What is called for hits of its shapes, and what of each is read.
+    /// The methods called for hits of its shapes, with the outputs that are read.
     hit_methods: Vec<(Method, Outputs)>,
 }
 
 impl Shader {
-    /// The kernel of a method, if the class has it and the scene has a use for it.
+    /// Returns the kernel of a method, if the class has it and the scene uses it.
     pub fn kernel(&self, method: Method) -> Option<&Kernel> {
         self.kernels.get(&method).map(|(_, kernel)| &**kernel)
     }
 
-    /// The methods that are called for hits of its shapes, and what of each is read.
+    /// Returns the methods called for hits of its shapes, with the outputs that are read.
     pub fn hit_methods(&self) -> &[(Method, Outputs)] {
         &self.hit_methods
     }
 
-    /// Which kernel of a method it is.
+    /// Returns the variant of a method's kernel.
     pub fn variant(&self, method: Method) -> Option<&Variant> {
         self.kernels.get(&method).map(|(variant, _)| variant)
     }
 
-    /// What shading reads of surfaces.
+    /// Returns the surface properties that shading reads.
     pub fn surface_needs(&self) -> SurfaceNeeds {
         self.surface
     }
 }
 
-/// What is read of a surface besides its normals.
+/// The surface properties that are read besides normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceNeeds {
     /// Texture coordinates.
     pub coordinates: bool,
     /// Derivatives.
     pub derivatives: bool,
-    /// One over the rays' directions.
+    /// The reciprocal directions of rays.
     pub inverse_directions: bool,
-    /// How wide rays are there.
+    /// The widths of rays.
     pub footprints: bool,
 }
 
 impl SurfaceNeeds {
-    /// What either needs.
+    /// Returns the properties that are in either.
     pub fn union(self, other: SurfaceNeeds) -> SurfaceNeeds {
         SurfaceNeeds {
             coordinates: self.coordinates || other.coordinates,
@@ -75,7 +74,7 @@ impl SurfaceNeeds {
         }
     }
 
-    /// What those need who read this.
+    /// Returns the properties needed for reading these outputs.
     pub fn of(read: Outputs) -> SurfaceNeeds {
         let any = |names: &[&str]| read.intersection(named(names)) != Outputs::NONE;
         SurfaceNeeds {
@@ -87,7 +86,7 @@ impl SurfaceNeeds {
     }
 }
 
-/// The state variables whose reading makes a host compute texture coordinates.
+/// The state variables for which texture coordinates are computed.
 const COORDINATES: [&str; 2] = ["rt_TextureUV", "rt_TextureUVW"];
 const FOOTPRINTS: [&str; 2] = ["rt_du", "rt_dv"];
 const DERIVATIVES: [&str; 6] = ["rt_dPdu", "rt_dPdv", "rt_dsdu", "rt_dsdv", "rt_dtdu", "rt_dtdv"];
@@ -96,17 +95,17 @@ fn named(names: &[&str]) -> Outputs {
     Outputs::state(names.iter().filter_map(|name| lookup_state(name)))
 }
 
-/// A shape whose class is a material too looks as its own methods say.
+/// True if a shape's class is also a material, whose methods shade it.
 pub fn is_own_material(object: &SceneObject) -> bool {
     object.primitive.class().roles.contains(&Role::Material)
 }
 
-/// What the shaders of a scene are to do.
+/// The use of a scene's shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// To shade what rays hit: materials have `shade`, and shapes what this reads.
+    /// Shading hits: the kernels include `shade` of materials, and the methods of shapes that provide its inputs.
     Shading,
-    /// To be found by rays. What else is called the caller makes.
+    /// Finding hits only. Other kernels are compiled by the caller.
     Searching,
 }
 
@@ -120,11 +119,11 @@ pub struct ShaderTable<'a> {
 struct Entry {
     program: Arc<Program>,
     methods: BTreeSet<Method>,
-    /// What is read of the surfaces of its shapes.
+    /// The properties of its shapes' surfaces that are read.
     surface_read: Outputs,
-    /// Whether its objects that are no elements have spaces of their own: as there are some, or not.
+    /// The kinds of its objects that are not elements: with a transform (true) or without (false).
     placements: BTreeSet<bool>,
-    /// Its shapes are their own materials.
+    /// True if its shapes are their own materials.
     is_own_material: bool,
 }
 
@@ -144,7 +143,7 @@ impl Entry {
         self.want([if shades { Method::Shade } else { Method::Emission }]);
     }
 
-    /// The state that its methods which shade read.
+    /// The state that its shading methods read.
     fn shading_read(&self) -> Outputs {
         let shading = [Method::Shade, Method::Emission].into_iter();
         let shading = shading.filter(|method| self.methods.contains(method));
@@ -153,18 +152,18 @@ impl Entry {
         read.fold(Outputs::NONE, Outputs::union)
     }
 
-    /// Whether what is called for hits of its shapes reads one over the rays' directions.
+    /// True if methods called for hits of its shapes read the reciprocal directions of rays.
     fn reads_inverse_directions(&self) -> bool {
         let read = self.hit_methods_of_shapes().filter_map(|method| self.linked(method));
         let mut read = read.map(|linked| Outputs::state(linked.reads.iter().copied()));
         read.any(|read| SurfaceNeeds::of(read).inverse_directions)
     }
 
-    /// Adds the methods that compute what is read of its surfaces.
+    /// Adds the methods that compute the surface properties that are read.
     fn want_surface(&mut self) {
         if self.surface_read.intersection(named(&DERIVATIVES)) != Outputs::NONE {
             self.want([Method::ComputeDerivatives]);
-            // They may be computed from texture coordinates.
+            // Derivatives may be computed from texture coordinates.
             if let Some(linked) = self.linked(Method::ComputeDerivatives) {
                 let read = Outputs::state(linked.reads.iter().copied());
                 self.surface_read = self.surface_read.union(read);
@@ -175,7 +174,7 @@ impl Entry {
         }
     }
 
-    /// Whether something that the scene calls reads the scratch that `intersect` leaves.
+    /// True if a method that the scene calls reads the scratch of `intersect`.
     fn reads_hit_scratch(&self) -> bool {
         let reads = |method: &Method| match method {
             Method::ComputeNormal
@@ -198,7 +197,7 @@ impl Entry {
         self.methods.iter().any(reads)
     }
 
-    /// What is read of a method's results.
+    /// The outputs of a method that are read.
     fn read_of(&self, method: Method) -> Outputs {
         match method {
             Method::ComputeTextureCoordinates | Method::ComputeDerivatives => self.surface_read,
@@ -206,7 +205,7 @@ impl Entry {
         }
     }
 
-    /// The kernels that take one instance. Those of elements are made with the elements.
+    /// The kernels that take one instance. Those of elements are compiled with the elements.
     fn requests(&self) -> Vec<(Method, KernelRequest)> {
         let of_instances = |method: &&Method| {
             **method != Method::Intersect
@@ -220,7 +219,7 @@ impl Entry {
         methods.collect()
     }
 
-    /// Those of `intersect`, which take objects.
+    /// The kernels of `intersect`, which take objects.
     fn intersect_requests(&self) -> Vec<KernelRequest> {
         let mut requests = Vec::new();
         let mut request = |variant: Variant| {
@@ -246,12 +245,12 @@ impl Entry {
 }
 
 impl<'a> ShaderTable<'a> {
-    /// How many there are.
+    /// Returns the number of shaders.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// The shaders of a scene.
+    /// Collects the shaders of a scene.
     pub fn new(engine: &'a Engine, scene: &Scene, purpose: Purpose) -> Self {
         let mut table = ShaderTable { engine, entries: Vec::new(), by_address: BTreeMap::new() };
         table.add_searched(scene);
@@ -262,12 +261,12 @@ impl<'a> ShaderTable<'a> {
         table
     }
 
-    /// What makes the kernels.
+    /// Returns the engine that compiles the kernels.
     pub fn engine(&self) -> &Engine {
         self.engine
     }
 
-    /// Adds all instances, with what makes rays and finds hits.
+    /// Adds all instances, with the methods that generate rays and find hits.
     fn add_searched(&mut self, scene: &Scene) {
         self.entry(&scene.camera).want([Method::GenerateRay]);
         for light in &scene.lights {
@@ -290,7 +289,7 @@ impl<'a> ShaderTable<'a> {
             self.entry(&light.light).want([Method::Illumination, Method::Emission]);
         }
         for material in &scene.materials {
-            // Every material, so that an unused one of the scene is found at fault too.
+            // Every material is compiled, so that errors in unused ones are reported too.
             self.entry(material).want_shading();
         }
         for object in &scene.objects {
@@ -307,7 +306,7 @@ impl<'a> ShaderTable<'a> {
         }
     }
 
-    /// Adds what shading needs to know of surfaces.
+    /// Adds the surface properties that shading reads.
     fn add_surfaces(&mut self, scene: &Scene) {
         for object in &scene.objects {
             let own = is_own_material(object);
@@ -338,7 +337,7 @@ impl<'a> ShaderTable<'a> {
         &mut self.entries[index]
     }
 
-    /// An instance of the scene, for its shader.
+    /// Returns an instance of the scene prepared for its shader.
     pub fn instance(&self, instance: &Instance) -> ShaderInstance {
         let program = self.engine.program(instance);
         let shader = self.by_address.get(&(Arc::as_ptr(&program) as usize)).copied();
@@ -346,8 +345,8 @@ impl<'a> ShaderTable<'a> {
         ShaderInstance { shader, block, specialised: Specialised::default() }
     }
 
-    /// An object of the scene, or each of its elements if it has any, for its shader; nothing where
-    /// they can't be made, which making its kernels reports.
+    /// Returns an object of the scene, or each of its elements if it has any, prepared for its shader; empty if they
+    /// cannot be created, which compiling reports.
     pub fn items(&self, object: &SceneObject) -> Vec<ShaderInstance> {
         let whole = self.instance(&object.primitive);
         if object.elements.is_none() {
@@ -367,7 +366,7 @@ impl<'a> ShaderTable<'a> {
         items.collect()
     }
 
-    /// Makes the kernels. Errors and what linking warns about go to `diagnostics`.
+    /// Compiles the kernels. Errors and warnings of linking go to `diagnostics`.
     pub fn compile(&self, diagnostics: &mut Diagnostics) -> Vec<Shader> {
         let of_instances: Vec<_> = self.entries.iter().map(Entry::requests).collect();
         let of_objects: Vec<_> = self.entries.iter().map(Entry::intersect_requests).collect();
@@ -396,7 +395,7 @@ impl<'a> ShaderTable<'a> {
                 hit_methods: hit_methods.map(|method| (method, entry.read_of(method))).collect(),
             });
         }
-        // Programs keep these for the objects that will ask for them.
+        // Programs keep these kernels for the objects that will request them.
         diagnostics.extend(kernels.filter_map(Result::err));
         shaders
     }

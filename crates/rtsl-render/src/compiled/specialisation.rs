@@ -1,8 +1,8 @@
-//! Kernels for the values of a scene's camera, lights and materials, made while a long render goes
-//! on. The image does not depend on when they come: their bits are those of the general kernels.
+//! Specialisation: kernels for the values of a scene's camera, lights and materials, compiled while a long render runs.
+//! The image does not depend on when they are ready, because they compute the same bits as the general kernels.
 //!
-//! Measured on two processors: three-spheres takes 6.5 and 7.2 s with them and 6.6 s without: no more than
-//! runs differ by. Shapes are left alone: there are many, and each has few members.
+//! Measured on two processors: three-spheres takes 6.5 and 7.2 s with them and 6.6 s without, which is within the
+//! variation of runs. Shapes are not specialised: there are many, and each has few members.
 
 use std::sync::{Arc, Once, OnceLock};
 use std::time::Duration;
@@ -11,46 +11,45 @@ use rtsl::{Engine, Instance, Kernel, KernelRequest, Method, SpecialisedKernel};
 
 use super::compiled_scene::{CompiledScene, ShaderInstance};
 
-/// Renders that last no longer are done before it pays.
+/// The time after which specialisation starts: shorter renders would not benefit.
 pub const SPECIALISE_AFTER: Duration = Duration::from_secs(1);
 
-/// Scenes with more instances than this would compile to their end.
+/// The greatest number of instances: more would compile until the end of the render.
 const MAX_INSTANCES: usize = 64;
 
-/// The methods that are worth it.
+/// The methods that benefit from specialisation.
 const METHODS: [Method; 4] =
     [Method::GenerateRay, Method::Illumination, Method::Shade, Method::Emission];
 
-/// The kernels of one instance, once they are asked for.
+/// The specialised kernels of one instance, once they are requested.
 #[derive(Default)]
 pub struct Specialised(OnceLock<Vec<(Method, SpecialisedKernel)>>);
 
 impl Specialised {
-    /// The best kernel of a method by now, if it was asked for.
+    /// Returns the specialised kernel of a method if it was requested and is ready.
     pub fn kernel(&self, method: Method) -> Option<&Kernel> {
         let mut kernels = self.0.get()?.iter();
         kernels.find(|(other, _)| *other == method).map(|(_, kernel)| &**kernel.kernel())
     }
 }
 
-/// What specialising a scene takes.
+/// The state of a scene's specialisation.
 pub struct Specialisation {
     engine: Engine,
-    /// The camera's, then those of the lights, then those of the materials.
+    /// The camera's instance, then those of the lights, then those of the materials.
     instances: Vec<Arc<Instance>>,
     begun: Once,
 }
 
 impl Specialisation {
-    /// For the instances of a scene: its camera, lights and materials in this order.
+    /// Prepares specialisation for the instances of a scene: its camera, lights and materials, in this order.
     pub fn new(engine: &Engine, instances: Vec<Arc<Instance>>) -> Self {
         Specialisation { engine: engine.clone(), instances, begun: Once::new() }
     }
 }
 
 impl CompiledScene {
-    /// Asks for kernels that know the values of the scene. Rendering uses each as soon as it is
-    /// there.
+    /// Requests specialised kernels. Rendering uses each as soon as it is ready.
     pub fn specialise(&self) {
         let Specialisation { engine, instances, begun } = &self.specialisation;
         begun.call_once(|| {
@@ -62,17 +61,16 @@ impl CompiledScene {
                 let kernels = METHODS.into_iter().filter_map(|method| {
                     let variant = shader.variant(method)?.clone();
                     let request = KernelRequest::new(&shader.program, method, variant);
-                    // Without one the general kernel goes on.
+                    // Without a specialised kernel, the general kernel is used.
                     Some((method, engine.specialise(&request, instance).ok()?))
                 });
-                // Nobody else sets it.
+                // This is the only place that sets it.
                 let _ = placed.specialised.0.set(kernels.collect());
             }
         });
     }
 
-    /// Waits until all that [`CompiledScene::specialise`] asked for is there; how many kernels that
-    /// are.
+    /// Waits until all kernels that [`CompiledScene::specialise`] requested are ready; returns their number.
     pub fn wait_for_specialised(&self) -> usize {
         let instances = self.specialisable().filter_map(|it| it.specialised.0.get());
         let kernels = instances.flatten().map(|(_, kernel)| kernel);

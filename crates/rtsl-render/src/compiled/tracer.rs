@@ -1,4 +1,4 @@
-//! Searches for what rays hit.
+//! Searches for hits.
 
 use rtsl_bvh::{Hits, LaneMask, RayPacket, RayStream, Search, TraversalStack};
 
@@ -7,19 +7,19 @@ use super::intersection::{IntersectionBlocks, Intersector};
 use super::runtime_errors::RuntimeErrors;
 use super::work_counts::{CountedObjects, WorkCounts};
 
-/// What rays are traced with.
+/// The inputs of searches.
 pub struct Tracer<'a> {
     /// The scene.
     pub scene: &'a CompiledScene,
-    /// Where problems go.
-    pub problems: &'a RuntimeErrors,
+    /// The record of runtime errors.
+    pub errors: &'a RuntimeErrors,
 }
 
 impl Tracer<'_> {
-    /// The nearest hits.
+    /// Finds the closest hits.
     pub fn nearest(&self, memory: &mut SearchMemory, rays: &RayPacket, lanes: LaneMask) -> Hits {
         let SearchMemory { intersection, visits, counts } = memory;
-        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        let mut intersector = Intersector::new(self.scene, intersection, self.errors);
         let geometry = &self.scene.geometry;
         match counts {
             None => geometry.nearest(rays, lanes, &mut intersector, visits),
@@ -30,14 +30,14 @@ impl Tracer<'_> {
         }
     }
 
-    /// The hits of a stream, where there are no instances.
+    /// Finds the hits of a stream, in a scene without instances.
     pub fn search_stream(&self, memory: &mut SearchMemory, rays: &mut RayStream, search: Search) {
         let SearchMemory { intersection, visits, .. } = memory;
-        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        let mut intersector = Intersector::new(self.scene, intersection, self.errors);
         self.scene.geometry.search_stream(rays, search, &mut intersector, visits);
     }
 
-    /// The lanes that hit anything before their limits.
+    /// Returns the lanes that hit anything before their limits.
     pub fn any_hit(
         &self,
         memory: &mut SearchMemory,
@@ -45,7 +45,7 @@ impl Tracer<'_> {
         lanes: LaneMask,
     ) -> LaneMask {
         let SearchMemory { intersection, visits, counts } = memory;
-        let mut intersector = Intersector::new(self.scene, intersection, self.problems);
+        let mut intersector = Intersector::new(self.scene, intersection, self.errors);
         let geometry = &self.scene.geometry;
         match counts {
             None => geometry.any(rays, lanes, &mut intersector, visits),
@@ -58,15 +58,15 @@ impl Tracer<'_> {
 
 /// The memory of one thread for searches.
 pub struct SearchMemory {
-    /// For `intersect`, which spawns nothing.
+    /// For `intersect`, which spawns no rays.
     intersection: IntersectionBlocks,
     visits: TraversalStack,
-    /// What searches and shading do, while somebody wants to know.
+    /// Counts of the work of searches and shading, if they are needed.
     pub counts: Option<WorkCounts>,
 }
 
 impl SearchMemory {
-    /// For searches in a scene.
+    /// Allocates the memory for a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         SearchMemory {
             intersection: IntersectionBlocks::new(scene.scratch_arrays),

@@ -1,4 +1,4 @@
-//! The places of state variables in a block of state, and vectors and colours there.
+//! The components of state variables in a block of state, and access to vectors and colours.
 
 use std::sync::LazyLock;
 
@@ -56,12 +56,12 @@ variables! {
     sample_color "rt_SampleColor";
 }
 
-/// The places of all variables.
+/// Returns the components of all variables.
 pub fn variables() -> &'static Variables {
     &VARIABLES
 }
 
-/// The vector or colour that starts at component `first`, of one lane.
+/// Returns the vector or colour of a lane that starts at component `first`.
 #[inline]
 pub fn vector(block: &LaneBlock, first: usize, lane: usize) -> [f32; 3] {
     [block.floats(first)[lane], block.floats(first + 1)[lane], block.floats(first + 2)[lane]]

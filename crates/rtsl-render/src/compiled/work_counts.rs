@@ -1,27 +1,27 @@
-//! Counts what searches and shading do, for those who ask where the time goes. Nobody who does not ask
-//! pays: searches that count are code of their own.
+//! Counts the work of searches and shading. Searches that count are compiled separately, so that others have no
+//! overhead.
 
 use fearless_simd::Simd;
 use rtsl_bvh::{
-    BlockTest, LANES, LaneMask, Lanes, Leaf, LeafHead, Objects, PacketSpace, Pair, PairHit,
+    LANES, LaneMask, Lanes, Leaf, LeafHead, Objects, PacketSpace, Pair, PairHit, RayLeafTest,
     RayStream, TraversalRay, lanes_of,
 };
 
 use crate::statistics::LaneUse;
 
-/// What is counted.
+/// The counters.
 #[derive(Clone, Debug)]
 pub struct WorkCounts {
-    /// For each lane, the nodes and blocks whose boxes were tested against its rays.
+    /// For each lane, the number of nodes and leaves whose boxes were tested against its rays.
     pub visited: [u32; LANES],
-    /// The lanes of the vectors that `intersect` and `shade` ran on.
+    /// The use of the vector lanes in calls of `intersect` and `shade`.
     pub lane_use: LaneUse,
-    /// Lanes of a vector.
+    /// The SIMD width in lanes.
     width: u32,
 }
 
 impl WorkCounts {
-    /// Nothing so far, with vectors of `width` lanes.
+    /// Creates counters at zero, for vectors of `width` lanes.
     pub fn new(width: u32) -> Self {
         WorkCounts { visited: [0; LANES], lane_use: LaneUse::default(), width }
     }
@@ -32,14 +32,14 @@ impl WorkCounts {
     }
 }
 
-/// Objects whose visits and tests are counted.
+/// Wraps objects and counts their visits and tests.
 pub struct CountedObjects<'a, O> {
     objects: O,
     counts: &'a mut WorkCounts,
 }
 
 impl<'a, O: Objects> CountedObjects<'a, O> {
-    /// Counts for `objects`.
+    /// Wraps `objects`.
     pub fn new(objects: O, counts: &'a mut WorkCounts) -> Self {
         CountedObjects { objects, counts }
     }
@@ -50,12 +50,12 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         &mut self,
         simd: S,
         space: &PacketSpace<'_>,
-        block: &Leaf,
+        leaf: &Leaf,
         index: usize,
         lanes: LaneMask,
     ) -> LaneMask {
         self.counts.add_call(lanes);
-        self.objects.packet(simd, space, block, index, lanes)
+        self.objects.packet(simd, space, leaf, index, lanes)
     }
 
     fn distance(&self) -> &Lanes {
@@ -77,12 +77,12 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         self.objects.load_ray(ray);
     }
 
-    fn blocks(&mut self, tests: &mut [BlockTest<'_>]) {
-        for BlockTest { head, .. } in &*tests {
-            // The lanes are the block's objects.
+    fn leaves(&mut self, tests: &mut [RayLeafTest<'_>]) {
+        for RayLeafTest { head, .. } in &*tests {
+            // The lanes of this call are the leaf's objects.
             self.counts.add_call((1 << head.count) - 1);
         }
-        self.objects.blocks(tests);
+        self.objects.leaves(tests);
     }
 
     fn prefetch(&self, head: &LeafHead) {
@@ -93,8 +93,8 @@ impl<O: Objects> Objects for CountedObjects<'_, O> {
         lanes_of(lanes).for_each(|lane| self.counts.visited[lane] += 1);
     }
 
-    fn ray_against_one(&mut self, space: &TraversalRay, block: &Leaf, index: usize) -> Option<f32> {
+    fn ray_against_one(&mut self, space: &TraversalRay, leaf: &Leaf, index: usize) -> Option<f32> {
         self.counts.add_call(1);
-        self.objects.ray_against_one(space, block, index)
+        self.objects.ray_against_one(space, leaf, index)
     }
 }

@@ -1,17 +1,16 @@
-//! Samples of shapes that give off light.
+//! Area light sampling.
 //!
-//! The shape's `generateSample` chooses a point and its density, in the shape's space. A ray then goes
-//! from the point to be lit towards it; where it finds the shape there, the sample brings the
-//! emission that this ray sees. So a lamp lights with what a traced ray of the same direction shows,
-//! and one ray answers for what stands between, the lamp's own other side included.
+//! The shape's `generateSample` selects a point and its density, in the shape's space. A ray is then traced from the
+//! lit point towards it; if it hits the shape there, the contribution is the emission seen along this ray. An area
+//! light therefore illuminates with the same emission that a traced ray of this direction sees, and one ray handles
+//! occlusion, including that by the other side of the light itself.
 //!
-//! A map that scales unevenly turns directions of equal share into shares of unequal size; the
-//! density follows by the map's Jacobian, so any placement of a shape will do. Emission may ask for
-//! random numbers, but for no light.
+//! A transform with non-uniform scaling distorts solid angles; the density is converted by its Jacobian, so any
+//! transform of a shape is supported. Emission may request random numbers, but no light.
 //!
-//! Of a mesh each face is a light of its own, if it has few. Meshes of many faces, shapes within
-//! the scene's instances, and shapes without `generateSample` are seen but not sampled. What moves is sampled
-//! where it is at the time of the ray that asks.
+//! Each face of a mesh is a separate light, if the mesh has few faces. Meshes of many faces, shapes within the scene's
+//! instances, and shapes without `generateSample` are visible but not sampled. Moving lights are sampled at the time of
+//! the ray that requests light.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
@@ -28,10 +27,10 @@ use crate::compiled::variables::variables;
 use crate::lanes::eight::{LaneVectors, difference, dots, eights_alone, is_lit, not_finite};
 use crate::tiles::LaneContext;
 
-/// How far from a sample, relative to its distance, the shape may be found: rounding of silhouettes.
+/// The tolerance of the hit's distance from the sample, relative to its distance: rounding at silhouettes.
 const TOLERANCE: f32 = 1e-3;
 
-/// Samples of one light. Returns the lanes that it reaches.
+/// Samples one light. Returns the lanes that it reaches.
 pub fn sample(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
@@ -43,7 +42,7 @@ pub fn sample(
     dispatch!(SimdLevel::new(), simd => lamp.sample(simd, workspace, context, samples))
 }
 
-/// An area light, and what its rays are traced with.
+/// An area light with the inputs for tracing its rays.
 struct AreaLightSampler<'a> {
     tracer: &'a Tracer<'a>,
     light: &'a AreaLight,
@@ -81,9 +80,9 @@ impl AreaLightSampler<'_> {
         lit
     }
 
-    /// Runs `generateSample`: directions, distances and densities, and rays that end a little
-    /// behind the samples. Returns the samples that are of use and their normals in world
-    /// space, zero where the class sets none; `None` if there is no such method.
+    /// Calls `generateSample`: returns directions, distances and densities, and rays that end a little behind the
+    /// samples. Also returns the valid samples and their normals in world space, which are zero if the class sets none;
+    /// returns `None` if there is no such method.
     #[inline(always)]
     fn generate<S: Simd>(
         &self,
@@ -94,7 +93,7 @@ impl AreaLightSampler<'_> {
     ) -> Option<(LaneMask, LaneVectors)> {
         let AreaLightSampler { tracer, light } = *self;
         let object = &tracer.scene.objects[light.object as usize];
-        let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.problems)?;
+        let call = tracer.scene.call(&light.primitive, Method::GenerateSample, tracer.errors)?;
         let placement = light.instance.and_then(|it| tracer.scene.placement(it));
         let v = variables();
         for eight in eights_alone(simd, samples.lanes) {
@@ -147,7 +146,7 @@ impl AreaLightSampler<'_> {
         Some((usable, normals))
     }
 
-    /// The lanes whose rays found the light itself, at the sample's distance.
+    /// Returns the lanes whose rays hit the light itself at the sample's distance.
     fn found(
         &self,
         hits: &Hits,
@@ -162,7 +161,7 @@ impl AreaLightSampler<'_> {
         lanes_of(lanes).filter(is_found).fold(0, |found, lane| found | 1 << lane)
     }
 
-    /// Runs `emission` where rays found the light; returns the lanes that are lit.
+    /// Calls `emission` for rays that hit the light; returns the lanes that are lit.
     #[expect(clippy::too_many_arguments, reason = "what is known of the samples so far")]
     #[inline(always)]
     fn emission<S: Simd>(
@@ -175,10 +174,10 @@ impl AreaLightSampler<'_> {
         normals: &LaneVectors,
         samples: &mut LightSamples,
     ) -> LaneMask {
-        let Tracer { scene, problems } = *self.tracer;
+        let Tracer { scene, errors } = *self.tracer;
         let emitter = &scene.materials[self.light.emitter as usize];
-        let Some(call) = scene.call(emitter, Method::Emission, problems) else { return 0 };
-        // The light's surface has normals of its own; its random numbers are those of the rays.
+        let Some(call) = scene.call(emitter, Method::Emission, errors) else { return 0 };
+        // The light's surface has separate normals; its random numbers are those of the rays.
         own.begin_beside(context);
         for run in &runs(scene, hits, found) {
             prepare(self.tracer, run, &samples.rays, hits, level, own);
@@ -189,7 +188,7 @@ impl AreaLightSampler<'_> {
         for eight in eights_alone(simd, found) {
             let color = eight.load_vectors(&level.blocks.state, variables().emission_color);
             eight.blend_vectors(&color, &mut samples.color);
-            // Whether rays found the side that was sampled: of a thin lamp, both lie within the tolerance.
+            // Checks that rays hit the side that was sampled: for a thin light, both are within the tolerance.
             let direction = eight.vectors(&samples.rays.direction);
             let sampled = dots(&eight.vectors(normals), &direction);
             let seen = dots(&own.geometric_normals(eight), &direction);

@@ -1,7 +1,7 @@
-//! Answers what shaders ask: new rays, light, random numbers.
+//! The host of shaders: answers requests for rays, light and random numbers.
 //!
-//! Requests of the chunks of a call come together, and are answered for all lanes of the packet at a
-//! time: one search for its shadow rays, one for the rays that it spawns.
+//! The requests of a call for several SIMD vectors arrive together, and are answered for all lanes of the packet at
+//! once: one search for their shadow rays, one for the rays that they spawn.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -24,17 +24,17 @@ use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet}
 use crate::lanes::surface_offset::distance_to_light;
 use crate::tiles::LaneContext;
 
-/// Answers the materials of a packet.
+/// The host of a packet's materials.
 pub struct ShadingHost<'a> {
-    /// What rays are traced with.
+    /// The inputs of searches.
     pub tracer: &'a Tracer<'a>,
     /// The thread's memory.
     pub workspace: &'a mut Workspace,
-    /// What belongs to the rays that are shaded.
+    /// The context of the rays that are shaded.
     pub context: &'a mut LaneContext,
-    /// How often the rays that are shaded were spawned by others.
+    /// The depth of the rays that are shaded.
     pub depth: u32,
-    /// Says what the rays bring back that they spawn.
+    /// Computes the radiance of spawned rays.
     pub spawned: &'a dyn SpawnedRays,
 }
 
@@ -110,7 +110,7 @@ impl Host for ShadingHost<'_> {
 }
 
 impl ShadingHost<'_> {
-    /// Makes a packet of the rays of requests. Returns the lanes whose rays are worth tracing.
+    /// Creates a packet of the requested rays. Returns the lanes whose rays contribute enough to be traced.
     #[inline(always)]
     fn spawn<S: Simd>(
         &mut self,
@@ -125,13 +125,13 @@ impl ShadingHost<'_> {
         }
         self.context.spawn(asking, weights, context);
         let settings = &self.tracer.scene.settings;
-        if self.depth >= settings.max_depth || self.tracer.problems.any() {
+        if self.depth >= settings.max_depth || self.tracer.errors.any() {
             return 0;
         }
         asking & !context.less_important_than(simd, settings.cutoff, asking)
     }
 
-    /// Sets the rays of requests, each in its own lane; returns the lanes that ask.
+    /// Sets the rays of requests, each in its lane; returns the requesting lanes.
     #[inline(always)]
     fn set_rays<'a, S: Simd>(
         &self,
@@ -175,7 +175,7 @@ impl ShadingHost<'_> {
         samples.answer(reached, requests);
     }
 
-    /// The lanes that have anything on their rays.
+    /// Returns the lanes whose rays are occluded.
     fn shadow(&mut self, rays: &RayPacket, lanes: LaneMask) -> LaneMask {
         if lanes == 0 {
             return 0;
@@ -192,8 +192,8 @@ impl ShadingHost<'_> {
         light: &Light,
         samples: &mut LightSamples,
     ) -> LaneMask {
-        let Tracer { scene, problems } = *self.tracer;
-        let Some(call) = scene.call(&light.instance, Method::Illumination, problems) else {
+        let Tracer { scene, errors } = *self.tracer;
+        let Some(call) = scene.call(&light.instance, Method::Illumination, errors) else {
             return 0;
         };
         let v = variables();
@@ -212,7 +212,7 @@ impl ShadingHost<'_> {
         reaching
     }
 
-    /// Sets what `illumination` reads.
+    /// Sets the inputs of `illumination`.
     #[inline(always)]
     fn set_points<S: Simd>(
         &mut self,
@@ -242,9 +242,9 @@ impl ShadingHost<'_> {
     }
 }
 
-/// The samples that `illumination` left, taken into world space. Returns those that are not black, and those that are not
-/// finite. The rays to them end a little before. Samples of a light that no traced ray finds become those of a light without extent:
-/// whole contributions, of which materials leave no part to rays.
+/// Transforms the samples of `illumination` to world space. Returns those that are not black, and those that are not
+/// finite. The rays towards them end a little before them. Samples of a light that traced rays cannot find are
+/// converted to those of a delta light: whole contributions, which materials do not weight against traced rays.
 #[inline(always)]
 fn read_samples<S: Simd>(
     simd: S,
@@ -267,7 +267,7 @@ fn read_samples<S: Simd>(
         }
         let color = eight.load_vectors(state, v.light_color);
         let mut density = eight.load(state, v.pdf);
-        // A density that is NaN makes the sample so: nobody takes it for a delta.
+        // With a NaN density the sample is NaN, so that it is not mistaken for a delta.
         let nan = eight.splat_vector([f32::NAN; 3]);
         let mut color = select(density.simd_eq(density), &color, &nan);
         lit |= eight.lanes(is_lit(&color));

@@ -1,4 +1,4 @@
-//! Samples of a light, for the points that ask: all lanes of a packet at a time.
+//! Samples of a light for the requesting points, all lanes of a packet at once.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -8,9 +8,9 @@ use rtsl_bvh::{LANES, LaneMask, Lanes, RayPacket};
 use crate::lanes::eight::{Eight, LaneVectors, Vectors, dots, eights_alone, scaled, select};
 use crate::lanes::request_lanes::{from_packet, mask_of, request_bits, to_packet};
 
-/// Points that ask for light, and the samples that they get.
+/// The points that request light, and their samples.
 pub struct LightSamples {
-    /// The lanes that ask.
+    /// The requesting lanes.
     pub lanes: LaneMask,
     /// Rays from the points along unit vectors towards the samples, in world space.
     pub rays: RayPacket,
@@ -27,7 +27,7 @@ pub struct LightSamples {
 }
 
 impl LightSamples {
-    /// Nobody asks.
+    /// Creates samples without requests.
     pub fn new() -> Self {
         LightSamples {
             lanes: 0,
@@ -40,8 +40,7 @@ impl LightSamples {
         }
     }
 
-    /// Begins with what requests ask for at these times. What the light gives means nothing yet but that
-    /// distances are 0.
+    /// Starts with the requests at these times. The fields of the samples are undefined except that distances are 0.
     #[inline(always)]
     pub fn begin(&mut self, requests: &[LightRequest<'_>], epsilon: f32, time: &Lanes) {
         self.lanes = 0;
@@ -58,7 +57,7 @@ impl LightSamples {
         }
     }
 
-    /// The lanes of `lanes` whose samples lie within their cones.
+    /// Returns the lanes of `lanes` whose samples lie within their cones.
     #[inline(always)]
     pub fn within_cones<S: Simd>(&self, simd: S, lanes: LaneMask) -> LaneMask {
         let mut within = 0;
@@ -76,8 +75,8 @@ impl LightSamples {
         within
     }
 
-    /// Normals on the side of the surface from which light is asked for: where a cone leads behind it, those
-    /// of the back, around which skies sample then.
+    /// Returns normals on the side of the surface for which light is requested: flipped if the cone points behind the
+    /// surface, so that environment lights sample around them.
     #[inline(always)]
     pub fn on_their_side<S: Simd>(
         &self,

@@ -1,10 +1,10 @@
-//! The interactive renderer: runs `shade` of materials for packets of rays.
+//! The interactive renderer: calls `shade` of materials for packets of rays.
 //!
-//! A tile of 8 by 8 pixels and one sample of each is a packet. Its way: the camera's
-//! `generateRay`; the nearest hits, by the shapes' `intersect`; for the lanes of each object its
-//! normals, texture coordinates and derivatives; for the lanes of each material its `shade`, whose
-//! `trace` starts again with a packet of the rays that ask. What a ray brings back depends on that
-//! ray alone; see [`rtsl_bvh`] for hits and [`rtsl_math::sampling`] for random numbers.
+//! One sample of a tile of 8 by 8 pixels is a packet. It is processed in these steps: the camera's `generateRay`; the
+//! closest hits, by the shapes' `intersect`; for the lanes of each object its normals, texture coordinates and
+//! derivatives; for the lanes of each material its `shade`, whose `trace` repeats this with a packet of the requested
+//! rays. The radiance of a ray depends on that ray alone; see [`rtsl_bvh`] for hits and [`rtsl_math::sampling`] for
+//! random numbers.
 
 mod area_light;
 mod host;

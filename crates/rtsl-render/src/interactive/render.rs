@@ -1,4 +1,4 @@
-//! From a compiled scene to an image: tiles over all threads.
+//! Rendering an image from a compiled scene: tiles on all threads.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -22,7 +22,7 @@ use crate::statistics::{LaneUse, NotFinite, RayCounts};
 use crate::tiles::Tile;
 use crate::tiles::{RenderThreads, tiles_of};
 
-/// The images besides colour that this renderer makes.
+/// The AOVs that this renderer supports.
 pub const AOVS: [Aov; 8] = [
     Aov::Distance,
     Aov::Normal,
@@ -34,51 +34,50 @@ pub const AOVS: [Aov; 8] = [
     Aov::Lanes,
 ];
 
-/// How to render.
+/// Options of a render.
 #[derive(Clone, Copy, Default)]
 pub struct RenderOptions<'a> {
-    /// How many threads; all processors where `None`.
+    /// The number of threads; that of all processors if `None`.
     pub threads: Option<usize>,
-    /// Is told how many of how many tiles are done, from any thread.
+    /// Called with the number of tiles done and of all tiles, from any thread.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
     /// Ends the render early when it becomes true.
     pub cancel: Option<&'a AtomicBool>,
     /// Ends the render early after this time.
     pub time_limit: Option<Duration>,
-    /// Images of something else than colour.
+    /// The AOVs to render.
     pub aovs: &'a [Aov],
-    /// Makes no kernels for the scene's values, which a long render else does. Never changes the
-    /// image.
+    /// Disables specialisation, which long renders use otherwise. Does not affect the image.
     pub general_kernels_only: bool,
 }
 
-/// An image, and what making it took.
+/// An image with statistics of its render.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The image; where the render ended early, tiles not begun are black.
+    /// The image; if the render ended early, tiles that were not started are black.
     pub image: Image,
-    /// The images that were asked for besides, in that order.
+    /// The AOVs, in the order of the options.
     pub aovs: Vec<AovImage>,
-    /// The classes of the objects, by their numbers in such an image.
+    /// The names of object classes, by their indices in the AOV.
     pub object_classes: Vec<String>,
-    /// Rays traced.
+    /// The number of rays traced.
     pub rays: RayCounts,
-    /// Samples that were not finite.
+    /// The number of samples that were not finite.
     pub dropped_samples: u64,
     /// The methods whose values were not finite.
     pub not_finite: Vec<NotFinite>,
-    /// The time.
+    /// The duration.
     pub time: Duration,
-    /// How many threads there were.
+    /// The number of threads.
     pub threads: usize,
-    /// Whether the render ended early.
+    /// True if the render ended early.
     pub cancelled: bool,
 }
 
 /// Renders a scene.
 ///
 /// # Errors
-/// If a shader ran past its budget of loop iterations, threads can't be had, or it does not make an image that is asked for.
+/// If a shader exceeds its budget of loop iterations, threads cannot be started, or an AOV is not supported.
 pub fn render(scene: &CompiledScene, options: RenderOptions<'_>) -> Result<Rendered, Messages> {
     Aov::refuse_others(options.aovs, &AOVS, "interactive").map_err(Messages::one)?;
     let threads = RenderThreads::new(options.threads)?;
@@ -93,7 +92,7 @@ struct Job<'a> {
     scene: &'a CompiledScene,
     options: RenderOptions<'a>,
     tiles: Vec<Tile>,
-    problems: RuntimeErrors,
+    errors: RuntimeErrors,
     images: Mutex<Images>,
     object_classes: ObjectClasses,
     done: AtomicUsize,
@@ -101,7 +100,7 @@ struct Job<'a> {
     stopped: AtomicBool,
 }
 
-/// What is rendered.
+/// The image and the AOVs.
 struct Images {
     image: Image,
     aovs: Vec<AovImage>,
@@ -117,7 +116,7 @@ impl<'a> Job<'a> {
             scene,
             options,
             tiles: tiles_of(width, height),
-            problems: RuntimeErrors::default(),
+            errors: RuntimeErrors::default(),
             images: Mutex::new(images),
             object_classes: ObjectClasses::of(scene),
             done: AtomicUsize::new(0),
@@ -148,11 +147,11 @@ impl<'a> Job<'a> {
     fn must_stop(&self, start: Instant) -> bool {
         let cancelled = self.options.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
         let late = self.options.time_limit.is_some_and(|limit| start.elapsed() >= limit);
-        cancelled || late || self.problems.any()
+        cancelled || late || self.errors.any()
     }
 
     fn render_tile(&self, workspace: &mut Workspace, tile: Tile, start: Instant) {
-        let tracer = Tracer { scene: self.scene, problems: &self.problems };
+        let tracer = Tracer { scene: self.scene, errors: &self.errors };
         let samples = self.scene.settings.sampler.samples_per_pixel();
         let begun = Instant::now();
         let counts_lanes = self.options.aovs.contains(&Aov::Lanes);
@@ -161,7 +160,7 @@ impl<'a> Job<'a> {
         let mut taken = 0;
         let mut dropped = 0;
         for sample in 0..samples {
-            // A tile begun has a sample at least, so that what is kept is an image.
+            // A tile that was started gets at least one sample, so that it is not black.
             if sample > 0 && self.must_stop(start) {
                 self.stopped.store(true, Ordering::Relaxed);
                 break;
@@ -183,8 +182,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// The camera rays of a tile's first `samples` samples once more, where an image wants to know what
-    /// they meet.
+    /// Traces the camera rays of a tile's first `samples` samples again, if an AOV needs their hits.
     fn tile_aovs(
         &self,
         workspace: &mut Workspace,
@@ -219,8 +217,8 @@ impl<'a> Job<'a> {
     }
 
     fn finish(self, time: Duration, rays: RayCounts, threads: usize) -> Result<Rendered, Messages> {
-        if self.problems.any() {
-            return Err(exhausted_budgets(self.scene, &self.problems));
+        if self.errors.any() {
+            return Err(exhausted_budgets(self.scene, &self.errors));
         }
         let images = self.images.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         Ok(Rendered {
@@ -229,7 +227,7 @@ impl<'a> Job<'a> {
             object_classes: self.object_classes.names,
             rays,
             dropped_samples: self.dropped.into_inner(),
-            not_finite: self.problems.not_finite(),
+            not_finite: self.errors.not_finite(),
             time,
             threads,
             cancelled: self.stopped.into_inner(),

@@ -1,5 +1,5 @@
-//! The radiance along the rays of a packet: nearest hits, surfaces, materials, and for rays that
-//! leave the scene the emission of its lights.
+//! The radiance along the rays of a packet: closest hits, surfaces, materials, and the emission of environment lights
+//! for rays that leave the scene.
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{LaneBlock, Method};
@@ -19,9 +19,9 @@ use crate::tiles::LaneContext;
 /// A colour for each lane, channel by channel.
 pub type PacketColors = LaneVectors;
 
-/// Who says what rays bring back that `trace` spawns.
+/// Computes the radiance of secondary rays requested by `trace`.
 pub trait SpawnedRays {
-    /// The radiance along the rays of `lanes`, which were spawned `depth` times.
+    /// Returns the radiance along the rays of `lanes`, whose depth is `depth`.
     fn radiance(
         &self,
         tracer: &Tracer<'_>,
@@ -33,7 +33,7 @@ pub trait SpawnedRays {
     ) -> PacketColors;
 }
 
-/// What rays hit is shaded, again and again.
+/// Shades the hits of secondary rays recursively.
 pub struct ShadedRays;
 
 impl SpawnedRays for ShadedRays {
@@ -55,16 +55,16 @@ impl SpawnedRays for ShadedRays {
     }
 }
 
-/// Whether what shapes emit besides their materials is added where they are shaded.
+/// Controls if the emission of shapes besides their materials is added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Emitters {
-    /// It is.
+    /// Emission is added.
     Included,
-    /// It is not.
+    /// Emission is omitted.
     LeftOut,
 }
 
-/// Shades what the rays of `lanes` hit.
+/// Shades the hits of the rays of `lanes`.
 pub fn shade_hits(
     rays: &RayPacket,
     hits: &Hits,
@@ -85,7 +85,7 @@ pub fn shade_hits(
     host.workspace.return_level(level);
 }
 
-/// What the lights emit towards rays that leave the scene.
+/// Adds the emission of lights towards rays that leave the scene.
 fn add_sky(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
@@ -100,7 +100,7 @@ fn add_sky(
     let v = variables();
     let blocks = &mut workspace.light;
     for light in &tracer.scene.lights {
-        let call = tracer.scene.call(&light.instance, Method::Emission, tracer.problems);
+        let call = tracer.scene.call(&light.instance, Method::Emission, tracer.errors);
         let Some(call) = call else { continue };
         dispatch!(SimdLevel::new(), simd => set_directions(simd, light, rays, lanes, blocks));
         blocks.call(&call, lanes, None, context);
@@ -108,7 +108,7 @@ fn add_sky(
     }
 }
 
-/// Sets what a light's `emission` reads of rays that leave the scene.
+/// Sets the inputs of a light's `emission` for rays that leave the scene.
 #[inline(always)]
 fn set_directions<S: Simd>(
     simd: S,
@@ -130,7 +130,7 @@ fn set_directions<S: Simd>(
     }
 }
 
-/// Adds the colour of each lane that a call left at component `first` to `sum`. Returns the lanes whose colours are not finite.
+/// Adds the colour at component `first` of the state to `sum`. Returns the lanes whose colours are not finite.
 fn add_colors(
     state: &LaneBlock,
     first: usize,
@@ -164,7 +164,7 @@ struct Shading<'a> {
     lanes: LaneMask,
 }
 
-/// What shades.
+/// The shader of a surface.
 #[derive(Clone, Copy)]
 enum Surface<'a> {
     /// A material, by its index.
@@ -185,7 +185,7 @@ impl Surface<'_> {
     }
 }
 
-/// Groups lanes by what shades them: one call for each material.
+/// Groups lanes by shader: one call for each material.
 fn shadings<'a>(runs: &'a [HitGroup<'a>], emitters: Emitters) -> Vec<Shading<'a>> {
     let mut shadings: Vec<Shading<'a>> = Vec::new();
     let mut add = |what: Surface<'a>, method: Method, lanes: LaneMask| {
@@ -228,7 +228,7 @@ fn shade(
     let call = methods.into_iter().find_map(|method| match shading.what {
         Surface::Material(index) => {
             let material = &tracer.scene.materials[index as usize];
-            tracer.scene.call(material, method, tracer.problems)
+            tracer.scene.call(material, method, tracer.errors)
         }
         Surface::Own(run) => run.call(tracer, method, numbers),
     });
@@ -239,7 +239,7 @@ fn shade(
     let v = variables();
     let result = if call.method == Method::Shade { v.sample_color } else { v.emission_color };
     match shading.what {
-        // The shape's own methods read what its `intersect` left.
+        // The shape's own methods read the scratch of its `intersect`.
         Surface::Own(_) => blocks.call(&call, shading.lanes, Some(kept_scratch), host),
         Surface::Material(_) => {
             blocks.clear_scratch(call.scratch_arrays);

@@ -1,5 +1,5 @@
-//! What is known of the surfaces that a packet hit, as materials read it: the methods of the
-//! shapes in their own spaces, then everything in world space.
+//! The surface properties that materials read for the hits of a packet: the shapes' methods run in object space, then
+//! everything is transformed to world space.
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 use rtsl::{Instances, Kernel, LaneBlock, LaneIndices, Method};
@@ -21,23 +21,23 @@ use crate::lanes::surface_state::{
 };
 use crate::tiles::LaneContext;
 
-/// Lanes that hit one object, whichever of its elements.
+/// The lanes that hit one object, or any of its elements.
 pub struct HitGroup<'a> {
     /// The object.
     pub object: &'a Object,
     /// Its index among those of the scene.
     pub index: u32,
-    /// The class that the traversal found it in.
+    /// The traversal class of the hit.
     pub class: &'a ObjectClass,
-    /// Which object it is, and by which instance it is placed.
+    /// The object, and the instance that places it.
     hit: HitObject,
-    /// Where that instance stands; `None` for the world.
+    /// The placement of the instance; `None` for the world.
     placement: Option<Placement<'a>>,
     /// The lanes.
     pub lanes: LaneMask,
 }
 
-/// The hits of a packet, object by object.
+/// Groups the hits of a packet by object.
 pub fn runs<'a>(scene: &'a CompiledScene, hits: &Hits, lanes: LaneMask) -> Vec<HitGroup<'a>> {
     let mut rest = hits.lanes(lanes);
     let mut runs = Vec::new();
@@ -70,7 +70,7 @@ fn run<'a>(scene: &'a CompiledScene, id: HitId, lanes: LaneMask) -> Option<HitGr
 }
 
 impl HitGroup<'_> {
-    /// Whether a hit is of an element of the same object, placed by the same instance.
+    /// True if a hit is of an element of the same object, placed by the same instance.
     fn has_element(&self, scene: &CompiledScene, id: HitId) -> bool {
         let other = HitObject::of(&scene.geometry, &scene.items, id);
         other.is_some_and(|other| {
@@ -78,10 +78,10 @@ impl HitGroup<'_> {
         })
     }
 
-    /// Sets the numbers by which kernels know what was hit.
+    /// Sets the indices by which kernels know the objects that were hit.
     pub fn number(&self, scene: &CompiledScene, hits: &Hits, numbers: &mut LaneIndices) {
         let numbers = numbers.as_mut_slice();
-        // All lanes have the number of some object, whether they take part or not.
+        // All lanes need valid indices, including inactive ones.
         numbers.fill(self.class.number_of(self.hit.member.object, self.hit.element).unwrap_or(0));
         if self.class.has_elements() {
             for lane in lanes_of(self.lanes) {
@@ -93,8 +93,8 @@ impl HitGroup<'_> {
         }
     }
 
-    /// The lengths of the boxes of what eight lanes hit. What lanes get that are not of the run means nothing.
-    // In registers: an array for all lanes, copied, was 600 instructions of each run.
+    /// Returns the extents of the bounding boxes hit by eight lanes. Lanes outside the group are undefined.
+    // In registers: copying an array for all lanes took 600 instructions for each group.
     #[inline(always)]
     fn extents<S: Simd>(&self, eight: Eight<S>, scene: &CompiledScene, hits: &Hits) -> Vectors<S> {
         let own = eight.splat_vector(scene.extents.lengths(self.index, self.hit.element));
@@ -107,7 +107,7 @@ impl HitGroup<'_> {
         })
     }
 
-    /// What kernels that take the objects of hits are called for.
+    /// Returns the objects for kernels that take those of hits.
     fn objects<'a>(&'a self, numbers: &'a LaneIndices) -> Instances<'a> {
         if self.class.has_elements() {
             Instances::Many(&self.class.objects, numbers)
@@ -116,25 +116,25 @@ impl HitGroup<'_> {
         }
     }
 
-    /// The call of a method for its hits; `None` if its class has none.
+    /// Returns the call of a method for its hits; `None` if its class has none.
     pub fn call<'a>(
         &'a self,
         tracer: &Tracer<'a>,
         method: Method,
         numbers: &'a LaneIndices,
     ) -> Option<KernelCall<'a>> {
-        let Tracer { scene, problems } = *tracer;
+        let Tracer { scene, errors } = *tracer;
         if !self.class.has_elements() {
-            return scene.call(&self.object.primitive, method, problems);
+            return scene.call(&self.object.primitive, method, errors);
         }
         let program = &scene.shader(&self.object.primitive).program;
         let kernel = self.class.surface_kernel(method)?;
-        Some(KernelCall::new(program, kernel, method, self.objects(numbers), problems))
+        Some(KernelCall::new(program, kernel, method, self.objects(numbers), errors))
     }
 }
 
-/// Runs the methods of one object for its hits and leaves in the state what materials read,
-/// and in `context` what lights read.
+/// Runs the methods of one object for its hits. Stores the inputs of materials in the state, and the inputs of lights
+/// in `context`.
 pub fn prepare(
     tracer: &Tracer<'_>,
     run: &HitGroup<'_>,
@@ -147,7 +147,7 @@ pub fn prepare(
     dispatch!(SimdLevel::new(), simd => surface.prepare(simd, level, context));
 }
 
-/// The hits of a run.
+/// The hits of a group.
 struct SurfaceOfRun<'a> {
     tracer: &'a Tracer<'a>,
     run: &'a HitGroup<'a>,
@@ -178,21 +178,21 @@ impl SurfaceOfRun<'_> {
         }
     }
 
-    /// The rays in the space of the object's group, where that is not the world.
+    /// The rays in the space of the object's group, if that is not the world.
     #[inline(always)]
     fn rays_in_group(&self) -> Option<RayPacket> {
         let placement = self.run.placement.as_ref()?;
         Some(placement.rays_in_group(self.rays, self.run.lanes))
     }
 
-    /// Finds the scratch that `intersect` left for the hits, by rays in the space of the object's group.
+    /// Recomputes the scratch of `intersect` for the hits, with rays in the space of the object's group.
     #[inline(always)]
     fn find_scratch<S: Simd>(&self, simd: S, kernel: &Kernel, rays: &RayPacket, level: &mut Level) {
         let Level { blocks, kept_scratch, numbers } = level;
         let lanes = self.run.lanes;
         let program = &self.tracer.scene.shader(&self.run.object.primitive).program;
-        let (instances, problems) = (self.run.objects(numbers), self.tracer.problems);
-        let call = KernelCall::new(program, kernel, Method::Intersect, instances, problems);
+        let (instances, errors) = (self.run.objects(numbers), self.tracer.errors);
+        let call = KernelCall::new(program, kernel, Method::Intersect, instances, errors);
         find_scratch(
             eights(simd, lanes),
             (blocks, kept_scratch),
@@ -204,7 +204,7 @@ impl SurfaceOfRun<'_> {
         );
     }
 
-    /// Sets what the methods of shapes read, and what stands where the class lacks one.
+    /// Sets the inputs of the shapes' methods, and default results for methods that the class lacks.
     #[inline(always)]
     fn set_local_hits<S: Simd>(
         &self,
@@ -214,7 +214,7 @@ impl SurfaceOfRun<'_> {
         state: &mut LaneBlock,
     ) {
         let inverse = &self.run.object.inverse;
-        // As in the traversal, whoever has no space of its own gets its group's rays unchanged.
+        // As in the traversal, an object without a transform gets its group's rays unchanged.
         let has_own_space = !inverse.is_identity();
         for eight in eights(simd, self.run.lanes) {
             let mut local = eight_rays(eight, rays);
@@ -226,7 +226,7 @@ impl SurfaceOfRun<'_> {
         }
     }
 
-    /// Runs the methods of the shape that something needs; whether it computed derivatives.
+    /// Runs the methods of the shape whose results are needed; returns true if it computed derivatives.
     #[inline(always)]
     fn run_methods<S: Simd>(
         &self,
@@ -247,7 +247,7 @@ impl SurfaceOfRun<'_> {
                 blocks.call(&call, self.run.lanes, Some(&mut *kept_scratch), context);
                 has_derivatives |= method == Method::ComputeDerivatives;
             }
-            // The last of them leaves what is normalised when it is taken to the world.
+            // The last normal written is normalised when it is transformed to the world.
             if method == Method::ComputeNormal && (needs.coordinates || needs.derivatives) {
                 normalize_normals(eights(simd, self.run.lanes), &mut blocks.state);
             }
@@ -255,7 +255,7 @@ impl SurfaceOfRun<'_> {
         has_derivatives
     }
 
-    /// Takes rays and surfaces from the object's space to the world's.
+    /// Transforms rays and surfaces from the object's space to the world's.
     #[inline(always)]
     fn to_world<S: Simd>(
         &self,
@@ -298,8 +298,8 @@ impl SurfaceOfRun<'_> {
         }
     }
 
-    /// The sizes of what points in the world come from, given those of the rays that found them and the lengths of what they
-    /// lie on: on the way to the object's space, and back.
+    /// Returns the magnitudes that bound the rounding errors of hit points in the world, given those of the rays and
+    /// the extents of the boxes: on the way to the object's space, and back.
     #[inline(always)]
     fn sizes_of_points<S: Simd>(
         &self,

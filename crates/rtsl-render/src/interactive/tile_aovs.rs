@@ -1,5 +1,5 @@
-//! What the camera rays of a tile meet, and how long its samples take: images of something else than
-//! colour. Rays are those of the image, traced once more, so that its own way stays as it is.
+//! AOVs of a tile: the hits of its camera rays, and the time for its samples. The camera rays of the image are traced
+//! again, so that rendering the image is not affected.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use crate::compiled::work_counts::WorkCounts;
 use crate::statistics::LaneUse;
 use crate::tiles::{CameraRays, Tile, camera_rays};
 
-/// Sums of the samples of a tile.
+/// Sums over the samples of a tile.
 pub struct TileAovs {
     distance: [f32; LANES],
     normal: [[f32; 3]; LANES],
@@ -26,12 +26,12 @@ pub struct TileAovs {
     samples: u32,
 }
 
-/// What the samples of a tile took.
+/// The cost of a tile's samples.
 #[derive(Clone, Copy, Default)]
 pub struct TileWork {
     /// The time.
     pub time: Duration,
-    /// The lanes that took part in calls, where that was counted.
+    /// The use of lanes in calls, if it was counted.
     pub lane_use: LaneUse,
 }
 
@@ -39,7 +39,7 @@ pub struct TileWork {
 pub type TileValues = [[f32; 3]; LANES];
 
 impl TileAovs {
-    /// No samples.
+    /// Without samples.
     pub fn new() -> Self {
         TileAovs {
             distance: [0.0; LANES],
@@ -88,19 +88,19 @@ impl TileAovs {
         self.samples += 1;
     }
 
-    /// The values, for a tile whose samples took this in all.
+    /// Returns the values of a tile whose samples had this cost.
     pub fn values(&self, aov: Aov, work: TileWork, samples: u32) -> TileValues {
         let time = work.time.as_nanos() as f32 / (samples.max(1) as usize * LANES) as f32;
         let lanes = work.lane_use.part().unwrap_or(0.0);
         std::array::from_fn(|lane| match aov {
-            // Where nothing is hit, 0 / 0 would not do.
+            // Avoids 0 / 0 without hits.
             Aov::Distance if self.hits[lane] == 0 => [f32::INFINITY; 3],
             Aov::Distance => [self.distance[lane] / self.hits[lane] as f32; 3],
             Aov::Normal => self.normal[lane].map(|x| x / self.samples.max(1) as f32),
             Aov::Object => [self.object[lane]; 3],
             Aov::Class => [self.class[lane]; 3],
             Aov::Samples => [samples as f32; 3],
-            // The renderer refuses what it does not make.
+            // The renderer rejects AOVs that it does not support.
             Aov::Albedo | Aov::Variance => [0.0; 3],
             Aov::Time => [time; 3],
             Aov::Nodes => [self.visited[lane] as f32 / self.samples.max(1) as f32; 3],
@@ -109,7 +109,7 @@ impl TileAovs {
     }
 }
 
-/// The nodes and blocks that the camera rays of a sample visit.
+/// Returns the number of nodes and leaves that the camera rays of a sample visit.
 pub fn visits_of_sample(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
@@ -124,7 +124,7 @@ pub fn visits_of_sample(
     visited
 }
 
-/// The nearest hits, and for each lane the nodes and blocks that its ray visits.
+/// Finds the closest hits and counts, for each lane, the nodes and leaves that its ray visits.
 fn counted_hits(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,

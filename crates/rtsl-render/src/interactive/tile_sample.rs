@@ -1,5 +1,4 @@
-//! One sample of every pixel of a tile, and the sums of such samples: what a batch render and an
-//! interactive session have in common.
+//! One sample of every pixel of a tile, and sums of such samples: shared by image rendering and interactive sessions.
 
 use rtsl::Method;
 use rtsl_bvh::{LANES, LaneMask, lanes_of};
@@ -14,12 +13,12 @@ use crate::tiles::{CameraRays, Tile, camera_rays};
 pub struct TileSample {
     /// The lanes whose pixels lie inside the image.
     pub lanes: LaneMask,
-    /// The radiance that each brings back, weighted by the camera; may be infinite or NaN.
+    /// The radiance of each, weighted by the camera; may be infinite or NaN.
     pub colors: PacketColors,
 }
 
-/// Takes one sample of every pixel of a tile. Its colours depend on the scene, the pixels and the
-/// number of the sample alone.
+/// Takes one sample of every pixel of a tile. Its colours depend on the scene, the pixels and the index of the sample
+/// alone.
 pub fn sample_tile(
     tracer: &Tracer<'_>,
     workspace: &mut Workspace,
@@ -37,8 +36,7 @@ pub fn sample_tile(
         lanes_of(lanes).for_each(|lane| channel[lane] *= weights[lane]);
     }
     let by_camera = not_finite(&colors, finite);
-    if let Some(call) =
-        tracer.scene.call(&tracer.scene.camera, Method::GenerateRay, tracer.problems)
+    if let Some(call) = tracer.scene.call(&tracer.scene.camera, Method::GenerateRay, tracer.errors)
     {
         call.report_not_finite(by_camera);
     }
@@ -50,7 +48,7 @@ pub fn sample_tile(
 pub type TileSums = [[f32; 3]; LANES];
 
 impl TileSample {
-    /// Adds the colours that are finite; returns how many are not, which count as black.
+    /// Adds the colours that are finite; returns the number of others, which count as black.
     pub fn add_to(&self, sums: &mut TileSums) -> u64 {
         let mut dropped = 0;
         for lane in lanes_of(self.lanes) {

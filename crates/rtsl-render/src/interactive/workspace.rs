@@ -1,4 +1,4 @@
-//! The memory of one thread: blocks of state and scratch, used over and over.
+//! The memory of one thread: blocks of state and scratch, which are reused.
 
 use rtsl::{LaneBlock, LaneIndices};
 use rtsl_bvh::{LANES, Lanes, RayPacket};
@@ -12,49 +12,49 @@ use crate::lanes::lane_streams::LaneStreams;
 use crate::statistics::RayCounts;
 use crate::tiles::{CameraMemory, LaneContext};
 
-/// What one thread needs.
+/// The memory of one thread.
 pub struct Workspace {
-    /// Levels of shading not in use: one is in use for each ray whose shading spawned the next.
+    /// Unused levels of shading: one is in use for each depth of recursion.
     free_levels: Vec<Level>,
-    /// Packets of spawned rays not in use.
+    /// Unused packets of spawned rays.
     free_spawned: Vec<Box<SpawnedPacket>>,
-    /// Samples of lights not in use.
+    /// Unused light samples.
     free_light_samples: Option<Box<LightSamples>>,
-    /// For searches.
+    /// The memory of searches.
     pub search: SearchMemory,
-    /// For camera rays.
+    /// The memory of camera rays.
     pub camera: CameraMemory,
-    /// For lights, which spawn nothing.
+    /// For calls of lights, which spawn no rays.
     pub light: CallBlocks,
-    /// Rays traced so far.
+    /// The number of rays traced so far.
     pub rays: RayCounts,
     scratch_arrays: usize,
     sampler: Sampler,
 }
 
-/// Rays that materials ask for, and what belongs to them. What lanes have that do not ask means nothing.
-// Seven kilobytes: made anew for each request they were cleared and copied. That they are not, and that streams are set in
-// vectors, takes 7 % off the instructions of a render of three spheres.
+/// Rays requested by materials, with their context. Lanes without a request are undefined.
+// Seven kilobytes: allocated for each request, they would be cleared and copied. Reusing them, and setting streams in
+// vectors, saves 7 % of the instructions of rendering three spheres.
 pub struct SpawnedPacket {
     /// The rays.
     pub rays: RayPacket,
-    /// How much of their radiance is taken.
+    /// The weights of their radiance.
     pub weights: Lanes,
-    /// What belongs to them besides.
+    /// Their context.
     pub context: LaneContext,
 }
 
-/// What shading a packet needs.
+/// The memory for shading a packet.
 pub struct Level {
     /// State, and scratch of materials.
     pub blocks: CallBlocks,
-    /// What the shapes' `intersect` left for the nearest hits.
+    /// The scratch of the shapes' `intersect` for the closest hits.
     pub kept_scratch: LaneBlock,
-    /// The numbers of the objects that were hit.
+    /// The indices of the objects that were hit.
     pub numbers: LaneIndices,
 }
 
-/// The rays that were traced with these.
+/// Sums the rays traced with these workspaces.
 pub fn rays_of(workspaces: &[Workspace]) -> RayCounts {
     let mut sum = RayCounts::default();
     workspaces.iter().for_each(|workspace| sum += workspace.rays);
@@ -62,7 +62,7 @@ pub fn rays_of(workspaces: &[Workspace]) -> RayCounts {
 }
 
 impl Workspace {
-    /// Memory for rendering a scene.
+    /// Allocates the memory for rendering a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         Workspace {
             free_levels: Vec::new(),
@@ -77,7 +77,7 @@ impl Workspace {
         }
     }
 
-    /// A packet that is not in use.
+    /// Takes an unused packet.
     pub fn take_spawned(&mut self) -> Box<SpawnedPacket> {
         self.free_spawned.pop().unwrap_or_else(|| {
             let streams = LaneStreams::new([0; LANES], 0);
@@ -89,12 +89,12 @@ impl Workspace {
         })
     }
 
-    /// Takes a packet back, to be used again.
+    /// Returns a packet for reuse.
     pub fn keep_spawned(&mut self, packet: Box<SpawnedPacket>) {
         self.free_spawned.push(packet);
     }
 
-    /// A level that is not in use.
+    /// Takes an unused level.
     pub fn take_level(&mut self) -> Level {
         self.free_levels.pop().unwrap_or_else(|| Level {
             blocks: CallBlocks::new(self.scratch_arrays),
@@ -103,17 +103,17 @@ impl Workspace {
         })
     }
 
-    /// Samples not in use.
+    /// Takes unused samples.
     pub fn take_light_samples(&mut self) -> Box<LightSamples> {
         self.free_light_samples.take().unwrap_or_else(|| Box::new(LightSamples::new()))
     }
 
-    /// Takes samples back, to be used again.
+    /// Returns samples for reuse.
     pub fn keep_light_samples(&mut self, samples: Box<LightSamples>) {
         self.free_light_samples = Some(samples);
     }
 
-    /// Gives a level back.
+    /// Returns a level for reuse.
     pub fn return_level(&mut self, level: Level) {
         self.free_levels.push(level);
     }

@@ -1,9 +1,8 @@
 //! Eight lanes of a packet at a time, in registers.
 //!
-//! What is computed for a packet outside of kernels goes eight lanes after eight lanes through one
-//! loop, with all steps in its body: code stays short, and nothing but results goes through memory. Eights of which
-//! no lane takes part are left out. The operations are those of the functions for one vector in their order,
-//! so that the bits are the same.
+//! Computations for a packet outside of kernels process eight lanes at a time in one loop with all steps in its body:
+//! code stays short, and only results go through memory. Groups of eight without an active lane are skipped. The
+//! operations are those of the functions for one vector, in the same order, so that the bits are the same.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
@@ -17,34 +16,34 @@ pub type LaneVectors = [Lanes; 3];
 /// A vector for each of eight lanes.
 pub type Vectors<S> = [f32x8<S>; 3];
 
-/// Eight lanes, some of which take part.
+/// Eight lanes, some of which are active.
 #[derive(Clone, Copy)]
 pub struct Eight<S: Simd> {
     simd: S,
     /// The first lane.
     start: usize,
-    /// Those that take part, as bits and as a mask.
+    /// The active lanes, as bits and as a mask.
     bits: u64,
     on: mask32x8<S>,
-    /// Whether all eight may be stored: all take part, or the others are nobody's.
+    /// True if all eight may be stored: all are active, or the others are unused.
     stores_all: bool,
 }
 
-/// The eights in which some of `lanes` are. Stores leave other lanes alone.
+/// Iterates over the groups of eight that contain some of `lanes`. Stores do not change other lanes.
 #[inline(always)]
 pub fn eights<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
     Eights { simd, lanes, stores_all: false }
 }
 
-/// The same where other lanes are nobody's: stores may change them.
+/// The same if other lanes are unused, so that stores may change them.
 // On Zen 3 a masked store takes 12 cycles; LLVM makes one of every load, select and store.
 #[inline(always)]
 pub fn eights_alone<S: Simd>(simd: S, lanes: LaneMask) -> Eights<S> {
     Eights { simd, lanes, stores_all: true }
 }
 
-/// The eights that hold the first `count` of any number of lanes, a multiple of eight; all others are nobody's. A
-/// mask of a packet says nothing of these.
+/// Iterates over the groups of eight that contain the first `count` of any number of lanes, a multiple of eight; all
+/// others are unused. Masks of a packet do not apply to them.
 #[inline(always)]
 pub fn eights_of<S: Simd>(simd: S, count: usize) -> impl Iterator<Item = Eight<S>> {
     let on = mask32x8::from_bitmask(simd, 0xFF);
@@ -60,7 +59,7 @@ pub fn eights_of<S: Simd>(simd: S, count: usize) -> impl Iterator<Item = Eight<S
 /// See [`eights`].
 pub struct Eights<S> {
     simd: S,
-    /// Those not yet done.
+    /// The lanes not processed yet.
     lanes: LaneMask,
     stores_all: bool,
 }
@@ -83,49 +82,49 @@ impl<S: Simd> Iterator for Eights<S> {
 }
 
 impl<S: Simd> Eight<S> {
-    /// The instructions that they use.
+    /// Returns the SIMD instruction set.
     #[inline(always)]
     pub fn simd(self) -> S {
         self.simd
     }
 
-    /// The first lane.
+    /// Returns the first lane.
     #[inline(always)]
     pub fn start(self) -> usize {
         self.start
     }
 
-    /// The same number for all.
+    /// Returns a vector with the same number in all lanes.
     #[inline(always)]
     pub fn splat(self, x: f32) -> f32x8<S> {
         f32x8::splat(self.simd, x)
     }
 
-    /// The same vector for all.
+    /// Returns the same vector in all lanes.
     #[inline(always)]
     pub fn splat_vector(self, [x, y, z]: [f32; 3]) -> Vectors<S> {
         [self.splat(x), self.splat(y), self.splat(z)]
     }
 
-    /// Their numbers.
+    /// Loads the lanes' numbers.
     #[inline(always)]
     pub fn numbers(self, lanes: &[f32]) -> f32x8<S> {
         f32x8::from_slice(self.simd, &lanes[self.start..self.start + SIMD_LANES])
     }
 
-    /// Their vectors.
+    /// Loads the lanes' vectors.
     #[inline(always)]
     pub fn vectors<const N: usize>(self, [x, y, z]: &[[f32; N]; 3]) -> Vectors<S> {
         [self.numbers(x), self.numbers(y), self.numbers(z)]
     }
 
-    /// Their numbers at a component of a block.
+    /// Loads the numbers of a component of a block.
     #[inline(always)]
     pub fn load(self, block: &LaneBlock, component: usize) -> f32x8<S> {
         f32x8::load_array_ref(self.simd, block.floats_at(component, self.start))
     }
 
-    /// Their vectors that start at a component of a block.
+    /// Loads the vectors that start at a component of a block.
     #[inline(always)]
     pub fn load_vectors(self, block: &LaneBlock, first: usize) -> Vectors<S> {
         let [x, y, z] = block.vectors_at::<3, SIMD_LANES>(first, self.start);
@@ -133,7 +132,7 @@ impl<S: Simd> Eight<S> {
         [load(x), load(y), load(z)]
     }
 
-    /// Sets the numbers at a component of a block, of those that take part.
+    /// Stores the numbers of active lanes in a component of a block.
     #[inline(always)]
     pub fn store(self, block: &mut LaneBlock, component: usize, value: f32x8<S>) {
         self.store_at(value, block.floats_mut_at(component, self.start));
@@ -149,7 +148,7 @@ impl<S: Simd> Eight<S> {
         *to = self.on.select(value, old).to_array();
     }
 
-    /// Sets the vectors that start at a component of a block, of those that take part.
+    /// Stores the vectors of active lanes, starting at a component of a block.
     #[inline(always)]
     pub fn store_vectors(self, block: &mut LaneBlock, first: usize, value: &Vectors<S>) {
         let arrays = block.vectors_mut_at::<3, SIMD_LANES>(first, self.start);
@@ -158,7 +157,7 @@ impl<S: Simd> Eight<S> {
         }
     }
 
-    /// Sets the numbers of those that take part.
+    /// Stores the numbers of active lanes.
     #[inline(always)]
     pub fn blend(self, value: f32x8<S>, to: &mut [f32]) {
         let old = self.numbers(to);
@@ -166,7 +165,7 @@ impl<S: Simd> Eight<S> {
         new.store_slice(&mut to[self.start..self.start + SIMD_LANES]);
     }
 
-    /// Sets the vectors of those that take part.
+    /// Stores the vectors of active lanes.
     #[inline(always)]
     pub fn blend_vectors<const N: usize>(self, value: &Vectors<S>, to: &mut [[f32; N]; 3]) {
         self.blend(value[0], &mut to[0]);
@@ -174,7 +173,7 @@ impl<S: Simd> Eight<S> {
         self.blend(value[2], &mut to[2]);
     }
 
-    /// What becomes of the vector of each lane of the packet, where every lane has a way of its own.
+    /// Applies a function to the vector of each lane of the packet, if lanes need different ones.
     #[inline(always)]
     pub fn each(
         self,
@@ -189,19 +188,19 @@ impl<S: Simd> Eight<S> {
         mapped.map(|component| f32x8::load_array(self.simd, component))
     }
 
-    /// The lanes that take part and are in the mask, as lanes of the packet.
+    /// Returns the active lanes in the mask, as lanes of the packet.
     #[inline(always)]
     pub fn lanes(self, mask: mask32x8<S>) -> LaneMask {
         (mask.to_bitmask() & self.bits) << self.start
     }
 
-    /// Which of the eight are in a mask of the packet.
+    /// Returns those of the eight lanes that are in a mask of the packet.
     #[inline(always)]
     pub fn mask(self, lanes: LaneMask) -> mask32x8<S> {
         mask32x8::from_bitmask(self.simd, lanes >> self.start & 0xFF)
     }
 
-    /// [`normalize_or`](rtsl_math::normalize_or) of each.
+    /// Applies [`normalize_or`](rtsl_math::normalize_or) to each.
     #[inline(always)]
     pub fn normalized_or(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
         let square = dots(v, v);
@@ -215,20 +214,20 @@ impl<S: Simd> Eight<S> {
         select(usual, &normalized, &self.normalized_by_parts(v, otherwise))
     }
 
-    /// The same for vectors whose squares lie near the ends of what numbers can be.
+    /// The same for vectors whose squared lengths would overflow or underflow.
     #[inline(always)]
     fn normalized_by_parts(self, v: &Vectors<S>, otherwise: &Vectors<S>) -> Vectors<S> {
         let largest = larger(larger(v[0].abs(), v[1].abs()), v[2].abs());
         let scaled = [v[0] / largest, v[1] / largest, v[2] / largest];
         let length = dots(&scaled, &scaled).sqrt();
-        // No length where a component is NaN or infinite, or all are 0: NaN fails the comparison.
+        // A vector has no direction if a component is NaN or infinite, or all are 0: NaN fails the comparison.
         let has_length =
             length.simd_ge(self.splat(1.0)) & largest.simd_lt(self.splat(f32::INFINITY));
         let normalized = [scaled[0] / length, scaled[1] / length, scaled[2] / length];
         select(has_length, &normalized, otherwise)
     }
 
-    /// `Affine::point` of each.
+    /// Applies `Affine::point` to each.
     #[inline(always)]
     pub fn point(self, map: &Affine, p: &Vectors<S>) -> Vectors<S> {
         let v = self.vector(map, p);
@@ -236,7 +235,7 @@ impl<S: Simd> Eight<S> {
         [v[0] + origin[0], v[1] + origin[1], v[2] + origin[2]]
     }
 
-    /// `Affine::vector` of each.
+    /// Applies `Affine::vector` to each.
     #[inline(always)]
     pub fn vector(self, map: &Affine, v: &Vectors<S>) -> Vectors<S> {
         let [x, y, z, _] = &map.columns;
@@ -247,7 +246,7 @@ impl<S: Simd> Eight<S> {
         ]
     }
 
-    /// `Affine::transposed_vector` of each.
+    /// Applies `Affine::transposed_vector` to each.
     #[inline(always)]
     pub fn transposed_vector(self, map: &Affine, v: &Vectors<S>) -> Vectors<S> {
         let [x, y, z, _] = &map.columns;
@@ -264,25 +263,25 @@ fn larger<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     a.simd_gt(b).select(a, b)
 }
 
-/// The scalar products.
+/// Returns the scalar products.
 #[inline(always)]
 pub fn dots<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> f32x8<S> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The vectors times numbers.
+/// Returns the vectors multiplied by numbers.
 #[inline(always)]
 pub fn scaled<S: Simd>(v: &Vectors<S>, factor: f32x8<S>) -> Vectors<S> {
     [v[0] * factor, v[1] * factor, v[2] * factor]
 }
 
-/// The differences.
+/// Returns the differences.
 #[inline(always)]
 pub fn difference<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Where rays are at their parameters.
+/// Returns the points of rays at these parameters.
 #[inline(always)]
 pub fn points_on_rays<S: Simd>(
     origin: &Vectors<S>,
@@ -296,27 +295,27 @@ pub fn points_on_rays<S: Simd>(
     ]
 }
 
-/// The one where the mask holds, elsewhere the other.
+/// Returns `one` where the mask is set, elsewhere `other`.
 #[inline(always)]
 pub fn select<S: Simd>(mask: mask32x8<S>, one: &Vectors<S>, other: &Vectors<S>) -> Vectors<S> {
     [mask.select(one[0], other[0]), mask.select(one[1], other[1]), mask.select(one[2], other[2])]
 }
 
-/// Whether each colour has a channel that is not 0.
+/// Returns a mask of the colours with a channel that is not 0.
 #[inline(always)]
 pub fn is_lit<S: Simd>(color: &Vectors<S>) -> mask32x8<S> {
     let is_dark = color[0].simd_eq(0.0) & color[1].simd_eq(0.0) & color[2].simd_eq(0.0);
     !is_dark
 }
 
-/// Whether all components of each vector are finite.
+/// Returns a mask of the vectors whose components are all finite.
 #[inline(always)]
 pub fn is_finite<S: Simd>(v: &Vectors<S>) -> mask32x8<S> {
     let is_finite = |x: f32x8<S>| x.abs().simd_lt(f32::INFINITY);
     is_finite(v[0]) & is_finite(v[1]) & is_finite(v[2])
 }
 
-/// The lanes of `lanes` of which not all components are finite.
+/// Returns the lanes of `lanes` with a component that is not finite.
 pub fn not_finite(vectors: &LaneVectors, lanes: LaneMask) -> LaneMask {
     dispatch!(Level::new(), simd => {
         let lost = eights(simd, lanes).map(|eight| eight.lanes(!is_finite(&eight.vectors(vectors))));

@@ -1,10 +1,10 @@
-//! Numbers that lie side by side in memory for each lane, as a vector of lanes for each.
+//! Transposition of four consecutive numbers for each lane to four vectors of lanes.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x8};
 
-/// The first, second, third and fourth numbers of eight lanes. Transposed in registers: numbers that are stored one by one and
-/// loaded as a vector wait for each other.
+/// Returns the first, second, third and fourth numbers of eight lanes. They are transposed in registers, because
+/// loading a vector that was stored number by number stalls.
 #[inline(always)]
 pub fn fours<S: Simd>(simd: S, four: impl Fn(usize) -> [f32; 4]) -> [f32x8<S>; 4] {
     let load = |lane: usize| f32x4::load_array(simd, four(lane));

@@ -1,4 +1,4 @@
-//! Affine maps of eight lanes, each its own.
+//! Affine maps of eight lanes, a different one for each.
 
 use fearless_simd::Simd;
 use rtsl_math::Affine;
@@ -7,27 +7,27 @@ use super::eight::{Eight, Vectors};
 use super::fours::fours;
 use super::surface_offset::sizes;
 
-/// A map for each of eight lanes. What they do is what [`Affine`] does, in the same order of operations.
+/// A map for each of eight lanes. The operations are those of [`Affine`], in the same order.
 #[derive(Clone, Copy)]
 pub struct LaneMaps<S: Simd> {
     columns: [Vectors<S>; 4],
 }
 
 impl<S: Simd> LaneMaps<S> {
-    /// The same map for all.
+    /// Uses the same map for all lanes.
     #[inline(always)]
     pub fn same(eight: Eight<S>, map: &Affine) -> Self {
         LaneMaps { columns: map.columns.map(|column| eight.splat_vector(column)) }
     }
 
-    /// `map` makes that of each lane of the packet or chunk.
+    /// Computes the map of each lane of the packet or batch by `map`.
     #[inline(always)]
     pub fn each(eight: Eight<S>, map: impl Fn(usize) -> Affine) -> Self {
         let maps: [Affine; 8] = std::array::from_fn(|lane| map(eight.start() + lane));
         Self::gathered(eight, |lane| &maps[lane - eight.start()])
     }
 
-    /// `map` says where that of each lane of the packet or chunk is.
+    /// Gathers the map of each lane of the packet or batch from the reference returned by `map`.
     #[inline(always)]
     pub fn gathered<'a>(eight: Eight<S>, map: impl Fn(usize) -> &'a Affine) -> Self {
         let maps: [&Affine; 8] = std::array::from_fn(|lane| map(eight.start() + lane));
@@ -47,13 +47,13 @@ impl<S: Simd> LaneMaps<S> {
         LaneMaps { columns: [[a, b, c], [d, e, f], [g, h, i], [j, k, l]] }
     }
 
-    /// The maps of sizes: [`Affine::of_sizes`].
+    /// Returns the maps of magnitudes: [`Affine::of_sizes`].
     #[inline(always)]
     pub fn of_sizes(&self) -> Self {
         LaneMaps { columns: self.columns.map(|column| sizes(&column)) }
     }
 
-    /// The points that `p` become.
+    /// Transforms points.
     #[inline(always)]
     pub fn points(&self, p: &Vectors<S>) -> Vectors<S> {
         let v = self.vectors(p);
@@ -61,7 +61,7 @@ impl<S: Simd> LaneMaps<S> {
         [v[0] + origin[0], v[1] + origin[1], v[2] + origin[2]]
     }
 
-    /// The vectors that `v` become.
+    /// Transforms vectors.
     #[inline(always)]
     pub fn vectors(&self, v: &Vectors<S>) -> Vectors<S> {
         let [x, y, z, _] = &self.columns;
@@ -72,7 +72,7 @@ impl<S: Simd> LaneMaps<S> {
         ]
     }
 
-    /// The vectors that `v` become under the transposed linear parts.
+    /// Applies the transposed linear parts to vectors.
     #[inline(always)]
     pub fn transposed_vectors(&self, v: &Vectors<S>) -> Vectors<S> {
         let [x, y, z, _] = &self.columns;

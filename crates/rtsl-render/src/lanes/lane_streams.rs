@@ -1,4 +1,4 @@
-//! Where the rays of a packet stand in their sequences of random numbers.
+//! The positions of a packet's rays in their random sequences.
 
 use rtsl::host::{LaneFloats, LaneSet};
 use rtsl_bvh::{LANES, LaneMask};
@@ -6,30 +6,30 @@ use rtsl_math::sampling::{Sampler, child_key};
 
 use super::sequences::{Samples, Sequences};
 
-/// A place in a sequence for each lane.
+/// A position in a sequence for each lane.
 #[derive(Clone, Debug)]
 pub struct LaneStreams {
     sequences: Sequences<LANES>,
-    /// Which sample of its pixel all rays belong to.
+    /// The sample index of all rays.
     sample: u32,
     children: [u32; LANES],
 }
 
 impl LaneStreams {
-    /// The beginnings of sequences.
+    /// Creates the starts of sequences.
     pub fn new(keys: [u32; LANES], sample: u32) -> Self {
         LaneStreams { sequences: Sequences::new(keys), sample, children: [0; LANES] }
     }
 
-    /// Which sequences they are.
+    /// Returns the keys of the sequences.
     pub fn keys(&self) -> &[u32; LANES] {
         self.sequences.keys()
     }
 
-    /// Sets the streams of rays that those of `lanes` spawn: each depends on its ray, and on how many rays
-    /// that has spawned before.
-    // In place, and inlined where it becomes vectors of eight: by value, and in the vectors that all machines have, this was a
-    // large part of the 2700 instructions of a host's answer to `trace`, which are 1100 so.
+    /// Sets the streams of rays that those of `lanes` spawn: each depends on its ray, and on the number of rays that it
+    /// spawned before.
+    // In place, and inlined into code with vectors of eight: passed by value, and with the baseline vector width, this
+    // was a large part of the 2700 instructions of a host's answer to `trace`, which now takes 1100.
     #[inline(always)]
     pub fn spawn(&mut self, lanes: LaneMask, spawned: &mut LaneStreams) {
         let LaneStreams { sequences, sample, children } = self;
@@ -45,7 +45,7 @@ impl LaneStreams {
         (spawned.sample, spawned.children) = (*sample, [0; LANES]);
     }
 
-    /// The next numbers of a request's lanes. What others get means nothing.
+    /// Returns the next numbers of a request's lanes. Others are undefined.
     pub fn next(&mut self, sampler: &Sampler, lanes: LaneSet, values: &mut LaneFloats) {
         self.sequences.next(sampler, Samples::Same(self.sample), lanes, values);
     }
@@ -65,7 +65,7 @@ mod tests {
     }
 
     fn spawn(parents: &mut LaneStreams, lanes: LaneMask) -> LaneStreams {
-        // What was there before is gone.
+        // The previous content is overwritten.
         let mut spawned = LaneStreams::new([7; LANES], 9);
         parents.spawn(lanes, &mut spawned);
         assert_eq!((spawned.sample, spawned.children), (3, [0; LANES]));
@@ -77,7 +77,7 @@ mod tests {
         let mut parents = streams();
         let (first, second) = (spawn(&mut parents, 0b11), spawn(&mut parents, 0b10));
         assert_ne!(first.keys()[1], second.keys()[1]);
-        // Lane 0 spawned none the second time.
+        // Lane 0 spawned no ray the second time.
         assert_eq!(spawn(&mut parents, 0b01).keys()[0], {
             let mut other = streams();
             spawn(&mut other, 0b01);

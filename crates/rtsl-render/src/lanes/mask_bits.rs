@@ -1,4 +1,4 @@
-//! Between masks as bits and as kernels hold them, words of 0 and -1.
+//! Conversion between masks as bits and the masks of kernels, words of 0 and -1.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x8, u32x8};
@@ -6,7 +6,7 @@ use rtsl::LaneMask as MaskBlock;
 use rtsl_bvh::{LANES, LaneMask};
 use rtsl_math::SIMD_LANES;
 
-/// The lanes of `lanes` that are in a mask for a packet.
+/// Returns the lanes of `lanes` that are in a mask of a packet.
 #[inline(always)]
 pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
     let words = mask.words();
@@ -18,7 +18,7 @@ pub fn bits<S: Simd>(simd: S, mask: &MaskBlock, lanes: LaneMask) -> LaneMask {
     bits & lanes
 }
 
-/// Sets all lanes of a mask for a packet.
+/// Sets all lanes of a mask of a packet.
 #[inline(always)]
 pub fn set_bits<S: Simd>(simd: S, mask: &mut MaskBlock, lanes: LaneMask) {
     for (index, words) in mask.words_mut().chunks_exact_mut(SIMD_LANES).enumerate() {

@@ -1,4 +1,4 @@
-//! Numbers for each of many rays: eight at a time in registers, masks, requests, random numbers.
+//! Computations for many rays: eight lanes at a time in registers, masks, requests, random numbers.
 
 pub mod eight;
 pub mod fours;

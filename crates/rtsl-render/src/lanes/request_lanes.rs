@@ -1,26 +1,26 @@
-//! Between the lanes of requests, which come chunk by chunk, and those of a packet.
+//! Conversion between the lanes of requests, which cover a window of lanes each, and those of a packet.
 
 use rtsl::host::{LaneSet, MAX_LANES};
 use rtsl_bvh::LaneMask;
 use rtsl_math::SIMD_LANES;
 
-/// The lanes of a packet that ask.
+/// Returns the requesting lanes of a packet.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {
     LaneMask::from(lanes.active) << lanes.base
 }
 
-/// The bits of a packet's lanes that belong to a request.
+/// Returns the bits of a packet's lanes that belong to a request.
 pub fn request_bits(lanes: LaneSet, mask: LaneMask) -> u32 {
     (mask >> lanes.base) as u32 & lanes.active
 }
 
-/// Copies a request's lanes to those of a packet or chunk.
+/// Copies a request's lanes to those of a packet or batch.
 #[inline(always)]
 pub fn to_packet<T: Copy, const N: usize>(lanes: LaneSet, from: &[T; MAX_LANES], to: &mut [T; N]) {
     copy(lanes, from, &mut to[(lanes.base as usize).min(N)..]);
 }
 
-/// Copies those of a packet or chunk to a request's.
+/// Copies those of a packet or batch to a request's.
 #[inline(always)]
 pub fn from_packet<T: Copy, const N: usize>(
     lanes: LaneSet,
@@ -30,8 +30,7 @@ pub fn from_packet<T: Copy, const N: usize>(
     copy(lanes, &from[(lanes.base as usize).min(N)..], to);
 }
 
-/// Copies as far as any lane of the request asks, in the steps that vectors have: other requests
-/// have the lanes behind.
+/// Copies up to the last requesting lane, rounded up to whole vectors; the lanes after these belong to other requests.
 #[inline(always)]
 fn copy<T: Copy>(lanes: LaneSet, from: &[T], to: &mut [T]) {
     match 32 - lanes.active.leading_zeros() {
@@ -46,7 +45,7 @@ fn copy<T: Copy>(lanes: LaneSet, from: &[T], to: &mut [T]) {
 fn copy_step<const STEP: usize, T: Copy>(from: &[T], to: &mut [T]) {
     match (from.first_chunk::<SIMD_LANES>(), to.first_chunk_mut::<SIMD_LANES>()) {
         (Some(from), Some(to)) => *to = *from,
-        // The last lanes of a packet, where requests are not those of vectors.
+        // The last lanes of a packet, if requests are not as wide as vectors.
         _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
     }
 }

@@ -1,7 +1,7 @@
-//! Where lanes stand in their sequences of random numbers, and what requests of kernels get of them.
+//! Positions of lanes in their random sequences, and the numbers that requests of kernels get from them.
 //!
-//! Both renderers answer `rand()` by [`Sequences::next`], so that there is one place which knows that a request is a
-//! window of lanes of any width that begins anywhere.
+//! Both renderers answer `rand()` by [`Sequences::next`], so that one place handles requests, which are windows of
+//! lanes of any width at any start.
 
 use fearless_simd::{Level, Simd, dispatch};
 use rtsl::host::{LaneFloats, LaneSet, MAX_LANES};
@@ -10,34 +10,33 @@ use rtsl_math::sampling::{ANY_COUNT, INDEPENDENT, POWER_OF_TWO, SOBOL, Sampler};
 
 use super::request_lanes::{from_packet, to_packet};
 
-/// A place in a sequence for each of some lanes.
+/// A position in a sequence for each of some lanes.
 #[derive(Clone, Debug)]
 pub struct Sequences<const LANES: usize> {
     keys: [u32; LANES],
-    /// How many numbers each lane has had.
+    /// The count of numbers that each lane has drawn.
     dimensions: [u32; LANES],
 }
 
 impl<const LANES: usize> Sequences<LANES> {
-    /// The beginnings of the sequences that these keys name.
+    /// Creates the starts of the sequences with these keys.
     pub fn new(keys: [u32; LANES]) -> Self {
         Sequences { keys, dimensions: [0; LANES] }
     }
 
-    /// Which sequences they are.
+    /// Returns the keys of the sequences.
     pub fn keys(&self) -> &[u32; LANES] {
         &self.keys
     }
 
-    /// Begins other sequences: `derive` sets the keys of the first lanes, as many as it is given.
+    /// Starts other sequences: `derive` sets the keys of the first lanes in the slice that it gets.
     #[inline(always)]
     pub fn restart(&mut self, count: usize, derive: impl FnOnce(&mut [u32])) {
         derive(&mut self.keys[..count]);
         self.dimensions[..count].fill(0);
     }
 
-    /// The next numbers of a request's lanes, which belong to these samples of their pixels. What lanes get that do
-    /// not ask means nothing.
+    /// Draws the next numbers of a request's lanes, which have these sample indices. Other lanes are undefined.
     pub fn next(
         &mut self,
         sampler: &Sampler,
@@ -63,7 +62,7 @@ impl<const LANES: usize> Sequences<LANES> {
         lanes: LaneSet,
         values: &mut LaneFloats,
     ) {
-        // Copies, which nothing else can change meanwhile: else the loop does not become vectors.
+        // Local copies, which cannot alias: otherwise the loop is not vectorised.
         let (mut keys, mut dimensions, mut numbers) =
             ([0; MAX_LANES], [0; MAX_LANES], [0.0; MAX_LANES]);
         from_packet(lanes, &self.keys, &mut keys);
@@ -84,12 +83,12 @@ impl<const LANES: usize> Sequences<LANES> {
     }
 }
 
-/// Which samples of their pixels lanes belong to.
+/// The sample indices of lanes.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a, const LANES: usize> {
-    /// All to this one.
+    /// All lanes have this one.
     Same(u32),
-    /// Each to its own.
+    /// Each lane has a different one.
     Each(&'a [u32; LANES]),
 }
 
@@ -107,7 +106,7 @@ impl<const LANES: usize> Samples<'_, LANES> {
     }
 }
 
-/// The first lane behind those of a request that ask.
+/// Returns the index after the last requesting lane.
 pub fn end_of(lanes: LaneSet) -> usize {
     lanes.base as usize + (u32::BITS - lanes.active.leading_zeros()) as usize
 }
@@ -118,7 +117,7 @@ mod tests {
 
     use super::*;
 
-    /// Neither a multiple of sixteen nor of a request's width, so that windows end behind the last lane.
+    /// Neither a multiple of sixteen nor of a request's width, so that windows extend past the last lane.
     const LANES: usize = 43;
 
     const SAMPLERS: [Sampler; 4] = [
@@ -132,7 +131,7 @@ mod tests {
         Sequences::new(std::array::from_fn(|lane| sampler.stream_key(lane as u32)))
     }
 
-    /// What all lanes get that ask for three numbers, one after another, lane 5 for one less, in requests of so many lanes.
+    /// Draws three numbers for all lanes, one after another, but only two for lane 5, in requests of `width` lanes.
     fn numbers(sampler: &Sampler, samples: Samples<'_, LANES>, width: usize) -> [[u32; LANES]; 3] {
         let mut sequences = sequences(sampler);
         [0, 1, 2].map(|time| {
@@ -153,7 +152,7 @@ mod tests {
         })
     }
 
-    /// What a lane gets as its number of this dimension.
+    /// The number of this dimension for a lane.
     fn number(sampler: &Sampler, samples: Samples<'_, LANES>, lane: usize, dimension: u32) -> u32 {
         let sample = samples.of_request(LaneSet { base: lane as u32, active: 1 })[0];
         let number = match sampler.spread() {
@@ -173,7 +172,7 @@ mod tests {
                 let number = |lane, dimension| number(sampler, samples, lane, dimension);
                 let expected = [0, 1, 2].map(|time| {
                     std::array::from_fn(|lane| match (lane, time) {
-                        // It does not ask then.
+                        // Lane 5 does not request it.
                         (5, 1) => 0,
                         (5, 2) => number(5, 1),
                         _ => number(lane, time),

@@ -1,41 +1,43 @@
-//! Where rays begin that leave surfaces.
+//! Offsets of the origins of rays that leave surfaces.
 //!
-//! A hit point lies off its surface by rounding, and a ray from it may meet the surface again, from behind even. How far
-//! along the ray that happens grows without bound as the ray gets flatter, so no least distance of hits is right for all directions. A
-//! ray therefore begins off the surface, along the geometric normal, on the side that it leads to, by more than rounding can
-//! have moved the point and will move the next hit (Pharr, Jakob and Humphreys, "Physically Based Rendering",
-//! 4th edition, section 6.8).
+//! Because of rounding, a hit point lies off its surface, and a ray from it may hit the surface again, even from
+//! behind. The distance of that hit along the ray grows without bound at grazing angles, so no least distance of hits
+//! is right for all directions. The origin of a ray is therefore moved off the surface, along the geometric normal, on
+//! the side that it leads to, by more than rounding can have moved the point and will move the next hit (Pharr, Jakob
+//! and Humphreys, "Physically Based Rendering", 4th edition, section 6.8).
 //!
-//! Renderers know nothing of how a shape finds its hits but the ray, the parameter, the normal and the box. What is computed from
-//! coordinates of some *size* is wrong by a few roundings of that size, so the bound follows from sizes, axis by axis: those
-//! of the ray's origin and of its way to the hit, of the shape's box, and of what maps between spaces make of these. Along
-//! an axis where all of them are small, as is the height over a level floor, the bound is small however far the other axes reach.
+//! Renderers do not know how a shape computes its hits; they know only the ray, the parameter, the normal and the box.
+//! A result computed from coordinates of some magnitude (*size*) has an error of a few roundings of that size, so the
+//! bound follows from sizes, axis by axis: those of the ray's origin and of its segment up to the hit, of the shape's
+//! box, and of their images under the transforms between spaces. Along an axis where all of them are small, as is the
+//! height over a level floor, the bound is small however far the other axes reach.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use super::eight::{Eight, Vectors, dots, scaled};
 
-/// How many roundings of its coordinates' sizes a point on a surface may be wrong by: what a ray's transformation, the test of a
-/// triangle, or of a sphere that is written with care, add up to, for the ray that found the point and the one that leaves it.
+/// The error of a point on a surface, in roundings of its coordinates' sizes: the sum for a ray's transformation and
+/// the test of a triangle, or of a carefully written sphere, for the ray that found the point and the one that leaves
+/// it.
 const ROUNDINGS: f32 = 16.0;
 
 /// The relative error of one rounding.
 const ROUNDING: f32 = f32::EPSILON / 2.0;
 
-/// The sizes of coordinates: their magnitudes.
+/// Returns the sizes (magnitudes) of coordinates.
 #[inline(always)]
 pub fn sizes<S: Simd>(v: &Vectors<S>) -> Vectors<S> {
     v.map(|component| component.abs())
 }
 
-/// The sums.
+/// Returns the sums.
 #[inline(always)]
 pub fn sums<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// The sizes of what points on rays are computed from.
+/// Returns the sizes of the terms from which points on rays are computed.
 #[inline(always)]
 pub fn sizes_on_rays<S: Simd>(
     origin: &Vectors<S>,
@@ -45,8 +47,8 @@ pub fn sizes_on_rays<S: Simd>(
     sums(&sizes(origin), &sizes(&scaled(direction, parameter)))
 }
 
-/// How far from points, which are computed from numbers of these sizes, rays begin along their normals of unit length. Where
-/// sizes are beyond all numbers, not at all.
+/// Returns the distances from points, which are computed from terms of these sizes, along their unit normals at which
+/// rays begin; 0 if sizes overflow.
 #[inline(always)]
 pub fn surface_offsets<S: Simd>(
     eight: Eight<S>,
@@ -57,7 +59,7 @@ pub fn surface_offsets<S: Simd>(
     offset.simd_lt(f32::INFINITY).select(offset, eight.splat(0.0))
 }
 
-/// Where rays begin that leave points in these directions, off the surface by this much.
+/// Returns the origins of rays that leave points in these directions, off the surface by this distance.
 #[inline(always)]
 pub fn off_surfaces<S: Simd>(
     point: &Vectors<S>,
@@ -68,8 +70,8 @@ pub fn off_surfaces<S: Simd>(
     sums(point, &scaled(normal, offset.copysign(dots(direction, normal))))
 }
 
-/// Where rays end that look for what lies before lights without a shape, given their distances and how far off surfaces the rays
-/// begin: a little before, so that what a light hangs from does not shade it.
+/// Returns the lengths of shadow rays towards lights without a shape, given their distances and the offsets of their
+/// origins: a little shorter, so that the surface on which a light is mounted does not occlude it.
 #[inline(always)]
 pub fn distance_to_light<S: Simd>(
     eight: Eight<S>,

@@ -1,4 +1,4 @@
-//! What methods of shapes and materials find in the state for the surfaces of eight rays.
+//! The state variables that methods of shapes and materials read, for the surfaces hit by eight rays.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -11,12 +11,12 @@ use crate::compiled::variables::variables;
 
 use super::eight::{Eight, Vectors, dots, points_on_rays, scaled, select};
 
-/// Rays of eight lanes in some space, and what belongs to them.
+/// Eight rays in some space.
 #[derive(Clone, Copy)]
 pub struct EightRays<S: Simd> {
-    /// Where they begin.
+    /// Their origins.
     pub origin: Vectors<S>,
-    /// Where they go.
+    /// Their directions.
     pub direction: Vectors<S>,
     /// The least parameters of hits (exclusive).
     pub epsilon: f32x8<S>,
@@ -25,7 +25,7 @@ pub struct EightRays<S: Simd> {
 }
 
 impl<S: Simd> EightRays<S> {
-    /// Sets what methods read of rays.
+    /// Sets the state variables of rays.
     #[inline(always)]
     pub fn store(&self, eight: Eight<S>, state: &mut LaneBlock) {
         let v = variables();
@@ -36,11 +36,10 @@ impl<S: Simd> EightRays<S> {
     }
 }
 
-/// Runs `intersect` once more for rays that hit, for the scratch that it leaves. Both renderers do so here: it does as it
-/// did for the hit that was accepted only where it finds what it found then, which is the ray's own limit, not the hit
-/// that is known by now; scratch that nothing has set; and no random numbers. `rays` says for eight lanes what the traversal
-/// was given, in the space of the objects' group: the rays and their limits. `call` calls the class's `intersect`, which has
-/// so many arrays of scratch.
+/// Calls `intersect` again for rays that hit, to obtain its scratch. Both renderers use this function. The call
+/// reproduces the one that accepted the hit only if its inputs are the same: the ray's own limit rather than the hit's
+/// distance, unset scratch, and no random numbers. `rays` returns the rays and limits of the traversal for eight lanes,
+/// in the space of the objects' group. `call` calls the class's `intersect`, which has so many scratch arrays.
 #[inline(always)]
 pub fn find_scratch<S: Simd, B: HasState>(
     eights: impl Iterator<Item = Eight<S>>,
@@ -62,7 +61,7 @@ pub fn find_scratch<S: Simd, B: HasState>(
     call(blocks, scratch, &mut NoHost);
 }
 
-/// Blocks of a call, the state among them.
+/// The blocks of a call, including the state.
 pub trait HasState {
     /// The state.
     fn state_mut(&mut self) -> &mut LaneBlock;
@@ -80,8 +79,8 @@ impl HasState for CallBlocks {
     }
 }
 
-/// Sets what methods of shapes read of hits at these parameters of rays, all in the shapes' own spaces, and what stands
-/// where a class computes nothing.
+/// Sets the inputs of shapes' methods for hits at these parameters of rays, all in the shapes' own spaces, and default
+/// results for methods that the class lacks.
 #[inline(always)]
 pub fn set_hits<S: Simd>(
     eight: Eight<S>,
@@ -109,7 +108,7 @@ pub fn set_hits<S: Simd>(
     }
 }
 
-/// Sets one over the directions.
+/// Sets the reciprocal directions.
 #[inline(always)]
 pub fn set_inverse_directions<S: Simd>(
     eight: Eight<S>,
@@ -121,7 +120,7 @@ pub fn set_inverse_directions<S: Simd>(
     eight.store_vectors(state, variables().inverse_ray_direction, &inverse);
 }
 
-/// The texture coordinates and derivatives of a class that computes none.
+/// Sets the default texture coordinates and derivatives.
 #[inline(always)]
 fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vectors<S>) {
     let v = variables();
@@ -135,7 +134,7 @@ fn set_coordinates<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, point: &Vect
     }
 }
 
-/// Gives the normals of the object's space unit length.
+/// Normalises the normals in the object's space.
 #[inline(always)]
 pub fn normalize_normals<S: Simd>(eights: impl Iterator<Item = Eight<S>>, state: &mut LaneBlock) {
     let v = variables();
@@ -150,7 +149,7 @@ pub fn normalize_normals<S: Simd>(eights: impl Iterator<Item = Eight<S>>, state:
     }
 }
 
-/// Tangents of a class that computes none: any frame of the normal.
+/// Sets default tangents: an arbitrary frame of the normal.
 #[inline(always)]
 pub fn set_tangents<S: Simd>(eight: Eight<S>, state: &mut LaneBlock, normal: &Vectors<S>) {
     let v = variables();

@@ -1,4 +1,4 @@
-//! Traces the same rays again and again, and looks at the clock.
+//! Repeated tracing of the same rays, with timing.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -13,7 +13,7 @@ use crate::interactive::{Workspace, rays_of, sample_tile};
 use crate::statistics::RayCounts;
 use crate::tiles::{RenderThreads, Tile, camera_rays};
 
-/// What is measured, and how.
+/// The subject and the effort of a measurement.
 pub struct Clock<'a> {
     pub tracer: Tracer<'a>,
     pub threads: RenderThreads,
@@ -22,12 +22,12 @@ pub struct Clock<'a> {
     pub effort: Effort,
 }
 
-/// Threads take so many packets at a time: to share them out one by one, and to count their rays so,
-/// would be seen in the figures.
+/// The number of packets that a thread takes at a time: distributing single packets, and counting their rays, would
+/// affect the timing.
 const BATCH: usize = 16;
 
 impl Clock<'_> {
-    /// Measures each kind of ray that the scene has.
+    /// Measures each kind of ray that the scene supports.
     pub fn rays(&self) -> Vec<RayMeasurement> {
         let sets = RaySets::new(&self.tracer, &self.tiles);
         let primary = self.measure("primary", self.tiles.len(), |workspace, index| {
@@ -73,8 +73,8 @@ impl Clock<'_> {
         self.tracer.nearest(&mut workspace.search, rays, *lanes).lanes(*lanes)
     }
 
-    /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit.
-    /// `None` where there are no such rays.
+    /// Calls `trace` for `count` packets; it returns the lanes that it traced and those that hit. Returns `None` if
+    /// there are no such rays.
     fn measure(
         &self,
         kind: &'static str,
@@ -106,13 +106,13 @@ impl Clock<'_> {
     }
 
     fn run(&self, count: usize, work: impl Fn(&mut Workspace, usize) + Sync) -> RayCounts {
-        let proceed = || !self.tracer.problems.any();
+        let proceed = || !self.tracer.errors.any();
         let memory = || Workspace::new(self.tracer.scene);
         let (_, workspaces) = self.threads.for_each_tile((0, count), memory, proceed, work);
         rays_of(&workspaces)
     }
 
-    /// The seconds of each repetition.
+    /// Returns the seconds of each repetition.
     fn repeat(&self, mut work: impl FnMut()) -> Vec<f64> {
         let start = Instant::now();
         let mut times = Vec::new();

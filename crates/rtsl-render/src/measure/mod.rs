@@ -1,14 +1,14 @@
-//! How fast a scene is traced: what `rtsl bench SCENE` does.
+//! Measurement of tracing speed: the implementation of `rtsl bench SCENE`.
 //!
 //! | kind | rays |
 //! |---|---|
-//! | primary | from the camera through every pixel, the camera's work included; nearest hits |
-//! | shadow | from what primary rays hit towards the lights; any hit |
-//! | secondary | from what primary rays hit, in directions by their cosine with the normal; nearest hits |
-//! | random | from anywhere in the cube around the scene, in any direction; nearest hits |
+//! | primary | from the camera through every pixel, including the camera's method; closest hits |
+//! | shadow | from hits of primary rays towards the lights; any hit |
+//! | secondary | from hits of primary rays, in cosine-distributed directions; closest hits |
+//! | random | from random points in the cube around the scene, in random directions; closest hits |
 //!
-//! The last three are made before the clock starts. Random rays, and secondary rays in a scene of many
-//! things, have nothing in common. A frame is one sample of every pixel, shaded, with all that follows.
+//! The last three are generated before timing starts. Random rays, and secondary rays in a complex scene, are
+//! incoherent. A frame is one sample of every pixel, including shading and secondary rays.
 
 mod clock;
 mod rays;
@@ -30,24 +30,24 @@ use crate::tiles::{RenderThreads, tiles_of};
 pub use self::report::{FrameMeasurement, RayMeasurement, SceneMeasurement};
 pub use self::spread::Spread;
 
-/// How often, and how long, rays of each kind are traced.
+/// The number and the duration of repetitions.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// How often, if time allows.
+    /// The number of repetitions, if time permits.
     pub repetitions: usize,
-    /// After this time no repetition is begun but the first.
+    /// The time after which no repetition but the first is started.
     pub time: Duration,
 }
 
-/// Measures a scene on the disk. What the request says of samples, time and progress has no meaning here.
+/// Measures a scene on the disk. The request's samples, time limit and progress are ignored.
 ///
 /// # Errors
-/// What is wrong with the scene, its shaders, or the machine.
+/// Any error of the scene, its shaders, or the machine.
 pub fn measure_scene(
     request: &RenderRequest<'_>,
     effort: Effort,
 ) -> Result<(SceneMeasurement, Messages), Messages> {
-    // Before all else, so that the compiler's library is no part of the scene's memory.
+    // First, so that the compiler's library does not count as memory of the scene.
     Engine::warm_up();
     let before = resident_memory_bytes();
     let loaded = LoadedScene::new(request, &DiskFiles)?;
@@ -59,17 +59,17 @@ pub fn measure_scene(
         scene.specialise();
         scene.wait_for_specialised();
     }
-    let problems = RuntimeErrors::default();
+    let errors = RuntimeErrors::default();
     let size = [scene.settings.width, scene.settings.height];
     let clock = Clock {
-        tracer: Tracer { scene: &scene, problems: &problems },
+        tracer: Tracer { scene: &scene, errors: &errors },
         threads: RenderThreads::new(request.threads)?,
         tiles: tiles_of(size[0], size[1]),
         effort,
     };
     let rays = clock.rays();
     let frame = clock.frame();
-    let exhausted = exhausted_budgets(&scene, &problems);
+    let exhausted = exhausted_budgets(&scene, &errors);
     if exhausted.has_errors() {
         return Err(exhausted);
     }

@@ -1,4 +1,4 @@
-//! The rays that are traced against the clock, made once.
+//! The rays that are timed, generated once.
 
 use rtsl::host::{Host, LaneSet, LightLanes, LightQueryLanes, MAX_LANES};
 use rtsl_bvh::{Bounds, Hits, LANES, LaneMask, RayPacket, lanes_of};
@@ -9,13 +9,13 @@ use crate::compiled::tracer::Tracer;
 use crate::interactive::{ShadedRays, ShadingHost, Workspace, prepare, runs};
 use crate::tiles::{CameraRays, LaneContext, Tile, camera_rays};
 
-/// Rays of some lanes.
+/// A packet with its active lanes.
 pub struct Packet {
     pub rays: RayPacket,
     pub lanes: LaneMask,
 }
 
-/// Rays of each kind but the primary ones, which are made as they are traced.
+/// Rays of each kind except primary rays, which are generated as they are traced.
 #[derive(Default)]
 pub struct RaySets {
     pub shadow: Vec<Packet>,
@@ -23,11 +23,11 @@ pub struct RaySets {
     pub random: Vec<Packet>,
 }
 
-/// Packets of a kind are no more: a quarter of a million rays tell enough, and take 9 MiB.
+/// The greatest number of packets of a kind: a quarter of a million rays suffice, and take 9 MiB.
 const MAX_PACKETS: usize = 4096;
 
 impl RaySets {
-    /// From what the primary rays of `tiles`, or of some of them evenly spread, hit.
+    /// Generates rays from the hits of the primary rays of `tiles`, or of an evenly spaced subset.
     pub fn new(tracer: &Tracer<'_>, tiles: &[Tile]) -> Self {
         let mut workspace = Workspace::new(tracer.scene);
         let mut sets = RaySets::default();
@@ -71,10 +71,10 @@ impl RaySets {
     }
 }
 
-/// How far before lights rays towards them end, relative to their distance.
+/// The distance before lights at which shadow rays end, relative to their distance.
 const BEFORE_LIGHT: f32 = 1e-3;
 
-/// What the rays of a packet hit.
+/// The hits of a packet's rays.
 struct Surface<'a> {
     rays: &'a RayPacket,
     hits: &'a Hits,
@@ -94,7 +94,7 @@ impl Surface<'_> {
         normal.map(|x| if behind { -x } else { x })
     }
 
-    /// Rays whose directions are those of a unit normal plus any unit vector.
+    /// Rays with cosine-distributed directions: the sum of a unit normal and a random unit vector.
     fn secondary(&self, tracer: &Tracer<'_>, context: &LaneContext, index: usize) -> Packet {
         let mut numbers = Numbers::new(Numbers::OF_SECONDARY_RAYS, index);
         let mut rays = RayPacket::default();
@@ -110,7 +110,7 @@ impl Surface<'_> {
         Packet { rays, lanes: self.lanes }
     }
 
-    /// Rays towards one of the lights, the next for each packet, where they do not begin inside.
+    /// Rays towards one of the lights, another for each packet, in the lanes for which the light is above the surface.
     fn shadow(
         &self,
         tracer: &Tracer<'_>,
@@ -142,7 +142,7 @@ impl Surface<'_> {
         Some(packet)
     }
 
-    /// The points of the lanes from `base` on, as those that want light.
+    /// The points of the lanes from `base` on, as light requests.
     fn query(&self, base: usize) -> LightQueryLanes {
         let cosine = [f32::NEG_INFINITY; MAX_LANES];
         let mut query = LightQueryLanes { cosine, ..LightQueryLanes::default() };
@@ -154,7 +154,7 @@ impl Surface<'_> {
     }
 }
 
-/// Rays from anywhere in the cube around the scene, in any direction.
+/// Rays from random points in the cube around the scene, in random directions.
 fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
     let mut numbers = Numbers::new(Numbers::OF_RANDOM_RAYS, index);
     let half = (0..3).map(|axis| world.max[axis] - world.min[axis]).fold(0.0, f32::max) * 0.5;
@@ -170,7 +170,7 @@ fn random(world: Bounds, epsilon: f32, index: usize) -> Packet {
     Packet { rays, lanes: LaneMask::MAX }
 }
 
-/// Random numbers, the same in every run.
+/// Random numbers that are the same in every run.
 struct Numbers {
     key: u32,
     count: u32,
@@ -180,7 +180,7 @@ impl Numbers {
     const OF_SECONDARY_RAYS: u32 = 1;
     const OF_RANDOM_RAYS: u32 = 2;
 
-    /// For one packet of a purpose.
+    /// The sequence for one packet of a purpose.
     fn new(purpose: u32, packet: usize) -> Self {
         Numbers { key: hash(purpose, packet as u32), count: 0 }
     }
@@ -190,7 +190,7 @@ impl Numbers {
         2.0 * unit_float(hash(self.key, self.count)) - 1.0
     }
 
-    /// By rejection, which needs no trigonometry.
+    /// By rejection sampling, which needs no trigonometry.
     fn on_sphere(&mut self) -> [f32; 3] {
         loop {
             let point = [0; 3].map(|_| self.between_minus_one_and_one());

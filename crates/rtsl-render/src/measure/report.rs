@@ -1,4 +1,4 @@
-//! What was measured, for programs and for people.
+//! The results of a measurement, as JSON and as text.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Spread;
 
-/// How fast a scene is traced.
+/// The tracing speed of a scene.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct SceneMeasurement {
@@ -14,69 +14,69 @@ pub struct SceneMeasurement {
     pub scene: String,
     /// Columns and rows of the image.
     pub size: [usize; 2],
-    /// Threads that traced.
+    /// The number of threads.
     pub threads: usize,
     /// SIMD lanes.
     pub width: u32,
-    /// The machine that code was made for.
+    /// The target machine of the code.
     pub target: String,
-    /// What rays can hit: shapes, and of meshes the triangles; those of instances counted once.
+    /// The number of primitives: shapes, and the triangles of meshes; those of instances are counted once.
     pub primitives: u64,
-    /// Reading the scene and checking its shaders.
+    /// The time for reading the scene and checking its shaders.
     pub load_seconds: f64,
-    /// Making kernels.
+    /// The time for compiling kernels.
     pub compile_seconds: f64,
-    /// Bounds and the acceleration structure.
+    /// The time for bounds and the acceleration structure.
     pub build_seconds: f64,
-    /// What the process holds more than before the scene was read, once it is built; 0 where the
-    /// system does not tell.
+    /// The increase of the process's memory from before the scene was read until it was built; 0 if the system does not
+    /// report it.
     pub memory_bytes: u64,
-    /// The most that the process held until then, all else included.
+    /// The peak memory of the process until then, everything included.
     pub peak_memory_bytes: u64,
-    /// Rays, kind by kind.
+    /// The results for each kind of ray.
     pub rays: Vec<RayMeasurement>,
-    /// A frame.
+    /// The results for frames.
     pub frame: FrameMeasurement,
 }
 
-/// How fast rays of a kind are traced.
+/// The tracing speed of a kind of ray.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct RayMeasurement {
     /// The kind.
     pub kind: &'static str,
-    /// Rays a second, in millions.
+    /// Millions of rays per second.
     pub million_rays_per_second: Spread,
-    /// How many there are.
+    /// The number of rays.
     pub rays: u64,
-    /// The share of them that hits something.
+    /// The fraction of rays that hit something.
     pub hits: f64,
-    /// How often they were traced.
+    /// The number of repetitions.
     pub repetitions: usize,
 }
 
-/// How fast frames are rendered.
+/// The rendering speed of frames.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct FrameMeasurement {
-    /// Milliseconds for one.
+    /// Milliseconds per frame.
     pub milliseconds: Spread,
-    /// By the median.
+    /// Computed from the median.
     pub frames_per_second: f64,
-    /// Rays of all kinds that one takes.
+    /// The number of rays of all kinds in a frame.
     pub rays: u64,
-    /// How many were rendered.
+    /// The number of frames rendered.
     pub repetitions: usize,
 }
 
 impl SceneMeasurement {
-    /// As one line of JSON.
+    /// Returns one line of JSON.
     pub fn to_json(&self) -> String {
-        // Numbers, strings and fixed names: there is nothing that could fail.
+        // Cannot fail: the content is numbers, strings and fixed names.
         serde_json::to_string(self).unwrap_or_default() + "\n"
     }
 
-    /// As a table.
+    /// Returns a table.
     pub fn to_text(&self) -> String {
         let mut text = self.heading();
         text += "rays         Mrays/s     10th..90th   ns/ray    hits\n";
@@ -101,7 +101,7 @@ impl SceneMeasurement {
 
     fn heading(&self) -> String {
         let Self { scene, size: [columns, rows], threads, width, primitives, .. } = self;
-        // In small scenes kernels take more than shapes do.
+        // In small scenes kernels take more memory than shapes.
         let each = if *primitives < 10_000 {
             String::new()
         } else {

@@ -2,20 +2,20 @@
 
 use serde::Serialize;
 
-/// The middle of some measurements and how far most of them lie from it.
+/// The median and percentiles of measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Spread {
     /// The median.
     pub median: f64,
-    /// A tenth of the measurements lies below.
+    /// The 10th percentile.
     pub tenth_percentile: f64,
-    /// A tenth of the measurements lies above.
+    /// The 90th percentile.
     pub ninetieth_percentile: f64,
 }
 
 impl Spread {
-    /// Of measurements in any order; NaN where there are none.
+    /// Computes the spread of measurements in any order; NaN without measurements.
     pub fn of(measurements: impl Iterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = measurements.collect();
         sorted.sort_by(f64::total_cmp);

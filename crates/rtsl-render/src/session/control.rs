@@ -1,4 +1,4 @@
-//! What can be set in a session: the parts of a scene and their parameters, for user interfaces.
+//! The parameters of a scene that can be changed in a session, for user interfaces.
 
 use rtsl::{
     Annotation, AnnotationValue, Class, Constant, Instance, Parameter, ParameterType, Role, Scalar,
@@ -9,11 +9,11 @@ use rtsl_scene::{EntityId, EntityKind};
 /// A part of a scene that is an instance of a class.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thing {
-    /// Where it stands in the scene's text.
+    /// Its entity in the scene's description.
     pub entity: EntityId,
-    /// What it is used as.
+    /// The kind of the entity.
     pub kind: EntityKind,
-    /// Its name, or its class and the line that it stands in.
+    /// Its name, or its class and the line in the scene's text.
     pub title: String,
     /// Its class.
     pub class: String,
@@ -24,38 +24,38 @@ pub struct Thing {
 pub struct Control {
     /// Its name.
     pub name: String,
-    /// What to call it: its annotation `label`, else its name.
+    /// Its display name: the annotation `label`, or else the parameter's name.
     pub label: String,
-    /// Its annotation `doc`.
+    /// The annotation `doc`.
     pub doc: Option<String>,
-    /// Its annotation `unit`.
+    /// The annotation `unit`.
     pub unit: Option<String>,
-    /// What it is.
+    /// The type of its value.
     pub kind: ControlKind,
-    /// Its annotation `min`.
+    /// The annotation `min`.
     pub min: Option<f64>,
-    /// Its annotation `max`.
+    /// The annotation `max`.
     pub max: Option<f64>,
-    /// What it is set to: one number, or a component each; truth is 1.
+    /// The current value: one number, or one for each component; true is 1.
     pub values: Vec<f64>,
 }
 
-/// What a control sets.
+/// The type of a control's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlKind {
     /// A real number, or a vector of them.
     Real,
-    /// A whole number, or a vector of them.
+    /// An integer, or a vector of integers.
     Whole,
-    /// Yes or no.
+    /// A boolean.
     Truth,
     /// A colour: linear red, green and blue.
     Color,
 }
 
 impl Control {
-    /// The control for a parameter of an instance, for which the scene gives these values; `None` for
-    /// types that a control can't show.
+    /// Returns the control for a parameter of an instance to which the scene gives these values; `None` for types that
+    /// controls do not support.
     pub fn new(
         instance: &Instance,
         parameter: &Parameter,
@@ -68,7 +68,7 @@ impl Control {
                     given.and_then(numbers).or_else(|| default(class, instance, parameter))?;
                 (kind, spread(values, count)?)
             }
-            // A colour stands for a texture that is the same everywhere.
+            // A constant texture is shown as a colour.
             None if parameter.ty == ParameterType::Reference(Role::Texture) => {
                 (ControlKind::Color, spread(given.and_then(numbers)?, 3)?)
             }
@@ -94,7 +94,7 @@ impl Control {
         })
     }
 
-    /// These numbers as a scene would give them.
+    /// Returns the numbers in the form of a scene's parameter.
     pub fn scene_values(&self, numbers: &[f64]) -> Values {
         match self.kind {
             ControlKind::Truth => Values::Booleans(numbers.iter().map(|it| *it != 0.0).collect()),
@@ -104,7 +104,7 @@ impl Control {
     }
 }
 
-/// What a control of this type sets, and how many components it has.
+/// The type of a control for this parameter type, and its number of components.
 fn kind_of(ty: &ParameterType) -> Option<(ControlKind, usize)> {
     let scalar = |scalar: &Scalar| match scalar {
         Scalar::F32 => ControlKind::Real,
@@ -131,7 +131,7 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
     }
 }
 
-/// One number stands for all components of a colour.
+/// A single number sets all components of a colour.
 fn spread(values: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     match values.as_slice() {
         [grey] => Some(vec![*grey; count]),
@@ -139,7 +139,7 @@ fn spread(values: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     }
 }
 
-/// What a parameter is that the scene does not set.
+/// The default value of a parameter that the scene does not set.
 fn default(class: &Class, instance: &Instance, parameter: &Parameter) -> Option<Vec<f64>> {
     let scalar = match &parameter.ty {
         ParameterType::Scalar(scalar) | ParameterType::Vector(scalar, _) => *scalar,
@@ -157,7 +157,7 @@ fn default(class: &Class, instance: &Instance, parameter: &Parameter) -> Option<
     Some(words.iter().map(number).collect())
 }
 
-/// The number that people mean by a float: 0.1, not 0.10000000149.
+/// The shortest decimal number that rounds to a float: 0.1, not 0.10000000149.
 fn shortest(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }

@@ -1,4 +1,4 @@
-//! The film of a session: sums of samples, tile by tile, and the pixels that show them.
+//! The film of a session: sums of samples, tile by tile, and the displayed pixels.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::interactive::{TileSample, TileSums};
 use crate::statistics::LaneUse;
 use crate::tiles::{TILE, Tile, tiles_of};
 
-/// A film. Each tile has a lock of its own, so that threads fill it without waiting for one another.
+/// A film. Each tile has a separate lock, so that threads do not wait for one another.
 pub struct Film {
     width: usize,
     height: usize,
@@ -21,19 +21,19 @@ pub struct Film {
     records: Vec<Mutex<Record>>,
 }
 
-/// What samples of a tile took.
+/// The cost of samples of a tile.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleWork {
     /// The time.
     pub time: Duration,
-    /// The lanes that took part in calls, where that was counted.
+    /// The use of lanes in calls, if it was counted.
     pub lane_use: LaneUse,
-    /// The nodes and blocks that the camera ray of each pixel visited, where that was counted.
+    /// The number of nodes and leaves that the camera ray of each pixel visited, if it was counted.
     pub visited: [u32; LANES],
 }
 
 impl SampleWork {
-    /// Nothing.
+    /// No cost.
     pub const NONE: SampleWork =
         SampleWork { time: Duration::ZERO, lane_use: LaneUse::NONE, visited: [0; LANES] };
 
@@ -46,16 +46,16 @@ impl SampleWork {
     }
 }
 
-/// What is known of a tile.
+/// The state of a tile.
 struct Record {
     sums: TileSums,
-    /// How far samples of a pixel lie apart.
+    /// The variation of the samples of a pixel.
     scatter: Scatter,
-    /// Samples of each pixel.
+    /// The number of samples of each pixel.
     taken: u32,
-    /// What they took.
+    /// Their cost.
     work: SampleWork,
-    /// What is shown, `0x00RRGGBB`. It outlives the samples, until there are others to show.
+    /// The displayed pixels, `0x00RRGGBB`. They are kept when samples are cleared, until new ones replace them.
     shown: [u32; LANES],
 }
 
@@ -76,7 +76,7 @@ impl Record {
         if self.taken == 0 {
             return;
         }
-        // The time of a tile counts for each of its pixels.
+        // The time of a tile is divided among its pixels.
         let time = self.work.time / (self.taken * LANES as u32);
         let lanes = self.work.lane_use.part().unwrap_or(0.0);
         for lane in 0..LANES {
@@ -88,16 +88,16 @@ impl Record {
 }
 
 impl Film {
-    /// The memory that a film takes.
+    /// Returns the memory of a film.
     pub fn memory(width: usize, height: usize) -> Amount {
         let tiles = width.div_ceil(TILE).saturating_mul(height.div_ceil(TILE));
         Amount::of::<Tile>(tiles) + Amount::of::<Mutex<Record>>(tiles)
     }
 
-    /// A black film.
+    /// Creates a black film.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn new(width: usize, height: usize) -> Result<Self, OutOfMemory> {
         let tiles = tiles_of(width, height);
         let mut records = reserved(tiles.len())?;
@@ -105,17 +105,17 @@ impl Film {
         Ok(Film { width, height, tiles, records })
     }
 
-    /// Columns and rows.
+    /// Returns columns and rows.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// Its tiles.
+    /// Returns the tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 
-    /// Forgets all samples. What is shown stays.
+    /// Removes all samples. The displayed pixels stay.
     pub fn clear(&mut self) {
         for record in &mut self.records {
             let record = record.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -123,7 +123,7 @@ impl Film {
         }
     }
 
-    /// Adds a sample of the tile `index`, and what it took.
+    /// Adds a sample of the tile `index` and its cost.
     pub fn add(&self, index: usize, sample: &TileSample, work: &SampleWork, display: &Display) {
         let mut record = self.record(index);
         // Samples that are not finite count as black.
@@ -134,25 +134,25 @@ impl Film {
         record.show(display);
     }
 
-    /// The samples that each pixel of the tile `index` has.
+    /// Returns the number of samples of the tile `index`.
     pub fn taken(&self, index: usize) -> u32 {
         self.record(index).taken
     }
 
-    /// How far the colours of the tile `index` may be off, as people see it.
+    /// Returns the perceived error of the tile `index`.
     pub fn error(&self, index: usize) -> f32 {
         let record = self.record(index);
         record.scatter.error(record.taken)
     }
 
-    /// The samples that a pixel has, on average.
+    /// Returns the average number of samples per pixel.
     pub fn mean_samples(&self) -> u32 {
         let taken = (0..self.tiles.len()).map(|index| u64::from(self.taken(index)));
         (taken.sum::<u64>() / self.tiles.len().max(1) as u64) as u32
     }
 
-    /// The tiles whose next sample serves the picture best, until all have `wanted`: those without the
-    /// samples by which errors are known, then a quarter of the unfinished ones, by their errors.
+    /// Returns the tiles whose next sample improves the picture most, until all have `wanted` samples: first those with
+    /// too few samples to estimate their error, then the quarter of the unfinished tiles with the greatest errors.
     pub fn most_in_need(&self, wanted: u32) -> Vec<usize> {
         const FIRST_SAMPLES: u32 = 4;
         const PART: usize = 4;
@@ -170,12 +170,12 @@ impl Film {
         errors.into_iter().map(|(_, index)| index).collect()
     }
 
-    /// Shows what there is in another way.
+    /// Updates the displayed pixels for another view mode.
     pub fn show(&self, display: &Display) {
         (0..self.tiles.len()).for_each(|index| self.record(index).show(display));
     }
 
-    /// Shows another film, enlarged or reduced to the size of this one.
+    /// Displays another film, scaled to the size of this one.
     pub fn show_scaled(&self, other: &Film) {
         let mut pixels = vec![0; other.width * other.height];
         other.copy_to(&mut pixels, other.width);
@@ -190,7 +190,7 @@ impl Film {
         }
     }
 
-    /// Writes what is shown into `pixels`, whose rows are `stride` pixels apart, as `0x00RRGGBB`.
+    /// Copies the displayed pixels to `pixels`, whose rows are `stride` pixels apart, as `0x00RRGGBB`.
     pub fn copy_to(&self, pixels: &mut [u32], stride: usize) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let record = self.record(index);
@@ -201,10 +201,10 @@ impl Film {
         }
     }
 
-    /// The averages of the samples; black where there is none.
+    /// Returns the averages of the samples; black without samples.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// If there is not enough memory.
     pub fn image(&self) -> Result<Image, OutOfMemory> {
         let mut image = Image::new(self.width, self.height)?;
         for (index, tile) in self.tiles.iter().enumerate() {

@@ -1,12 +1,11 @@
 //! An interactive session: a scene that is rendered while camera, parameters and shaders change.
 //!
-//! It knows no window and no thread of its own. A host calls [`Session::advance`] over and over, each
-//! time for as long as it can spare, and copies [`Session::film`] to its screen. After a change the next call renders a
-//! whole frame, at a lower resolution where a frame of full resolution would take too long, so that
-//! the image moves as one; then samples are added, pass by pass, up to the scene's number.
+//! The session does not depend on a window and starts no background thread. The host calls [`Session::advance`]
+//! repeatedly, each time with the time that it can spare, and copies [`Session::film`] to its screen. After a change
+//! the next call renders a whole frame, at a lower resolution if a full frame would take too long, so that the image is
+//! always consistent; then samples are added, pass by pass, up to the scene's number.
 //!
-//! A sample is the one that a batch render takes: after all passes the film has the bits of
-//! [`crate::interactive::render`].
+//! Samples are those of an offline render: after all passes the film has the bits of [`crate::interactive::render`].
 
 mod control;
 mod film;

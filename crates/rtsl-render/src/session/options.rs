@@ -1,4 +1,4 @@
-//! How a session is opened.
+//! Options for opening a session.
 
 use std::path::PathBuf;
 
@@ -6,29 +6,29 @@ use rtsl::EngineOptions;
 use rtsl_memory::Amount;
 use rtsl_scene::Settings;
 
-/// What the host says instead of the scene.
+/// The host's options, which override the scene.
 #[derive(Clone, Debug, Default)]
 pub struct SessionOptions {
-    /// `name.parameter=value`, in order.
+    /// Definitions `name.parameter=value`, in order.
     pub defines: Vec<String>,
     /// Folders for `#include` besides the scene's.
     pub search_path: Vec<PathBuf>,
-    /// The memory that the scene's files may take; 4 GiB, or what there is, where `None`.
+    /// The memory budget of the scene's files; 4 GiB, or the available memory if that is less, if `None`.
     pub input_memory: Option<Amount>,
-    /// Columns and rows, instead of the scene's.
+    /// Columns and rows, overriding the scene's.
     pub size: Option<(usize, usize)>,
-    /// Samples a pixel, instead of the scene's.
+    /// Samples per pixel, overriding the scene's.
     pub samples: Option<u32>,
-    /// How many threads; all processors where `None`.
+    /// The number of threads; that of all processors if `None`.
     pub threads: Option<usize>,
-    /// Backend, width and the like.
+    /// Options of the engine, such as backend and width.
     pub engine: EngineOptions,
-    /// Brightens what is shown by so many stops, on top of the scene's exposure.
+    /// The exposure of the display in stops, added to the scene's.
     pub exposure: f32,
 }
 
 impl SessionOptions {
-    /// The host wins over the scene.
+    /// Applies the options, which override the scene.
     pub fn apply(&self, settings: &mut Settings) {
         if let Some((width, height)) = self.size {
             (settings.width, settings.height) = (width.max(1), height.max(1));
@@ -38,7 +38,7 @@ impl SessionOptions {
         }
     }
 
-    /// The options of the engine for a scene of these settings.
+    /// Returns the engine options for a scene with these settings.
     pub fn engine_for(&self, settings: &Settings) -> EngineOptions {
         let loop_budget = self.engine.loop_budget.or(Some(settings.loop_budget));
         EngineOptions { loop_budget, ..self.engine.clone() }

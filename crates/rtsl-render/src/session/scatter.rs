@@ -1,4 +1,4 @@
-//! How far the samples of pixels lie apart: what tells where a picture needs more of them.
+//! The variation of samples within pixels, from which the tiles that need more samples are selected.
 
 use rtsl_bvh::{LANES, Lanes, lanes_of};
 
@@ -7,19 +7,19 @@ use crate::interactive::TileSample;
 /// Sums over the samples of a tile.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter {
-    /// Of the brightness of each pixel.
+    /// The sum of each pixel's brightness.
     brightness: Lanes,
-    /// Of its square.
+    /// The sum of its squares.
     squares: Lanes,
 }
 
 impl Scatter {
-    /// No samples.
+    /// Without samples.
     pub const NONE: Scatter = Scatter { brightness: [0.0; LANES], squares: [0.0; LANES] };
 
-    /// Adds a sample, shown with its colours multiplied by `scale`.
+    /// Adds a sample, displayed with its colours multiplied by `scale`.
     pub fn add(&mut self, sample: &TileSample, scale: f32) {
-        // What is brighter than this looks no brighter, nor do a few such samples say more than others.
+        // Brighter values are displayed alike, and are clamped so that a few of them do not dominate.
         const BRIGHTEST: f32 = 2.0;
         for lane in lanes_of(sample.lanes) {
             let [r, g, b] = [0, 1, 2].map(|channel: usize| sample.colors[channel][lane]);
@@ -31,8 +31,8 @@ impl Scatter {
         }
     }
 
-    /// The variance that the mean of `taken` samples has, over all pixels, in steps that look about as large
-    /// wherever they are: by the mean itself, since eyes see ratios. 0 while nothing is known.
+    /// Returns the variance of the mean of `taken` samples, averaged over all pixels and divided by the mean, because
+    /// perception is relative. 0 while it is unknown.
     pub fn error(&self, taken: u32) -> f32 {
         const BLACK: f32 = 0.02;
         let count = taken as f32;

@@ -1,4 +1,4 @@
-//! The session itself.
+//! The type `Session`.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,10 +29,10 @@ use crate::interactive::{Workspace, rays_of, runs, sample_tile, visits_of_sample
 use crate::statistics::{LaneUse, RayCounts};
 use crate::tiles::{RenderThreads, TILE, Tile, camera_rays};
 
-/// A whole frame shall take no longer, or is made smaller: 25 frames a second.
+/// The time limit of a whole frame, for 25 frames a second: longer frames are rendered at lower resolution.
 const FRAME_TARGET: Duration = Duration::from_millis(40);
 
-/// Frames are made smaller by no more than this.
+/// The greatest reduction of resolution.
 const MAX_REDUCTION: usize = 8;
 
 /// A scene that is rendered while it changes.
@@ -45,49 +45,49 @@ pub struct Session {
     origins: Origins,
     compiled: CompiledScene,
     film: Film,
-    /// The film of the whole frame that is rendered: it is shown when it is done.
+    /// The film of the frame being rendered, which is displayed when it is complete.
     frame: Film,
     display: Display,
     camera_to_world: Transform,
-    problems: RuntimeErrors,
+    errors: RuntimeErrors,
     phase: Phase,
-    /// The tiles that wait for a sample, each once, and how many of them were begun.
+    /// The tiles that wait for a sample, each once, and the number of them that were started.
     waiting: Vec<usize>,
     begun: usize,
-    /// What a pixel of a whole frame took of late.
+    /// The recent time for a pixel of a whole frame.
     pixel_time: Option<Duration>,
-    /// The lanes that took part in calls since the first sample.
+    /// The use of lanes in calls since the first sample.
     lane_use: Mutex<LaneUse>,
     status: Status,
 }
 
-/// What comes next.
+/// The next task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// A whole frame.
+    /// Render a whole frame.
     Frame,
-    /// More samples: of the tiles that wait.
+    /// Add samples to the waiting tiles.
     Refinement,
     /// Nothing: all samples are taken.
     Rest,
-    /// Nothing: a shader ran past its budget.
+    /// Nothing: a shader exceeded its budget.
     Stopped,
 }
 
-/// What reading the files again brought.
+/// The result of reading the files again.
 #[derive(Debug)]
 pub struct Reloaded {
-    /// Whether anything changed.
+    /// True if anything changed.
     pub changed: bool,
     /// Warnings.
     pub warnings: Messages,
 }
 
 impl Session {
-    /// Opens the scene in the file `path`. Gives warnings besides.
+    /// Opens the scene in the file `path`. Also returns warnings.
     ///
     /// # Errors
-    /// What is wrong with the scene, its shaders, or the machine.
+    /// Any error of the scene, its shaders, or the machine.
     pub fn open(path: &Path, options: SessionOptions) -> Result<(Session, Messages), Messages> {
         let (defines, search_path) = (options.defines.clone(), options.search_path.clone());
         let load = LoadOptions { defines, search_path, input_memory: options.input_memory };
@@ -114,7 +114,7 @@ impl Session {
             frame: film(1, 1)?,
             display: Display::new(ViewMode::Image, exposure),
             camera_to_world: scene.camera_to_world,
-            problems: RuntimeErrors::default(),
+            errors: RuntimeErrors::default(),
             phase: Phase::Frame,
             waiting: Vec::new(),
             begun: 0,
@@ -131,8 +131,7 @@ impl Session {
         Ok((session, warnings))
     }
 
-    /// Renders for about `budget`: the whole frame that is due, or more samples. Returns whether there
-    /// is anything new to show.
+    /// Renders for about `budget`: the pending frame, or more samples. Returns true if the displayed pixels changed.
     pub fn advance(&mut self, budget: Duration) -> bool {
         let start = Instant::now();
         let rays = match self.phase {
@@ -141,25 +140,25 @@ impl Session {
             Phase::Rest | Phase::Stopped => return false,
         };
         self.count(rays, start.elapsed());
-        if self.problems.any() {
+        if self.errors.any() {
             self.phase = Phase::Stopped;
-            let problem = exhausted_budgets(&self.compiled, &self.problems);
+            let problem = exhausted_budgets(&self.compiled, &self.errors);
             self.status.problem = Some(problem.to_text(false));
         }
         true
     }
 
-    /// Whether [`Session::advance`] has anything to do.
+    /// True if [`Session::advance`] has work to do.
     pub fn is_busy(&self) -> bool {
         matches!(self.phase, Phase::Frame | Phase::Refinement)
     }
 
-    /// What was rendered.
+    /// Returns the film.
     pub fn film(&self) -> &Film {
         &self.film
     }
 
-    /// How it fares.
+    /// Returns the status.
     pub fn status(&self) -> Status {
         let samples_wanted = self.compiled.settings.sampler.samples_per_pixel();
         let samples = match self.phase {
@@ -170,18 +169,18 @@ impl Session {
         Status { size: self.film.size(), samples, samples_wanted, ..self.status.clone() }
     }
 
-    /// From the camera's space to the world's.
+    /// Returns the transform from the camera's space to the world's.
     pub fn camera(&self) -> Transform {
         self.camera_to_world
     }
 
-    /// From the camera's space to the world's, as the scene says.
+    /// Returns the transform from the camera's space to the world's in the scene's text.
     pub fn scene_camera(&self) -> Transform {
         self.scene.camera_to_world
     }
 
-    /// Moves the camera. While it stands where the scene's stands when the shutter opens, it moves as that
-    /// one does; elsewhere it stands still.
+    /// Moves the camera. At the scene's camera position at shutter open, it has the scene's camera motion; elsewhere it
+    /// does not move during the shutter interval.
     pub fn set_camera(&mut self, camera_to_world: Transform) {
         if camera_to_world != self.camera_to_world {
             self.camera_to_world = camera_to_world;
@@ -197,7 +196,7 @@ impl Session {
         self.compiled.camera_to_world = self.camera_to_world.affine();
     }
 
-    /// Changes columns and rows. Sizes that no image may have, or that there is no memory for, are ignored.
+    /// Changes columns and rows. Invalid sizes, and sizes without enough memory, are ignored.
     pub fn resize(&mut self, width: usize, height: usize) {
         let mut scene = Scene { ..self.scene.clone() };
         (scene.settings.width, scene.settings.height) = (width, height);
@@ -215,12 +214,12 @@ impl Session {
         self.restart();
     }
 
-    /// What is shown.
+    /// Returns the view mode.
     pub fn view_mode(&self) -> ViewMode {
         self.display.mode()
     }
 
-    /// Shows something else. What is counted only while it is shown takes new samples.
+    /// Changes the view mode. Quantities that are only counted on demand need new samples.
     pub fn set_view_mode(&mut self, mode: ViewMode) {
         let starts_to_count = mode.is_counted() && mode != self.display.mode();
         let exposure = self.scene.settings.exposure + self.options.exposure;
@@ -232,7 +231,7 @@ impl Session {
         }
     }
 
-    /// The parts of the scene that have parameters, in the order of its text.
+    /// Returns the parts of the scene that have parameters, in the order of its text.
     pub fn things(&self) -> Vec<Thing> {
         let entities = self.source.description().entities.iter().enumerate();
         let things = entities.filter_map(|(index, entity)| {
@@ -243,7 +242,7 @@ impl Session {
         things.collect()
     }
 
-    /// The parameters of a part of the scene, as they are set.
+    /// Returns the parameters of a part of the scene with their current values.
     pub fn controls(&self, entity: EntityId) -> Vec<Control> {
         let Some(instance) = self.source.instance(entity) else { return Vec::new() };
         let controls = instance.class().parameters.iter().filter_map(|parameter| {
@@ -256,7 +255,7 @@ impl Session {
     /// Sets a parameter of a part of the scene. Nothing is compiled.
     ///
     /// # Errors
-    /// If the value does not fit; nothing changes then.
+    /// If the value is not valid; nothing changes then.
     pub fn set_control(
         &mut self,
         entity: EntityId,
@@ -277,11 +276,11 @@ impl Session {
         Ok(())
     }
 
-    /// Reads the scene's files again where they changed, shaders included. Parameters that were set stay
-    /// unless the scene's own text changed; so does the camera unless the text moves it.
+    /// Reads the scene's files again if they changed, including shaders. Parameters that were set are kept unless the
+    /// scene's text changed; the camera is kept unless the text moves it.
     ///
     /// # Errors
-    /// What is wrong with the files; the scene stays as it was.
+    /// Any error of the files; the scene stays unchanged.
     pub fn reload(&mut self) -> Result<Reloaded, Messages> {
         if self.source.text_changed() {
             let mut source = self.source.read_again();
@@ -296,19 +295,19 @@ impl Session {
         }
     }
 
-    /// The files that the scene was read from, shaders included; the library's are none.
+    /// Returns the files from which the scene was read, including shaders but not those of the library.
     pub fn source_files(&self) -> Vec<PathBuf> {
         self.source.source_files()
     }
 
-    /// What lies under a pixel, counted from the top left.
+    /// Returns the object under a pixel, counted from the top left.
     pub fn pick(&self, x: usize, y: usize) -> Option<Picked> {
         let (width, height) = self.film.size();
         if x >= width || y >= height {
             return None;
         }
-        let problems = RuntimeErrors::default();
-        let tracer = Tracer { scene: &self.compiled, problems: &problems };
+        let errors = RuntimeErrors::default();
+        let tracer = Tracer { scene: &self.compiled, errors: &errors };
         let mut workspace = Workspace::new(&self.compiled);
         let tile = Tile { x: x - x % TILE, y: y - y % TILE };
         let lane = Tile::lane(x, y);
@@ -337,17 +336,17 @@ impl Session {
         })
     }
 
-    /// The name of an entity, or what it is and where it stands.
+    /// The name of an entity, or its kind and line.
     fn title(&self, id: EntityId) -> String {
         let entity = &self.source.description().entities[id.0];
         match (&entity.name, entity.kind) {
             (Some(name), _) => name.clone(),
             (None, EntityKind::Camera) => "camera".to_owned(),
-            (None, kind) => format!("{} in line {}", kind.word(), self.source.line_of(id)),
+            (None, kind) => format!("{} on line {}", kind.word(), self.source.line_of(id)),
         }
     }
 
-    /// Goes on with a scene that was loaded again, keeping what did not change.
+    /// Continues with a scene that was loaded again, keeping everything that did not change.
     fn take_over(&mut self, loaded: Loaded) -> Result<Reloaded, Messages> {
         let Loaded { mut scene, origins, mut warnings, .. } = loaded;
         self.options.apply(&mut scene.settings);
@@ -395,12 +394,12 @@ impl Session {
     fn restart(&mut self) {
         self.film.clear();
         self.lane_use = Mutex::default();
-        self.problems = RuntimeErrors::default();
+        self.errors = RuntimeErrors::default();
         self.status.problem = None;
         self.phase = Phase::Frame;
     }
 
-    /// Renders one sample of every pixel, of a smaller image if that takes too long.
+    /// Renders one sample of every pixel, at lower resolution if it takes too long.
     fn render_frame(&mut self) -> RayCounts {
         let start = Instant::now();
         let reduction = self.reduction();
@@ -423,7 +422,7 @@ impl Session {
         let (_, rays) = self.render_tiles(&self.frame, &all, 0, None);
         let settings = &mut self.compiled.settings;
         (settings.width, settings.height) = (width, height);
-        if self.problems.any() {
+        if self.errors.any() {
             return rays;
         }
         if reduction == 1 {
@@ -449,14 +448,14 @@ impl Session {
             if begun == self.waiting.len() {
                 self.choose_tiles();
             }
-            if Instant::now() >= deadline || self.problems.any() {
+            if Instant::now() >= deadline || self.errors.any() {
                 break;
             }
         }
         sum
     }
 
-    /// Chooses the tiles that get the next sample.
+    /// Selects the tiles that get the next sample.
     fn choose_tiles(&mut self) {
         let wanted = self.compiled.settings.sampler.samples_per_pixel();
         self.waiting = self.film.most_in_need(wanted);
@@ -464,8 +463,8 @@ impl Session {
         self.phase = if self.waiting.is_empty() { Phase::Rest } else { Phase::Refinement };
     }
 
-    /// Takes the next sample of some tiles, from the one in the place `first` on; returns the place of the
-    /// first that was not begun.
+    /// Takes the next sample of the waiting tiles from position `first` on; returns the position of the first that was
+    /// not started.
     fn render_tiles(
         &self,
         film: &Film,
@@ -473,9 +472,9 @@ impl Session {
         first: usize,
         deadline: Option<Instant>,
     ) -> (usize, RayCounts) {
-        let Session { compiled, problems, display, lane_use, .. } = self;
-        let tracer = Tracer { scene: compiled, problems };
-        // However little time there is, one tile is done.
+        let Session { compiled, errors, display, lane_use, .. } = self;
+        let tracer = Tracer { scene: compiled, errors };
+        // At least one tile is rendered, however short the time.
         let begun = AtomicBool::new(false);
         let in_time = || {
             deadline.is_none_or(|deadline| Instant::now() < deadline)
@@ -484,7 +483,7 @@ impl Session {
         let (next, workspaces) = self.threads.for_each_tile(
             (first, tiles.len()),
             || Workspace::new(compiled),
-            || !problems.any() && in_time(),
+            || !errors.any() && in_time(),
             |workspace, place| {
                 let index = tiles[place];
                 let (tile, sample) = (film.tiles()[index], film.taken(index));
@@ -500,8 +499,8 @@ impl Session {
                 if display.mode() == ViewMode::Nodes {
                     work.visited = visits_of_sample(&tracer, workspace, tile, sample);
                 }
-                // A sample that was cut short is none.
-                if !problems.any() {
+                // A sample that was aborted is not added.
+                if !errors.any() {
                     film.add(index, &taken, &work, display);
                 }
             },
@@ -509,8 +508,8 @@ impl Session {
         (next, rays_of(&workspaces))
     }
 
-    /// How much smaller the sides of the next whole frame are made. It changes only where that is
-    /// clearly called for, so that the image does not flicker.
+    /// The factor by which the resolution of the next whole frame is reduced. It changes only if the time differs
+    /// clearly, so that the image does not flicker.
     fn reduction(&self) -> usize {
         let Some(pixel_time) = self.pixel_time else { return 4 };
         let (width, height) = self.film.size();
@@ -527,7 +526,7 @@ impl Session {
         (1..MAX_REDUCTION).find(|it| time(*it) <= FRAME_TARGET).unwrap_or(MAX_REDUCTION)
     }
 
-    /// Counts rays, those of late more than those of long ago, and the lanes that took part.
+    /// Updates the ray rate as a moving average, and the use of lanes.
     fn count(&mut self, rays: RayCounts, time: Duration) {
         const MEMORY: f64 = 0.3;
         let seconds = time.as_secs_f64().max(1e-9);
@@ -540,8 +539,8 @@ impl Session {
     }
 }
 
-/// Whether the lanes that take part in a sample of a tile are counted. Where only figures ask, few tiles
-/// tell enough; where times are shown, none shall take longer than it must.
+/// True if the use of lanes is counted for a sample of a tile. For the status, a few tiles suffice; if times are
+/// displayed, counting must not slow any tile down.
 fn counts_lanes(mode: ViewMode, tile: usize, sample: u32) -> bool {
     const ONE_OF: u32 = 16;
     match mode {
@@ -555,7 +554,7 @@ fn lock(lane_use: &Mutex<LaneUse>) -> MutexGuard<'_, LaneUse> {
     lane_use.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A film, or the error for people that there is no memory for it.
+/// Creates a film, or returns the error that there is not enough memory.
 fn film(width: usize, height: usize) -> Result<Film, Messages> {
     Film::new(width, height).map_err(|error| Messages::one(error.diagnostic()))
 }
@@ -565,7 +564,7 @@ fn check_size(scene: &Scene, threads: Option<usize>) -> Result<(), Messages> {
     if let Some(problem) = scene.settings.size_problem() {
         return Err(Messages::one(Diagnostic::new(codes::SCENE_LIMIT, problem)));
     }
-    // What is shown, a frame in the making, and its pixels here and on their way to the screen.
+    // The displayed film, the frame being rendered, and its pixels here and in the host's copies.
     let bytes = Film::memory(width, height).times(2) + Amount::of::<[u32; 3]>(width * height);
     let need = Need { bytes, addresses: RenderThreads::stacks(threads) };
     check_render((width, height), need).map_err(Messages::one)

@@ -1,31 +1,31 @@
-//! How a session fares.
+//! The status of a session.
 
 use std::time::Duration;
 
-/// Figures for people who watch.
+/// Figures for display.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Samples that a pixel has, on average: where the picture is rough there are more.
+    /// The average number of samples per pixel: noisy regions have more.
     pub samples: u32,
-    /// Samples that every pixel will have.
+    /// The number of samples that every pixel will have.
     pub samples_wanted: u32,
-    /// How much smaller the sides of the last whole frame were than those of the film.
+    /// The reduction of the last whole frame's resolution.
     pub reduction: usize,
-    /// What the last whole frame took.
+    /// The time for the last whole frame.
     pub frame_time: Duration,
-    /// Rays a second, of late.
+    /// The recent number of rays per second.
     pub rays_per_second: f64,
     /// SIMD lanes.
     pub width: u32,
-    /// What runs: the processor that code was made for, or the interpreter.
+    /// The target processor of the code, or the interpreter.
     pub target: String,
-    /// Threads that render.
+    /// The number of threads.
     pub threads: usize,
-    /// The part of SIMD lanes that took part in calls of `intersect` and `shade` since the first sample,
-    /// by some of the tiles; `None` where nobody counted yet.
+    /// The fraction of SIMD lanes that were active in calls of `intersect` and `shade` since the first sample, measured
+    /// for some of the tiles; `None` before the first count.
     pub lane_utilisation: Option<f32>,
-    /// What stopped the render, if something did.
+    /// The error that stopped the render, if any.
     pub problem: Option<String>,
 }

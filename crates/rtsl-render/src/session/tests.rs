@@ -1,4 +1,4 @@
-//! Sessions of a small scene in a folder of its own.
+//! Sessions of a small scene in a temporary folder.
 
 use rtsl::Method;
 use rtsl_image::Image;
@@ -32,7 +32,7 @@ void lookup() {
 
 const SLICE: Duration = Duration::from_millis(20);
 
-/// A folder with a scene, removed in the end.
+/// A folder with a scene, which is removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -55,7 +55,7 @@ impl Folder {
         opened.unwrap_or_else(|messages| panic!("{}", messages.to_text(false))).0
     }
 
-    /// What the batch command makes of the scene.
+    /// Renders the scene offline.
     fn render(&self, defines: &[&str]) -> Image {
         let request = RenderRequest {
             scene: self.0.join("scene.pbrt"),
@@ -72,7 +72,7 @@ impl Drop for Folder {
     }
 }
 
-/// All samples.
+/// Takes all samples.
 fn finish(session: &mut Session) -> Image {
     while session.advance(SLICE) {}
     assert_eq!(session.status().problem, None);
@@ -91,7 +91,7 @@ fn find(session: &Session, title: &str) -> EntityId {
     things.iter().find(|thing| thing.title == title).unwrap_or_else(|| panic!("{things:?}")).entity
 }
 
-/// Where the code of every method lies.
+/// The addresses of the code of every method.
 fn kernels(session: &Session) -> Vec<(String, Method, *const rtsl::Kernel)> {
     let methods = [Method::GenerateRay, Method::Intersect, Method::Shade, Method::Illumination];
     let shaders = session.compiled.shaders.iter();
@@ -156,7 +156,7 @@ fn only_the_camera_of_the_scene_moves() {
     assert_eq!(finish(&mut session), moving);
 }
 
-/// What people see of an image.
+/// The displayed bytes of an image.
 fn bytes(image: &Image) -> Vec<u8> {
     image.to_srgb(0.0).unwrap()
 }
@@ -257,7 +257,7 @@ fn an_error_is_told_and_the_scene_stays() {
     assert!(messages.contains("frac") && messages.contains("stripes.rtsl"), "{messages}");
     assert!(!session.is_busy());
     assert_eq!(session.film().image().unwrap(), first);
-    // Meanwhile the rest goes on working.
+    // Meanwhile the session continues to work.
     let lamp = find(&session, "lamp");
     session.set_control(lamp, "intensity", &[20.0, 20.0, 20.0]).unwrap();
     let darker = finish(&mut session);
@@ -316,7 +316,7 @@ fn a_pixel_names_what_it_shows() {
         ball.position.iter().zip([0.0, 1.0, 0.0]).map(|(x, c)| (x - c) * (x - c)).sum::<f64>();
     assert!((from_center - 1.0).abs() < 1e-3, "{ball:?}");
     assert!((4.0..6.0).contains(&ball.distance), "{ball:?}");
-    assert_eq!(session.pick(0, 29).map(|picked| picked.title), Some("shape in line 11".to_owned()));
+    assert_eq!(session.pick(0, 29).map(|picked| picked.title), Some("shape on line 11".to_owned()));
     assert_eq!(session.pick(0, 0), None, "the sky");
     assert_eq!(session.pick(44, 0), None, "outside");
 }
@@ -339,7 +339,7 @@ fn times_are_shown_as_heat() {
 fn samples_go_first_where_the_picture_is_rough() {
     let folder = Folder::new("rough");
     let text = SCENE.replace("\"integer pixelsamples\" 4", "\"integer pixelsamples\" 16");
-    // The sphere is as rough as can be, the floor not at all.
+    // The sphere has the greatest noise, the floor none.
     let text = text.replace("\"Lambertian\" \"rgb kd\"", "\"Noise\" \"rgb kd\"");
     folder.write("scene.pbrt", &text);
     let noise = "class Noise : rt_Material; public color kd = color(0.5);

@@ -1,30 +1,30 @@
-//! What a session shows of its samples.
+//! View modes of a session.
 
 use std::time::Duration;
 
 use rtsl_image::{HeatScale, SrgbEncoder, logarithm};
 
-/// What is shown.
+/// The quantity that is displayed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ViewMode {
     /// The image.
     #[default]
     Image,
-    /// The time that a sample of a pixel takes, from dark (16 ns) to light (260 us), by powers of two.
+    /// The time of a sample of a pixel, from dark (16 ns) to light (260 us), on a logarithmic scale.
     Time,
-    /// The nodes and blocks of the hierarchy that a camera ray visits, from dark (1) to light (1024), by
-    /// powers of two.
+    /// The number of nodes and leaves of the hierarchy that a camera ray visits, from dark (1) to light (1024), on a
+    /// logarithmic scale.
     Nodes,
-    /// The part of SIMD lanes that took part in calls, from dark (none) to light (all).
+    /// The fraction of SIMD lanes that are active in calls, from dark (none) to light (all).
     Lanes,
 }
 
 impl ViewMode {
-    /// All of them, in the order of the keys that choose them.
+    /// All view modes, in the order of the keys that select them.
     pub const ALL: [ViewMode; 4] =
         [ViewMode::Image, ViewMode::Time, ViewMode::Nodes, ViewMode::Lanes];
 
-    /// Its name for people.
+    /// Returns the display name.
     pub fn name(self) -> &'static str {
         match self {
             ViewMode::Image => "image",
@@ -34,7 +34,7 @@ impl ViewMode {
         }
     }
 
-    /// Whether it shows what is counted only while somebody wants to know.
+    /// True if the quantity is only counted on demand.
     pub fn is_counted(self) -> bool {
         match self {
             ViewMode::Image | ViewMode::Time => false,
@@ -48,41 +48,41 @@ impl ViewMode {
 pub struct PixelFacts {
     /// The mean of its samples.
     pub color: [f32; 3],
-    /// The time that one of them took.
+    /// The time per sample.
     pub time: Duration,
-    /// The nodes and blocks that its camera ray visits.
+    /// The number of nodes and leaves that its camera ray visits.
     pub visited: f32,
-    /// The part of lanes that took part.
+    /// The fraction of lanes that are active.
     pub lanes: f32,
 }
 
-/// How samples become the pixels of a screen.
+/// The mapping of samples to displayed pixels.
 #[derive(Clone, Debug)]
 pub struct Display {
     mode: ViewMode,
-    /// What radiance is multiplied with.
+    /// The factor of radiance.
     scale: f32,
     encoder: SrgbEncoder,
     heat: HeatScale,
 }
 
 impl Display {
-    /// Shows `mode`, images multiplied by `scale`.
+    /// Displays `mode`, with images multiplied by `scale`.
     pub fn new(mode: ViewMode, scale: f32) -> Self {
         Display { mode, scale, encoder: SrgbEncoder::new(), heat: HeatScale::new() }
     }
 
-    /// What it shows.
+    /// Returns the view mode.
     pub fn mode(&self) -> ViewMode {
         self.mode
     }
 
-    /// What radiance is multiplied with.
+    /// Returns the factor of radiance.
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// What stands for a pixel: `0x00RRGGBB`.
+    /// Returns the displayed pixel: `0x00RRGGBB`.
     pub fn pixel(&self, facts: &PixelFacts) -> u32 {
         let channels = match self.mode {
             ViewMode::Image => facts.color.map(|channel| self.encoder.encode(channel * self.scale)),
@@ -96,15 +96,15 @@ impl Display {
     }
 }
 
-/// The scale of [`ViewMode::Time`]: the power of two, in nanoseconds, that it begins with, and how many
-/// powers it spans.
+/// The scale of [`ViewMode::Time`]: the power of two at its start, in nanoseconds, and the number of powers that it
+/// covers.
 const MIN_TIME: f32 = 4.0;
 const TIME_STEPS: f32 = 14.0;
 
-/// The powers of two that the scale of [`ViewMode::Nodes`] spans.
+/// The number of powers of two that the scale of [`ViewMode::Nodes`] covers.
 const NODE_STEPS: f32 = 10.0;
 
-/// A number on a scale of powers of two, from 0 to 1.
+/// Maps a number to a logarithmic scale from 0 to 1.
 fn on_scale(number: f32, least: f32, steps: f32) -> f32 {
     ((logarithm(number) - least) / steps).clamp(0.0, 1.0)
 }

@@ -17,21 +17,21 @@ use crate::compiled::variables::{variables, vector};
 use crate::lanes::eight::{LaneVectors, eights_alone};
 use crate::lanes::lane_streams::LaneStreams;
 
-/// Camera rays, what belongs to them, and their weights.
+/// Camera rays with their contexts and weights.
 pub struct CameraRays {
     /// The rays.
     pub rays: RayPacket,
-    /// Random numbers and time.
+    /// Random numbers and times.
     pub context: LaneContext,
-    /// What radiance is multiplied with.
+    /// The weights of radiance.
     pub weights: LaneVectors,
-    /// How wide the rays are where they begin, and how much wider after a unit of length: from a ray to those of the pixels
-    /// beside and above. 0 where nobody asks.
+    /// The widths of the rays at their origins, and the increase of width per unit of length: the distances to the rays
+    /// of the pixels beside and above. 0 if they are not needed.
     pub footprints: [Lanes; 2],
 }
 
 impl CameraRays {
-    /// None yet.
+    /// No rays yet.
     fn new(sampler: Sampler) -> Self {
         CameraRays {
             rays: RayPacket::default(),
@@ -45,32 +45,32 @@ impl CameraRays {
 /// The memory of one thread for camera rays.
 pub struct CameraMemory {
     blocks: CallBlocks,
-    /// Whether somebody asks how wide rays are.
+    /// True if the widths of rays are needed.
     with_footprints: bool,
-    /// Rays not in use.
+    /// Unused memory for rays.
     free: Option<Box<CameraRays>>,
 }
 
 impl CameraMemory {
-    /// For the camera of a scene.
+    /// Allocates the memory for the camera of a scene.
     pub fn new(scene: &CompiledScene) -> Self {
         let blocks = CallBlocks::new(scene.scratch_arrays);
         CameraMemory { blocks, with_footprints: false, free: None }
     }
 
-    /// The same where somebody asks how wide rays are.
+    /// Selects if the widths of rays are computed.
     #[must_use]
     pub fn with_footprints(self, with_footprints: bool) -> Self {
         CameraMemory { with_footprints, ..self }
     }
 
-    /// Takes camera rays back, to be filled again.
+    /// Returns rays for reuse.
     pub fn keep(&mut self, rays: Box<CameraRays>) {
         self.free = Some(rays);
     }
 }
 
-/// Makes the rays of one sample of a tile. [`CameraMemory::keep`] takes them back.
+/// Generates the rays of one sample of a tile. [`CameraMemory::keep`] takes them back.
 pub fn camera_rays(
     tracer: &Tracer<'_>,
     memory: &mut CameraMemory,
@@ -109,7 +109,7 @@ fn fill<S: Simd>(
     let CameraRays { rays, context, weights, .. } = camera;
     context.begin(LaneStreams::new(numbers.stream_keys, sample), numbers.time);
     numbers.set(scene, &mut blocks.state);
-    if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) {
+    if let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) {
         blocks.call(&call, lanes, None, context);
     }
     let (v, state) = (variables(), &blocks.state);
@@ -127,7 +127,7 @@ fn fill<S: Simd>(
         let color = eight.load_vectors(state, v.sample_color);
         eight.blend_vectors(&color.map(|channel| channel * filter_weight), weights);
         eight.blend(eight.load(state, v.hit_distance), &mut rays.limit);
-        // Hits behind the origin count for nobody.
+        // Hits behind the origin never count.
         let epsilon = eight.load(state, v.epsilon);
         let zero = eight.splat(0.0);
         eight.blend(epsilon.simd_gt(zero).select(epsilon, zero), &mut rays.epsilon);
@@ -138,8 +138,8 @@ fn fill<S: Simd>(
     }
 }
 
-/// Measures how far rays are from those of the pixels beside and above, and takes this part of it. The camera's blocks still
-/// have what the rays were made of.
+/// Measures the distances of rays to those of the pixels beside and above, and multiplies them by `part`. The camera's
+/// blocks still contain the inputs of the rays.
 fn set_footprints(
     tracer: &Tracer<'_>,
     blocks: &mut CallBlocks,
@@ -148,7 +148,7 @@ fn set_footprints(
     camera: &mut CameraRays,
 ) {
     let scene = tracer.scene;
-    let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.problems) else {
+    let Some(call) = scene.call(&scene.camera, Method::GenerateRay, tracer.errors) else {
         return;
     };
     let v = variables();
@@ -166,7 +166,7 @@ fn set_footprints(
             coordinates.iter_mut().for_each(|coordinate| *coordinate += step);
         };
         place(step, blocks);
-        // The numbers that it asks for are not those of any ray.
+        // The random numbers that this call draws must not advance the rays' sequences.
         blocks.call(&call, lanes, None, &mut camera.context.clone());
         for lane in lanes_of(lanes) {
             let (one, other) = (&rays[lane], ray(blocks, lane));
@@ -184,13 +184,13 @@ fn distance(one: [f32; 3], other: [f32; 3]) -> f32 {
     dot(way, way).sqrt()
 }
 
-/// What the camera is given, lane by lane.
+/// The inputs of the camera, lane by lane.
 struct CameraNumbers {
     screen: [Lanes; 2],
     lens: [Lanes; 2],
     time: Lanes,
     stream_keys: [u32; LANES],
-    /// What the pixel filter multiplies samples with.
+    /// The sample weights of the pixel filter.
     filter_weights: Lanes,
     /// The size of a pixel.
     pixel_size: [f32; 2],
@@ -211,8 +211,8 @@ impl CameraNumbers {
             pixel_size: [1.0 / settings.width as f32, 1.0 / settings.height as f32],
         };
         let [du, dv] = numbers.pixel_size;
-        // A loop for each number, so that each is done in vectors. Lanes outside the image compute
-        // too; nobody reads what.
+        // Each number has a separate loop, so that each is vectorised. Lanes outside the image are computed too, and
+        // ignored.
         let mut pixels = [[0_u32; LANES]; 2];
         for lane in 0..LANES {
             let (x, y) = tile.pixel(lane);

@@ -1,4 +1,4 @@
-//! What belongs to each ray of a packet besides the ray itself.
+//! The context of each ray of a packet.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
@@ -10,30 +10,31 @@ use crate::lanes::eight::{Eight, LaneVectors, Vectors, difference, dots, eights_
 use crate::lanes::lane_streams::LaneStreams;
 use crate::lanes::surface_offset::off_surfaces;
 
-/// What belongs to each ray of a packet besides the ray itself.
+/// The context of each ray of a packet: everything but the ray itself.
 #[derive(Clone)]
 pub struct LaneContext {
     sampler: Sampler,
-    /// Where each ray stands in its sequence of numbers.
+    /// The position of each ray in its random sequence.
     pub streams: LaneStreams,
     /// The time within the shutter.
     pub time: Lanes,
-    /// How much of each ray's radiance arrives in its pixel at most, as far as shaders tell: 1 for camera rays.
+    /// An upper bound of the weight of each ray's radiance in its pixel, as far as shaders report it: 1 for camera
+    /// rays.
     importance: Lanes,
     /// The points that the rays hit.
     points: LaneVectors,
-    /// How far off these points rays begin that leave the surfaces.
+    /// The offsets from these points at which rays that leave the surfaces begin.
     offsets: Lanes,
     geometric_normals: LaneVectors,
     shading_normals: LaneVectors,
-    /// The lanes whose rays met the surface from where its normal does not point.
+    /// The lanes whose rays hit the surface from its back side.
     behind: LaneMask,
-    /// The lanes to which light came that is not finite.
+    /// The lanes that received light that is not finite.
     not_finite: LaneMask,
 }
 
 impl LaneContext {
-    /// Rays with these streams and times.
+    /// Creates the context of rays with these streams and times.
     pub fn new(sampler: Sampler, streams: LaneStreams, time: Lanes) -> Self {
         LaneContext {
             sampler,
@@ -49,29 +50,30 @@ impl LaneContext {
         }
     }
 
-    /// Begins with other rays, of these streams and times.
+    /// Reuses the context for other rays, with these streams and times.
     pub fn begin(&mut self, streams: LaneStreams, time: Lanes) {
         (self.streams, self.time, self.not_finite) = (streams, time, 0);
     }
 
-    /// Notes that light came to these lanes that is not finite. Who gave it has been told of.
+    /// Records that these lanes received light that is not finite, whose cause was reported.
     pub fn take_not_finite(&mut self, lanes: LaneMask) {
         self.not_finite |= lanes;
     }
 
-    /// Those of `lanes` to which no such light came: what is not finite there is their own.
+    /// Returns those of `lanes` that received only finite light: other values that are not finite are caused by their
+    /// own shader.
     pub fn lit_by_finite(&self, lanes: LaneMask) -> LaneMask {
         lanes & !self.not_finite
     }
 
-    /// Begins as the context of other surfaces that the same rays hit.
+    /// Reuses the context for other surfaces that the same rays hit.
     pub fn begin_beside(&mut self, other: &LaneContext) {
         self.sampler = other.sampler;
         self.begin(other.streams.clone(), other.time);
     }
 
-    /// Makes `spawned` the context of rays that those of `lanes` spawn, of whose radiance they take so much. What is known of surfaces
-    /// means nothing there until they hit some.
+    /// Sets `spawned` to the context of rays that those of `lanes` spawn, with these weights of their radiance. Its
+    /// surface data is undefined until they hit something.
     #[inline(always)]
     pub fn spawn(&mut self, lanes: LaneMask, weights: &Lanes, spawned: &mut LaneContext) {
         for (lane, importance) in spawned.importance.iter_mut().enumerate() {
@@ -82,7 +84,7 @@ impl LaneContext {
         (spawned.behind, spawned.not_finite) = (0, 0);
     }
 
-    /// Those of `lanes` whose importance is less than this. One that is NaN is not.
+    /// Returns those of `lanes` whose importance is less than `cutoff`. NaN is not.
     #[inline(always)]
     pub fn less_important_than<S: Simd>(&self, simd: S, cutoff: f32, lanes: LaneMask) -> LaneMask {
         let mut less = 0;
@@ -92,18 +94,18 @@ impl LaneContext {
         less
     }
 
-    /// The normal of the surface that a lane hit.
+    /// Returns the geometric normal of the surface that a lane hit.
     pub fn geometric_normal(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.geometric_normals[axis][lane])
     }
 
-    /// The normal for shading where a lane hit.
+    /// Returns the shading normal at a lane's hit.
     pub fn shading_normal(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.shading_normals[axis][lane])
     }
 
-    /// Sets the normals of the surfaces that rays with these directions hit: which side they are seen from is
-    /// that of the geometric ones.
+    /// Sets the normals of the surfaces that rays with these directions hit; the geometric normal determines the
+    /// visible side.
     #[inline(always)]
     pub fn set_normals<S: Simd>(
         &mut self,
@@ -119,25 +121,25 @@ impl LaneContext {
         self.behind = self.behind & !all | behind;
     }
 
-    /// Sets the points that rays hit, and how far off these the rays begin that leave the surfaces.
+    /// Sets the points that rays hit, and the offsets at which rays that leave the surfaces begin.
     #[inline(always)]
     pub fn set_points<S: Simd>(&mut self, eight: Eight<S>, points: &Vectors<S>, offsets: f32x8<S>) {
         eight.blend_vectors(points, &mut self.points);
         eight.blend(offsets, &mut self.offsets);
     }
 
-    /// How far off the points that were hit rays begin that leave the surfaces.
+    /// Returns the offsets at which rays that leave the hit points begin.
     pub fn offsets(&self) -> &Lanes {
         &self.offsets
     }
 
-    /// Takes the origins of rays that begin on the surfaces which the lanes hit, as well as rounding can tell, off these to the side
-    /// that the rays lead to. Shaders may have moved them along the surface. What begins elsewhere stays there.
+    /// Moves the origins of rays that begin on the surfaces hit by the lanes, within rounding, off these to the side
+    /// that the rays lead to. Shaders may have moved them along the surface. Other origins stay unchanged.
     pub fn leave_surfaces(&self, rays: &mut RayPacket, lanes: LaneMask) {
         dispatch!(Level::new(), simd => self.leave_in_vectors(simd, rays, lanes));
     }
 
-    /// The same where the instructions are known already.
+    /// The same with a given instruction set.
     #[inline(always)]
     pub fn leave_in_vectors<S: Simd>(&self, simd: S, rays: &mut RayPacket, lanes: LaneMask) {
         for eight in eights_alone(simd, lanes) {
@@ -151,14 +153,14 @@ impl LaneContext {
         }
     }
 
-    /// The geometric normals.
+    /// Returns the geometric normals.
     #[inline(always)]
     pub fn geometric_normals<S: Simd>(&self, eight: Eight<S>) -> Vectors<S> {
         eight.vectors(&self.geometric_normals)
     }
 
-    /// The geometric and the shading normals on the side of the surface that is seen: the one that
-    /// lights light.
+    /// Returns the geometric and the shading normals on the visible side of the surface, which is the side that lights
+    /// illuminate.
     #[inline(always)]
     pub fn seen_normals<S: Simd>(&self, eight: Eight<S>) -> [Vectors<S>; 2] {
         let behind = eight.mask(self.behind);
@@ -176,7 +178,7 @@ fn negated<S: Simd>(v: &Vectors<S>) -> [f32x8<S>; 3] {
     [-v[0], -v[1], -v[2]]
 }
 
-/// A context alone answers `rand`; cameras, shapes and lights can ask for nothing else.
+/// A context alone answers `rand`; cameras, shapes and lights cannot make other requests.
 impl Host for LaneContext {
     fn rand(&mut self, lanes: LaneSet, values: &mut LaneFloats) {
         self.streams.next(&self.sampler, lanes, values);

@@ -1,4 +1,4 @@
-//! Threads that share out the tiles of an image.
+//! Threads that share the tiles of an image.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -6,10 +6,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtsl::{Diagnostic, Messages, diagnostic_codes as codes};
 use rtsl_memory::Amount;
 
-/// Each level of `trace` takes some of the host's stack, in debug builds most.
+/// The stack of a thread: each level of `trace` uses some of it, most in debug builds.
 const STACK_BYTES: usize = 128 << 20;
 
-/// More threads than this are more than any machine has use for.
+/// The greatest number of threads: more have no use on any machine.
 const MAX_THREADS: usize = 1024;
 
 /// Threads that render tiles.
@@ -18,10 +18,10 @@ pub struct RenderThreads {
 }
 
 impl RenderThreads {
-    /// So many threads; as many as there are processors where `None`.
+    /// Starts threads: as many as there are processors if `None`.
     ///
     /// # Errors
-    /// If they can't be had.
+    /// If they cannot be started.
     pub fn new(threads: Option<usize>) -> Result<Self, Messages> {
         let threads = wanted(threads);
         let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
@@ -32,18 +32,18 @@ impl RenderThreads {
         Ok(RenderThreads { pool })
     }
 
-    /// The addresses that the stacks of so many threads take.
+    /// Returns the address space of the stacks of so many threads.
     pub fn stacks(threads: Option<usize>) -> Amount {
         Amount(STACK_BYTES as u64).times(wanted(threads))
     }
 
-    /// How many there are.
+    /// Returns the number of threads.
     pub fn count(&self) -> usize {
         self.pool.current_num_threads()
     }
 
-    /// Calls `render` for the tiles `first..count`, in this order, each with the memory of its thread,
-    /// which `memory` makes, as long as `proceed` holds. Returns the first tile that was not begun, and the memories.
+    /// Calls `render` for the tiles `first..count`, in this order, each with the memory of its thread, which `memory`
+    /// creates, as long as `proceed` returns true. Returns the first tile that was not started, and the memories.
     pub fn for_each_tile<M: Send>(
         &self,
         (first, count): (usize, usize),
@@ -68,7 +68,7 @@ impl RenderThreads {
     }
 }
 
-/// How many threads are meant.
+/// The number of threads to start.
 fn wanted(threads: Option<usize>) -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     threads.unwrap_or(processors).clamp(1, MAX_THREADS)

@@ -5,8 +5,8 @@ use rtsl_bvh::{LANES, LaneMask};
 /// The side of a tile in pixels: a packet is one sample of each of its pixels.
 pub const TILE: usize = 8;
 
-/// A tile of the image. Lanes follow a Z through its pixels, bits of x and y in turn, so that the
-/// lanes of one vector, of any width, are close to square: neighbours hit the same.
+/// A tile of the image. Lanes follow a Z-order curve through its pixels, so that the lanes of one vector, of any width,
+/// are close to square: adjacent pixels often hit the same object.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
     /// Its first column.
@@ -16,18 +16,18 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// The pixel of a lane.
+    /// Returns the pixel of a lane.
     pub fn pixel(&self, lane: usize) -> (usize, usize) {
         (self.x + every_other_bit(lane), self.y + every_other_bit(lane >> 1))
     }
 
-    /// The lane of the pixel (x, y) in its tile.
+    /// Returns the lane of the pixel (x, y) in its tile.
     pub fn lane(x: usize, y: usize) -> usize {
         let spread = |place: usize| place & 1 | (place & 2) << 1 | (place & 4) << 2;
         spread(x) | spread(y) << 1
     }
 
-    /// The lanes whose pixels lie inside the image.
+    /// Returns the lanes whose pixels lie inside the image.
     pub fn lanes(&self, width: usize, height: usize) -> LaneMask {
         if self.x + TILE <= width && self.y + TILE <= height {
             return LaneMask::MAX;
@@ -40,12 +40,12 @@ impl Tile {
     }
 }
 
-/// Bits 0, 2 and 4 of a lane, side by side.
+/// Bits 0, 2 and 4 of a lane, adjacent.
 fn every_other_bit(lane: usize) -> usize {
     lane & 1 | lane >> 1 & 2 | lane >> 2 & 4
 }
 
-/// The tiles of an image, row by row from the top.
+/// Returns the tiles of an image, row by row from the top.
 pub fn tiles_of(width: usize, height: usize) -> Vec<Tile> {
     let rows = (0..height).step_by(TILE);
     rows.flat_map(|y| (0..width).step_by(TILE).map(move |x| Tile { x, y })).collect()

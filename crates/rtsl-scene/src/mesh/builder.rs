@@ -1,45 +1,45 @@
-//! A mesh, and how it is put together.
+//! Meshes and their construction.
 
 use rtsl::{Numbers, Scalar};
 use rtsl_memory::Amount;
 
 use super::MeshError;
 
-/// The numbers of one array, at most: kernels count them in 31 bits.
+/// The greatest length of an array: kernels use 31-bit indices.
 const MAX_NUMBERS: usize = i32::MAX as usize;
 
-/// A mesh, as instances share it. The corners of all its faces are vertices.
+/// A mesh in the form that instances share. All corners of faces are valid vertices.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Three floats for each vertex, all of them finite.
     pub positions: Numbers,
-    /// Three floats for each vertex, or nothing. A normal that has no length is none.
+    /// Three floats for each vertex, or nothing. A normal of length 0 means no normal.
     pub normals: Numbers,
     /// Two floats for each vertex, or nothing.
     pub uvs: Numbers,
-    /// Three ints for each triangle, or four for each quadrilateral: the numbers of its vertices.
+    /// Three ints for each triangle, or four for each quadrilateral: the indices of its vertices.
     pub indices: Numbers,
 }
 
 impl Mesh {
-    /// The memory of its arrays.
+    /// Returns the memory of the arrays.
     pub fn memory(&self) -> Amount {
         let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
         arrays.into_iter().map(|numbers| Amount::of::<u32>(numbers.words().len())).sum()
     }
 
-    /// The number of triangles, where it has triangles.
+    /// Returns the number of triangles of a triangle mesh.
     pub fn triangles(&self) -> usize {
         self.indices.words().len() / 3
     }
 
-    /// The number of vertices.
+    /// Returns the number of vertices.
     pub fn vertices(&self) -> usize {
         self.positions.words().len() / 3
     }
 }
 
-/// A mesh in the making: growing arrays of bits, unchecked.
+/// A mesh under construction: growing arrays of bits, not yet checked.
 #[derive(Clone, Debug, Default)]
 pub struct MeshBuilder {
     /// Three floats for each vertex.
@@ -53,8 +53,9 @@ pub struct MeshBuilder {
 }
 
 impl MeshBuilder {
-    /// What the arrays take until the mesh is finished: as much again while they grow, and later while they find
-    /// their final place, in steps, so that a budget is not asked for each number. `more` are about to be added.
+    /// Returns the memory of the arrays until the mesh is finished, if `more` numbers are added: twice their size,
+    /// because they grow and are copied to their final place. It changes in steps, so that the budget is not queried
+    /// for each number.
     pub fn memory(&self, more: usize) -> Amount {
         const STEP: usize = 1 << 13;
         let arrays = [&self.positions, &self.normals, &self.uvs, &self.indices];
@@ -62,11 +63,11 @@ impl MeshBuilder {
         Amount::of::<u32>(numbers.div_ceil(STEP)).times(2 * STEP)
     }
 
-    /// Adds a polygon as a fan of triangles around its first corner; what has fewer than three
-    /// corners covers nothing and adds nothing.
+    /// Adds a polygon as a fan of triangles around its first corner. A polygon with fewer than three corners has no
+    /// area and adds nothing.
     ///
     /// # Errors
-    /// Where there are too many.
+    /// If the mesh has too many triangles.
     pub fn polygon(&mut self, corners: &[u32]) -> Result<(), MeshError> {
         if let [first, rest @ ..] = corners {
             for pair in rest.windows(2) {
@@ -76,21 +77,21 @@ impl MeshBuilder {
         check_size(self.indices.len(), 3, "triangles")
     }
 
-    /// Checks a mesh of triangles and gives the arrays their final place, one after the other, so that no
-    /// more than one of them is there twice.
+    /// Checks a mesh of triangles and moves the arrays to their final place, one after the other, so that at most one
+    /// of them exists twice.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the mesh is invalid.
     pub fn finish(self) -> Result<Mesh, MeshError> {
         check_size(self.indices.len(), 3, "triangles")?;
         check_whole(self.indices.len(), 3, "triangle")?;
         self.finish_faces()
     }
 
-    /// The same for quadrilaterals.
+    /// The same for a mesh of quadrilaterals.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the mesh is invalid.
     pub fn finish_quadrilaterals(self) -> Result<Mesh, MeshError> {
         check_size(self.indices.len(), 4, "quadrilaterals")?;
         check_whole(self.indices.len(), 4, "quadrilateral")?;
@@ -114,7 +115,7 @@ impl MeshBuilder {
     }
 }
 
-/// Whether so many numbers, `each` of them for one thing, can be addressed.
+/// Checks that so many numbers, `each` of them for one element, can be indexed.
 pub(super) fn check_size(numbers: usize, each: usize, what: &'static str) -> Result<(), MeshError> {
     if numbers > MAX_NUMBERS {
         return Err(MeshError::TooLarge(MAX_NUMBERS / each, what));
@@ -139,8 +140,8 @@ fn check_count(
 }
 
 fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> {
-    // The greatest first: a loop without exits is vectorised, and errors are rare. Negative ones are
-    // the greatest of all.
+    // The greatest index is compared first: a loop without exits is vectorised, and errors are rare. Negative indices
+    // are the greatest as unsigned numbers.
     let greatest = indices.iter().fold(None, |greatest, index| greatest.max(Some(*index)));
     match greatest {
         None => Err(MeshError::Empty),

@@ -1,28 +1,28 @@
-//! What is wrong with a mesh.
+//! Errors of meshes.
 
 use std::io;
 
 use rtsl_memory::OverBudget;
 
-/// Why a mesh cannot be used. The text is a clause, to be preceded by the name of the mesh.
+/// An error of a mesh. Its text is a clause, to be preceded by the name of the mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
     /// The file, or one that it names, cannot be read.
     #[error("{0}")]
     Unreadable(io::Error),
-    /// It is no file of its format, or uses what is not supported.
+    /// The file does not have its format, or uses an unsupported feature.
     #[error("{0}")]
     Malformed(String),
-    /// The file ends too soon.
+    /// The file is truncated.
     #[error("the file ends within {0}")]
     Truncated(String),
-    /// It has no face.
+    /// The mesh has no faces.
     #[error("it has no face")]
     Empty,
-    /// Numbers that do not come in groups of a vertex or a triangle.
+    /// An array whose length is no multiple of the numbers of a vertex or a triangle.
     #[error("{0} numbers make no whole {1}")]
     Incomplete(usize, &'static str),
-    /// A corner that is no vertex.
+    /// A corner that is not a valid vertex index.
     #[error("a face has the corner {index}, but there are {vertices} vertices")]
     IndexOutOfRange {
         /// The corner's index.
@@ -30,29 +30,29 @@ pub enum MeshError {
         /// The number of vertices.
         vertices: usize,
     },
-    /// A vertex that lies nowhere.
+    /// A vertex with an infinite or NaN coordinate.
     #[error("vertex {0} has a coordinate that is not finite")]
     NotFinite(usize),
-    /// Normals or texture coordinates of some of the vertices only.
+    /// Normals or texture coordinates for some of the vertices only.
     #[error("it has {vertices} vertices, but {found} {what}")]
     CountMismatch {
-        /// What there are too few or too many of.
+        /// The name of the attribute.
         what: &'static str,
-        /// How many there are.
+        /// The number found.
         found: usize,
-        /// How many there should be.
+        /// The number expected.
         vertices: usize,
     },
-    /// More than kernels can address.
+    /// An array too long for the indices of kernels.
     #[error("it has more than {0} {1}")]
     TooLarge(usize, &'static str),
-    /// More memory than there is for the files of a scene.
+    /// The memory budget for the files of a scene is exceeded.
     #[error("it {0}")]
     OverBudget(OverBudget),
 }
 
 impl MeshError {
-    /// What can be done about it.
+    /// Returns advice for the user.
     pub fn remedy(&self) -> &'static str {
         match self {
             MeshError::Unreadable(_) => "paths are relative to the folder of the scene",
@@ -63,7 +63,7 @@ impl MeshError {
                 "give three numbers for a vertex or triangle, four for a quadrilateral"
             }
             MeshError::IndexOutOfRange { .. } => "indices count vertices from 0",
-            MeshError::NotFinite(_) => "remove what is not a number or infinite",
+            MeshError::NotFinite(_) => "remove infinite and NaN coordinates",
             MeshError::CountMismatch { .. } => "give one for each vertex, or none at all",
             MeshError::TooLarge(..) => "split it into several shapes",
             MeshError::OverBudget(_) => "allow more with `--input-memory`",

@@ -1,12 +1,11 @@
-//! Triangle meshes: the arrays that instances of RTSL's mesh classes share, and the readers that
-//! make them of files.
+//! Triangle meshes: the arrays that instances of RTSL's mesh classes share, and readers that create them from files.
 //!
-//! A reader puts numbers straight into the bits that kernels read ([`MeshBuilder`]); PLY files stream
-//! by and are never whole in memory. What is read is checked once, in
-//! [`MeshBuilder::finish`]: no index leads outside its array, no coordinate is infinite. Files are
-//! not trusted: what a header claims reserves no memory, and no input makes a reader panic.
+//! Readers append numbers directly to the arrays of bits that kernels read ([`MeshBuilder`]); PLY files are streamed
+//! and are never complete in memory. [`MeshBuilder::finish`] checks the result once: every index is in bounds and every
+//! coordinate is finite. Files are untrusted: the counts in a header reserve no memory, and no input makes a reader
+//! panic.
 //!
-//! This module knows neither scenes nor classes.
+//! This module does not depend on scenes or classes.
 
 mod builder;
 mod error;

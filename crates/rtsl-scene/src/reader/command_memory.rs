@@ -1,4 +1,4 @@
-//! What commands of a scene leave in memory, before they are carried out.
+//! The memory that commands of a scene will occupy, computed before they are executed.
 
 use rtsl_memory::Amount;
 
@@ -7,10 +7,10 @@ use super::parameter::Parameter;
 use super::parser::Command;
 use crate::{Entity, EntityKind, InstanceUse};
 
-/// What is made of an entity besides its description, when the scene is loaded.
+/// The memory of an entity after loading, besides its description.
 const OF_ENTITY: Amount = Amount(512);
 
-/// The kind of entity that a directive makes, if it makes any.
+/// The kind of entity that a directive creates, if any.
 pub fn entity_kind(keyword: Keyword) -> Option<EntityKind> {
     match keyword {
         Keyword::AreaLightSource => Some(EntityKind::AreaLight),
@@ -27,8 +27,8 @@ pub fn entity_kind(keyword: Keyword) -> Option<EntityKind> {
     }
 }
 
-/// The memory of what a command leaves in the description of a scene. `defaults` are parameters that an entity gets
-/// besides its own. Lists may have twice the room that they need.
+/// The memory that a command adds to the description of a scene. `defaults` are parameters that an entity gets besides
+/// those of the command. Lists count double because of their spare capacity.
 pub fn memory(command: &Command, defaults: &[Parameter]) -> Amount {
     let own = parameters(&command.parameters);
     match command.keyword {

@@ -2,7 +2,7 @@
 
 use rtsl_math::Transform;
 
-/// What `ActiveTransform` chooses.
+/// The operand of `ActiveTransform`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActiveTimes {
     /// `StartTime`
@@ -18,44 +18,44 @@ pub enum ActiveTimes {
 pub struct CurrentTransform {
     start: Transform,
     end: Transform,
-    /// Which of the two directives change.
+    /// Selects the values that directives change.
     pub active: ActiveTimes,
 }
 
 impl CurrentTransform {
-    /// No change at any time.
+    /// The identity at all times.
     pub const IDENTITY: CurrentTransform = CurrentTransform {
         start: Transform::IDENTITY,
         end: Transform::IDENTITY,
         active: ActiveTimes::All,
     };
 
-    /// Its value at the start of the motion.
+    /// Returns the value at the start of the motion.
     pub fn start(&self) -> Transform {
         self.start
     }
 
-    /// Its value at the end, if it moves.
+    /// Returns the value at the end, if it moves.
     pub fn end(&self) -> Option<Transform> {
         (self.end != self.start).then_some(self.end)
     }
 
-    /// Puts `transform` in the place of the active values.
+    /// Replaces the active values by `transform`.
     pub fn set(&mut self, transform: Transform) {
         self.change(|_| transform);
     }
 
-    /// Lets the active values apply after `first`.
+    /// Concatenates `first` with the active values, to be applied before them.
     pub fn concatenate(&mut self, first: Transform) {
         self.change(|value| value.after(first));
     }
 
-    /// Takes the values of `other`; the same ones stay active.
+    /// Takes the values of `other`; the selection of active values is kept.
     pub fn set_all(&mut self, other: CurrentTransform) {
         (self.start, self.end) = (other.start, other.end);
     }
 
-    /// Its inverse; `None` where there is none at some time on the way.
+    /// Returns the inverse; `None` if there is none at some time of the motion.
     pub fn inverse(&self) -> Option<Self> {
         let (start, end) = (self.start.inverse()?, self.end.inverse()?);
         let keeps_sides = self.start.swaps_handedness() == self.end.swaps_handedness();

@@ -63,7 +63,7 @@ fn apply_define(
     Ok(())
 }
 
-/// The entities that a definition can mean by `name`.
+/// The entities to which `name` in a definition refers.
 fn named(description: &Description, name: &str) -> Vec<usize> {
     let setting = match name {
         "camera" => Some(EntityKind::Camera),

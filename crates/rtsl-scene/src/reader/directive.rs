@@ -1,4 +1,4 @@
-//! The directives of the scene format, as a table: the word, and what follows it.
+//! The directives of the scene format, as a table of the words and their operands.
 
 /// A directive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,16 +46,16 @@ pub enum Keyword {
     WorldBegin,
 }
 
-/// What follows a directive's word.
+/// The operands of a directive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Operands {
-    /// So many numbers, with or without brackets around them.
+    /// The count of numbers, with or without brackets around them.
     pub numbers: usize,
-    /// At least so many quoted strings.
+    /// The least count of quoted strings.
     pub texts: usize,
-    /// Further quoted strings that may be left out.
+    /// The count of further, optional quoted strings.
     pub optional_texts: usize,
-    /// Whether a list of parameters ends it.
+    /// True if a list of parameters follows.
     pub parameters: bool,
 }
 
@@ -68,7 +68,7 @@ const fn numbers(numbers: usize) -> Operands {
     Operands { numbers, ..NOTHING }
 }
 
-/// Every directive, in the order of the alphabet.
+/// Every directive, in alphabetical order.
 const DIRECTIVES: &[(&str, Keyword, Operands)] = &[
     ("Accelerator", Keyword::Accelerator, ENTITY),
     ("ActiveTransform", Keyword::ActiveTransform, NOTHING),
@@ -112,7 +112,7 @@ const DIRECTIVES: &[(&str, Keyword, Operands)] = &[
     ("WorldBegin", Keyword::WorldBegin, NOTHING),
 ];
 
-/// The directive spelled `word`, and what follows it.
+/// Returns the directive spelled `word`, and its operands.
 pub fn directive(word: &str) -> Option<(Keyword, Operands)> {
     DIRECTIVES
         .iter()
@@ -120,13 +120,13 @@ pub fn directive(word: &str) -> Option<(Keyword, Operands)> {
         .map(|(_, keyword, operands)| (*keyword, *operands))
 }
 
-/// The words of all directives.
+/// Returns the words of all directives.
 pub fn directive_words() -> impl Iterator<Item = &'static str> {
     DIRECTIVES.iter().map(|(spelling, ..)| *spelling)
 }
 
 impl Keyword {
-    /// The word, as it is spelled.
+    /// Returns the spelling of the directive.
     pub fn word(self) -> &'static str {
         DIRECTIVES.iter().find(|(_, keyword, _)| *keyword == self).map_or("", |(word, ..)| word)
     }

@@ -1,4 +1,4 @@
-//! Where the texts of a scene come from: the disk, or memory in tests.
+//! Sources of a scene's files: the disk, or memory in tests.
 
 use std::collections::BTreeMap;
 use std::fs::{File, Metadata};
@@ -8,22 +8,22 @@ use std::path::{Component, Path, PathBuf};
 use rtsl::{Diagnostic, diagnostic_codes as codes};
 use rtsl_memory::{Amount, Held, InputBudget, OverBudget, reserved};
 
-/// Reads files.
+/// A source of files.
 pub trait FileSource {
-    /// The contents of a file.
+    /// Returns the contents of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
-    /// How many bytes a file has.
+    /// Returns the size of a file in bytes.
     fn size(&self, path: &Path) -> io::Result<u64> {
         Ok(self.read(path)?.len() as u64)
     }
 
-    /// The contents of a file piece by piece, for large ones that nobody keeps.
+    /// Opens a file for streaming, for large files that are not kept.
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
         Ok(Box::new(Cursor::new(self.read(path)?)))
     }
 
-    /// The files in a folder, sorted by name.
+    /// Returns the files in a folder, sorted by name.
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>>;
 }
 
@@ -31,7 +31,7 @@ pub trait FileSource {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DiskFiles;
 
-/// No scene or shader text is larger; spans count bytes in 32 bits.
+/// The greatest size of a scene or shader text; spans are 32-bit byte offsets.
 const LARGEST_FILE: u64 = 1 << 30;
 
 impl FileSource for DiskFiles {
@@ -55,7 +55,7 @@ impl FileSource for DiskFiles {
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
-        // The folder of "scene.pbrt" is "", which the system does not know.
+        // The folder of "scene.pbrt" is "", which is no valid path for the operating system.
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let mut files = Vec::new();
         for entry in std::fs::read_dir(shown)? {
@@ -69,14 +69,14 @@ impl FileSource for DiskFiles {
     }
 }
 
-/// Files as the entities of a scene name them: relative to the folder of the scene.
+/// The files that the entities of a scene name, relative to the folder of the scene.
 #[derive(Clone, Copy)]
 pub struct SceneFiles<'a> {
     /// The scene's file.
     pub scene: &'a Path,
-    /// Where files come from.
+    /// The source of the files.
     pub files: &'a dyn FileSource,
-    /// The memory that they may take.
+    /// The memory budget of the files.
     pub budget: &'a InputBudget,
 }
 
@@ -84,25 +84,25 @@ pub struct SceneFiles<'a> {
 pub struct Input {
     /// The contents.
     pub bytes: Vec<u8>,
-    /// Their memory, held as long as they are.
+    /// Their memory, held while they exist.
     pub held: Held,
 }
 
 impl Input {
-    /// Reads a file, if there is memory for it.
+    /// Reads a file, if the budget allows it.
     ///
     /// # Errors
-    /// What the system says, or an [`OverBudget`].
+    /// If the file cannot be read, or an [`OverBudget`].
     pub fn read(files: &dyn FileSource, path: &Path, budget: &InputBudget) -> io::Result<Self> {
         let mut held = budget.hold(Amount(files.size(path)?))?;
         let bytes = files.read(path)?;
-        // It may have grown.
+        // The file may have grown since its size was queried.
         held.grow_to(Amount(bytes.len() as u64))?;
         Ok(Input { bytes, held })
     }
 }
 
-/// The error that a file cannot be read.
+/// The diagnostic for a file that cannot be read.
 pub fn unreadable(path: &Path, error: &io::Error) -> Diagnostic {
     match OverBudget::of(error) {
         Some(over) => over.diagnostic(path.display()),
@@ -114,7 +114,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Diagnostic {
 }
 
 impl SceneFiles<'_> {
-    /// The contents of a file, if there is memory for them.
+    /// Reads a file, if the budget allows it.
     ///
     /// # Errors
     /// As for [`Input::read`].
@@ -122,13 +122,13 @@ impl SceneFiles<'_> {
         Input::read(self.files, path, self.budget)
     }
 
-    /// The path of the file that the scene calls `name`.
+    /// Returns the path of the file that the scene calls `name`.
     pub fn path(&self, name: &str) -> PathBuf {
         resolve(self.scene, name)
     }
 }
 
-/// What is known of a file that ends: devices and pipes need not.
+/// The metadata of a regular file: reading a device or a pipe might never end.
 fn regular_file(path: &Path) -> io::Result<Metadata> {
     let metadata = std::fs::metadata(path)?;
     if metadata.is_file() { Ok(metadata) } else { Err(io::Error::other("not a regular file")) }
@@ -154,8 +154,8 @@ impl FileSource for MemoryFiles {
     }
 }
 
-/// `path` as seen from the file `from`, with `.` and `..` resolved as far as text allows, so that
-/// one file has one name.
+/// Resolves `path` relative to the file `from`, with `.` and `..` removed as far as the text allows, so that each file
+/// has one name.
 pub fn resolve(from: &Path, path: &str) -> PathBuf {
     let joined = from.parent().unwrap_or(Path::new("")).join(path);
     let mut resolved = PathBuf::new();

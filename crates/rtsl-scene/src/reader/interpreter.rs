@@ -1,4 +1,4 @@
-//! Carries out the directives of a scene, one method for each, and so builds its description.
+//! Executes the directives of a scene, with one method for each, and builds its description.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,22 +20,22 @@ use super::spectra;
 use super::state::{Block, BlockKind, GraphicsState, MaterialChoice};
 use crate::{Description, Entity, EntityId, EntityKind, InstanceUse, ObjectDefinition, ShapeUse};
 
-/// Includes nest no deeper.
+/// The greatest depth of nested includes.
 const MAX_INCLUDE_DEPTH: usize = 64;
 
-/// Directives from files that were included before: without a limit, files that include one another
-/// twice would grow without bound.
+/// The greatest number of directives from files that were included before: files that include one another twice would
+/// otherwise expand without bound.
 const MAX_REPEATED_DIRECTIVES: usize = 1_000_000;
 
-/// Parameters, and values of them, that `Attribute` may give to each of the entities that follow.
+/// The greatest number of parameters, and of their values, that `Attribute` may set for following entities.
 const MAX_ATTRIBUTES: usize = 64;
 const MAX_ATTRIBUTE_VALUES: usize = 1024;
 
-/// What the text of a file takes in memory for each byte: itself, and where its lines begin.
+/// The memory of a file's text, as a multiple of its length: the text itself and the index of its lines.
 const TEXT_EXPANSION: usize = 5;
 
-/// Reads the scene in the file `path`. Errors go to `diagnostics`; the description then holds what
-/// was understood.
+/// Reads the scene in the file `path`. Errors are added to `diagnostics`; the description then contains the parts that
+/// were understood.
 pub fn read_scene(
     path: &Path,
     files: &dyn FileSource,
@@ -66,25 +66,25 @@ struct Interpreter<'a> {
     description: Description,
     state: GraphicsState,
     blocks: Vec<Block>,
-    /// The most blocks that were open at a time.
+    /// The greatest number of blocks open at a time.
     deepest_block: usize,
     in_world: bool,
-    /// The files being read, outermost first, and where each was included.
+    /// The files being read, outermost first, and the place of each include.
     open_files: Vec<PathBuf>,
     known_files: BTreeMap<PathBuf, FileId>,
     coordinate_systems: BTreeMap<String, CurrentTransform>,
     named_materials: BTreeMap<String, EntityId>,
     named_textures: BTreeMap<String, EntityId>,
     objects: BTreeMap<String, usize>,
-    /// Uses of named materials, looked up when all are known: `(shape's list, index, name)`.
+    /// Uses of named materials, resolved when all are known: `(shape's list, index, name)`.
     material_uses: Vec<MaterialUse>,
-    /// How many of the open files were read before, and how many directives such files gave.
+    /// The number of open files that were read before, and the number of directives from such files.
     repeated_files: usize,
     repeated_directives: usize,
 }
 
 struct MaterialUse {
-    /// The object definition whose shape it is, or the world's.
+    /// The object definition that contains the shape; `None` for the world.
     object: Option<usize>,
     shape: usize,
     name: Rc<str>,
@@ -139,7 +139,7 @@ impl<'a> Interpreter<'a> {
         let Some(file) = known.or_else(|| self.load_file(&path, included_at)) else { return };
         self.open_files.push(path);
         self.repeated_files += usize::from(known.is_some());
-        // The text is shared with the map for as long as this file is read.
+        // The source map shares the text while this file is read.
         let text = self.map.file(file).text.clone();
         let mut parser = Parser::within(self.budget, file, &text);
         while let Some(command) = parser.next_command(self.diagnostics) {
@@ -157,11 +157,11 @@ impl<'a> Interpreter<'a> {
         self.open_files.pop();
     }
 
-    /// Holds the memory of what a command leaves.
+    /// Holds the memory that a command will occupy.
     fn hold(&mut self, command: &Command) -> Executed {
         let defaults = entity_kind(command.keyword).and_then(|kind| self.state.defaults.get(&kind));
         let mut amount = memory(command, defaults.map_or(&[], |list| list.as_slice()));
-        // Blocks that are closed make room for others.
+        // Closed blocks leave room for others.
         let begins = matches!(command.keyword, Keyword::AttributeBegin | Keyword::TransformBegin);
         if begins && self.blocks.len() >= self.deepest_block {
             self.deepest_block = self.blocks.len() + 1;
@@ -176,7 +176,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Whether one more is within the limit; says once that it is not.
+    /// True if one more directive is within the limit; reports once that it is not.
     fn count_repeated_directive(&mut self, span: Span) -> bool {
         self.repeated_directives += 1;
         if self.repeated_directives == MAX_REPEATED_DIRECTIVES + 1 {
@@ -297,7 +297,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Some directives stand before `WorldBegin`, others after it, most anywhere.
+    /// Checks the position of a directive: some must precede `WorldBegin`, others follow it, most may do either.
     fn check_part(&self, command: &Command) -> Executed {
         let only_before = matches!(
             command.keyword,
@@ -322,10 +322,10 @@ impl<'a> Interpreter<'a> {
         let word = command.keyword.word();
         let message = match self.in_world {
             true if only_before => {
-                format!("`{word}` stands after `WorldBegin`, expected before it")
+                format!("`{word}` appears after `WorldBegin`, expected before it")
             }
             false if only_after => {
-                format!("`{word}` stands before `WorldBegin`, expected after it")
+                format!("`{word}` appears before `WorldBegin`, expected after it")
             }
             true | false => return Ok(()),
         };
@@ -336,8 +336,10 @@ impl<'a> Interpreter<'a> {
 
     fn concatenate(&mut self, transform: Option<Transform>, command: &Command) -> Executed {
         let Some(transform) = transform else {
-            let message =
-                format!("`{}` is not given a frame: it has no direction", command.keyword.word());
+            let message = format!(
+                "`{}` is given vectors without a direction, expected a frame",
+                command.keyword.word()
+            );
             return Err(Box::new(
                 Diagnostic::new(codes::BAD_TRANSFORM, message).at(command.span, ""),
             ));
@@ -624,7 +626,7 @@ impl<'a> Interpreter<'a> {
             let earlier = self.description.entities[earlier.0].class_span;
             return Err(defined_twice("material", &name, earlier));
         }
-        // The class stands in a parameter here: "string type" "Lambertian".
+        // The class is the value of a parameter here: "string type" "Lambertian".
         let position = command.parameters.iter().position(|parameter| parameter.name == "type");
         let class = position.map(|position| command.parameters.remove(position));
         let class = match class.map(|class| (class.kind, class.values, class.values_span)) {
@@ -632,7 +634,7 @@ impl<'a> Interpreter<'a> {
                 SpannedText { text: texts.into_iter().next().unwrap_or_default(), span }
             }
             _ => {
-                let message = format!("material `{}` does not say its class", name.text);
+                let message = format!("material `{}` has no class", name.text);
                 return Err(Box::new(
                     Diagnostic::new(codes::UNKNOWN_CLASS, message)
                         .at(name.span, "")
@@ -668,7 +670,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Makes an entity whose class is the command's first quoted string.
+    /// Adds an entity whose class is the command's first quoted string.
     fn add(&mut self, kind: EntityKind, command: Command) -> EntityId {
         let mut parameters = command.parameters;
         self.convert_spectra(kind, &mut parameters);
@@ -700,10 +702,10 @@ impl<'a> Interpreter<'a> {
         EntityId(self.description.entities.len() - 1)
     }
 
-    /// Makes colours of spectra; of those that are none, which is reported, a grey.
+    /// Converts spectra to colours; an invalid one is reported and becomes grey.
     fn convert_spectra(&mut self, kind: EntityKind, parameters: &mut [Parameter]) {
         let emits = matches!(kind, EntityKind::Light | EntityKind::AreaLight);
-        // Paths are relative to the folder of the scene, also in a file that the scene includes.
+        // Paths are relative to the folder of the main scene file, also in included files.
         let scene = self.open_files.first().map_or(Path::new(""), PathBuf::as_path);
         for parameter in parameters {
             let files = SceneFiles { scene, files: self.files, budget: self.budget };
@@ -735,7 +737,7 @@ impl<'a> Interpreter<'a> {
 /// Errors are boxed: they are large and rare.
 type Executed = Result<(), Box<Diagnostic>>;
 
-/// The numbers of a command; the parser has counted them.
+/// The numbers of a command, whose count the parser has checked.
 fn array<const COUNT: usize>(command: &Command) -> [f64; COUNT] {
     std::array::from_fn(|index| command.numbers.get(index).copied().unwrap_or(0.0))
 }

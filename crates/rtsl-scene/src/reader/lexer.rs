@@ -2,12 +2,12 @@
 
 use rtsl::{FileId, Span};
 
-/// A token and its place.
+/// A token and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Token {
-    /// What it is.
+    /// The kind of the token.
     pub kind: TokenKind,
-    /// Where it stands.
+    /// The position.
     pub span: Span,
 }
 
@@ -18,13 +18,13 @@ pub enum TokenKind {
     Word,
     /// A finite number.
     Number(f64),
-    /// A quoted string, its escapes resolved.
+    /// A quoted string with its escapes resolved.
     Text(String),
     /// `[`
     Open,
     /// `]`
     Close,
-    /// What starts like a number and is none.
+    /// A word that starts like a number but is not one.
     BadNumber,
     /// A quoted string without its closing quote on the same line.
     UnclosedText,
@@ -32,7 +32,7 @@ pub enum TokenKind {
     End,
 }
 
-/// Cuts a text into tokens, on demand.
+/// Splits a text into tokens, on demand.
 pub struct Lexer<'a> {
     text: &'a str,
     file: FileId,
@@ -40,17 +40,17 @@ pub struct Lexer<'a> {
 }
 
 impl<'a> Lexer<'a> {
-    /// A lexer at the beginning of `text`, which is the text of `file`.
+    /// Creates a lexer at the beginning of `text`, which is the text of `file`.
     pub fn new(file: FileId, text: &'a str) -> Self {
         Lexer { text, file, offset: 0 }
     }
 
-    /// The text of the whole file.
+    /// Returns the text of the whole file.
     pub fn text(&self) -> &'a str {
         self.text
     }
 
-    /// The next token; at the end always [`TokenKind::End`].
+    /// Returns the next token; at the end always [`TokenKind::End`].
     pub fn next_token(&mut self) -> Token {
         self.skip_blanks_and_comments();
         let start = self.offset;
@@ -131,8 +131,8 @@ fn unescape(character: char) -> char {
     }
 }
 
-/// A word that starts like a number must be one. Rust's own reader would also take `inf` and
-/// `nan`, which the format has not, and gives infinity for what is too large.
+/// A word that starts like a number must be one. Rust's parser would also accept `inf` and `nan`, which the format does
+/// not have, and returns infinity for numbers that are too large.
 fn classify(word: &str) -> TokenKind {
     let starts_number =
         word.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));

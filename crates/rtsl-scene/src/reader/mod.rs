@@ -9,15 +9,14 @@
 //! Shape "Torus" "float R" 2
 //! ```
 //!
-//! What it makes is a [`Description`]: no class is looked up and no parameter is
-//! matched against one here. Three things are ours: the types of RTSL (`uint`, `vec4`, `mat3`)
-//! and references (`texture`, `material`, `primitive`, `light`, `camera`) as types of parameters;
-//! and `"string name"`, which names a shape, light or camera, so that other parts of the scene and
-//! the command line ([`defines`]) can speak of it. RTSL classes have no strings, so this collides
-//! with none of their parameters.
+//! The result is a [`Description`]: classes are not looked up and parameters are not matched against them here. RTSL
+//! extends the format in three ways: the types of RTSL (`uint`, `vec4`, `mat3`) and references (`texture`, `material`,
+//! `primitive`, `light`, `camera`) as types of parameters; and `"string name"`, which names a shape, light or camera,
+//! so that other parts of the scene and the command line ([`defines`]) can refer to it. RTSL classes have no strings,
+//! so this collides with none of their parameters.
 //!
-//! No input makes the reader panic or recurse without bound: includes nest to a fixed depth, and
-//! the number of directives that one scene may expand to is limited; all memory is held in a budget before it is taken.
+//! No input makes the reader panic or recurse without bound: the depth of includes and the number of directives that
+//! one scene may expand to are limited, and all memory is reserved in a budget before it is allocated.
 
 mod command_memory;
 mod current_transform;

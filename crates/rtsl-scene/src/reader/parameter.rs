@@ -1,7 +1,6 @@
-//! Parameters as a scene gives them: `"float radius" 2`.
+//! Parameters in a scene's text: `"float radius" 2`.
 //!
-//! What a class makes of them (does it have such a parameter, does the value fit?) is decided
-//! when the class is known, by [`crate`].
+//! They are matched against the parameters of a class when the class is known, by [`crate`].
 
 use rtsl::Span;
 use rtsl_memory::Amount;
@@ -26,14 +25,14 @@ pub struct Parameter {
 pub enum Values {
     /// Numbers.
     Numbers(Vec<f64>),
-    /// Truth values.
+    /// Booleans.
     Booleans(Vec<bool>),
     /// Quoted strings.
     Texts(Vec<String>),
 }
 
 impl Values {
-    /// How many there are.
+    /// Returns the number of values.
     pub fn len(&self) -> usize {
         match self {
             Values::Numbers(values) => values.len(),
@@ -42,12 +41,12 @@ impl Values {
         }
     }
 
-    /// Whether there is none.
+    /// True if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The memory of the values.
+    /// Returns the memory of the values.
     pub fn memory(&self) -> Amount {
         match self {
             Values::Numbers(values) => Amount::of::<f64>(values.len()),
@@ -59,7 +58,7 @@ impl Values {
         }
     }
 
-    /// What they are, in words.
+    /// Returns a description of the values for messages.
     pub fn description(&self) -> &'static str {
         match self {
             Values::Numbers(_) => "numbers",
@@ -69,20 +68,20 @@ impl Values {
     }
 }
 
-/// What a component of a parameter is.
+/// The type of a component of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     /// A real number.
     Float,
-    /// A whole number of 32 bits, signed.
+    /// A signed 32-bit integer.
     Int,
-    /// A whole number of 32 bits, unsigned.
+    /// An unsigned 32-bit integer.
     Uint,
-    /// A truth value.
+    /// A boolean.
     Bool,
 }
 
-/// What a scene can refer to by name.
+/// The kinds of things that a scene can refer to by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReferenceKind {
     /// A `Texture`.
@@ -98,7 +97,7 @@ pub enum ReferenceKind {
 }
 
 impl ReferenceKind {
-    /// The word for it in messages.
+    /// Returns the word for the kind in messages.
     pub fn word(self) -> &'static str {
         match self {
             ReferenceKind::Texture => "texture",
@@ -115,22 +114,22 @@ impl ReferenceKind {
 pub enum ParameterType {
     /// `float`, `point3`, `mat4` and so on: values of so many components each.
     Numeric {
-        /// What each component is.
+        /// The type of each component.
         component: Component,
-        /// How many components make a value.
+        /// The number of components of a value.
         count: usize,
-        /// Whether it is a colour.
+        /// True for colours.
         color: bool,
     },
-    /// `spectrum`: a colour, wavelengths and values in turn, or a name. The reader makes colours of them.
+    /// `spectrum`: a colour, alternating wavelengths and values, or a name. The reader converts it to a colour.
     Spectrum,
-    /// `blackbody`: a temperature in kelvin. The reader makes a colour of it.
+    /// `blackbody`: a temperature in kelvin. The reader converts it to a colour.
     Blackbody,
     /// `string`
     Text,
     /// `texture`, `material`, ...: the name of another part of the scene.
     Reference(ReferenceKind),
-    /// Not declared: the value comes from the command line and fits what the class wants or not.
+    /// Not declared: the value comes from the command line and is checked against the type of the class's parameter.
     Given,
 }
 
@@ -194,12 +193,12 @@ const TYPES: &[(&str, ParameterType)] = &[
     ("mat4x4", numeric(Component::Float, 16)),
 ];
 
-/// The type spelled `word`.
+/// Returns the type spelled `word`.
 pub fn parameter_type(word: &str) -> Option<ParameterType> {
     TYPES.iter().find(|(spelling, _)| *spelling == word).map(|(_, kind)| *kind)
 }
 
-/// The spellings of all types.
+/// Returns the spellings of all types.
 pub fn parameter_type_words() -> impl Iterator<Item = &'static str> {
     TYPES.iter().map(|(spelling, _)| *spelling)
 }

@@ -1,8 +1,8 @@
 //! Commands of the scene format: a directive's word with its operands and parameters.
 //!
-//! The parser knows the shape of each directive from the table in [`super::directive`] and
-//! nothing of what it does. After an error it goes on at the next directive's word, so that one
-//! run reports several independent errors. Each command consumes at least one token.
+//! The parser takes the syntax of each directive from the table in [`super::directive`] and does not depend on its
+//! meaning. After an error it resumes at the next directive's word, so that one run reports several independent errors.
+//! Each command consumes at least one token.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ use super::lexer::{Lexer, Token, TokenKind};
 use super::parameter::{Parameter, ParameterType, Values, parameter_type, parameter_type_words};
 use super::spectra::is_color;
 
-/// A directive with all that belongs to it.
+/// A directive with its operands and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Command {
-    /// Which directive.
+    /// The directive.
     pub keyword: Keyword,
     /// The place of its word.
     pub span: Span,
-    /// Its numbers, as many as the directive has.
+    /// The numbers, as many as the directive requires.
     pub numbers: Vec<f64>,
     /// Its quoted strings.
     pub texts: Vec<SpannedText>,
@@ -45,19 +45,19 @@ pub struct Parser<'a> {
     budget: &'a InputBudget,
 }
 
-/// Values of a parameter that are no news for a budget.
+/// The number of a parameter's values below which the budget is not queried.
 const UNCOUNTED_VALUES: usize = 4096;
 
 impl<'a> Parser<'a> {
-    /// A parser at the beginning of `text`, which is the text of `file`. Lists of values take no more memory than is
-    /// left of the budget.
+    /// Creates a parser at the beginning of `text`, which is the text of `file`. Lists of values take no more memory
+    /// than is left in the budget.
     pub fn within(budget: &'a InputBudget, file: FileId, text: &'a str) -> Self {
         let mut lexer = Lexer::new(file, text);
         let token = lexer.next_token();
         Parser { lexer, token, budget }
     }
 
-    /// The next command that has no error in it; `None` at the end.
+    /// Returns the next command without an error; `None` at the end.
     pub fn next_command(&mut self, diagnostics: &mut Diagnostics) -> Option<Command> {
         while self.token.kind != TokenKind::End {
             match self.parse_command() {
@@ -113,7 +113,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `ActiveTransform` is followed by a plain word.
+    /// `ActiveTransform` is followed by an unquoted word.
     fn expect_word_operand(&mut self, command: &mut Command) -> Parsed<()> {
         let token = self.advance();
         if token.kind != TokenKind::Word {
@@ -193,7 +193,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// One value, or any number of values of one sort in brackets.
+    /// One value, or any number of values of one type in brackets.
     fn parse_values(&mut self, declaration: &SpannedText) -> Parsed<(Values, Span)> {
         let start = self.token.span;
         if !self.accept(&TokenKind::Open) {
@@ -224,12 +224,12 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Holds memory for a list that is about to double: what it has, and as much again for its growth.
+    /// Holds memory for a list that is about to double: its current size, and twice that for the copy.
     fn hold(&self, values: &Values, held: Option<Held>, declaration: &SpannedText) -> Parsed<Held> {
         drop(held);
         self.budget.hold(values.memory().times(3)).map_err(|error| {
             let what = shorten(&declaration.text);
-            Box::new(error.diagnostic(what).at(declaration.span, "its values are too many"))
+            Box::new(error.diagnostic(what).at(declaration.span, "it has too many values"))
         })
     }
 
@@ -316,7 +316,7 @@ trait LabelBoxed {
 }
 
 impl LabelBoxed for Box<Diagnostic> {
-    /// Adds the place that began what the error is in, unless it is the error's own.
+    /// Adds a label at the start of the construct that contains the error, unless the error is there.
     fn label_boxed(self, start: Span) -> Self {
         Box::new((*self).label(start, "for this"))
     }
@@ -329,7 +329,9 @@ fn unexpected(token: &Token, expected: &str) -> Box<Diagnostic> {
         TokenKind::Text(_) => (codes::SCENE_SYNTAX, "a quoted string"),
         TokenKind::Open => (codes::SCENE_SYNTAX, "`[`"),
         TokenKind::Close => (codes::SCENE_SYNTAX, "`]`"),
-        TokenKind::BadNumber => (codes::BAD_NUMBER, "what is not a finite number"),
+        TokenKind::BadNumber => {
+            (codes::BAD_NUMBER, "a number that is not finite or not well-formed")
+        }
         TokenKind::UnclosedText => (codes::SCENE_SYNTAX, "a string without its closing quote"),
         TokenKind::End => (codes::SCENE_SYNTAX, "the end of the file"),
     };
@@ -366,7 +368,7 @@ fn parse_declaration(declaration: &SpannedText) -> Parsed<(ParameterType, String
     Ok((found, name.to_owned()))
 }
 
-/// Whether the values are of the sort, and in the groups, that the declared type wants.
+/// Checks that the values have the type and the count that the declaration requires.
 fn check_values(
     kind: &ParameterType,
     values: &Values,
@@ -386,7 +388,7 @@ fn check_values(
         ) => {
             check_groups(*count, list.len()).or_else(|problem| wrong(format!("`{name}` {problem}")))
         }
-        // Older files quote their truth values.
+        // Files of older versions quote booleans.
         (
             ParameterType::Numeric { component: Component::Bool, count: 1, .. },
             Values::Texts(list),
@@ -395,7 +397,7 @@ fn check_values(
             wrong(format!("`{name}` takes `true` or `false`, found {}", other.description()))
         }
         (ParameterType::Numeric { component, count, color }, Values::Numbers(list)) => {
-            // An RGB "spectrum" may be one grey value, as the format allows for constants.
+            // The format allows one grey value for a constant RGB "spectrum".
             let grey = *color && list.len() == 1;
             let groups = if grey { Ok(()) } else { check_groups(*count, list.len()) };
             groups
@@ -421,7 +423,7 @@ fn check_values(
         }
         (ParameterType::Blackbody, _) => wrong(format!("`{name}` takes one temperature in kelvin")),
         (ParameterType::Spectrum, Values::Booleans(_)) => {
-            wrong(format!("`{name}` takes numbers or a name, found truth values"))
+            wrong(format!("`{name}` takes numbers or a name, found booleans"))
         }
         (ParameterType::Text | ParameterType::Reference(_), other) => {
             wrong(format!("`{name}` takes quoted strings, found {}", other.description()))
@@ -456,7 +458,7 @@ fn check_range(component: super::parameter::Component, value: f64) -> Result<(),
     }
 }
 
-/// A text as messages show it: long ones are cut.
+/// Shortens a long text for messages.
 fn shorten(text: &str) -> String {
     const LIMIT: usize = 60;
     if text.len() <= LIMIT {

@@ -1,4 +1,4 @@
-//! Which files a scene was loaded from, and what stood in them.
+//! A record of the files from which a scene was loaded, with digests of their contents.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read};
@@ -7,35 +7,36 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::files::FileSource;
 
-/// A digest of a file's content by BLAKE3: nobody finds two contents with one digest, so a scene that was edited is never
-/// taken for the old one.
+/// The BLAKE3 digest of a file's content. It is collision resistant, so an edited scene is never mistaken for the
+/// original.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Digest(pub [u8; 32]);
 
 impl Digest {
-    /// The digest of bytes.
+    /// Computes the digest of bytes.
     pub fn of(bytes: &[u8]) -> Self {
         Digest(*blake3::hash(bytes).as_bytes())
     }
 }
 
-/// Files of another source, of which it remembers which were read, by digests of what was read of them.
+/// A file source that records the files read from another one, with digests of the bytes read.
 pub struct RecordedFiles<'a> {
     files: &'a dyn FileSource,
     record: Record,
 }
 
-/// The digests of each file; several where it changed while the scene was loaded, or was read in part.
+/// The digests of each file; several if it changed while the scene was loaded, or was read in part.
 type Record = Arc<Mutex<BTreeMap<PathBuf, BTreeSet<Digest>>>>;
 
 impl<'a> RecordedFiles<'a> {
-    /// Nothing is read yet.
+    /// Wraps a source; no file is recorded yet.
     pub fn new(files: &'a dyn FileSource) -> Self {
         RecordedFiles { files, record: Record::default() }
     }
 
-    /// The files that were read, each with a digest of what was read of it, sorted by path. Paths are from the folder of
-    /// `scene` where they lie below that: a scene that was moved, or is rendered from another folder, is the same scene.
+    /// Returns the files read, each with a digest of the bytes read from it, sorted by path. Paths are relative to the
+    /// folder of `scene` if they lie below it: a scene that was moved, or is rendered from another folder, is the same
+    /// scene.
     pub fn digests(&self, scene: &Path) -> Vec<(String, Digest)> {
         let folder = scene.parent().unwrap_or(Path::new(""));
         let digest = |(path, digests): (&PathBuf, &BTreeSet<Digest>)| {
@@ -65,12 +66,12 @@ impl FileSource for RecordedFiles<'_> {
     }
 
     fn list(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
-        // What is read of it counts, and that is noted.
+        // Only files that are read are recorded, not the listing.
         self.files.list(folder)
     }
 }
 
-/// A file that is read piece by piece.
+/// A file that is read in pieces.
 struct RecordedFile {
     source: Box<dyn Read>,
     path: PathBuf,
@@ -88,7 +89,7 @@ impl Read for RecordedFile {
 
 impl Drop for RecordedFile {
     fn drop(&mut self) {
-        // A reader may stop before the end: it does so at the same place for the same bytes.
+        // A reader may stop before the end: for the same bytes it stops at the same position.
         note(&self.record, &self.path, Digest(*self.hasher.finalize().as_bytes()));
     }
 }

@@ -1,4 +1,4 @@
-//! Parameters that are spectra become colours.
+//! Conversion of spectral parameters to colours.
 
 use rtsl::{Diagnostic, diagnostic_codes as codes, most_similar};
 use rtsl_memory::{Amount, OverBudget};
@@ -7,9 +7,8 @@ use super::files::{Input, SceneFiles, unreadable};
 use super::parameter::{COLOR, Parameter, ParameterType, Values};
 use crate::spectrum::{Sampled, blackbody, named, names};
 
-/// Makes linear red, green and blue of a spectrum, or one number where it is the same everywhere; leaves
-/// what is no spectrum as it is. `emits` tells spectra of lights, whose colours get luminance 1, from those
-/// of surfaces.
+/// Converts a spectrum to linear red, green and blue, or to one number if it is constant; leaves other parameters
+/// unchanged. `emits` is true for spectra of lights, whose colours get luminance 1, and false for those of surfaces.
 pub fn convert(
     parameter: &mut Parameter,
     emits: bool,
@@ -22,7 +21,7 @@ pub fn convert(
         (ParameterType::Spectrum, Values::Numbers(numbers)) if is_color(numbers) => numbers.clone(),
         (ParameterType::Spectrum, Values::Numbers(numbers)) => match Sampled::from_pairs(numbers) {
             Some(spectrum) => color(&spectrum, emits),
-            None => return Err(wrong(parameter, "wavelengths do not rise")),
+            None => return Err(wrong(parameter, "wavelengths do not increase")),
         },
         (ParameterType::Spectrum, Values::Texts(texts)) => match texts.as_slice() {
             [name] => named_or_file(parameter, name, emits, files)?,
@@ -35,7 +34,7 @@ pub fn convert(
     Ok(())
 }
 
-/// Whether numbers are a grey or a colour rather than wavelengths and values.
+/// True if the numbers are a grey or a colour rather than wavelengths and values.
 pub fn is_color(numbers: &[f64]) -> bool {
     matches!(numbers.len(), 1 | 3)
 }
@@ -54,7 +53,7 @@ fn named_or_file(
         return Ok(numbers.to_vec());
     }
     let unknown = || {
-        let message = format!("`{name}` is neither a spectrum that is known by name nor a file");
+        let message = format!("`{name}` is neither the name of a known spectrum nor a file");
         let diagnostic = Diagnostic::new(codes::UNKNOWN_SCENE_NAME, message);
         let diagnostic = diagnostic.at(parameter.values_span, "");
         match most_similar(name, names()) {
@@ -64,7 +63,8 @@ fn named_or_file(
     };
     let path = files.path(name);
     let input = files.read(&path).and_then(|mut input| {
-        // The numbers of a text: two bytes may be one of eight, and they lie in pairs besides.
+        // The memory of the parsed numbers: a number of eight bytes may come from two bytes of text, and they are also
+        // stored in pairs.
         input.held.grow_to(Amount(input.bytes.len() as u64).times(16))?;
         Ok(input)
     });
@@ -75,12 +75,13 @@ fn named_or_file(
         })
     })?;
     let spectrum = String::from_utf8(bytes).ok().and_then(|text| Sampled::from_text(&text));
-    let spectrum = spectrum
-        .ok_or_else(|| wrong(parameter, "the file does not hold rising wavelengths with values"))?;
+    let spectrum = spectrum.ok_or_else(|| {
+        wrong(parameter, "the file does not contain increasing wavelengths with values")
+    })?;
     Ok(color(&spectrum, emits))
 }
 
 fn wrong(parameter: &Parameter, problem: &str) -> Box<Diagnostic> {
-    let message = format!("`{}` is no spectrum: {problem}", parameter.name);
+    let message = format!("`{}` is not a spectrum: {problem}", parameter.name);
     Box::new(Diagnostic::new(codes::WRONG_VALUE, message).at(parameter.values_span, ""))
 }

@@ -1,4 +1,4 @@
-//! The state of the scene format: what stands when a directive is met, and the blocks that save it.
+//! The graphics state of the scene format, and the blocks that save and restore it.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -9,7 +9,7 @@ use super::current_transform::CurrentTransform;
 use super::parameter::Parameter;
 use crate::{EntityId, EntityKind};
 
-/// What applies to the next shape, light or texture.
+/// The state that applies to the next shape, light or texture.
 #[derive(Clone, Debug)]
 pub struct GraphicsState {
     /// The current transform.
@@ -18,20 +18,20 @@ pub struct GraphicsState {
     pub material: MaterialChoice,
     /// The current area light.
     pub area_light: Option<EntityId>,
-    /// Whether normals are turned round.
+    /// True if normals are flipped.
     pub reverse_orientation: bool,
-    /// Parameters that `Attribute` gives to all later entities of a kind.
+    /// Parameters that `Attribute` sets for all later entities of a kind.
     pub defaults: BTreeMap<EntityKind, Rc<Vec<Parameter>>>,
 }
 
 /// The current material.
 #[derive(Clone, Debug)]
 pub enum MaterialChoice {
-    /// None was chosen yet.
+    /// No material was chosen yet.
     Default,
-    /// The one that `Material` made.
+    /// The material created by `Material`.
     Made(EntityId),
-    /// The one that `MakeNamedMaterial` makes under this name, here or later.
+    /// The material that `MakeNamedMaterial` creates under this name, before or after its use.
     Named(Rc<str>, Span),
 }
 
@@ -48,14 +48,14 @@ impl GraphicsState {
     }
 }
 
-/// A block that is open.
+/// An open block.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// What opened it.
+    /// The kind of the block.
     pub kind: BlockKind,
-    /// Where.
+    /// The place of the directive that opened it.
     pub span: Span,
-    /// The state before it.
+    /// The state to restore at its end.
     pub saved: GraphicsState,
 }
 
@@ -71,7 +71,7 @@ pub enum BlockKind {
 }
 
 impl BlockKind {
-    /// The directive that opens it.
+    /// Returns the directive that opens it.
     pub fn begin(self) -> &'static str {
         match self {
             BlockKind::Attribute => "AttributeBegin",
@@ -80,7 +80,7 @@ impl BlockKind {
         }
     }
 
-    /// The directive that closes it.
+    /// Returns the directive that closes it.
     pub fn end(self) -> &'static str {
         match self {
             BlockKind::Attribute => "AttributeEnd",

@@ -1,4 +1,4 @@
-//! Light of glowing bodies.
+//! Blackbody emission.
 
 use rtsl_math::exponential;
 
@@ -7,9 +7,9 @@ use super::matching::{color, luminance};
 /// Planck's second radiation constant, in nanometres and kelvin.
 const SECOND_CONSTANT: f64 = 1.438_776_877e7;
 
-/// The colour of a black body's light, with luminance 1; components outside of sRGB's colours are 0.
+/// Returns the colour of a black body with luminance 1; components outside the sRGB gamut are 0.
 pub fn blackbody(kelvin: f64) -> [f64; 3] {
-    // By the peak's wavelength, so that numbers stay in range at every temperature.
+    // Relative to the wavelength of the peak, so that numbers stay in range at every temperature.
     let planck = |wavelength: f64| {
         let micrometres = wavelength / 1000.0;
         let fifth = micrometres * micrometres * micrometres * micrometres * micrometres;

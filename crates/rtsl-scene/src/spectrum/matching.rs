@@ -2,11 +2,11 @@
 
 use rtsl_math::exponential;
 
-/// Wavelengths in nanometres between which spectra count.
+/// The range of wavelengths, in nanometres, over which spectra are integrated.
 pub const VISIBLE: std::ops::RangeInclusive<u32> = 360..=830;
 
-/// The functions at a wavelength in nanometres: sums of Gaussians, after Wyman, Sloan and Shirley, "Simple
-/// Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT, 2013).
+/// The functions at a wavelength in nanometres, as sums of Gaussians after Wyman, Sloan and Shirley, "Simple Analytic
+/// Approximations to the CIE XYZ Color Matching Functions" (JCGT, 2013).
 pub fn matching(wavelength: f64) -> [f64; 3] {
     let lobe = |height: f64, mean: f64, below: f64, above: f64| {
         let t = (wavelength - mean) * if wavelength < mean { below } else { above };
@@ -21,7 +21,7 @@ pub fn matching(wavelength: f64) -> [f64; 3] {
     ]
 }
 
-/// The colour of a spectrum, with its luminance scaled by that of a spectrum which is 1 everywhere.
+/// The colour of a spectrum, relative to the luminance of a spectrum that is 1 everywhere.
 pub fn color(spectrum: impl Fn(f64) -> f64) -> [f64; 3] {
     let mut sums = [0.0; 3];
     let mut white = 0.0;
@@ -42,7 +42,7 @@ pub fn luminance([red, green, blue]: [f64; 3]) -> f64 {
     0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
-/// IEC 61966-2-1, from the CIE's tristimulus values.
+/// Converts CIE tristimulus values to linear sRGB (IEC 61966-2-1).
 fn linear_srgb([x, y, z]: [f64; 3]) -> [f64; 3] {
     [
         3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,

@@ -1,6 +1,6 @@
-//! Spectra, as scenes give them, and their colours: linear red, green and blue of sRGB's primaries.
+//! Spectra in scenes and their conversion to linear sRGB.
 //!
-//! No function of the platform takes part, so colours have the same bits everywhere.
+//! No function of the platform is used, so colours have the same bits everywhere.
 
 mod blackbody;
 mod matching;

@@ -1,7 +1,6 @@
-//! Spectra that the format knows by name.
+//! Named spectra of the format.
 
-/// The numbers of a named spectrum: three for a colour, one where it hardly depends on the
-/// wavelength.
+/// The numbers of a named spectrum: three for a colour, one if it hardly depends on the wavelength.
 pub fn named(name: &str) -> Option<&'static [f64]> {
     NAMED.iter().find(|(known, _)| *known == name).map(|(_, numbers)| *numbers)
 }
@@ -12,11 +11,11 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Metals: measured indices (SOPRA N&K database; brass, magnesium oxide and titanium dioxide from
-/// refractiveindex.info), as pbrt-v4's tables have them (`src/pbrt/util/spectrum.cpp`). Indices are what the CIE 1931
-/// observer makes of the spectra. Extinctions are such that light that comes straight in is reflected in the colour that
-/// the spectrum of reflectance has under D65, in no channel more than at the best wavelength: colours of eta and k
-/// taken apart make gold's blue and copper's too dark by 5 %.
-/// Glasses: Schott's indices at the d line, 587.6 nm. The format means SF5, SF10 and SF11 by F5, F10 and F11.
+/// refractiveindex.info), as pbrt-v4's tables have them (`src/pbrt/util/spectrum.cpp`). Refractive indices are the
+/// spectra converted with the CIE 1931 observer. Extinction coefficients are chosen so that the reflectance at normal
+/// incidence has the colour of the reflectance spectrum under D65, limited in each channel by the greatest reflectance
+/// of any wavelength: converting eta and k independently makes the blue of gold and copper too dark by 5 %. Glasses:
+/// Schott's indices at the d line, 587.6 nm. The format's names F5, F10 and F11 mean SF5, SF10 and SF11.
 const NAMED: &[(&str, &[f64])] = &[
     ("metal-Ag-eta", &[0.1288, 0.1232, 0.1522]),
     ("metal-Ag-k", &[4.0816, 3.3279, 2.4211]),
@@ -49,7 +48,7 @@ const NAMED: &[(&str, &[f64])] = &[
 mod tests {
     use super::*;
 
-    /// What is reflected of light that comes straight in.
+    /// The reflectance at normal incidence.
     fn reflectance(metal: &str) -> Vec<f64> {
         let numbers = |of: &str| named(&format!("metal-{metal}-{of}")).expect("it has a name");
         let each = numbers("eta").iter().zip(numbers("k"));
@@ -60,7 +59,7 @@ mod tests {
         each.map(part).collect()
     }
 
-    /// Spectra of reflectance, integrated with the observer under D65 in double precision.
+    /// The reference is the spectral reflectance, integrated with the observer under D65 in double precision.
     #[test]
     fn metals_have_the_colours_of_their_spectra() {
         for (metal, expected) in [

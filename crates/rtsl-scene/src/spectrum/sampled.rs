@@ -1,14 +1,13 @@
-//! Spectra given at some wavelengths.
+//! Spectra tabulated at some wavelengths.
 
 use super::matching::{color, luminance};
 
-/// Values at wavelengths in nanometres, in rising order; straight lines between them, and constant
-/// outside.
+/// Values at increasing wavelengths in nanometres, interpolated linearly and constant outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled(Vec<(f64, f64)>);
 
 impl Sampled {
-    /// From numbers that are wavelengths and values in turn; `None` unless wavelengths rise.
+    /// Creates a spectrum from alternating wavelengths and values; `None` unless wavelengths increase.
     pub fn from_pairs(numbers: &[f64]) -> Option<Sampled> {
         let (pairs, rest) = numbers.as_chunks::<2>();
         let pairs: Vec<(f64, f64)> =
@@ -17,7 +16,7 @@ impl Sampled {
         (rest.is_empty() && !pairs.is_empty() && rises).then_some(Sampled(pairs))
     }
 
-    /// From the text of a file: pairs of numbers, with comments after `#`.
+    /// Parses the text of a file: pairs of numbers, with comments after `#`.
     pub fn from_text(text: &str) -> Option<Sampled> {
         let lines = text.lines().map(|line| line.split('#').next().unwrap_or(""));
         let numbers = lines.flat_map(str::split_whitespace).map(|word| word.parse::<f64>().ok());
@@ -25,7 +24,7 @@ impl Sampled {
         Sampled::from_pairs(&numbers?)
     }
 
-    /// The value at a wavelength.
+    /// Returns the value at a wavelength.
     pub fn at(&self, wavelength: f64) -> f64 {
         let after = self.0.partition_point(|(other, _)| *other <= wavelength);
         let before = self.0[..after].last();
@@ -38,15 +37,14 @@ impl Sampled {
         }
     }
 
-    /// What surfaces make of white light, or another number for each wavelength: the same number everywhere is
-    /// grey.
+    /// Returns the colour of a surface with this reflectance in white light; a constant spectrum is grey.
     pub fn surface_color(&self) -> [f64; 3] {
         let white = color(|_| 1.0);
         let seen = color(|wavelength| self.at(wavelength));
         std::array::from_fn(|channel| (seen[channel] / white[channel]).max(0.0))
     }
 
-    /// The colour of a light with this spectrum, with luminance 1.
+    /// Returns the colour of a light with this spectrum, with luminance 1.
     pub fn light_color(&self) -> [f64; 3] {
         let seen = color(|wavelength| self.at(wavelength)).map(|component| component.max(0.0));
         let sum = luminance(seen);

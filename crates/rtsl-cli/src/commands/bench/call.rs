@@ -1,4 +1,4 @@
-//! Calls of kernels that can be repeated.
+//! Repeatable kernel calls.
 
 use rtsl::{
     CallArguments, Instances, Kernel, LaneBlock, LaneMask, LinkedMethod, PacketKernel, PacketRun,
@@ -7,7 +7,7 @@ use rtsl::{
 use super::host::BenchHost;
 use super::inputs::Inputs;
 
-/// A call with memory of its own, which is put back to what was given before each repetition.
+/// A call with separate memory, which is restored before each repetition.
 pub struct Call {
     given: Inputs,
     current: Inputs,
@@ -18,7 +18,7 @@ pub struct Call {
 }
 
 impl Call {
-    /// A call of `method` with these inputs.
+    /// Creates a call of `method` with these inputs.
     pub fn new(method: &LinkedMethod, given: Inputs) -> Call {
         let changed = method.writes.iter().filter(|variable| method.reads.contains(variable));
         let arrays = changed.flat_map(|variable| {
@@ -34,17 +34,17 @@ impl Call {
         }
     }
 
-    /// How many rays.
+    /// Returns the number of rays.
     pub fn lanes(&self) -> usize {
         self.given.lanes()
     }
 
-    /// Whether a second call would see what the first one left.
+    /// True if a second call would read values that the first one changed.
     pub fn changes_in_place(&self) -> bool {
         self.changes_scratch || !self.changed_state.is_empty()
     }
 
-    /// Undoes what calls changed in place. Other arrays stay as they are, in the cache or out of it.
+    /// Restores arrays that calls change in place. Other arrays are not touched and keep their place in caches.
     pub fn restore(&mut self) {
         for &array in &self.changed_state {
             copy_array(&mut self.current.state, &self.given.state, array);
@@ -71,7 +71,7 @@ fn copy_array(to: &mut LaneBlock, from: &LaneBlock, array: usize) {
     to.words_mut(array).copy_from_slice(from.words(array));
 }
 
-/// Runs packet code for these inputs and counts what it does.
+/// Interprets packet code for these inputs and counts its operations.
 pub fn count(
     kernel: &PacketKernel,
     instances: Instances<'_>,

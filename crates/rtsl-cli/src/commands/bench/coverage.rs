@@ -1,4 +1,4 @@
-//! Inputs by which every branch goes both ways, as far as they can be found.
+//! Inputs that take both sides of every branch, as far as they can be found.
 
 use rtsl::{CallMode, Decision, PacketKernel, Profile};
 
@@ -6,29 +6,29 @@ use super::call::count;
 use super::inputs::{Inputs, RaySource};
 use super::objects::Objects;
 
-/// How often further rays are drawn, and how many at a time.
+/// The number of batches of further rays.
 const BATCHES: usize = 24;
 const BATCH: usize = 64;
-/// At least one ray in so many stays as it was drawn first.
+/// At least one of this many rays is kept from the first draw.
 const REPLACED_PART: usize = 2;
-/// Rays that go round loops so many times as often as usual ones are left out: they would take up
-/// most of the time, or all of it.
+/// Rays with this many times as many loop iterations as usual ones are excluded: they would take most of the time, or
+/// all of it.
 const MAX_ROUNDS: u64 = 8;
 
-/// How many sides of branches inputs reach.
+/// The branch coverage of inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coverage {
-    /// Sides that some ray takes.
+    /// The number of sides that some ray takes.
     pub reached: usize,
-    /// Two for each condition that varies from ray to ray.
+    /// The number of all sides: two for each condition that varies between rays.
     pub sides: usize,
 }
 
-/// Sides by condition: whether some ray held it, and whether some ray did not.
+/// For each condition: true if some ray satisfied it, and true if some ray did not.
 type Sides = Vec<[bool; 2]>;
 
-/// Usual rays, with further ones mixed in for the sides that the usual ones leave out; `None` if the
-/// usual ones go round loops more than `round_limit` times. `kernel` runs one ray at a time.
+/// Returns usual rays, with further ones mixed in for the sides that the usual ones do not take; `None` if the usual
+/// ones exceed `round_limit` loop iterations. `kernel` runs one ray at a time.
 pub fn covering_inputs(
     kernel: &PacketKernel,
     objects: &Objects,
@@ -50,7 +50,7 @@ pub fn covering_inputs(
         if seen.iter().all(|sides| *sides == [true; 2]) {
             break;
         }
-        // Before rays become unusual there are more of the usual ones.
+        // More usual rays are drawn before unusual ones.
         let candidates =
             if batch < BATCHES / 4 { source.usual(BATCH) } else { source.unusual(BATCH) };
         let Some(profile) = run(&candidates, ray_rounds * BATCH as u64) else { continue };
@@ -73,7 +73,7 @@ pub fn covering_inputs(
     Some(inputs)
 }
 
-/// What these inputs reach.
+/// Returns the coverage of a profile.
 pub fn coverage(profile: &Profile) -> Coverage {
     let sides = sides(profile);
     let reached = sides.iter().flatten().filter(|reached| **reached).count();
@@ -85,7 +85,7 @@ fn sides(profile: &Profile) -> Sides {
     profile.decisions.iter().map(sides).collect()
 }
 
-/// For each side (decision, and 0 where it held or 1) that was taken the first ray that took it.
+/// For each side that was taken (the decision, and 0 for true or 1 for false), the first ray that took it.
 fn first_rays(profile: &Profile) -> impl Iterator<Item = ((usize, usize), usize)> {
     profile.decisions.iter().enumerate().flat_map(|(index, decision)| {
         let sides = [decision.held, decision.failed].into_iter().enumerate();

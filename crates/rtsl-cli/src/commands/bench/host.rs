@@ -1,15 +1,15 @@
-//! A renderer for kernels that ask one.
+//! The host of benchmarked kernels.
 
 use rtsl::COLOR_COMPONENTS;
 use rtsl::host::{
     Host, LaneColors, LaneFloats, LaneSet, LightLanes, LightQueryLanes, MAX_LANES, RayLanes,
 };
 
-/// How many light samples there are.
+/// The number of light samples.
 const LIGHTS: u32 = 2;
-/// Of four rays one is blocked.
+/// One of this many rays is occluded.
 const BLOCKED_RAYS: u32 = 4;
-/// Unit vectors towards lights; a ray has one of them by chance.
+/// Unit vectors towards lights; each ray gets a random one.
 const DIRECTIONS: [[f32; 3]; 8] = [
     [0.0, 0.6, 0.8],
     [0.6, 0.0, -0.8],
@@ -23,8 +23,8 @@ const DIRECTIONS: [[f32; 3]; 8] = [
 const DISTANCE: f32 = 3.0;
 const DENSITY: f32 = 0.5;
 
-/// Answers at once, without a scene: grey radiance, two lights that reach most points, numbers that
-/// are a hash of the ray. It takes little time, so that the kernels' own time shows.
+/// Answers requests without a scene: grey radiance, two lights that reach most points, random numbers by a hash of the
+/// ray. It takes little time compared with the kernels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BenchHost;
 

@@ -1,4 +1,4 @@
-//! What the rays of a call bring along.
+//! The inputs of a call's rays.
 
 use rtsl::{
     CallArguments, CallMode, Diagnostic, LaneBlock, LaneMask, Method, PacketKernel, Program, Role,
@@ -11,12 +11,13 @@ use super::random::{Random, Vector};
 use super::rays::{Ray, make_unusual};
 use super::settings::Setting;
 
-/// How many rays are sent towards an object for one that hits.
+/// The number of rays sent towards an object for each hit that is needed.
 const RAYS_FOR_A_HIT: usize = 4;
-/// An `intersect` that goes round its loops more often a ray is left alone: it may be endless.
+/// The limit of loop iterations of `intersect` per ray: beyond it, no hits are searched, because the loop may be
+/// endless.
 const ROUNDS_FOR_A_HIT: u64 = 1 << 12;
 
-/// What rays share that start at one point.
+/// The variable that rays with a common origin share.
 pub const ORIGIN: &str = "rt_RayOrigin";
 
 /// The state and scratch of some rays before a call.
@@ -27,12 +28,12 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// How many rays.
+    /// Returns the number of rays.
     pub fn lanes(&self) -> usize {
         self.state.lanes()
     }
 
-    /// One ray alone.
+    /// Returns one ray alone.
     pub fn lane(&self, lane: usize) -> Inputs {
         let alone = |block: &LaneBlock| LaneBlock::new(block.components(), 1);
         let mut inputs = Inputs { state: alone(&self.state), scratch: alone(&self.scratch) };
@@ -40,7 +41,7 @@ impl Inputs {
         inputs
     }
 
-    /// Makes `lane` what `other` is in the lane `from`.
+    /// Copies the lane `from` of `other` to `lane`.
     pub fn copy_lane(&mut self, lane: usize, other: &Inputs, from: usize) {
         copy_lane(&mut self.state, lane, &other.state, from);
         copy_lane(&mut self.scratch, lane, &other.scratch, from);
@@ -53,22 +54,22 @@ fn copy_lane(block: &mut LaneBlock, lane: usize, other: &LaneBlock, from: usize)
     }
 }
 
-/// Where rays for a method come from.
+/// A source of rays for a method.
 pub struct RaySource<'a> {
     program: &'a Program,
     objects: &'a Objects,
     role: Role,
-    /// What finds the hits, if hosts call the method for a hit that this accepted.
+    /// The kernel that finds hits, if hosts call the method for accepted hits.
     intersect: Option<PacketKernel>,
     reads: Vec<&'static StateVariable>,
     settings: &'a [Setting],
     random: Random,
-    /// Where all rays start, if they start at one point.
+    /// The common origin of all rays, if they have one.
     origin: Option<Vector>,
 }
 
 impl<'a> RaySource<'a> {
-    /// Rays for a method in one of the roles of its class.
+    /// Creates a source of rays for a method in one of the roles of its class.
     ///
     /// # Errors
     /// If the class has no such method.
@@ -91,13 +92,13 @@ impl<'a> RaySource<'a> {
         Ok(RaySource { program, objects, role, intersect, reads, settings, random, origin: None })
     }
 
-    /// From now on all rays have the same origin.
+    /// Gives all further rays the same origin.
     pub fn start_at_one_point(&mut self) {
         self.origin = Some(Ray::random_origin(&mut self.random));
         self.reads.retain(|variable| variable.name != ORIGIN);
     }
 
-    /// So many rays as a host would set them.
+    /// Returns rays with values as a host would set them.
     pub fn usual(&mut self, lanes: usize) -> Inputs {
         let mut inputs = self.random_rays(lanes);
         self.make_hits(&mut inputs);
@@ -105,7 +106,7 @@ impl<'a> RaySource<'a> {
         inputs
     }
 
-    /// So many rays of which some floats are far from what is usual.
+    /// Returns rays in which some floats have unusual values.
     pub fn unusual(&mut self, lanes: usize) -> Inputs {
         let mut inputs = self.usual(lanes);
         for lane in 0..lanes {
@@ -137,8 +138,8 @@ impl<'a> RaySource<'a> {
         Inputs { state, scratch: self.program.new_scratch(lanes) }
     }
 
-    /// Makes of the rays ones that hit the object, with the scratch that `intersect` left, if the
-    /// method is called for such and any are found.
+    /// Replaces the rays by ones that hit the object, with the scratch of `intersect`, if the method is called for hits
+    /// and any are found.
     fn make_hits(&mut self, inputs: &mut Inputs) {
         if self.intersect.is_none() {
             return;

@@ -1,7 +1,7 @@
-//! `rtsl bench`: how long methods take per ray, for each shape and width, and how that compares
-//! with what the machine can do; or, for a scene, how fast it is traced.
+//! `rtsl bench`: the time of methods per ray, for each call mode and width, compared with the peak performance of the
+//! machine; or, for a scene, its tracing speed.
 //!
-//! Packet code is run by an interpreter that counts ([`rtsl::PacketKernel`]); machine code of the same
+//! Packet code is run by an interpreter that counts operations ([`rtsl::PacketKernel`]); machine code of the same
 //! kernel is timed for the same rays.
 
 mod call;
@@ -51,32 +51,32 @@ use crate::files::write_result;
 use crate::names::find_method;
 use crate::report::Reporter;
 
-/// A call that goes round loops more often than this for each of its rays is taken for endless.
+/// The number of loop iterations per ray after which a call counts as endless.
 const ROUNDS_PER_RAY: u64 = 1 << 14;
 
 /// The command line of `rtsl bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// The shader, or a scene, whose name ends in .pbrt.
+    /// The shader, or a scene whose name ends in .pbrt
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The method; all methods if not given.
     method: Option<String>,
-    /// The class, where the file has several.
+    /// The class, if the file has several.
     #[arg(long)]
     class: Option<String>,
     /// A parameter of the instance; may be repeated.
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     params: Vec<(String, JsonValue)>,
-    /// A state variable of all rays; may be repeated. Besides what `rtsl eval` takes, a value is
-    /// `{"lanes": [...]}`, which rays get in turn, or `{"from": VALUE, "to": VALUE}`, at random
-    /// between the two. What is not given is drawn as a renderer would set it.
+    /// A state variable of all rays; may be repeated. Besides the values of `rtsl eval`, it accepts `{"lanes": [...]}`,
+    /// which rays get in turn, and `{"from": VALUE, "to": VALUE}`, for random values between the two. Other variables
+    /// are random, as a renderer would set them.
     #[arg(long = "state", value_name = "NAME=VALUE", value_parser = parse_setting)]
     state: Vec<(String, JsonValue)>,
-    /// Rays of a call. The default keeps their data in the first-level cache.
+    /// The number of rays of a call. The default keeps their data in the first-level cache.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     lanes: u32,
-    /// A shape to measure; may be repeated; all shapes if not given.
+    /// A call mode to measure; may be repeated; all call modes if not given.
     #[arg(long = "shape", value_parser = parse_shape)]
     shapes: Vec<CallMode>,
     /// A width to measure; may be repeated; all widths if not given.
@@ -84,18 +84,18 @@ pub struct BenchArguments {
     widths: Vec<u32>,
     #[command(flatten)]
     variant: VariantArguments,
-    /// What the random numbers start from.
+    /// The seed of random numbers.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// How long each kernel is measured, in milliseconds, 50 if not given; of a scene, each kind of
-    /// ray, 1000 if not given.
+    /// The time to measure each kernel, in milliseconds, 50 if not given; for a scene, each kind of ray, 1000 if not
+    /// given.
     #[arg(long, value_name = "MILLISECONDS")]
     time: Option<u32>,
     #[command(flatten)]
     code: CodeArguments,
     #[command(flatten)]
     scene: scene::SceneArguments,
-    /// Print one JSON object a line for each kernel.
+    /// Print one JSON object per line for each kernel.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -126,16 +126,16 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// What all methods are measured with.
+/// The state of measuring all methods.
 struct Bench<'a> {
     arguments: &'a BenchArguments,
     settings: Vec<Setting>,
     instance: Arc<Instance>,
-    /// By width; that of width 1 is always there, to compare with.
+    /// By width; width 1 is always included for comparison.
     machines: BTreeMap<u32, Machine>,
 }
 
-/// Code of one width, and what it could do.
+/// Code of one width, and the peak performance at that width.
 struct Machine {
     program: Arc<Program>,
     peak: Peak,
@@ -172,7 +172,7 @@ impl<'a> Bench<'a> {
         Ok(Bench { arguments, settings, instance, machines })
     }
 
-    /// The program at width 1.
+    /// Returns the program at width 1.
     fn scalar_program(&self) -> &Program {
         &self.machines[&1].program
     }
@@ -206,12 +206,12 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The kernels to measure, in the order of the table. Each shape's begin with width 1, asked
-    /// for or not, to compare with.
+    /// Returns the kernels to measure, in the order of the table. Those of each call mode begin with width 1, for
+    /// comparison.
     fn kernels(&self, method: Method) -> Result<Vec<(CallMode, u32)>, Failure> {
         let reads = &self.scalar_program().method(method)?.reads;
         let is_of_use = |shape: CallMode| match shape {
-            // Else it is the packet shape.
+            // Otherwise it is the same as the packet call mode.
             CallMode::CommonOrigin => reads.iter().any(|variable| variable.name == ORIGIN),
             CallMode::Packet | CallMode::Stream | CallMode::Leaf | CallMode::Single => true,
         };
@@ -225,7 +225,7 @@ impl<'a> Bench<'a> {
         Ok(kernels.filter(|(shape, width)| shape.width(*width) == *width).collect())
     }
 
-    /// Whether a kernel was asked for: a shape that has but one width is shown whatever widths are.
+    /// True if a kernel was requested: call modes with a single width are always shown.
     fn is_width_asked(&self, shape: CallMode, width: u32) -> bool {
         let asked = &self.arguments.widths;
         asked.is_empty() || asked.iter().any(|asked| shape.width(*asked) == width)
@@ -301,7 +301,7 @@ impl MethodInputs {
     }
 }
 
-/// How many floats the machine code of a kernel computes with at once, if it computes with any.
+/// Returns the number of floats that the machine code of a kernel computes at once, if it computes with floats.
 fn floats_at_once(
     program: &Program,
     method: Method,

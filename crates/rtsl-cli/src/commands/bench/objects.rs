@@ -1,11 +1,10 @@
-//! The objects of calls, in the form that each shape takes.
+//! The objects of calls, in the form that each call mode takes.
 
 use rtsl::{CallMode, Instance, InstanceBlock, Instances, LaneIndices, Program};
 
 use super::random::Random;
 
-/// Copies of the object that rays of the stream shape have one of each, so that they read different
-/// memory.
+/// The number of copies of the object for the stream call mode, so that rays read different memory.
 const COPIES: usize = 16;
 
 /// An object in all forms.
@@ -16,7 +15,7 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// Copies of `instance`: one for each lane, and enough for rays that share them.
+    /// Creates copies of `instance`: one for each lane, and enough for rays that share them.
     pub fn new(program: &Program, instance: &Instance, lanes: usize) -> Objects {
         let copies = program.objects(std::iter::repeat_n(instance, lanes.max(COPIES)));
         let (mut indices, mut random) = (LaneIndices::new(lanes), Random::new(lanes as u64));
@@ -24,7 +23,7 @@ impl Objects {
         Objects { block: program.block(instance), copies, indices }
     }
 
-    /// The form that kernels of the shape take.
+    /// Returns the form that kernels of the call mode take.
     pub fn of_shape(&self, shape: CallMode) -> Instances<'_> {
         match shape {
             CallMode::Packet | CallMode::CommonOrigin | CallMode::Single => {

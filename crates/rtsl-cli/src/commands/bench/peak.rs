@@ -1,4 +1,4 @@
-//! What the machine can do at a width, by kernels made for nothing else.
+//! Peak performance of the machine at a width, measured by kernels made for this purpose.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::subject::KernelSubject;
 use super::timing::time_in_turn;
 use crate::commands::Failure;
 
-/// The most that was reached, in a nanosecond.
+/// The peak rates, per nanosecond.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Peak {
     /// Float operations.
@@ -20,24 +20,24 @@ pub struct Peak {
     pub divisions: f64,
     /// Square roots.
     pub square_roots: f64,
-    /// Bytes loaded and stored, with the calls' usual number of rays.
+    /// Bytes loaded and stored, in calls with the usual number of rays.
     pub bytes: f64,
 }
 
-/// How many chains of operations stand side by side. Few leave units idle that wait for results, many
-/// take more registers than some machines have; the best counts.
+/// The numbers of independent chains of operations. Few chains leave units idle, many exceed the registers of some
+/// machines; the best result counts.
 const CHAINS: [usize; 3] = [6, 8, 10];
-/// As many for the divider, which takes no more at a time.
+/// The number of chains for the divider, which is not pipelined deeply.
 const DIVIDER_CHAINS: [usize; 1] = [6];
-/// Rays of calls that compute and hardly touch memory.
+/// The number of rays in calls that compute and hardly access memory.
 const COMPUTING_LANES: usize = 64;
-/// How many arrays each output of a kernel for memory is the sum of; the best counts.
+/// The numbers of arrays whose sum each output of a memory kernel is; the best result counts.
 const ADDENDS: [usize; 3] = [1, 2, 3];
-/// How long each kernel is timed.
+/// The time for measuring each kernel.
 const TIME: Duration = Duration::from_millis(15);
 
 impl Peak {
-    /// Measures all, memory in calls for so many rays.
+    /// Measures all rates; memory in calls with this many rays.
     ///
     /// # Errors
     /// If there is no LLVM.
@@ -64,7 +64,7 @@ impl Peak {
     }
 }
 
-/// How much of what is counted the best of some texts does in a nanosecond.
+/// Returns the best rate among some texts, by the counter `count`.
 fn best_rate(
     engine: &Engine,
     method: (Method, Role),
@@ -97,7 +97,7 @@ fn rate(
     let variant = Variant::new(CallMode::Packet);
     let mut subjects = [KernelSubject::new(&program, method, &variant, &objects, &inputs)?];
     let times = time_in_turn(&mut subjects, TIME);
-    // Times are for one ray, and the profile counts what all calls do that are timed together.
+    // Times are per ray, and the profile counts the operations of all calls that are timed together.
     let profile = &subjects[0].profile;
     let nanoseconds = times[0].tenth * profile.rays as f64;
     Ok(count(profile) as f64 / nanoseconds)
@@ -105,10 +105,10 @@ fn rate(
 
 fn instance(class: &Arc<Class>) -> Result<Arc<Instance>, Failure> {
     let instance = Instance::new(class, []);
-    instance.map_err(|problems| Failure::Diagnostics(problems.iter().cloned().collect()))
+    instance.map_err(|errors| Failure::Diagnostics(errors.iter().cloned().collect()))
 }
 
-/// Independent chains in registers; a step of one is an expression in `x`.
+/// The text of independent chains in registers; a step of a chain is an expression in `x`.
 fn chains_text(chains: usize, step: &str) -> String {
     let repeat = |line: &dyn Fn(usize) -> String| (0..chains).map(line).collect::<String>();
     let begin = repeat(&|chain| format!("float x{chain} = abs({chain}.0 * rt_TextureUVW.x);\n"));
@@ -122,7 +122,7 @@ fn chains_text(chains: usize, step: &str) -> String {
     )
 }
 
-/// Outputs that are sums of arrays: loads, stores, and next to nothing besides.
+/// The text of outputs that are sums of arrays, dominated by loads and stores.
 fn sums_text(addends: usize) -> String {
     let arrays = |output: usize| (0..addends).map(move |addend| format!("a{output}{addend}"));
     let members = (0..3).flat_map(arrays).map(|array| format!("scratch float {array};\n"));

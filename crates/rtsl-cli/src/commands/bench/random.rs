@@ -1,4 +1,4 @@
-//! Random numbers and vectors, the same in every run.
+//! Random numbers and vectors that are the same in every run.
 
 /// A generator of numbers (splitmix64).
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl Vector {
         self.times(self.dot(self).sqrt().recip())
     }
 
-    /// Mirrored where needed, so that it has no component along `normal`'s opposite.
+    /// Returns the vector mirrored if necessary, so that it is on the side of `normal`.
     pub fn on_side_of(self, normal: Vector) -> Vector {
         if self.dot(normal) < 0.0 { self.times(-1.0) } else { self }
     }

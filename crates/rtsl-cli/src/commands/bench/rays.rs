@@ -1,16 +1,16 @@
-//! Rays as a host would set them, at random: they come from a distance towards the neighbourhood of
-//! the origin, normals have unit length, and so on.
+//! Random rays with values as a host would set them: they come from a distance towards the neighbourhood of the origin,
+//! normals have unit length, and so on.
 
 use rtsl::{LaneBlock, Role, StateVariable};
 
 use super::random::{Random, Vector};
 
-/// How far away rays start.
+/// The distance of origins.
 const DISTANCE: f32 = 4.0;
-/// They aim at points in the ball of this radius.
+/// The radius of the ball at which rays aim.
 const NEIGHBOURHOOD: f32 = 1.25;
 
-/// One ray with all that can be said of its hit.
+/// One ray with all properties of its hit.
 #[derive(Clone, Debug)]
 pub struct Ray {
     origin: Vector,
@@ -24,13 +24,13 @@ pub struct Ray {
     texture_uv: [f32; 2],
     texture_uvw: [f32; 3],
     filter_width: [f32; 2],
-    /// What is uniform in [0,1).
+    /// Uniform numbers in [0,1).
     seeds: [f32; 3],
 }
 
 impl Ray {
-    /// A ray for methods of this role. A primitive sees rays that may miss it and that have mostly
-    /// hit nothing yet; the others a point that was hit.
+    /// Returns a ray for methods of this role. Rays of primitives may miss and usually have no hit yet; those of other
+    /// roles have a hit point.
     pub fn random(random: &mut Random, role: Role, origin: Option<Vector>) -> Ray {
         let origin = origin.unwrap_or_else(|| Ray::random_origin(random));
         let target = random.in_ball(NEIGHBOURHOOD);
@@ -66,12 +66,12 @@ impl Ray {
         }
     }
 
-    /// A point that rays may start from.
+    /// Returns a random origin of rays.
     pub fn random_origin(random: &mut Random) -> Vector {
         random.direction().times(DISTANCE)
     }
 
-    /// Sets what the ray says of a variable; others keep what they have.
+    /// Sets a variable from the ray; variables without a value in it stay unchanged.
     pub fn set(&self, variable: &StateVariable, state: &mut LaneBlock, lane: usize) {
         let first = variable.first_component as usize;
         for (component, value) in self.components(variable.name).into_iter().flatten().enumerate() {
@@ -99,13 +99,13 @@ impl Ray {
             "rt_ScreenCoord" => self.seeds[..2].into(),
             "rt_LensCoord" => self.texture_uv.into(),
             "rt_TimeSeed" => vec![self.seeds[2]],
-            // What hosts mostly leave at its default.
+            // Variables that hosts usually leave at their defaults.
             _ => return None,
         })
     }
 }
 
-/// Changes some of the ray's floats to values that rays seldom have.
+/// Changes some of the ray's floats to unusual values.
 pub fn make_unusual(
     random: &mut Random,
     variables: &[&StateVariable],

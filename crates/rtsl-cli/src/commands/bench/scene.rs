@@ -1,4 +1,4 @@
-//! `rtsl bench SCENE`: rays and frames a second.
+//! `rtsl bench SCENE`: rays and frames per second.
 
 use std::path::Path;
 use std::time::Duration;
@@ -15,31 +15,31 @@ use crate::commands::{CommandResult, Failure, Outcome};
 use crate::files::write_result;
 use crate::report::Reporter;
 
-/// The part of the command line that concerns scenes.
+/// The arguments for scenes.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArguments {
-    /// Of a scene: columns and rows, instead of its own.
+    /// For a scene: columns and rows, overriding its own.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(usize, usize)>,
-    /// Of a scene: how many threads trace; all processors if not given.
+    /// For a scene: the number of threads; that of all processors if not given.
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// Of a scene: how often rays of each kind are traced, if `--time` allows.
+    /// For a scene: the number of repetitions for each kind of ray, if `--time` permits.
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..))]
     repetitions: u32,
-    /// Of a scene: set a parameter, as for `rtsl render`; may be repeated.
+    /// For a scene: set a parameter, as for `rtsl render`; may be repeated.
     #[arg(short = 'D', long = "define", value_name = "NAME.PARAMETER=VALUE")]
     defines: Vec<String>,
     #[command(flatten)]
     input: InputArguments,
 }
 
-/// Whether a file is a scene, by its name.
+/// True if a file is a scene, by its name.
 pub fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt"))
 }
 
-/// Measures the scene, once for each width that is asked for.
+/// Measures the scene, once for each requested width.
 pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     check(arguments)?;
     let widths: Vec<Option<u32>> = match &arguments.widths[..] {
@@ -62,7 +62,7 @@ pub fn run(arguments: &BenchArguments, reporter: &Reporter) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// Refuses what concerns methods only.
+/// Rejects arguments that apply to methods only.
 fn check(arguments: &BenchArguments) -> Result<(), Failure> {
     let given = [
         ("a method", arguments.method.is_some()),
@@ -72,7 +72,7 @@ fn check(arguments: &BenchArguments) -> Result<(), Failure> {
         ("`--shape`", !arguments.shapes.is_empty()),
     ];
     match given.into_iter().find(|(_, given)| *given) {
-        Some((name, _)) => Err(Failure::Usage(format!("{name} has no meaning for a scene"))),
+        Some((name, _)) => Err(Failure::Usage(format!("{name} does not apply to scenes"))),
         None => Ok(()),
     }
 }

@@ -1,4 +1,4 @@
-//! What `--state NAME=VALUE` says: one value for all rays, a list of them, or a range.
+//! Values of `--state NAME=VALUE`: one value for all rays, a list, or a range.
 
 use rtsl::{LaneBlock, StateVariable};
 use serde_json::Value as JsonValue;
@@ -17,14 +17,14 @@ pub struct Setting {
 /// Values with the variable's number of components.
 #[derive(Clone, Debug)]
 enum SettingValues {
-    /// One after the other, again and again.
+    /// One after the other, repeated.
     Cycle(Vec<Vec<f32>>),
-    /// Each component between the two.
+    /// Random, each component between the two.
     Range(Vec<f32>, Vec<f32>),
 }
 
 impl Setting {
-    /// Reads the value given for the variable `name`.
+    /// Parses the value given for the variable `name`.
     pub fn parse(name: &str, json: &JsonValue) -> Result<Setting, String> {
         let variable = find_state(name)?;
         let value = |json: &JsonValue| parse_state(variable, json);

@@ -1,4 +1,4 @@
-//! A kernel with calls to time it by, and what packet code says of them.
+//! A kernel with the calls by which it is timed, and the profile of its packet code.
 
 use std::sync::Arc;
 
@@ -9,21 +9,21 @@ use super::inputs::Inputs;
 use super::objects::Objects;
 use super::timing::Subject;
 
-/// So many rays are timed together, in several calls if need be, since the clock is too coarse for a
+/// The number of rays that are timed together, if necessary in several calls, because the clock is too coarse for a
 /// few.
 const RAYS_TOGETHER: usize = 256;
-/// But at most so many calls, each in memory of its own: all of it still fits the first-level cache.
+/// The greatest number of such calls, which have separate memory: all of it still fits the first-level cache.
 const MAX_CALLS: usize = 16;
-/// The leaf shape is called for so many rays in turn.
+/// The number of rays for which the leaf call mode is called in turn.
 const LEAF_RAYS: usize = 4;
 
 /// A kernel and its calls.
 pub struct KernelSubject<'a> {
-    /// The kernel's.
+    /// The kernel's call mode.
     pub shape: CallMode,
-    /// The kernel's.
+    /// The kernel's width.
     pub width: u32,
-    /// What the packet code of the same kernel does in the same calls.
+    /// The operations of the same kernel's packet code in the same calls.
     pub profile: Profile,
     kernel: Arc<Kernel>,
     objects: &'a Objects,
@@ -31,7 +31,7 @@ pub struct KernelSubject<'a> {
 }
 
 impl<'a> KernelSubject<'a> {
-    /// Makes the kernel of a method for calls with these inputs.
+    /// Compiles the kernel of a method for calls with these inputs.
     ///
     /// # Errors
     /// As for [`Program::kernel`] and [`Program::packet_kernel`].
@@ -52,7 +52,7 @@ impl<'a> KernelSubject<'a> {
         Ok(KernelSubject { shape, width, profile, kernel, objects, calls })
     }
 
-    /// How many calls are timed together.
+    /// Returns the number of calls that are timed together.
     pub fn calls(&self) -> usize {
         self.calls.len()
     }
@@ -73,7 +73,7 @@ fn profile(
     Ok(whole)
 }
 
-/// The inputs of calls that are timed together: for all rays, or where a call takes one, for some.
+/// The inputs of calls that are timed together: for all rays or, if a call takes one ray, for some.
 fn inputs_of_calls(shape: CallMode, inputs: &Inputs) -> Vec<Inputs> {
     match shape {
         CallMode::Packet | CallMode::CommonOrigin | CallMode::Stream => {
@@ -83,7 +83,7 @@ fn inputs_of_calls(shape: CallMode, inputs: &Inputs) -> Vec<Inputs> {
         CallMode::Single => some_rays(inputs, MAX_CALLS).map(|ray| inputs.lane(ray)).collect(),
         CallMode::Leaf => {
             let calls = some_rays(inputs, LEAF_RAYS).map(|ray| {
-                // The ray is lane 0; the others are for what comes back.
+                // The ray is lane 0; the others are for the results.
                 let mut call = inputs.clone();
                 call.copy_lane(0, inputs, ray);
                 call
@@ -93,7 +93,7 @@ fn inputs_of_calls(shape: CallMode, inputs: &Inputs) -> Vec<Inputs> {
     }
 }
 
-/// Up to `most` rays, far from each other.
+/// Returns up to `most` rays, far apart.
 fn some_rays(inputs: &Inputs, most: usize) -> impl Iterator<Item = usize> {
     let (lanes, count) = (inputs.lanes(), inputs.lanes().min(most));
     (0..count).map(move |ray| ray * lanes / count)

@@ -1,4 +1,4 @@
-//! Measurements, for people and for programs.
+//! Measurements as a table and as JSON.
 
 use std::fmt::Display;
 
@@ -9,7 +9,7 @@ use super::coverage::Coverage;
 use super::peak::Peak;
 use super::timing::Times;
 
-/// One kernel, measured and counted.
+/// The measurement of one kernel.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Row {
@@ -17,44 +17,44 @@ pub struct Row {
     method: &'static str,
     shape: &'static str,
     width: u32,
-    /// How many floats the machine code computes with at once; null where it computes with none.
+    /// The number of floats that the machine code computes at once; null without float arithmetic.
     vector: Option<u32>,
-    /// Of one call.
+    /// The lanes of one call.
     lanes: u64,
-    /// So many are timed together.
+    /// The number of calls timed together.
     calls: usize,
     /// The median.
     nanoseconds_per_lane: f64,
     tenth_percentile: f64,
     ninetieth_percentile: f64,
-    /// How many times as fast as the same shape at width 1.
+    /// The speed relative to the same call mode at width 1.
     speedup: f64,
     float_operations_per_lane: f64,
     divisions_per_lane: f64,
     square_roots_per_lane: f64,
     bytes_per_lane: f64,
-    /// Of the float operations and bytes that kernels made for nothing else reach.
+    /// Fractions of the peak rates of float operations and bytes.
     share_of_peak_float_operations: f64,
     share_of_peak_bytes: f64,
-    /// Of the time, the share in which the divider is busy, with lanes that are off, too.
+    /// The fraction of time in which the divider is busy, including inactive lanes.
     divider_busy: f64,
     peak_gigaflops: f64,
     peak_gigabytes_per_second: f64,
-    /// Of the lanes in which operations were done, the share of those that were on.
+    /// The fraction of active lanes in all operations.
     active_lanes: f64,
     branch_sides: usize,
     branch_sides_reached: usize,
 }
 
-/// What a row is made of.
+/// The inputs of a row.
 pub struct Measurement<'a> {
     pub class: &'a str,
     pub method: &'static str,
     pub shape: CallMode,
     pub width: u32,
-    /// Floats at once in the machine code.
+    /// The number of floats that the machine code computes at once.
     pub vector: Option<u32>,
-    /// How many calls were timed together, and profiled.
+    /// The number of calls that were timed and profiled.
     pub calls: usize,
     pub times: Times,
     /// The median at width 1.
@@ -103,12 +103,12 @@ impl Row {
         }
     }
 
-    /// As a line of JSON, its end included.
+    /// Returns a line of JSON with its end.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default() + "\n"
     }
 
-    /// As a line of the table.
+    /// Returns a line of the table.
     pub fn to_text(&self) -> String {
         let nanoseconds = |value: f64| match value {
             ..100.0 => format!("{value:.2}"),
@@ -136,7 +136,7 @@ impl Row {
     }
 }
 
-/// Cells under each other.
+/// Aligns cells in columns.
 fn line<Cell: Display>(cells: [Cell; 13]) -> String {
     let [shape, rest @ ..] = cells;
     const WIDTHS: [usize; 12] = [5, 7, 9, 15, 8, 6, 9, 6, 7, 7, 7, 7];
@@ -144,7 +144,7 @@ fn line<Cell: Display>(cells: [Cell; 13]) -> String {
     format!("{shape:<13}{}\n", rest.collect::<String>())
 }
 
-/// What stands above the rows of a method.
+/// Returns the heading above the rows of a method.
 pub fn heading(class: &str, method: &str, lanes: usize, coverage: Coverage) -> String {
     let Coverage { reached, sides } = coverage;
     let rays = if lanes == 1 { "ray" } else { "rays" };

@@ -1,41 +1,40 @@
-//! How long calls take.
+//! Timing of calls.
 
 use std::time::{Duration, Instant};
 
-/// Nanoseconds a ray, over repetitions.
+/// Nanoseconds per ray, over repetitions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Half of the repetitions took less.
+    /// The median.
     pub median: f64,
-    /// A tenth of them took less.
+    /// The 10th percentile.
     pub tenth: f64,
-    /// A tenth of them took more.
+    /// The 90th percentile.
     pub ninetieth: f64,
 }
 
-/// Something to be timed again and again.
+/// A subject of repeated timing.
 pub trait Subject {
-    /// Gets ready for calls; not timed.
+    /// Prepares a call; not timed.
     fn prepare(&mut self);
 
     /// Calls once.
     fn call(&mut self);
 
-    /// How many rays a call is for.
+    /// Returns the number of rays of a call.
     fn lanes(&self) -> usize;
 
-    /// Whether calls may follow each other without [`Subject::prepare`] between them.
+    /// True if calls may follow each other without [`Subject::prepare`].
     fn is_repeatable(&self) -> bool;
 }
 
-/// A timed stretch is at least so long where calls can be repeated, so that the clock's own time
-/// and grain do not count.
+/// The least time of a measurement of repeatable calls, so that the overhead and resolution of the clock do not matter.
 const MIN_STRETCH: Duration = Duration::from_micros(20);
-/// However short the time given.
+/// The least number of repetitions, however short the time.
 const MIN_REPETITIONS: usize = 11;
 
-/// Times all subjects in turn, again and again, for about `time` each: what disturbs the machine
-/// then disturbs all of them, so that their ratios hold.
+/// Times all subjects in turn, repeatedly, for about `time` each: disturbances of the machine then affect all of them
+/// alike, so that ratios are reliable.
 pub fn time_in_turn(subjects: &mut [impl Subject], time: Duration) -> Vec<Times> {
     let clock = clock_cost();
     let calls: Vec<u32> = subjects.iter_mut().map(|subject| calls_in_stretch(subject)).collect();
@@ -68,7 +67,7 @@ fn time_stretch(subject: &mut impl Subject, calls: u32) -> Duration {
     start.elapsed()
 }
 
-/// How many calls make a stretch; also the first call, which takes longer than the others.
+/// Returns the number of calls in a measurement; includes the first call, which takes longer.
 fn calls_in_stretch(subject: &mut impl Subject) -> u32 {
     time_stretch(subject, 1);
     if !subject.is_repeatable() {
@@ -81,7 +80,7 @@ fn calls_in_stretch(subject: &mut impl Subject) -> u32 {
     calls
 }
 
-/// What asking the time twice takes by itself.
+/// Returns the overhead of querying the clock twice.
 fn clock_cost() -> Duration {
     let mut costs: Vec<Duration> = (0..101).map(|_| Instant::now().elapsed()).collect();
     costs.sort();

@@ -1,26 +1,27 @@
-//! How many floats the arithmetic of a kernel's machine code does at once.
+//! The number of floats that a kernel's machine code computes at once.
 //!
-//! A kernel's width is how many rays a chunk has, not what LLVM makes of it: interleaved chunks and LLVM's own
-//! vectoriser put several chunks of 4 or 8 lanes into one register of 16, and LLVM may split 16 lanes among two of 8.
+//! The width of a kernel is the number of rays in one of its vectors, which LLVM need not preserve: interleaved vectors
+//! and LLVM's vectoriser may combine several of 4 or 8 lanes in one register of 16, and LLVM may split 16 lanes into
+//! two registers of 8.
 
-/// How many floats of 32 bits a register of each kind of x86-64 holds.
+/// The number of 32-bit floats in a register of each kind of x86-64.
 const REGISTERS: [(&str, u32); 3] = [("zmm", 16), ("ymm", 8), ("xmm", 4)];
-/// What names of x86-64's arithmetic on packed floats begin with, and end in `ps`. Moves and bitwise operations are left
-/// out, since scalar code uses them too.
+/// The prefixes of x86-64's arithmetic instructions on packed floats, which end in `ps`. Moves and bitwise operations
+/// are excluded, because scalar code uses them too.
 const ARITHMETIC: [&str; 13] = [
     "add", "sub", "mul", "div", "sqrt", "min", "max", "fmadd", "fmsub", "fnmadd", "fnmsub",
     "round", "rndscale",
 ];
-/// The same of aarch64, where operands name the number of floats.
+/// The same for aarch64, whose operands include the number of floats.
 const AARCH64_LANES: [(&str, u32); 2] = [(".4s", 4), (".2s", 2)];
 
-/// The most floats that an instruction of this assembly computes with at once: 1 for scalar arithmetic, `None` where
-/// there is no arithmetic.
+/// Returns the greatest number of floats that an instruction of this assembly computes at once: 1 for scalar
+/// arithmetic, `None` without arithmetic.
 pub fn widest_arithmetic(assembly: &str) -> Option<u32> {
     assembly.lines().filter_map(floats_at_once).max()
 }
 
-/// How many floats a line computes with, if it is an instruction that does.
+/// The number of floats that a line computes, if it is an arithmetic instruction.
 fn floats_at_once(line: &str) -> Option<u32> {
     let (name, operands) = line.trim().split_once(char::is_whitespace)?;
     let x86 = name.strip_prefix('v').unwrap_or(name);

@@ -1,18 +1,18 @@
-//! The lanes of a chunk that lights of one class are sampled for.
+//! The lanes of a batch for which lights of one class are sampled.
 
 use super::super::shading_batch::BATCH_LANES;
 
-/// Some lanes of a chunk, in order.
+/// Some lanes of a batch, in ascending order.
 #[derive(Default)]
 pub struct LitLanes {
-    /// The lanes, and again the last up to a multiple of eight.
+    /// The lanes; the last is repeated up to a multiple of eight.
     lanes: Vec<u32>,
-    /// How many they are without those.
+    /// Their number without the repetitions.
     count: usize,
 }
 
 impl LitLanes {
-    /// Takes those of the first `count` lanes that are lit.
+    /// Selects those of the first `count` lanes for which `is_lit` holds.
     pub fn select(&mut self, count: usize, is_lit: impl Fn(u32) -> bool) {
         self.lanes.clear();
         self.lanes.extend((0..count as u32).filter(|lane| is_lit(*lane)));
@@ -22,17 +22,17 @@ impl LitLanes {
         }
     }
 
-    /// How many they are.
+    /// Returns the number of lanes.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// The lanes, and again the last up to a multiple of eight.
+    /// Iterates over the lanes, with the last repeated up to a multiple of eight.
     pub fn padded(&self) -> impl Iterator<Item = usize> {
         self.lanes.iter().map(|lane| *lane as usize)
     }
 
-    /// Takes what they have, and again the last's up to a multiple of eight.
+    /// Gathers the lanes' elements, with the last repeated up to a multiple of eight.
     pub fn gather<T: Copy>(&self, from: &[T; BATCH_LANES], to: &mut [T; BATCH_LANES]) {
         if self.are_first() && self.count > 0 {
             to[..self.count].copy_from_slice(&from[..self.count]);
@@ -44,7 +44,7 @@ impl LitLanes {
         }
     }
 
-    /// Gives them what was found for each.
+    /// Scatters results to the lanes.
     pub fn scatter<T: Copy>(&self, from: &[T; BATCH_LANES], to: &mut [T; BATCH_LANES]) {
         if self.are_first() {
             to[..self.count].copy_from_slice(&from[..self.count]);
@@ -55,7 +55,7 @@ impl LitLanes {
         }
     }
 
-    /// Whether they are all from the first lane on, as where there are lights of one class alone: then what they have is
+    /// True if they are consecutive from the first lane on, as in scenes whose lights have one class: they are then
     /// copied in one piece.
     fn are_first(&self) -> bool {
         self.lanes.last().is_none_or(|last| *last as usize + 1 == self.count)
@@ -66,7 +66,7 @@ impl LitLanes {
 mod tests {
     use super::*;
 
-    /// What lanes get that have ten times their number, and what all have once 1 more is given back.
+    /// Gathers numbers that are ten times the lane, adds 1 and scatters them back.
     fn moved(count: usize, is_lit: impl Fn(u32) -> bool) -> (Vec<u32>, Vec<u32>) {
         let mut lanes = LitLanes::default();
         lanes.select(count, is_lit);

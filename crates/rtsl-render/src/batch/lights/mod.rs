@@ -1,4 +1,4 @@
-//! What lights a scene: its lights, and its shapes that emit.
+//! The light sources of a scene: its lights, and its emissive shapes.
 
 mod lit_lanes;
 mod probe;
@@ -22,15 +22,15 @@ use selection::{LightProbe, Selection};
 
 /// The lights of a scene.
 pub struct Lights {
-    /// Those without a shape, by class.
+    /// Lights without a shape, by class.
     pub classes: Vec<LightClass>,
-    /// Those with one, by the shapes' and emitters' classes.
+    /// Area lights, by the classes of shapes and emitters.
     pub shapes: Vec<ShapeLightClass>,
     /// Every light that is sampled.
     pub entries: Vec<LightEntry>,
-    /// The lights that rays meet which leave the scene.
+    /// The lights that rays hit which leave the scene.
     pub skies: Vec<Sky>,
-    /// By object and instance, which entry its first element is.
+    /// By object and instance, the entry of its first element.
     first_of_object: BTreeMap<(u32, u32), u32>,
     selection: Selection,
 }
@@ -39,20 +39,20 @@ pub struct Lights {
 pub struct LightClass {
     program: Arc<Program>,
     objects: Arc<Objects>,
-    /// The lights of the scene that they are, by their number among the objects.
+    /// The lights of the scene, by their index among the objects.
     lights: Vec<u32>,
     of: Batching,
     illumination: Arc<Kernel>,
     reads_normals: bool,
-    /// Whether rays that leave the scene can find them as samples.
+    /// True if rays that leave the scene can hit them, so that samples are weighted.
     is_weighed: bool,
-    /// Whether any has a space of its own.
+    /// True if any has a transform.
     is_placed: bool,
 }
 
-/// Shapes of one class of the traversal that emit by materials of one class.
+/// Shapes of one traversal class with emitters of one class.
 pub struct ShapeLightClass {
-    /// The class of the traversal.
+    /// The traversal class.
     class: u32,
     of: Batching,
     generate: Arc<Kernel>,
@@ -64,32 +64,32 @@ pub struct ShapeLightClass {
 /// A light that is sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct LightEntry {
-    /// Its class: those of shapes are behind those without.
+    /// Its class: those of area lights come after those of lights without a shape.
     class: u32,
-    /// Its number among the objects of the class.
+    /// Its index among the objects of the class.
     number: u32,
-    /// What rays hit where they hit it; the object means the light of the scene where it has no shape.
+    /// The hit of a ray that hits it; for a light without a shape, the object is the index of the light in the scene.
     hit: PathHit,
 }
 
-/// A light that rays meet which leave the scene.
+/// A light that rays hit which leave the scene.
 pub struct Sky {
-    /// The light of the scene.
+    /// The index of the light in the scene.
     pub light: u32,
     /// Its class's program.
     pub program: Arc<Program>,
-    /// The lights of the class, and its number.
+    /// The lights of the class, and its index among them.
     pub objects: (Arc<Objects>, u32),
     /// `emission`.
     pub emission: Arc<Kernel>,
-    /// `evaluatePDF`, and the entry by which it is sampled, if it is.
+    /// `evaluatePDF`, and the entry of the light, if it is sampled.
     pub density: Option<(Arc<Kernel>, u32)>,
-    /// Whether `evaluatePDF` reads normals.
+    /// True if `evaluatePDF` reads normals.
     pub reads_normals: bool,
 }
 
 impl Lights {
-    /// Those of a scene.
+    /// Collects the lights of a scene.
     pub fn new(
         maker: &mut KernelMaker<'_>,
         scene: &Scene,
@@ -112,22 +112,22 @@ impl Lights {
         lights
     }
 
-    /// Lets what is known of the lights decide how often each is chosen.
+    /// Sets the selection probabilities of lights from these probes.
     pub fn select_by(&mut self, probes: &[LightProbe]) {
         self.selection = Selection::new(probes);
     }
 
-    /// Whether there is nothing to sample.
+    /// True if no light is sampled.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The probability with which a sample for a point is one of a light.
+    /// Returns the probability with which a light is selected for a point.
     pub fn probability(&self, entry: u32, point: [f32; 3]) -> f32 {
         self.selection.probability(entry, point)
     }
 
-    /// The class and method whose value the colour of a sample of this light is.
+    /// Returns the class and method that compute the colour of a sample of this light.
     pub fn sampled_method<'a>(
         &'a self,
         entry: u32,
@@ -144,7 +144,7 @@ impl Lights {
         }
     }
 
-    /// The entry of what a ray hit, if that is sampled.
+    /// Returns the entry of the light that a ray hit, if it is sampled.
     pub fn entry_of(&self, hit: &PathHit) -> Option<u32> {
         let first = self.first_of_object.get(&(hit.object, hit.instance))?;
         Some(first + hit.element)
@@ -272,7 +272,7 @@ impl Lights {
         }
     }
 
-    /// Adds an object, or its elements, wherever it stands.
+    /// Adds all instances of an object, or its elements.
     fn add_object(
         &mut self,
         scene: &Scene,
@@ -306,7 +306,7 @@ impl Lights {
     }
 }
 
-/// What shapes of one class and emitters of one class have in common.
+/// The index of the class of area lights for these classes of shapes and emitters.
 fn shape_class(
     maker: &mut KernelMaker<'_>,
     compiled: &CompiledScene,
@@ -325,8 +325,9 @@ fn shape_class(
     Some(ShapeLightClass { class, of, generate, emitter: (emitter, of_emitter), emission })
 }
 
-/// Whether shapes of a program are sampled as lights with the `emission` of another's materials: where samples can be
-/// weighed against hits, and a sample knows all that `emission` reads. Others light what finds them.
+/// True if shapes of a program are sampled as lights with the `emission` of another program's materials: if samples can
+/// be weighted against hits, and a sample provides all inputs of `emission`. Other emissive shapes contribute only when
+/// rays hit them.
 pub fn is_sampled(emitter: &Program, shape: &Program) -> bool {
     const KNOWN: [&str; 8] = [
         "rt_RayOrigin",
@@ -346,5 +347,5 @@ pub fn is_sampled(emitter: &Program, shape: &Program) -> bool {
         && shape.has(Method::SamplePdf)
 }
 
-/// Marks classes of shapes until it is known how many there are without.
+/// Marks classes of area lights until the number of other classes is known.
 const SHAPE: u32 = 1 << 31;

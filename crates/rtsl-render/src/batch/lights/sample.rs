@@ -1,4 +1,4 @@
-//! Samples of lights, one for each lane of a chunk.
+//! Light samples, one for each lane of a batch.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -20,23 +20,24 @@ use crate::lanes::eight::{difference, dots, eights_of, is_lit, scaled, select};
 use crate::lanes::lane_maps::LaneMaps;
 use crate::lanes::surface_offset::{distance_to_light, sizes, sums, surface_offsets};
 
-/// How far before a sample of a shape, relative to its distance, shadow rays end at most: rounding of silhouettes.
+/// The greatest distance, relative to its distance, before a sample of a shape at which shadow rays end: rounding at
+/// silhouettes.
 const TOLERANCE: f32 = 1e-3;
 
-/// The memory of one thread for samples of lights: lanes of points that are lit by lights of one class.
+/// The memory of one thread for light samples: the lanes whose points are lit by lights of one class.
 pub struct LightMemory {
-    /// For each lane of the chunk the light that is chosen, and with which probability.
+    /// For each lane of the batch the selected light, and its probability.
     chosen: [u32; BATCH_LANES],
     probability: Row,
-    /// The lanes of the chunk that light of the class is sampled for.
+    /// The lanes of the batch for which this class is sampled.
     lanes: LitLanes,
-    /// With which probabilities the class's lights are chosen for them.
+    /// The selection probabilities of their lights.
     part: Row,
-    /// What of the lights is sampled.
+    /// The objects that are sampled.
     hits: [PathHit; BATCH_LANES],
     /// Points in world space.
     point: Rows,
-    /// How far off them rays begin that leave the surfaces.
+    /// The offsets of the origins of rays that leave the surfaces.
     offset: Row,
     time: Row,
     geometric_normal: Rows,
@@ -55,7 +56,7 @@ pub struct LightMemory {
 }
 
 impl LightMemory {
-    /// For shaders with at most so many arrays of scratch.
+    /// For shaders with at most so many scratch arrays.
     pub fn new(scratch_arrays: usize, sampler: Sampler) -> Box<Self> {
         const NONE: Row = [0.0; BATCH_LANES];
         Box::new(LightMemory {
@@ -83,8 +84,8 @@ impl LightMemory {
         })
     }
 
-    /// Takes the points of the lanes that are lit.
-    fn load(&mut self, chunk: &ShadingBatch) {
+    /// Loads the points of the lanes that are lit.
+    fn load(&mut self, batch: &ShadingBatch) {
         let LightMemory {
             lanes,
             point,
@@ -97,34 +98,34 @@ impl LightMemory {
             probability,
             ..
         } = self;
-        for (from, to) in chunk.point.iter().zip(point) {
+        for (from, to) in batch.point.iter().zip(point) {
             lanes.gather(from, to);
         }
-        lanes.gather(&chunk.offset, offset);
-        lanes.gather(&chunk.time, time);
-        lanes.gather(&chunk.keys, keys);
-        lanes.gather(&chunk.samples, samples);
+        lanes.gather(&batch.offset, offset);
+        lanes.gather(&batch.time, time);
+        lanes.gather(&batch.keys, keys);
+        lanes.gather(&batch.samples, samples);
         numbers.start((keys, samples), NUMBERS_OF_LIGHTS, lanes.count());
         lanes.gather(probability, part);
     }
 
-    /// Takes their normals, on the side that their rays come from.
-    fn load_normals(&mut self, chunk: &ShadingBatch) {
+    /// Loads their normals, on the side from which their rays come.
+    fn load_normals(&mut self, batch: &ShadingBatch) {
         for (to, lane) in self.lanes.padded().enumerate() {
-            let side = chunk.side[lane];
+            let side = batch.side[lane];
             let seen = |normal: [f32; 3]| normal.map(|component| component * side);
-            set(&mut self.geometric_normal, to, seen(get(&chunk.geometric_normal, lane)));
-            set(&mut self.shading_normal, to, seen(get(&chunk.shading_normal, lane)));
+            set(&mut self.geometric_normal, to, seen(get(&batch.geometric_normal, lane)));
+            set(&mut self.shading_normal, to, seen(get(&batch.shading_normal, lane)));
         }
     }
 
-    /// Takes the numbers of their lights among those of the class.
+    /// Sets the indices of their lights among those of the class.
     fn number_lights(&mut self, entries: &[LightEntry]) {
         let LightMemory { lanes, chosen, objects, .. } = self;
         set_numbers(objects, lanes.padded().map(|lane| entries[chosen[lane] as usize].number));
     }
 
-    /// Takes what is sampled for them.
+    /// Sets the objects to be sampled.
     fn load_hits(&mut self, entries: &[LightEntry]) {
         let LightMemory { lanes, chosen, hits, .. } = self;
         for (hit, lane) in hits.iter_mut().zip(lanes.padded()) {
@@ -132,13 +133,13 @@ impl LightMemory {
         }
     }
 
-    /// Divides colours by densities, and has the probabilities of lights take part in both.
+    /// Divides colours by densities, and includes the selection probabilities in both.
     #[inline(always)]
     fn weigh<S: Simd>(&mut self, simd: S) {
         for eight in eights_of(simd, self.lanes.count()) {
             let (own, part) = (eight.numbers(&self.density), eight.numbers(&self.part));
             let density = own * part;
-            // A density that is NaN makes the sample so; it is no delta for it.
+            // With a NaN density the sample is NaN, not a delta.
             let is_delta = own.simd_le(0.0);
             let scale = 1.0 / is_delta.select(part, density);
             let color = scaled(&eight.vectors(&self.color), scale);
@@ -147,12 +148,12 @@ impl LightMemory {
         }
     }
 
-    /// The light that is chosen for a lane of the chunk.
+    /// Returns the light selected for a lane of the batch.
     pub fn chosen(&self, lane: usize) -> u32 {
         self.chosen[lane]
     }
 
-    /// Gives the chunk what was sampled.
+    /// Stores the samples in the batch.
     fn store(&self, light: &mut LightRows) {
         let vectors = [(&self.direction, &mut light.direction), (&self.color, &mut light.color)];
         for (from, to) in vectors.into_iter().flat_map(|(from, to)| from.iter().zip(to)) {
@@ -163,52 +164,52 @@ impl LightMemory {
     }
 }
 
-/// Which sequence of a vertex's numbers lights have.
+/// Selects the sequence of a vertex's random numbers for lights.
 const NUMBERS_OF_LIGHTS: u32 = 0x101;
 
 impl PathTracer<'_> {
-    /// Samples a light for each lane of a chunk.
-    pub fn sample_lights(&self, chunk: &mut ShadingBatch, memory: &mut LightMemory) {
+    /// Samples a light for each lane of a batch.
+    pub fn sample_lights(&self, batch: &mut ShadingBatch, memory: &mut LightMemory) {
         let selection = &self.scene.lights.selection;
         let LightMemory { chosen, probability, .. } = memory;
         if let Some(only) = selection.only() {
-            chosen[..chunk.count].fill(only);
-            probability[..chunk.count].fill(1.0);
+            chosen[..batch.count].fill(only);
+            probability[..batch.count].fill(1.0);
         } else {
-            for (lane, number) in chunk.light_seeds.iter().enumerate().take(chunk.count) {
+            for (lane, number) in batch.light_seeds.iter().enumerate().take(batch.count) {
                 (chosen[lane], probability[lane]) =
-                    selection.choose(get(&chunk.point, lane), *number);
+                    selection.choose(get(&batch.point, lane), *number);
             }
         }
-        self.sample_by_class(chunk, memory);
+        self.sample_by_class(batch, memory);
     }
 
-    /// Samples these lights, one for each lane of a chunk, as if they were the only ones.
+    /// Samples the given lights, one for each lane of a batch, as if they were the only ones.
     pub fn sample_chosen(
         &self,
-        chunk: &mut ShadingBatch,
+        batch: &mut ShadingBatch,
         memory: &mut LightMemory,
         chosen: &[u32],
     ) {
         memory.chosen[..chosen.len()].copy_from_slice(chosen);
         memory.probability.fill(1.0);
-        self.sample_by_class(chunk, memory);
+        self.sample_by_class(batch, memory);
     }
 
-    /// Samples the lights that were chosen, those of a class together.
-    fn sample_by_class(&self, chunk: &mut ShadingBatch, memory: &mut LightMemory) {
+    /// Samples the selected lights, class by class.
+    fn sample_by_class(&self, batch: &mut ShadingBatch, memory: &mut LightMemory) {
         let lights = &self.scene.lights;
         for class in 0..(lights.classes.len() + lights.shapes.len()) as u32 {
             let LightMemory { lanes, chosen, .. } = memory;
             let entry_of = |lane: u32| &lights.entries[chosen[lane as usize] as usize];
-            lanes.select(chunk.count, |lane| entry_of(lane).class == class);
+            lanes.select(batch.count, |lane| entry_of(lane).class == class);
             if lanes.count() == 0 {
                 continue;
             }
-            memory.load(chunk);
+            memory.load(batch);
             let class = class as usize;
             let is_weighed = if let Some(class) = lights.classes.get(class) {
-                self.sample_class(class, lights, chunk, memory);
+                self.sample_class(class, lights, batch, memory);
                 class.is_weighed
             } else {
                 self.sample_shapes(&lights.shapes[class - lights.classes.len()], lights, memory);
@@ -218,7 +219,7 @@ impl PathTracer<'_> {
             if !is_weighed {
                 memory.density.fill(0.0);
             }
-            memory.store(&mut chunk.light);
+            memory.store(&mut batch.light);
         }
     }
 
@@ -227,26 +228,26 @@ impl PathTracer<'_> {
         &self,
         class: &LightClass,
         lights: &Lights,
-        chunk: &ShadingBatch,
+        batch: &ShadingBatch,
         memory: &mut LightMemory,
     ) {
         if class.of == Batching::Each {
             memory.number_lights(&lights.entries);
         }
         if class.reads_normals {
-            memory.load_normals(chunk);
+            memory.load_normals(batch);
         }
         let count = memory.lanes.count();
         dispatch!(Level::new(), simd => self.set_points(simd, class, memory));
         let LightMemory { state, scratch, objects, numbers, .. } = memory;
         let name = &class.program.class().name;
-        let callee = Callee { class: name, method: Method::Illumination, problems: self.problems };
+        let callee = Callee { class: name, method: Method::Illumination, errors: self.errors };
         let instances = class.of.instances(&class.objects, objects);
         callee.call(&class.illumination, count, instances, (state, scratch), None, numbers);
         dispatch!(Level::new(), simd => self.read_samples(simd, class, memory));
     }
 
-    /// Sets what `illumination` reads.
+    /// Sets the inputs of `illumination`.
     #[inline(always)]
     fn set_points<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
         let v = variables();
@@ -283,7 +284,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Takes the samples that `illumination` left to world space.
+    /// Transforms the samples of `illumination` to world space.
     #[inline(always)]
     fn read_samples<S: Simd>(&self, simd: S, class: &LightClass, memory: &mut LightMemory) {
         let v = variables();
@@ -312,7 +313,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Samples shapes.
+    /// Samples area lights.
     fn sample_shapes(&self, class: &ShapeLightClass, lights: &Lights, memory: &mut LightMemory) {
         memory.load_hits(&lights.entries);
         if class.of == Batching::Each {
@@ -331,7 +332,7 @@ impl PathTracer<'_> {
         dispatch!(Level::new(), simd => sampled.set_origins(simd, memory));
         let LightMemory { state, scratch, objects, numbers, .. } = memory;
         let callee =
-            Callee { class: &shapes.name, method: Method::GenerateSample, problems: self.problems };
+            Callee { class: &shapes.name, method: Method::GenerateSample, errors: self.errors };
         let instances = class.of.instances(&shapes.objects, objects);
         callee.call(&class.generate, count, instances, (state, scratch), None, numbers);
         dispatch!(Level::new(), simd => sampled.read_points(simd, memory));
@@ -344,7 +345,7 @@ impl PathTracer<'_> {
         }
         let LightMemory { state, scratch, emitters: of_lanes, numbers, .. } = memory;
         let name = &emitters.program.class().name;
-        let callee = Callee { class: name, method: Method::Emission, problems: self.problems };
+        let callee = Callee { class: name, method: Method::Emission, errors: self.errors };
         let instances = of.instances(&emitters.objects, of_lanes);
         callee.call(&class.emission, count, instances, (state, scratch), None, numbers);
         let v = variables();
@@ -359,14 +360,14 @@ impl PathTracer<'_> {
     }
 }
 
-/// Where the shapes stand that are sampled.
+/// The shapes that are sampled, with their transforms.
 struct SampledShapes<'a> {
     places: InstanceTransforms<'a>,
     epsilon: f32,
 }
 
 impl SampledShapes<'_> {
-    /// Sets what `generateSample` reads.
+    /// Sets the inputs of `generateSample`.
     #[inline(always)]
     fn set_origins<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
@@ -381,8 +382,8 @@ impl SampledShapes<'_> {
         }
     }
 
-    /// Takes points to world space, with their densities as seen from there, and sets what `emission` reads of
-    /// rays towards them.
+    /// Transforms the sampled points to world space, with their densities as seen from the lit points, and sets the
+    /// inputs of `emission` for rays towards them.
     #[inline(always)]
     fn read_points<S: Simd>(&self, simd: S, memory: &mut LightMemory) {
         let v = variables();
@@ -414,7 +415,8 @@ impl SampledShapes<'_> {
             let sizes = sums(&sizes(&origin), &sizes(&way));
             let sizes = self.places.sizes_of_points(eight, lanes, &sizes);
             let height = surface_offsets(eight, &normal, &sizes) + eight.numbers(&memory.offset);
-            // The ray is as far off the light's surface as its ends may be, so that it ends the earlier the flatter it comes.
+            // The ray ends before the light's surface by the error bound of both ends, measured along the normal; at
+            // grazing angles this is a longer distance along the ray.
             let margin = height / dots(&normal, &direction).abs();
             let most = distance * TOLERANCE;
             let margin = margin.simd_lt(most).select(margin, most);

@@ -1,38 +1,39 @@
-//! Which light a point is lit by a sample of: by a hierarchy, so that many lights cost a point little and the
-//! near and the strong ones are chosen often (Conty Estevez and Kulla, "Importance Sampling of Many Lights with
-//! Adaptive Tree Splitting", HPG 2018).
+//! Selection of a light for a point by a light hierarchy, whose cost grows slowly with the number of lights and which
+//! prefers near and strong lights (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", HPG 2018).
 //!
-//! What is known of lights comes from a few samples of each, whatever their classes. It steers how often a light is chosen and
-//! nothing else: every light has some probability at every point, and each sample is divided by it.
+//! The strength and position of lights are estimated from a few samples of each, independent of their classes. They
+//! only affect the selection probabilities: every light has a positive probability at every point, and each sample is
+//! divided by it, so the result is unbiased.
 
 use rtsl_bvh::Bounds;
 
-/// What samples told of a light.
+/// The estimates from the samples of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightProbe {
-    /// The box of the places that light came from; `None` for what is infinitely far away.
+    /// The bounds of the light's points; `None` for a light at infinity.
     pub bounds: Option<Bounds>,
-    /// Luminous intensity, the mean over directions. Of what is infinitely far away nobody reads it.
+    /// Luminous intensity, averaged over directions. Not used for lights at infinity.
     pub strength: f32,
 }
 
-/// Chooses lights.
+/// The light hierarchy.
 #[derive(Default)]
 pub struct Selection {
-    /// The lights that are infinitely far away.
+    /// The lights at infinity.
     infinite: Vec<u32>,
-    /// The hierarchy over the others: the root first, the children of a node side by side.
+    /// The hierarchy over the others: the root first, the two children of a node adjacent.
     nodes: Vec<Node>,
-    /// For each light where the hierarchy has it.
+    /// For each light its position in the hierarchy.
     places: Vec<Place>,
-    /// The probability of each light that is infinitely far away: all others together count as one of them.
+    /// The probability of each light at infinity: all other lights together count as one of them.
     infinite_probability: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
     center: [f32; 3],
-    /// Half of the diagonal of its box, squared: nearer than this the distance says nothing.
+    /// Half the diagonal of its box, squared: a lower bound of squared distances.
     radius2: f32,
     strength: f32,
     content: Content,
@@ -41,23 +42,23 @@ struct Node {
 #[derive(Clone, Copy, Debug)]
 enum Content {
     Light(u32),
-    /// The first of two nodes.
+    /// The index of the first of two nodes.
     Children(u32),
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Infinite,
-    /// On the way from the root: a bit for each step, the first lowest, that says whether it leads to the second
-    /// child, and how many steps.
+    /// The path from the root: a bit for each step, the first lowest, which is set if it leads to the second child, and
+    /// the number of steps.
     Finite(u64, u32),
 }
 
-/// Part of the mean strength that each light has at least: samples may have missed all of its light.
+/// The least strength of a light, as a fraction of the mean: samples may have missed all of its light.
 const MIN_STRENGTH: f32 = 1e-3;
 
 impl Selection {
-    /// Among lights of which this is known.
+    /// Builds the hierarchy for the lights with these estimates.
     pub fn new(probes: &[LightProbe]) -> Self {
         let (infinite, finite): (Vec<u32>, Vec<u32>) =
             (0..probes.len() as u32).partition(|light| probes[*light as usize].bounds.is_none());
@@ -82,8 +83,7 @@ impl Selection {
         selection
     }
 
-    /// Makes the tree below a node. Halves are equally large, so no way is longer than numbers of lights have
-    /// digits.
+    /// Builds the subtree below a node. Halves have equal size, so the depth is logarithmic.
     fn split(&mut self, node: usize, leaves: &mut [Leaf], (way, steps): (u64, u32)) {
         if let [only] = leaves {
             self.places[only.light as usize] = Place::Finite(way, steps);
@@ -103,12 +103,12 @@ impl Selection {
         self.split(children + 1, second, (way | 1 << steps, steps + 1));
     }
 
-    /// The light, if there is only one: it is always chosen.
+    /// Returns the light, if there is only one: it is always selected.
     pub fn only(&self) -> Option<u32> {
         (self.places.len() == 1).then_some(0)
     }
 
-    /// The light that a number in [0,1) chooses for a point, and with which probability; positive.
+    /// Selects a light for a point by a number in [0,1). Returns it with its probability, which is positive.
     pub fn choose(&self, point: [f32; 3], number: f32) -> (u32, f32) {
         let probability = self.infinite_probability;
         let place = number / probability;
@@ -137,7 +137,7 @@ impl Selection {
         }
     }
 
-    /// The probability with which a light is chosen for a point.
+    /// Returns the probability with which a light is selected for a point.
     pub fn probability(&self, light: u32, point: [f32; 3]) -> f32 {
         let infinite = self.infinite_probability;
         let Place::Finite(way, steps) = self.places[light as usize] else { return infinite };
@@ -162,7 +162,7 @@ impl Selection {
 /// The greatest number below 1.
 const BELOW_ONE: f32 = 1.0_f32.next_down();
 
-/// Neither of two nodes is chosen with less than this probability: 1 less a rounded part must not vanish.
+/// The least probability of either of two nodes: 1 minus a rounded probability must not be 0.
 const MIN_PART: f32 = 1e-6;
 
 impl Node {
@@ -177,7 +177,7 @@ impl Node {
         }
     }
 
-    /// How much light comes from it to a point, roughly; positive.
+    /// An estimate of the light from the node at a point; positive.
     fn importance(&self, point: [f32; 3]) -> f32 {
         let square = |axis: usize| {
             let difference = point[axis] - self.center[axis];
@@ -187,16 +187,16 @@ impl Node {
         self.strength / distance2.max(self.radius2).max(f32::MIN_POSITIVE)
     }
 
-    /// The probability with which it is chosen rather than another.
+    /// The probability of selecting this node rather than another.
     fn part(&self, other: &Node, point: [f32; 3]) -> f32 {
         let (one, other) = (self.importance(point), other.importance(point));
         let part = one / (one + other);
-        // Infinite importances say nothing.
+        // Infinite importances do not determine a ratio.
         if part.is_nan() { 0.5 } else { part.clamp(MIN_PART, 1.0 - MIN_PART) }
     }
 }
 
-/// A light in the making of the hierarchy.
+/// A light during the construction of the hierarchy.
 #[derive(Clone, Copy, Debug)]
 struct Leaf {
     light: u32,

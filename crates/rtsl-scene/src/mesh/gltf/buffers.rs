@@ -1,5 +1,5 @@
-//! The parts of a glTF file: its structure, and its buffers, which lie in the file, in its text or
-//! in files beside it.
+//! The parts of a glTF file: its JSON structure and its buffers, which are in the file, in the JSON text or in separate
+//! files.
 
 use std::borrow::Cow;
 use std::io;
@@ -11,8 +11,8 @@ use rtsl_memory::{Amount, OverBudget};
 
 use crate::mesh::MeshError;
 
-/// What the structure of a file takes in memory, at most: things of it are structs of up to so many bytes; each
-/// number of a list may refer to nothing, which is a message; and texts, with buffers in them, are copied.
+/// An upper bound of the memory of a file's structure: each element becomes a struct of limited size, each reference in
+/// a list may be invalid and give a message, and texts, including buffers encoded in them, are copied.
 pub fn structure_memory(bytes: &[u8]) -> Result<Amount, MeshError> {
     const THING: Amount = Amount(512);
     const MESSAGE: Amount = Amount(128);
@@ -22,39 +22,39 @@ pub fn structure_memory(bytes: &[u8]) -> Result<Amount, MeshError> {
     Ok(THING.times(count(b'{')) + MESSAGE.times(count(b',')) + texts)
 }
 
-/// The text of a file's structure, and the buffer that lies in the file.
+/// Returns the JSON text and the embedded buffer of a file.
 fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
     if bytes.starts_with(b"glTF") { split(bytes) } else { Ok((bytes, None)) }
 }
 
-/// The structure of a file, and the buffer that lies in it.
+/// Parses the structure of a file; also returns its embedded buffer.
 pub fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), MeshError> {
     let (json, embedded) = parts(bytes)?;
     let root = gltf::json::Root::from_slice(json)
-        .map_err(|error| MeshError::Malformed(format!("it is no glTF file: {error}")))?;
+        .map_err(|error| MeshError::Malformed(format!("it is not a glTF file: {error}")))?;
     check_attributes(&root)?;
     let document =
         Document::from_json(root).map_err(|error| MeshError::Malformed(describe(error)))?;
     Ok((document, embedded))
 }
 
-/// Whether all attributes lead to accessors: the library's checks look at those of positions before
-/// they check that.
+/// Checks that all attributes refer to existing accessors: the library looks at those of positions before it checks
+/// this.
 fn check_attributes(root: &gltf::json::Root) -> Result<(), MeshError> {
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut accessors = primitives.flat_map(|primitive| primitive.attributes.values());
     match accessors.find(|index| index.value() >= root.accessors.len()) {
         Some(index) => Err(MeshError::Malformed(format!(
-            "it refers to accessor {}, which is none",
+            "it refers to accessor {}, which does not exist",
             index.value()
         ))),
         None => Ok(()),
     }
 }
 
-/// The two parts of a binary file.
+/// Splits a binary file into its JSON text and its buffer.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
-    // A length below that of the header is subtracted from without a check.
+    // The library subtracts the header's length from this length without a check.
     let length = bytes.get(8..12).map_or(0, |it| u32::from_le_bytes([it[0], it[1], it[2], it[3]]));
     if length < 12 {
         return Err(MeshError::Truncated("its header".to_owned()));
@@ -64,7 +64,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshError> {
     Ok((json, parts.bin.and_then(borrowed)))
 }
 
-/// What lies in the bytes that were split.
+/// The borrowed bytes of a part.
 fn borrowed(part: Cow<'_, [u8]>) -> Option<&[u8]> {
     match part {
         Cow::Borrowed(part) => Some(part),
@@ -72,7 +72,7 @@ fn borrowed(part: Cow<'_, [u8]>) -> Option<&[u8]> {
     }
 }
 
-/// The first of the things that are wrong.
+/// The text of the first error.
 fn describe(error: gltf::Error) -> String {
     match error {
         gltf::Error::Validation(errors) => match errors.first() {
@@ -87,7 +87,7 @@ fn describe(error: gltf::Error) -> String {
 pub struct Buffers<'a>(Vec<Cow<'a, [u8]>>);
 
 impl<'a> Buffers<'a> {
-    /// Reads the buffers of a document.
+    /// Reads all buffers of a document.
     pub fn read(
         document: &Document,
         embedded: Option<&'a [u8]>,
@@ -102,7 +102,7 @@ impl<'a> Buffers<'a> {
         buffers.collect::<Result<_, _>>().map(Buffers)
     }
 
-    /// The bytes of a view.
+    /// Returns the bytes of a buffer view.
     pub fn view(&self, view: &View<'_>) -> Option<&[u8]> {
         let end = view.offset().checked_add(view.length())?;
         self.0.get(view.buffer().index())?.get(view.offset()..end)

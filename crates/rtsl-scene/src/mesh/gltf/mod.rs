@@ -1,12 +1,11 @@
 //! The reader of glTF files, `.gltf` and `.glb`.
 //!
-//! It makes one mesh of all triangles of the default scene (the first one, where none is the default),
-//! placed by their nodes. Materials, cameras, lights, skins and animations are left out. Coordinates
-//! stay as they are.
+//! It creates one mesh of all triangles of the default scene (or the first scene, if there is no default), transformed
+//! by their nodes. Materials, cameras, lights, skins and animations are ignored. Coordinates are not converted.
 //!
-//! The crate `gltf` reads the structure and checks it. What it trusts is checked here: the length of
-//! a binary file, attributes without accessors, nodes that contain one another, and places and counts
-//! of numbers in buffers.
+//! The crate `gltf` parses and validates the structure. This module checks the properties that the crate does not: the
+//! length of a binary file, attributes without accessors, cycles of nodes, and offsets and counts of numbers in
+//! buffers.
 
 mod buffers;
 mod numbers;
@@ -22,13 +21,13 @@ use super::{Mesh, MeshBuilder, MeshError};
 use buffers::Buffers;
 use numbers::Numbers;
 
-/// A mesh may be placed many times; what comes of all has no more vertices, and no more triangles.
+/// The greatest number of vertices, and of triangles, of the result: a mesh may be instantiated many times.
 const MAX_PLACED: usize = 1 << 27;
 
-/// Reads a mesh from the bytes of a file. `read` gives the contents of the files that it names.
+/// Reads a mesh from the bytes of a file. `read` returns the contents of the files that it refers to.
 ///
 /// # Errors
-/// What is wrong with the files.
+/// If one of the files is invalid or cannot be read.
 pub fn read_gltf(
     bytes: &[u8],
     read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
@@ -36,10 +35,10 @@ pub fn read_gltf(
     read_gltf_within(bytes, read, &InputBudget::default())
 }
 
-/// The same within a budget, which keeps the memory of the mesh. Files that it names `read` holds.
+/// The same within a budget, which keeps the memory of the mesh. `read` holds the memory of the files that it returns.
 ///
 /// # Errors
-/// What is wrong with the files, or that they take too much memory.
+/// If one of the files is invalid or cannot be read, or they take too much memory.
 pub fn read_gltf_within(
     bytes: &[u8],
     read: &dyn Fn(&str) -> io::Result<Vec<u8>>,
@@ -69,7 +68,7 @@ impl Reader<'_> {
             roots.map(|node| (node, Transform::IDENTITY)).collect();
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
-                let message = format!("node {} has two parents, or is its own", node.index());
+                let message = format!("node {} has two parents or contains itself", node.index());
                 return Err(MeshError::Malformed(message));
             }
             let placement = parent.after(transform(&node));
@@ -81,13 +80,13 @@ impl Reader<'_> {
             open.extend(node.children().map(|child| (child, placement)));
         }
         held.grow_to(builder.memory(2 * builder.positions.len()))?;
-        // Of the vertices behind the last ones that have them too.
+        // Vertices after the last one with normals have no normals.
         fill(&mut builder.normals, builder.positions.len());
         fill(&mut builder.uvs, builder.positions.len() / 3 * 2);
         Ok(builder)
     }
 
-    /// Adds the triangles of a primitive, if it has any.
+    /// Adds the triangles of a primitive; points and lines are ignored.
     fn primitive(
         &self,
         primitive: &Primitive<'_>,
@@ -103,7 +102,7 @@ impl Reader<'_> {
         }
         let corners = primitive.indices().map_or(count, |indices| indices.count());
         // Positions, normals, texture coordinates, and those that earlier vertices lack; for a corner of a strip three
-        // of its triangles, besides the list itself.
+        // indices of its triangles, besides the list itself.
         let of_vertices = count.saturating_mul(8).saturating_add(builder.positions.len() * 2);
         held.grow_to(builder.memory(of_vertices.saturating_add(corners.saturating_mul(8))))?;
         let Some(corners) = self.corners(primitive, count)? else { return Ok(()) };
@@ -113,7 +112,7 @@ impl Reader<'_> {
         for position in self.vertices::<3>(&positions, count)?.iter() {
             builder.positions.extend(placement.point(position).map(|x| (x as f32).to_bits()));
         }
-        // Without an inverse there is no normal, so that faces are flat.
+        // A singular transform has no normal transform: faces are then flat.
         let normals = primitive.get(&Semantic::Normals).zip(placement.inverse());
         if let Some((normals, inverse)) = normals {
             fill(&mut builder.normals, 3 * first);
@@ -172,7 +171,7 @@ impl Reader<'_> {
     }
 }
 
-/// Zeros for the vertices of primitives that lack what others have: normals of no length.
+/// Appends zeros for the vertices of primitives without this attribute: normals of length 0.
 fn fill(numbers: &mut Vec<u32>, length: usize) {
     if !numbers.is_empty() || length == 0 {
         numbers.resize(length, 0);
@@ -184,8 +183,8 @@ fn transform(node: &Node<'_>) -> Transform {
     Transform::from_columns(&std::array::from_fn(|index| columns[index / 4][index % 4].into()))
 }
 
-/// Adds triangles whose corners count from the vertex `first`. A mirrored one has its corners the
-/// other way round, so that its outside stays outside.
+/// Adds triangles whose corners are relative to the vertex `first`. A mirrored transform reverses the order of corners,
+/// so that the outside stays outside.
 fn add_triangles(corners: &[u32], first: u32, mirrored: bool, builder: &mut MeshBuilder) {
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [first + triangle[0], first + triangle[1], first + triangle[2]];
@@ -193,7 +192,7 @@ fn add_triangles(corners: &[u32], first: u32, mirrored: bool, builder: &mut Mesh
     }
 }
 
-/// Every other triangle of a strip goes the other way round.
+/// Converts a strip to triangles. Every other one reverses its orientation.
 fn unroll_strip(corners: &[u32]) -> Vec<u32> {
     let triangles = corners.windows(3).enumerate().map(|(index, corners)| {
         if index % 2 == 0 {

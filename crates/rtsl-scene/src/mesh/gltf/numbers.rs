@@ -1,4 +1,4 @@
-//! The numbers that a glTF accessor describes: groups of some, somewhere in a buffer.
+//! The numbers of a glTF accessor: tuples at regular distances in a buffer.
 
 use gltf::Accessor;
 use gltf::accessor::DataType;
@@ -6,19 +6,19 @@ use gltf::accessor::DataType;
 use super::buffers::Buffers;
 use crate::mesh::MeshError;
 
-/// `COUNT` numbers for each of many things, all of them within their buffer.
+/// Tuples of `COUNT` numbers, all of them within their buffer.
 pub struct Numbers<'a, const COUNT: usize> {
     bytes: &'a [u8],
-    /// From one group to the next.
+    /// The distance in bytes between tuples.
     stride: usize,
     count: usize,
     ty: DataType,
-    /// Whole numbers stand for parts of their type's greatest.
+    /// True if integers represent fractions of their type's greatest value.
     normalized: bool,
 }
 
 impl<'a, const COUNT: usize> Numbers<'a, COUNT> {
-    /// What `accessor` describes.
+    /// The numbers that `accessor` describes.
     pub fn new(accessor: &Accessor<'_>, buffers: &'a Buffers<'_>) -> Result<Self, MeshError> {
         let wrong =
             |what: &str| Err(MeshError::Malformed(format!("accessor {} {what}", accessor.index())));
@@ -48,7 +48,7 @@ impl<'a, const COUNT: usize> Numbers<'a, COUNT> {
         }
     }
 
-    /// The groups, in order.
+    /// Iterates over the tuples.
     pub fn iter(&self) -> impl Iterator<Item = [f64; COUNT]> {
         let size = self.ty.size();
         (0..self.count).map(move |index| {

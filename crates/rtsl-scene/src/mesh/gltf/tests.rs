@@ -20,7 +20,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// The structure of a file that has the buffer where `uri` says.
+/// The structure of a file whose buffer is at `uri`.
 fn json(uri: &str) -> String {
     let length = buffer().len();
     format!(
@@ -46,7 +46,7 @@ fn no_files(_path: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-/// With its buffer in its text.
+/// A file with its buffer embedded in the text.
 fn text() -> String {
     let data = base64::engine::general_purpose::STANDARD.encode(buffer());
     json(&format!(r#", "uri": "data:application/octet-stream;base64,{data}""#))
@@ -107,11 +107,11 @@ fn what_is_wrong_is_said() {
         assert!(text.contains(from), "{from}");
         problem(text.replacen(from, to, 1).as_bytes())
     };
-    assert_eq!(problem(b"solid"), "it is no glTF file: expected value at line 1 column 1");
+    assert_eq!(problem(b"solid"), "it is not a glTF file: expected value at line 1 column 1");
     assert_eq!(problem(b"glTF\x02\0\0\0\x05\0\0\0"), "the file ends within its header");
     assert_eq!(
         with(r#""children": [1, 2]"#, r#""children": [1, 0]"#),
-        "node 0 has two parents, or is its own"
+        "node 0 has two parents or contains itself"
     );
     assert_eq!(
         with(r#""indices": 3"#, r#""indices": 9"#),
@@ -119,7 +119,7 @@ fn what_is_wrong_is_said() {
     );
     assert_eq!(
         with(r#""POSITION": 0"#, r#""POSITION": 4"#),
-        "it refers to accessor 4, which is none"
+        "it refers to accessor 4, which does not exist"
     );
     assert_eq!(with(r#""count": 6"#, r#""count": 7"#), "accessor 3 ends outside its buffer");
     assert_eq!(with(r#""count": 6"#, r#""count": 0"#), "accessor 3 ends outside its buffer");

@@ -1,35 +1,35 @@
-//! The header of a PLY file: lines of text that say what the numbers behind it are.
+//! The header of a PLY file: lines of text that describe the numbers after it.
 
 use std::io::{BufRead, Read};
 
 use crate::mesh::MeshError;
 
-/// What a header says.
+/// The content of a header.
 #[derive(Debug)]
 pub struct Header {
-    /// How numbers are written.
+    /// The encoding of numbers.
     pub encoding: Encoding,
-    /// What follows, in order.
+    /// The elements, in file order.
     pub elements: Vec<Element>,
 }
 
-/// How numbers are written.
+/// The encoding of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// As text.
     Text,
-    /// Binary, the lowest byte first.
+    /// Binary, little-endian.
     LittleEndian,
-    /// Binary, the highest byte first.
+    /// Binary, big-endian.
     BigEndian,
 }
 
-/// So many things with the same properties.
+/// A number of elements with the same properties.
 #[derive(Debug)]
 pub struct Element {
     /// `vertex`, `face` or another.
     pub name: String,
-    /// How many the header claims.
+    /// The number of elements, as the header claims.
     pub count: usize,
     /// The properties of each.
     pub properties: Vec<Property>,
@@ -49,7 +49,7 @@ pub struct Property {
 pub enum Kind {
     /// One number.
     Scalar(NumberType),
-    /// A count and so many numbers.
+    /// A count followed by as many numbers.
     List {
         /// The type of the count.
         count: NumberType,
@@ -60,7 +60,7 @@ pub enum Kind {
 
 /// The types of numbers.
 #[derive(Clone, Copy, Debug)]
-#[allow(missing_docs, reason = "the names say it")]
+#[allow(missing_docs, reason = "the names are those of the format")]
 pub enum NumberType {
     Int8,
     Uint8,
@@ -88,17 +88,17 @@ impl NumberType {
     }
 }
 
-/// No line of a header is longer.
+/// The greatest length of a header line.
 const MAX_LINE_BYTES: u64 = 1 << 16;
 
-/// No header is longer: what it lists takes memory.
+/// The greatest length of a header: its content takes memory.
 const MAX_HEADER_BYTES: usize = 16 << 20;
 
 impl Header {
     /// Reads the lines up to `end_header`.
     pub fn read(reader: &mut impl BufRead) -> Result<Header, MeshError> {
         if next_line(reader)?.trim_end() != "ply" {
-            return Err(MeshError::Malformed("it is no PLY file".to_owned()));
+            return Err(MeshError::Malformed("it is not a PLY file".to_owned()));
         }
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
@@ -132,7 +132,7 @@ impl Header {
     }
 }
 
-/// The next line, with its end; comments may hold anything, so what is not UTF-8 is replaced.
+/// Reads the next line, including its end. Comments may have any encoding, so invalid UTF-8 is replaced.
 fn next_line(reader: &mut impl BufRead) -> Result<String, MeshError> {
     let mut line = Vec::new();
     reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
@@ -169,7 +169,7 @@ fn bad_line(line: &str) -> MeshError {
     MeshError::Malformed(format!("its header has the line `{}`", shorten(line.trim_end())))
 }
 
-/// What a file says, as messages show it.
+/// Shortens a text of the file for messages.
 fn shorten(text: &str) -> &str {
     &text[..text.floor_char_boundary(60)]
 }

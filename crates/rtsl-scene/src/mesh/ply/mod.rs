@@ -1,12 +1,11 @@
 //! The reader of PLY files: text, and binary of either byte order.
 //!
-//! Of vertices it takes positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`,
-//! `texture_u texture_v` or `texture_s texture_t`), of faces the list `vertex_indices` or
-//! `vertex_index`; other properties and elements are skipped. Numbers may have any of the format's
-//! types.
+//! It reads positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v` or
+//! `texture_s texture_t`) of vertices, and the list `vertex_indices` or `vertex_index` of faces; other properties and
+//! elements are skipped. Numbers may have any of the format's types.
 //!
-//! Why not a library: `ply-rs-bw` 4.0, the maintained one, is as fast, but refuses `.5` and `1.` in text,
-//! and comments that are not UTF-8, all of which exporters write.
+//! The crate `ply-rs-bw` 4.0, the maintained library for the format, is as fast, but rejects `.5` and `1.` in text, and
+//! comments that are not UTF-8, all of which exporters write.
 
 mod header;
 mod numbers;
@@ -20,13 +19,13 @@ use super::{Mesh, MeshBuilder, MeshError};
 use header::{Element, Header, Kind, NumberType};
 use numbers::NumberReader;
 
-/// Bytes that are asked for at a time.
+/// The size of a read from the file, in bytes.
 const BUFFER: usize = 1 << 16;
 
 /// Reads a mesh.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// If the file is invalid or cannot be read.
 pub fn read_ply(source: impl Read) -> Result<Mesh, MeshError> {
     read_ply_within(source, &InputBudget::default())
 }
@@ -34,7 +33,7 @@ pub fn read_ply(source: impl Read) -> Result<Mesh, MeshError> {
 /// Reads a mesh within a budget, which keeps the memory of the mesh.
 ///
 /// # Errors
-/// What is wrong with the file, or that it takes too much memory.
+/// If the file is invalid or cannot be read, or takes too much memory.
 pub fn read_ply_within(source: impl Read, budget: &InputBudget) -> Result<Mesh, MeshError> {
     let mut held = budget.hold(Amount::default())?;
     let mut reader = BufReader::with_capacity(BUFFER, source);
@@ -53,7 +52,7 @@ pub fn read_ply_within(source: impl Read, budget: &InputBudget) -> Result<Mesh, 
     Ok(mesh)
 }
 
-/// What a property of a vertex is, by its place among a vertex's numbers.
+/// The index of a vertex property among the numbers that are kept of a vertex.
 fn vertex_slot(name: &str) -> Option<usize> {
     let names: [&[&str]; 8] = [
         &["x"],
@@ -121,7 +120,7 @@ fn read_faces<R: Read>(
                 Kind::List { count, item } if is_corners(&property.name) => {
                     corners.clear();
                     for _ in 0..read_count(count, numbers)? {
-                        // With room for its triangles, and for the list to grow.
+                        // The memory of its triangles, and of the growth of the list.
                         if corners.len().is_power_of_two() {
                             held.grow_to(builder.memory(6 * corners.len()))?;
                         }
@@ -137,7 +136,7 @@ fn read_faces<R: Read>(
     Ok(())
 }
 
-/// An index as the builder checks it: what is none becomes one that no vertex has.
+/// Converts an index for the builder's check: an invalid one becomes one that no vertex has.
 fn index(number: f64) -> u32 {
     let index = number as u32;
     if f64::from(index) == number { index } else { u32::MAX }
@@ -156,7 +155,7 @@ fn skip<R: Read>(element: &Element, numbers: &mut NumberReader<R>) -> Result<(),
     if element.name == "tristrips" {
         return Err(MeshError::Malformed("it has triangle strips, expected faces".to_owned()));
     }
-    // Elements without properties take no place; there may seem to be very many of them.
+    // Elements without properties occupy no bytes, so their count is not limited by the file's length.
     let count = if element.properties.is_empty() { 0 } else { element.count };
     for _ in 0..count {
         for property in &element.properties {

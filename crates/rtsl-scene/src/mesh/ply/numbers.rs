@@ -1,28 +1,28 @@
-//! The numbers behind the header of a PLY file, one after the other.
+//! The numbers after the header of a PLY file.
 
 use std::io::{BufRead, BufReader, Read};
 
 use super::header::{Encoding, NumberType};
 use crate::mesh::MeshError;
 
-/// Numbers as text are no longer.
+/// The greatest length of a number as text.
 const MAX_NUMBER_BYTES: usize = 128;
 
-/// Reads numbers. Binary64 holds each of the format's types exactly.
+/// Reads numbers as binary64, which represents each of the format's types exactly.
 pub struct NumberReader<R> {
     reader: BufReader<R>,
     encoding: Encoding,
-    /// The number that is being read, where it is text.
+    /// The text of the current number in text files.
     text: Vec<u8>,
 }
 
 impl<R: Read> NumberReader<R> {
-    /// A reader of the numbers that come next.
+    /// Creates a reader of the numbers that follow.
     pub fn new(reader: BufReader<R>, encoding: Encoding) -> Self {
         NumberReader { reader, encoding, text: Vec::new() }
     }
 
-    /// The next number, which has a type in binary files.
+    /// Reads the next number; `ty` is its type in binary files.
     pub fn next(&mut self, ty: NumberType) -> Result<f64, MeshError> {
         match self.encoding {
             Encoding::Text => self.next_text(),
@@ -44,7 +44,7 @@ impl<R: Read> NumberReader<R> {
         })
     }
 
-    /// The next bytes, the lowest first.
+    /// Reads the next bytes in little-endian order.
     fn bytes<const COUNT: usize>(&mut self, reverse: bool) -> Result<[u8; COUNT], MeshError> {
         let mut bytes = [0; COUNT];
         self.reader.read_exact(&mut bytes)?;

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A square of two triangles with everything a vertex can have, and things to skip.
+/// A square of two triangles with all supported attributes, and some that are skipped.
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\n\
     property uchar red\nproperty list uchar short tags\nproperty float nx\nproperty float ny\n\
     property float nz\nproperty float s\nproperty float t\nelement edge 1\nproperty int a\n\
@@ -62,7 +62,7 @@ fn text_and_both_byte_orders_give_the_same_mesh() {
 #[test]
 fn every_file_that_was_cut_off_is_refused() {
     for file in [text(), binary(false)] {
-        // The last number of the text may lose digits and still be one.
+        // The last number of the text may lose digits and still be valid.
         for length in 0..file.len() - 1 {
             assert!(read_ply(&file[..length]).is_err(), "{length} bytes");
         }
@@ -112,7 +112,7 @@ fn what_is_wrong_is_said() {
     );
     let file = |text: &str| read_ply(text.as_bytes()).expect_err("it is wrong").to_string();
     assert_eq!(file("solid cube"), "the file ends within its header");
-    assert_eq!(file("solid cube\n"), "it is no PLY file");
+    assert_eq!(file("solid cube\n"), "it is not a PLY file");
     assert_eq!(file("ply\nend_header\n"), "its header has no line `format`");
     assert_eq!(file("ply\nformat gzip 1.0\n"), "its format is `gzip`");
     assert_eq!(file(&"x".repeat(1 << 17)), "its header has an endless line");
