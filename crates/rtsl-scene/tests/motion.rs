@@ -112,7 +112,7 @@ fn what_cannot_move_so_is_said() {
         7 │ TransformTimes 0 1
           │ ^^^^^^^^^^^^^^
 
-        error[E0607]: the shutter closes at 1 and opens at 2
+        error[E0607]: the shutter closes at 1, before it opens at 2
           ┌─ scene.pbrt:2:8
           │
         2 │ Camera "Pinhole" "float shutteropen" 2
