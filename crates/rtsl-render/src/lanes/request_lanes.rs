@@ -2,7 +2,6 @@
 
 use rtsl::host::{LaneSet, MAX_LANES};
 use rtsl_bvh::LaneMask;
-use rtsl_math::SIMD_LANES;
 
 /// Returns the requesting lanes of a packet.
 pub fn mask_of(lanes: LaneSet) -> LaneMask {
@@ -43,7 +42,7 @@ fn copy<T: Copy>(lanes: LaneSet, from: &[T], to: &mut [T]) {
 
 #[inline(always)]
 fn copy_step<const STEP: usize, T: Copy>(from: &[T], to: &mut [T]) {
-    match (from.first_chunk::<SIMD_LANES>(), to.first_chunk_mut::<SIMD_LANES>()) {
+    match (from.first_chunk::<STEP>(), to.first_chunk_mut::<STEP>()) {
         (Some(from), Some(to)) => *to = *from,
         // The last lanes of a packet, if requests are not as wide as vectors.
         _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
