@@ -142,7 +142,7 @@ impl Linker {
         self.out.body = self.copy_region(&mut site, &function.body)?;
         for output in &function.outputs {
             let variable = self.variable(&mut site, output.variable);
-            self.out.outputs.push(Output { variable: variable, component: output.component });
+            self.out.outputs.push(Output { variable, component: output.component });
         }
         Ok(())
     }

@@ -97,7 +97,7 @@ impl Draft {
                 len: 1,
             });
             let variable = VariableId(function.variables.len() as u32 - 1);
-            function.outputs[index] = Output { variable: variable, component: 0 };
+            function.outputs[index] = Output { variable, component: 0 };
             members.push((member, component));
         }
         Draft { function, members }
