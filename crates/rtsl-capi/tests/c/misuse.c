@@ -229,7 +229,7 @@ static void calls(RtslUnitId unit, RtslEngineId engine)
     bad.objects = objects;
     FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "`index` is null");
     bad.index = index;
-    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "no object");
+    FAILS(rtsl_kernel_call(kernel, &bad), RTSL_RESULT_ARGUMENT, "out of range");
     index[4] = 1;
     OK(rtsl_kernel_call(kernel, &bad));
     OK(rtsl_kernel_release(kernel));
