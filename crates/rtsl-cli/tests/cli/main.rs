@@ -187,14 +187,16 @@ fn an_interrupt_ends_an_evaluation_at_once() {
         .args(["eval", "endless.rtsl", "lookup", "--backend", "interp", "--budget", "1073741824"])
         .current_dir(&folder.0)
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     std::thread::sleep(std::time::Duration::from_millis(500));
     assert!(child.try_wait().unwrap().is_none(), "it runs until it is interrupted");
     let interrupt = format!("kill -INT {}", child.id());
     assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
-    assert_eq!(child.wait().unwrap().code(), None, "the signal ended it");
+    let output = child.wait_with_output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), None, "the signal ended it, and not: {errors}");
     assert!(started.elapsed().as_secs() < 20, "at once");
 }
 
